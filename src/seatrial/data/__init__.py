@@ -1,0 +1,133 @@
+"""Trials: the one time-series type, measured or simulated.
+
+Contract: a `Trial` is frozen, in SI and radians, with the channel names of docs/conventions.md.
+NaN marks a gap and is kept; nothing in here fills it silently.  Readers make trials, `prepare`
+makes trials from trials, `check` says what is wrong with one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..parameters import unknown
+
+Array = NDArray[np.float64]
+
+UNITS: Mapping[str, str] = MappingProxyType({
+    "t": "s", "x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s",
+    "n_P": "1/s", "n_P_cmd": "1/s", "delta": "rad", "delta_cmd": "rad",
+    "U_T": "m/s", "gamma_T": "rad", "U_A": "m/s", "gamma_A": "rad",
+    "U_C": "m/s", "gamma_C": "rad", "phi": "rad", "depth": "m",
+})  # fmt: skip
+"""Standard channels and their units."""
+
+
+class DataError(ValueError):
+    """A log or a trial that cannot be used; the text says what, where and what would be right."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One recording, or one simulated run.
+
+    Attributes:
+        name: short name, the stem of its file.
+        t: time [s], shape (samples,), strictly increasing.
+        channels: other channels by name, each of shape (samples,), SI units; NaN marks a gap.
+        units: unit of each channel that is not a standard one.
+        meta: what the sidecar says (ship, scale, kind, set points, source, licence, processing).
+    """
+
+    name: str
+    t: Array
+    channels: Mapping[str, Array]
+    units: Mapping[str, str] = field(default_factory=dict[str, str])
+    meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+    def __post_init__(self) -> None:
+        for name, values in self.channels.items():
+            if values.shape != self.t.shape:
+                raise DataError(
+                    f"{self.name}: channel {name} has {values.size} samples, time has {self.t.size}"
+                )
+
+    def __getitem__(self, name: str) -> Array:
+        if name == "t":
+            return self.t
+        if name not in self.channels:
+            raise DataError(f"{self.name}: {unknown(name, self.channels, 'channel')}")
+        return self.channels[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name == "t" or name in self.channels
+
+    def __len__(self) -> int:
+        return int(self.t.size)
+
+    @property
+    def dt(self) -> float:
+        """Median time step [s]."""
+        return float(np.median(np.diff(self.t))) if len(self) > 1 else float("nan")
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return float(self.t[-1] - self.t[0]) if len(self) else 0.0
+
+    def unit(self, name: str) -> str:
+        """Unit of a channel."""
+        return self.units.get(name) or UNITS.get(name, "-")
+
+    def stack(self, *names: str) -> Array:
+        """Channels side by side, shape (samples, len(names))."""
+        return np.column_stack([self[name] for name in names])
+
+    def rows(self, index: slice | Array | NDArray[np.bool_] | NDArray[np.intp]) -> Trial:
+        """The same trial with only some of its samples."""
+        kept = {name: values[index] for name, values in self.channels.items()}  # type: ignore[index]
+        return replace(self, t=self.t[index], channels=kept)  # type: ignore[index]
+
+    def having(self, **channels: Array) -> Trial:
+        """The same trial with channels added or replaced."""
+        return replace(self, channels={**self.channels, **channels})
+
+    def noting(self, step: str) -> Trial:
+        """The same trial with one more processing step on record."""
+        steps = [*self.meta.get("processing", []), step]
+        return replace(self, meta={**self.meta, "processing": steps})
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Whole trials set aside for training, validation and test; none is in two of them."""
+
+    train: tuple[Trial, ...] = ()
+    validation: tuple[Trial, ...] = ()
+    test: tuple[Trial, ...] = ()
+
+    def __post_init__(self) -> None:
+        seen: dict[str, str] = {}
+        for part in ("train", "validation", "test"):
+            for trial in getattr(self, part):
+                if trial.name in seen:
+                    raise DataError(
+                        f"trial {trial.name} is in {seen[trial.name]} and in {part}; keep it in one"
+                    )
+                seen[trial.name] = part
+
+    def __iter__(self) -> Iterator[Trial]:
+        return iter((*self.train, *self.validation, *self.test))
+
+
+def unwrapped(psi: Array) -> Array:
+    """Heading made continuous across +-pi [rad]; gaps stay gaps."""
+    out = psi.copy()
+    good = np.isfinite(psi)
+    out[good] = np.unwrap(psi[good])
+    return out

@@ -1,0 +1,96 @@
+"""Forces on a ship: one physical effect, one module.
+
+A force module is a frozen dataclass that declares its numbers with `spec` and turns a `Flow` into
+a `Force`.  It sees velocities *through the water* at midship, never the ground, the trial or the
+integrator.  Modules that feed one another hand over a value: the propeller leaves a `Slipstream`.
+
+Conformance (tests/conformance): silent at rest, mirrored under (v_m, r, delta) -> -(v_m, r, delta)
+where `mirror_symmetric`, finite with finite Jacobians at rest and astern, floats = symbols.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar, NamedTuple, Protocol
+
+from ..parameters import Scalar
+
+
+class Force(NamedTuple):
+    """Surge force X [N], sway force Y [N] and yaw moment N about midship [N m]."""
+
+    X: Scalar
+    Y: Scalar
+    N: Scalar
+
+    def __add__(self, other: Force) -> Force:  # type: ignore[override]
+        return Force(self.X + other.X, self.Y + other.Y, self.N + other.N)
+
+
+class Flow(NamedTuple):
+    """What the ship feels at one instant.
+
+    Attributes:
+        u, v_m, r: velocities through the water at midship [m/s, m/s, rad/s].
+        n_P: propeller revolutions [1/s], positive ahead.
+        delta: rudder angle [rad], positive turns the bow to starboard.
+        u_A, v_A: apparent wind, the components it comes from in ship axes [m/s].
+        rho: density of the water [kg/m^3].
+        L_pp, d: length between perpendiculars and draught [m].
+    """
+
+    u: Scalar
+    v_m: Scalar
+    r: Scalar
+    n_P: Scalar
+    delta: Scalar
+    u_A: Scalar
+    v_A: Scalar
+    rho: Scalar
+    L_pp: Scalar
+    d: Scalar
+
+
+class Slipstream(NamedTuple):
+    """What the propeller leaves for the rudder behind it.
+
+    Attributes:
+        u_P: longitudinal inflow velocity of the propeller (1 - w_P) u [m/s].
+        K_T: thrust coefficient of the quadrant the propeller works in [-].
+        nD: n_P D_P [m/s]; with K_T it gives the race without dividing by either.
+        D_P: propeller diameter [m].
+    """
+
+    u_P: Scalar
+    K_T: Scalar
+    nD: Scalar
+    D_P: Scalar
+
+
+class ForceModule(Protocol):
+    """A force that depends on the flow alone (hull, wind)."""
+
+    mirror_symmetric: ClassVar[bool]
+
+    def force(self, flow: Flow) -> Force:
+        """Force of this effect on the ship."""
+        ...
+
+
+class PropellerModule(Protocol):
+    """A propeller: its force and the slipstream it leaves."""
+
+    mirror_symmetric: ClassVar[bool]
+
+    def force(self, flow: Flow) -> tuple[Force, Slipstream]:
+        """Force of the propeller, and what it leaves for the rudder."""
+        ...
+
+
+class RudderModule(Protocol):
+    """A rudder in a slipstream."""
+
+    mirror_symmetric: ClassVar[bool]
+
+    def force(self, flow: Flow, slipstream: Slipstream) -> Force:
+        """Force of the rudder, hull interaction included."""
+        ...

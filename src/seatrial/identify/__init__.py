@@ -1,0 +1,139 @@
+"""Identification: from trials to parameters, with a verdict on each.
+
+Contract: a `Problem` is a document (ship, free parameters, trials, loss) that `lint` can judge
+before anything is run; an `Estimator` turns it into a `Fit`.  A fit holds a ship ready to
+simulate and a digest of its problem, never the problem itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from ..data import Array, Trial
+from ..parameters import Free
+from ..ships import Ship
+
+
+class StudyError(ValueError):
+    """A study that cannot be run; the text names the key and what would be right."""
+
+
+class FitError(RuntimeError):
+    """An estimation that failed; the text says why and where."""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What a fit holds against a prediction: channels, their scale, the windows and the step.
+
+    Attributes:
+        sigma: scale of each compared channel by name, SI units; the residual is divided by it.
+        window: length of a prediction before it restarts [s].
+        dt: time step of the prediction [s]; None takes that of the trials.
+        every: compare every so many steps.
+        method: "euler" or "rk4".
+    """
+
+    sigma: Mapping[str, float]
+    window: float = 100.0
+    dt: float | None = None
+    every: int = 10
+    method: str = "euler"
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """What differs from window to window or from trial to trial and is estimated along.
+
+    Attributes:
+        initial: standard deviation of the initial state's offset by channel; empty: as measured.
+        current: standard deviation of a constant current per trial, each component [m/s]; 0: none.
+    """
+
+    initial: Mapping[str, float] = field(default_factory=dict[str, float])
+    current: float = 0.0
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Which parameters of which ship are to explain which trials, by which loss."""
+
+    ship: Ship
+    trials: tuple[Trial, ...]
+    free: tuple[Free, ...]
+    loss: Loss
+    nuisance: Nuisance = Nuisance()
+
+
+@dataclass(frozen=True)
+class Issue:
+    """One finding of `lint`: "error" forbids the run, "warning" does not."""
+
+    severity: str
+    where: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the data say about one parameter or one combination of parameters.
+
+    Attributes:
+        subject: path of the parameter, or the combination in words.
+        status: "identified", "weak" (the prior speaks as loud as the data), "not identified",
+            or "at bound".
+        text: the same in plain words, with the manoeuvre that would help where data are missing.
+    """
+
+    subject: str
+    status: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The outcome of an estimation.
+
+    Attributes:
+        ship: the fitted ship, ready to simulate or save.
+        free: the parameters as they were declared (start, bounds, prior).
+        values, sigma: estimate and posterior standard deviation, in the order of `free`.
+        covariance: posterior covariance, shape (free, free).
+        shrinkage: per parameter, 1 - posterior variance / prior variance: what the data added.
+        at_bound: paths that ended on a bound.
+        verdicts: plain words, see `Verdict`.
+        history: rows (iteration, objective, validation or NaN, seconds).
+        objective: final value of the loss, prior included.
+        seconds, evaluations: what it cost.
+        status: why it stopped, in words.
+        digest: fingerprint of the problem.
+    """
+
+    ship: Ship
+    free: tuple[Free, ...]
+    values: Array
+    sigma: Array
+    covariance: Array
+    shrinkage: Array
+    at_bound: tuple[str, ...]
+    verdicts: tuple[Verdict, ...]
+    history: Array
+    objective: float
+    seconds: float
+    evaluations: int
+    status: str
+    digest: str
+
+
+Progress = Callable[[int, float, float], None]
+"""Called with (iteration, objective, validation or NaN) as a fit goes on."""
+
+
+class Estimator(Protocol):
+    """Anything that turns a problem into a fit; hyper-parameters live in its fields."""
+
+    def fit(self, problem: Problem, *, progress: Progress | None = None) -> Fit:
+        """Estimate the free parameters of `problem`."""
+        ...

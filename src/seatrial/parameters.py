@@ -1,0 +1,181 @@
+"""Parameters and their three lives: meaning (`Spec`), value (in the ship file), freedom (`Free`).
+
+A physics class is a frozen dataclass whose numbers are declared with `spec(...)`; a dotted path
+such as ``rudder.t_R`` names one number of a composed model.  Everything here works on floats and
+on symbols alike, because a value is never looked at, only moved.
+"""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from typing import Any
+
+Scalar = Any
+"""A Python float or a CasADi symbol: the one deliberate `Any` of the package."""
+
+# Prefixes by which a primed number becomes dimensional; see `ships.files`.
+PRIME = "'"
+
+
+class ParameterError(ValueError):
+    """A parameter path, value or interval that cannot be used."""
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What a number means: its unit, what it is, and the range physics allows."""
+
+    unit: str
+    about: str
+    low: float = -math.inf
+    high: float = math.inf
+
+
+def spec(
+    unit: str,
+    about: str,
+    limits: tuple[float, float] = (-math.inf, math.inf),
+    default: Any = MISSING,
+) -> Any:
+    """Declare one number of a physics class; `default` only where the formula is well without it."""
+    return field(default=default, metadata={"spec": Spec(unit, about, *limits)})
+
+
+@dataclass(frozen=True)
+class Free:
+    """One parameter that a study searches, with its interval and its Gaussian prior.
+
+    Attributes:
+        path: dotted path in the model, such as ``rudder.t_R``.
+        start: value the search starts from.
+        low, high: bounds of the search; infinite where only the prior holds the parameter.
+        prior: mean of the Gaussian prior.
+        sigma: its standard deviation; infinite means no prior.
+    """
+
+    path: str
+    start: float
+    low: float = -math.inf
+    high: float = math.inf
+    prior: float = math.nan
+    sigma: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not self.low < self.high:
+            raise ParameterError(
+                f"{self.path}: the interval [{self.low:g}, {self.high:g}] has no width; "
+                "give low < high, or leave the parameter out of [free]"
+            )
+        if not self.low <= self.start <= self.high:
+            raise ParameterError(
+                f"{self.path}: the bounds [{self.low:g}, {self.high:g}] exclude the start "
+                f"{self.start:g}; widen them or move the start"
+            )
+        if not self.sigma > 0:
+            raise ParameterError(f"{self.path}: sigma is {self.sigma:g}; a prior needs sigma > 0")
+
+    @property
+    def scale(self) -> float:
+        """Typical size of a change, used to scale the search."""
+        if math.isfinite(self.sigma):
+            return self.sigma
+        if math.isfinite(self.high - self.low):
+            return 0.25 * (self.high - self.low)
+        return max(abs(self.start), 1.0)
+
+
+def walk(model: Any, prefix: str = "") -> Iterator[tuple[str, Spec, Any]]:
+    """Every declared number of `model` as (path, Spec, value), in the order of declaration."""
+    for f in fields(model):
+        value = getattr(model, f.name)
+        meaning = f.metadata.get("spec")
+        if meaning is not None:
+            yield prefix + f.name, meaning, value
+        elif is_dataclass(value) and not isinstance(value, type):
+            yield from walk(value, f"{prefix}{f.name}.")
+
+
+def values(model: Any) -> dict[str, Any]:
+    """All parameters of `model` by path."""
+    return {path: value for path, _, value in walk(model)}
+
+
+def specs(model: Any) -> dict[str, Spec]:
+    """The meaning of all parameters of `model` by path."""
+    return {path: meaning for path, meaning, _ in walk(model)}
+
+
+def unknown(name: str, known: Any, what: str = "parameter") -> str:
+    """One line for an unknown name that lists the near ones, or all where none is near."""
+    names = list(known)
+    last = {n.rsplit(".", 1)[-1].lower(): n for n in names}
+    close = difflib.get_close_matches(name, names, n=4, cutoff=0.6)
+    close += [last[n] for n in difflib.get_close_matches(name.rsplit(".", 1)[-1].lower(), last, n=4)]
+    listed = ", ".join(dict.fromkeys(close)) or ", ".join(names[:40])
+    return f"no {what} '{name}'; known: {listed}" if not close else f"no {what} '{name}'; near: {listed}"
+
+
+def read(model: Any, path: str) -> Any:
+    """Value of the parameter at `path`."""
+    known = values(model)
+    if path not in known:
+        raise ParameterError(unknown(path, known))
+    return known[path]
+
+
+def update(model: Any, changes: Mapping[str, Any]) -> Any:
+    """A copy of `model` with the parameters at the given paths replaced."""
+    known = values(model)
+    for path in changes:
+        if path not in known:
+            raise ParameterError(unknown(path, known))
+    return _update(model, dict(changes)) if changes else model
+
+
+def _update(model: Any, changes: Mapping[str, Any]) -> Any:
+    here = {path: value for path, value in changes.items() if "." not in path}
+    below: dict[str, dict[str, Any]] = {}
+    for path, value in changes.items():
+        if "." in path:
+            head, rest = path.split(".", 1)
+            below.setdefault(head, {})[rest] = value
+    for head, nested in below.items():
+        here[head] = _update(getattr(model, head), nested)
+    return replace(model, **here)
+
+
+def match(model: Any, pattern: str) -> list[str]:
+    """Paths of `model` that fit a shell-style pattern (``hull.*``); at least one."""
+    known = list(values(model))
+    found = [path for path in known if fnmatch.fnmatchcase(path, pattern)]
+    if not found:
+        raise ParameterError(unknown(pattern, known))
+    return found
+
+
+def near(model: Any, *paths: str, ratio: float) -> tuple[Free, ...]:
+    """Each parameter free within `ratio` of its value: ``[P - a|P|, P + a|P|]`` (Suyama 2023 Eq. 38).
+
+    Raises:
+        ParameterError: an unknown path; a value of zero, whose interval would be empty.
+    """
+    meanings = specs(model)
+    return tuple(
+        _near(path, float(read(model, path)), meanings[path], ratio)
+        for pattern in paths
+        for path in match(model, pattern)
+    )
+
+
+def _near(path: str, value: float, meaning: Spec, ratio: float) -> Free:
+    half = ratio * abs(value)
+    low, high = max(value - half, meaning.low), min(value + half, meaning.high)
+    if not low < high:
+        raise ParameterError(
+            f"{path} is {value:g}: an interval of ratio {ratio:g} has no width; give low and high"
+        )
+    return Free(path, value, low, high)

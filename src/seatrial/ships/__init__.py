@@ -1,0 +1,64 @@
+"""Ships: a model with its numbers, each with its source.
+
+Contract: `load(name or file)` gives a `Ship`; a fit is saved as such a file too, so whatever takes
+a ship takes a fit.  One TOML file per ship; see docs/extending.md for its keys.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..actuators import Actuators
+from ..models import Model
+from ..parameters import update
+
+
+class ShipError(ValueError):
+    """A ship file that cannot be used; the text names the file, the key and what would be right."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Where one number of a ship file comes from.
+
+    Attributes:
+        source: citation key and place, such as ``yasukawa2015 Tab. 3``.
+        given: the number as printed there; primed where `prime` is True.
+        prime: whether `given` is non-dimensional and was scaled on loading.
+        sigma: standard uncertainty of the model value, where known.
+    """
+
+    source: str
+    given: float
+    prime: bool = False
+    sigma: float | None = None
+
+
+@dataclass(frozen=True)
+class Ship:
+    """A model of a ship, its actuators, its approach condition and the provenance of its numbers.
+
+    Attributes:
+        L_pp: length between perpendiculars [m], the yardstick of every report.
+        speed: approach speed [m/s].
+        n_P: revolutions that hold it [1/s]; None where they follow from the model.
+        validity: closed interval of each state outside which the model says nothing.
+        entries: provenance of each parameter by path.
+        notes: free text of the file: title, references, cautions, fit provenance.
+    """
+
+    name: str
+    model: Model
+    actuators: Actuators
+    L_pp: float
+    speed: float
+    n_P: float | None = None
+    validity: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
+    entries: Mapping[str, Entry] = field(default_factory=dict[str, Entry])
+    notes: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+    def having(self, changes: Mapping[str, float]) -> Ship:
+        """The same ship with some parameters of its model replaced."""
+        return replace(self, model=update(self.model, changes))

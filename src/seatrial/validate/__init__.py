@@ -1,0 +1,55 @@
+"""Validation: how well a prediction holds against a measurement, and how one knows.
+
+Contract: a `Comparison` sets one prediction beside one measured trial; a `Report` collects
+comparisons, baselines and a fit into one page.  Nothing in here knows an estimator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..data import Trial
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Errors of one channel over the compared samples.
+
+    Attributes:
+        rmse: root mean square error, in the channel's SI unit.
+        r2: 1 - SSE / SST about the measured mean; NaN for a constant channel.
+        fvu: fraction of variance unexplained, var(error) / var(measured).
+        bias: mean error, predicted - measured.
+        samples: number of samples compared (gaps left out).
+    """
+
+    rmse: float
+    r2: float
+    fvu: float
+    bias: float
+    samples: int
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One prediction beside one measurement.
+
+    Attributes:
+        measured, predicted: on the same rows.
+        label: who predicts ("fitted", "published", "constant velocity").
+        restart: seconds between restarts from the measured state, or None.
+        metrics: by channel, over the whole prediction.
+        horizons: by seconds since the restart, then by channel: RMSE within that horizon's bin.
+        standardised: sum over the states of the mean squared error over sigma^2 (Wakita 2022 Eq. 25).
+        indices: measured and predicted manoeuvre indices by name, where the trial has any.
+    """
+
+    measured: Trial
+    predicted: Trial
+    label: str
+    restart: float | None
+    metrics: Mapping[str, Metrics]
+    horizons: Mapping[float, Mapping[str, float]]
+    standardised: float
+    indices: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
