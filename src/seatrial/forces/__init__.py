@@ -5,7 +5,8 @@ a `Force`.  It sees velocities *through the water* at midship, never the ground,
 integrator.  Modules that feed one another hand over a value: the propeller leaves a `Slipstream`.
 
 Conformance (tests/conformance): silent at rest, mirrored under (v_m, r, delta) -> -(v_m, r, delta)
-where `mirror_symmetric`, finite with finite Jacobians at rest and astern, floats = symbols.
+where `mirror_symmetric` (its port and starboard coefficients being equal), finite with finite
+Jacobians at rest and astern, floats = symbols.
 """
 
 from __future__ import annotations
@@ -55,14 +56,12 @@ class Slipstream(NamedTuple):
 
     Attributes:
         u_P: longitudinal inflow velocity of the propeller (1 - w_P) u [m/s].
-        K_T: thrust coefficient of the quadrant the propeller works in [-].
-        nD: n_P D_P [m/s]; with K_T it gives the race without dividing by either.
+        K_T_nD2: K_T (n_P D_P)^2, signed as the thrust [m^2/s^2]: the race without a division by n_P.
         D_P: propeller diameter [m].
     """
 
     u_P: Scalar
-    K_T: Scalar
-    nD: Scalar
+    K_T_nD2: Scalar
     D_P: Scalar
 
 

@@ -27,12 +27,14 @@ class Entry:
         source: citation key and place, such as ``yasukawa2015 Tab. 3``.
         given: the number as printed there; primed where `prime` is True.
         prime: whether `given` is non-dimensional and was scaled on loading.
+        unit: unit of `given` as printed; empty where it is that of the parameter.
         sigma: standard uncertainty of the model value, where known.
     """
 
     source: str
     given: float
     prime: bool = False
+    unit: str = ""
     sigma: float | None = None
 
 

@@ -43,6 +43,8 @@ class Comparison:
         horizons: by seconds since the restart, then by channel: RMSE within that horizon's bin.
         standardised: sum over the states of the mean squared error over sigma^2 (Wakita 2022 Eq. 25).
         indices: measured and predicted manoeuvre indices by name, where the trial has any.
+        sigma: scale of each state in `standardised`, SI units.
+        index_units: unit of each index.
     """
 
     measured: Trial
@@ -53,3 +55,10 @@ class Comparison:
     horizons: Mapping[float, Mapping[str, float]]
     standardised: float
     indices: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
+    sigma: Mapping[str, float] = field(default_factory=dict[str, float])
+    index_units: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    @property
+    def samples(self) -> int:
+        """Rows that were compared in at least one channel."""
+        return max((m.samples for m in self.metrics.values()), default=0)

@@ -1,0 +1,44 @@
+# Everything lives in .venv; a stamp there remembers what was installed, and pyproject.toml outdates it.
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+DEFINITIONS := pyproject.toml constraints.txt
+
+.PHONY: demo test test-all lint types bench clean
+
+demo: .venv/core.stamp
+	$(BIN)/seatrial demo -o demo
+
+test: .venv/test.stamp
+	$(BIN)/python -m pytest -q -m "not long"
+
+test-all: .venv/test.stamp
+	$(BIN)/python -m pytest -q
+
+lint: .venv/test.stamp
+	$(BIN)/ruff check .
+
+types: .venv/test.stamp
+	$(BIN)/pyright
+
+bench: .venv/bench.stamp
+	set -e; for script in benchmarks/*.py; do $(BIN)/python $$script; done
+
+clean:
+	rm -rf .venv build dist demo .pytest_cache .ruff_cache .hypothesis
+
+$(BIN)/python:
+	$(PYTHON) -m venv .venv
+
+.venv/core.stamp: $(DEFINITIONS) | $(BIN)/python
+	$(PIP) -e .
+	touch $@
+
+# The nodejs extra brings the interpreter that pyright runs on, so no other is looked for or fetched.
+.venv/test.stamp: $(DEFINITIONS) | $(BIN)/python
+	$(PIP) -e ".[test]" "pyright[nodejs]"
+	touch $@
+
+.venv/bench.stamp: $(DEFINITIONS) | $(BIN)/python
+	$(PIP) -e ".[bench]"
+	touch $@

@@ -1,0 +1,227 @@
+"""What is wrong with a trial: findings with numbers, and what to do about each.
+
+Each check is a function of a trial that yields findings; `check` runs them all.  Thresholds are set
+such that the 35 files of FRT-DS-ESSO and the SIMMAN 2008 files, read rightly, give no error, and
+each known fault of a public log does (tests/data/test_check.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, Literal
+
+import numpy as np
+
+from . import Trial
+from .evidence import motion_slopes, rate_slope, rudder_effect
+from .sensor_checks import Fault, sensor_faults, wind_faults
+
+Severity = Literal["error", "warning", "info"]
+_G = 9.81
+_COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
+_MEANT = {
+    "earth": "u, v_m are velocities north and east, not surge and sway; turn them into body axes by psi",
+    "earth, east first": "u, v_m are velocities east and north; swap and turn them into body axes by psi",
+    "sway to port": "v_m counts to port; change its sign",
+    "heading counterclockwise": "psi counts counterclockwise; change its sign",
+    "x east, y north": "x is east and y is north; swap them",
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing about a trial that its user should know.
+
+    Attributes:
+        severity: "error" (do not use it as it is), "warning" or "info".
+        what: the fault in a few words.
+        where: trial and channel.
+        evidence: the numbers that show it.
+        remedy: what to do.
+    """
+
+    severity: Severity
+    what: str
+    where: str
+    evidence: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.severity}: {self.where}: {self.what} ({self.evidence}); {self.remedy}"
+
+
+def check(trial: Trial) -> tuple[Finding, ...]:
+    """All findings of one trial, errors first; none means that no known fault was seen."""
+    if len(trial) < 20:
+        few = Fault("error", "t", "too short to judge", f"{len(trial)} rows", "record at least 20 rows")
+        return (_finding(trial, few),)
+    faults = [*sensor_faults(trial)]
+    if bool((np.diff(trial.t) > 0).all()):
+        for one in (_motion_faults, _yaw_faults, _rudder_faults, _scale_faults, wind_faults):
+            faults += one(trial)
+    found = [_finding(trial, fault) for fault in faults]
+    return tuple(sorted(found, key=lambda f: ("error", "warning", "info").index(f.severity)))
+
+
+def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, ...]:
+    """Recordings that training and test share, whole or in part, under whatever names.
+
+    Returns:
+        An error for each pair of trials of which at least ten rows are the same.
+    """
+    found: list[Finding] = []
+    for one, other in product(tuple(train), tuple(test)):
+        names = [n for n in _COMMON if n in one and n in other]
+        if not names:
+            continue
+        mine, yours = _rows(one, names), _rows(other, names)
+        shared = len(mine & yours)
+        if shared >= 10:
+            found.append(Finding(
+                "error", "training and test share a recording", f"{one.name} and {other.name}",
+                f"{shared} rows are the same, {100 * shared / len(yours):.0f} % of {other.name}",
+                "keep both in training or both in test",
+            ))  # fmt: skip
+    return tuple(found)
+
+
+def _rows(trial: Trial, names: list[str]) -> set[bytes]:
+    table = trial.stack(*names)
+    table = table[np.isfinite(table).all(axis=1)]
+    # nine digits: the same recording written by two programs is still the same
+    return {row.tobytes() for row in np.round(table, 9) + 0.0}
+
+
+def _finding(trial: Trial, fault: Fault) -> Finding:
+    return Finding(fault.severity, fault.what, f"{trial.name}: {fault.where}", fault.evidence, fault.remedy)
+
+
+def _length(trial: Trial) -> float | None:
+    value: Any = trial.meta.get("L_pp")
+    return float(value) if isinstance(value, int | float) and value > 0 else None
+
+
+def _window(trial: Trial) -> float:
+    """Length of the comparison windows [s]: ten ship times, or a part of the trial."""
+    ship = _length(trial)
+    wanted = 10.0 * math.sqrt(ship / _G) if ship else 0.05 * trial.duration
+    return float(np.clip(wanted, 10 * trial.dt, max(0.2 * trial.duration, 10 * trial.dt)))
+
+
+def _has(trial: Trial, *names: str) -> bool:
+    return all(name in trial for name in names)
+
+
+def _motion_faults(trial: Trial) -> Iterator[Fault]:
+    """Positions against velocities: axes, signs, scale, and the time step."""
+    if not _has(trial, "x", "y", "u", "v_m", "psi"):
+        return
+    slopes = motion_slopes(trial, _window(trial))
+    if "body" not in slopes:
+        return
+    ours = slopes["body"]
+    best = min(slopes, key=lambda name: slopes[name].rms)
+    # a fault shows where another reading is right and ours is not
+    if slopes[best].correlation > 0.97 and slopes[best].rms < 0.4 * ours.rms and ours.correlation < 0.995:
+        words, remedy = _MEANT[best].split("; ")
+        yield Fault(
+            "error", "u, v_m", words,
+            f"displacement misses by {ours.rms:.3g} m rms as body velocities, by {slopes[best].rms:.3g} m so",
+            remedy,
+        )  # fmt: skip
+    elif ours.correlation < 0.9:
+        yield Fault(
+            "warning", "x, y, u, v_m", "positions do not follow the velocities",
+            f"correlation {ours.correlation:.3f}", "check axes, reference point and time of the sensors",
+        )  # fmt: skip
+    elif abs(ours.value - 1.0) > 0.04:
+        yield _stretched(trial, ours.value)
+
+
+def _stretched(trial: Trial, value: float) -> Fault:
+    """Positions and velocities differ by a factor: the time step where the heading says so too."""
+    yaw = rate_slope(trial, "psi", "r", _window(trial)) if _has(trial, "psi", "r") else None
+    same = yaw is not None and yaw.correlation > 0.9 and abs(yaw.value / value - 1.0) < 0.03
+    far = "error" if abs(value - 1.0) > 0.15 or same else "warning"
+    if same and yaw is not None:
+        return Fault(
+            far, "t", "the time step is not the true one",
+            f"positions move {value:.3f} and heading turns {yaw.value:.3f} times as much as u, v_m, r say",
+            f"true step about {trial.dt * value:.4g} s instead of {trial.dt:.4g} s; use the clock of the log",
+        )  # fmt: skip
+    return Fault(
+        far, "x, y, u, v_m", "positions and velocities have different scales",
+        f"positions move {value:.3f} times as far as u, v_m say",
+        "check units (kn, km/h), the model scale, and the time step",
+    )  # fmt: skip
+
+
+def _yaw_faults(trial: Trial) -> Iterator[Fault]:
+    """The heading's rate against r: sign, degrees, scale."""
+    if not _has(trial, "psi", "r"):
+        return
+    slope = rate_slope(trial, "psi", "r", _window(trial))
+    if slope is None or abs(slope.correlation) < 0.8:
+        return
+    numbers = f"psi turns {slope.value:.3g} times as much as r says, correlation {slope.correlation:.3f}"
+    if slope.value < 0:
+        yield Fault("error", "psi, r", "psi and r have opposite signs", numbers, "change the sign of one")
+    elif 40 < slope.value < 80:
+        yield Fault("error", "psi", "psi is in degrees", numbers, "convert it to radians")
+    elif 40 < 1 / slope.value < 80:
+        yield Fault("error", "r", "r is in degrees per second", numbers, "convert it to rad/s")
+    elif abs(slope.value - 1) > 0.1:
+        yield Fault("warning", "psi, r", "psi and r have different scales", numbers, "check units and time step")
+
+
+def _rudder_faults(trial: Trial) -> Iterator[Fault]:
+    """Going ahead, a rudder above zero turns the bow to starboard."""
+    if not _has(trial, "u", "r", "delta"):
+        return
+    effect = rudder_effect(trial, 0.5 * _window(trial))
+    if effect is None:
+        return
+    gain, certainty, _ = effect
+    if certainty < -4:
+        yield Fault(
+            "error", "delta", "rudder sign: above zero turns to port",
+            f"dr/dt changes by {gain:.3g} 1/s^2 per rad of rudder going ahead, "
+            f"{-certainty:.0f} standard errors below zero",
+            "change the sign of delta",
+        )  # fmt: skip
+    elif abs(certainty) < 2:
+        yield Fault(
+            "info", "delta", "rudder hardly shows in r",
+            f"dr/dt changes by {gain:.3g} 1/s^2 per rad, {abs(certainty):.1f} standard errors",
+            "do not expect rudder parameters from this trial",
+        )  # fmt: skip
+
+
+def _scale_faults(trial: Trial) -> Iterator[Fault]:
+    """Speed and yaw rate against the length: a model's log with a ship's length, or the reverse."""
+    length = _length(trial)
+    if length is None or not _has(trial, "u"):
+        return
+    u = np.abs(trial["u"])
+    speed = float(np.nanquantile(u, 0.95)) if np.isfinite(u).any() else 0.0
+    froude = speed / math.sqrt(_G * length)
+    if froude > 0.6:
+        yield Fault(
+            "error", "u", "wrong scale or unit: too fast for its length",
+            f"Froude number {froude:.2f} at {speed:.3g} m/s and L_pp {length:g} m",
+            "check L_pp and scale in the sidecar and the unit of the speed",
+        )  # fmt: skip
+    if "r" not in trial or speed <= 0:
+        return
+    fast = u > 0.5 * speed
+    turn = np.abs(trial["r"][fast]) * length / u[fast]
+    sharp = float(np.nanquantile(turn, 0.95)) if np.isfinite(turn).any() else 0.0
+    if sharp > 3.0:
+        yield Fault(
+            "error", "r", "wrong scale or unit: turns too sharply for its length",
+            f"r L/u is {sharp:.2g} in the fastest rows (ships stay below about 1.5), L_pp {length:g} m",
+            "check L_pp and scale in the sidecar and the unit of r",
+        )  # fmt: skip

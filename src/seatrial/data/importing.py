@@ -1,0 +1,109 @@
+"""Foreign logs to trial files.
+
+A format is a module with `read(path) -> Trial`; `csv` is read by a mapping file.  Everything is read
+before anything is written, so that a file that fails leaves nothing behind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from ..parameters import unknown
+from . import DataError, Trial, frt_esso, simman
+from .mapping import read as read_by_mapping
+from .mapping import read_mapping
+from .table import existing, lines_of
+from .trialfile import FOREIGN, read_trial, write_trial
+
+FORMATS = ("frt-esso", "simman", "csv")
+"""Names that `import_log` knows."""
+
+_SUFFIXES = {"frt-esso": frt_esso.SUFFIX, "simman": simman.SUFFIX, "csv": ".csv"}
+
+
+def import_log(
+    format: str, src: str | Path, out: str | Path, mapping: str | Path | None = None
+) -> list[Path]:
+    """Read a foreign log, or a folder of them, and write ``out/<stem>.csv`` and ``.yaml`` for each.
+
+    Args:
+        format: one of `FORMATS`.
+        src: a file, or a folder whose files (of the format's suffix, also in its folders) are read.
+        out: folder for the trial files; made if it is not there.
+        mapping: mapping file, for the format csv.
+
+    Returns:
+        The CSV files written, in the order read.
+
+    Raises:
+        DataError: an unknown format, no mapping for csv, or a log that cannot be read; then
+            nothing has been written.
+    """
+    read = _reader(format, mapping)
+    files = _files(format, Path(src), mapping)
+    folder = Path(out)
+    taken: dict[str, Path] = {}
+    for file in files:
+        target = folder / f"{file.stem}.csv"
+        if target.stem in taken:
+            raise DataError(f"{file}: a second recording called {file.stem}, after {taken[file.stem]}")
+        if target.resolve() == file.resolve():
+            raise DataError(f"{file}: would be written over; choose another folder with -o")
+        taken[file.stem] = file
+    trials = [read(file) for file in files]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(f"{folder}: not a folder that can be made: {error.strerror}") from error
+    written = [folder / f"{trial.name}.csv" for trial in trials]
+    for trial, path in zip(trials, written, strict=True):
+        write_trial(trial, path)
+    return written
+
+
+def recognised(path: str | Path) -> str | None:
+    """Format of a foreign log that needs no mapping; None for a trial file or an unknown one."""
+    here = Path(path)
+    if here.suffix.lower() not in (".csv", ".dat"):
+        return None
+    first = lines_of(here, "latin-1")[0]
+    if here.suffix.lower() == ".dat":
+        return "simman" if first.strip().startswith(("HSVA", "MARIN")) else None
+    return next((name for head, name in FOREIGN.items() if head in first), None)
+
+
+def read_log(path: str | Path) -> Trial:
+    """Read a trial file, or a foreign log that is recognised by its head."""
+    format = recognised(existing(path))
+    return _reader(format, None)(Path(path)) if format else read_trial(path)
+
+
+def read_logs(paths: Iterable[str | Path]) -> tuple[Trial, ...]:
+    """Read trial files and recognised foreign logs, in the order given."""
+    return tuple(read_log(path) for path in paths)
+
+
+def _reader(format: str, mapping: str | Path | None) -> Callable[[Path], Trial]:
+    if format not in FORMATS:
+        raise DataError(unknown(format, FORMATS, "format"))
+    if format != "csv":
+        if mapping is not None:
+            raise DataError(f"format {format} takes no mapping file; its columns are known")
+        return frt_esso.read if format == "frt-esso" else simman.read
+    if mapping is None:
+        raise DataError("format csv needs a mapping file that says which column is which channel")
+    table = read_mapping(mapping)
+    return lambda path: read_by_mapping(path, table)
+
+
+def _files(format: str, src: Path, mapping: str | Path | None) -> list[Path]:
+    here = existing(src)
+    if not here.is_dir():
+        return [here]
+    suffix = _SUFFIXES[format]
+    # a folder of logs may hold tables that are none; they are found when they are read
+    found = sorted(f for f in here.rglob("*") if f.suffix.lower() == suffix and f.is_file())
+    if not found:
+        raise DataError(f"{here}: no file *{suffix} in this folder or below; is format {format} right?")
+    return found

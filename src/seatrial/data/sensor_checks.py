@@ -1,0 +1,198 @@
+"""Checks of single channels and of the wind: gaps, clocks, steps, frozen values, degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from . import Array, Trial
+from .prepare import complete
+
+_MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
+_DIRECTIONS = ("gamma_T", "gamma_A", "gamma_C")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A finding before the trial's name is on it."""
+
+    severity: Literal["error", "warning", "info"]
+    where: str
+    what: str
+    evidence: str
+    remedy: str
+
+
+def sensor_faults(trial: Trial) -> Iterator[Fault]:
+    """What the channels show one by one."""
+    yield from _gap_faults(trial)
+    yield from _time_faults(trial)
+    yield from _angle_faults(trial)
+    for name in _MEASURED:
+        if name in trial:
+            yield from _step_faults(trial, name)
+            yield from _frozen_faults(trial, name)
+
+
+def _gap_faults(trial: Trial) -> Iterator[Fault]:
+    if not trial.channels:
+        return
+    filled = np.isfinite(trial.stack(*trial.channels)).any(axis=1)
+    last = int(np.flatnonzero(filled)[-1]) if filled.any() else -1
+    empty = len(trial) - 1 - last
+    if last < 0:
+        yield Fault("error", "all channels", "no data", f"{len(trial)} rows, all empty", "leave it out")
+        return
+    if empty:
+        yield Fault(
+            "warning", "all channels", "rows without data at the end",
+            f"the last {empty} of {len(trial)} rows", "prepare.drop_trailing_gaps",
+        )  # fmt: skip
+    for name, values in trial.channels.items():
+        missing = int(np.isnan(values[: last + 1]).sum())
+        if missing:
+            k = int(np.flatnonzero(np.isnan(values))[0])
+            yield Fault(
+                "warning", name, "gaps",
+                f"{missing} of {last + 1} samples, the first at t = {trial.t[k]:g} s",
+                "fit on prepare.segments, or fill short ones with prepare.interpolate_gaps",
+            )  # fmt: skip
+
+
+def _time_faults(trial: Trial) -> Iterator[Fault]:
+    steps = np.diff(trial.t)
+    bad = int((steps <= 0).sum())
+    if bad:
+        kind = "repeats" if (steps[steps <= 0] == 0).all() else "goes back"
+        distinct = np.unique(trial.t).size
+        yield Fault(
+            "error", "t", f"time {kind}", f"{bad} of {steps.size} steps, {distinct} distinct times",
+            "the clock is rounded: rebuild the time from the row number and the true step",
+        )  # fmt: skip
+        return
+    middle = float(np.median(steps))
+    leaps = np.flatnonzero(steps > 1.5 * middle)
+    different = np.unique(np.round(steps / middle, 3)).size
+    share = leaps.size / steps.size
+    if share > 0.05 and different <= 10:
+        yield Fault(
+            "warning", "t", "time is quantised",
+            f"only {different} different steps, from {steps.min():.3g} to {steps.max():.3g} s",
+            "rebuild the time from the row number, or resample",
+        )  # fmt: skip
+    elif leaps.size:
+        k = int(leaps[0])
+        yield Fault(
+            "warning", "t", "missing samples",
+            f"{leaps.size} leaps, up to {steps.max():.3g} s, the first at t = {trial.t[k]:g} s",
+            "prepare.segments ends a run at each leap",
+        )  # fmt: skip
+
+
+def _angle_faults(trial: Trial) -> Iterator[Fault]:
+    for name, values in trial.channels.items():
+        if not np.isfinite(values).any():
+            continue
+        largest = float(np.nanmax(np.abs(values)))
+        if name.split("_")[0] == "delta" and largest > 1.6:
+            yield Fault(
+                "error", name, "rudder is in degrees", f"up to {largest:.3g} rad", "convert it to radians"
+            )
+        elif name in _DIRECTIONS and largest > 6.3:
+            # a continuous direction may pass a turn; one that leaps in degrees does not
+            severity = "error" if largest > 30 else "info"
+            yield Fault(severity, name, "direction beyond one turn", f"up to {largest:.4g} rad",
+                        "if it is in degrees, convert it to radians")  # fmt: skip
+    if "psi" not in trial:
+        return
+    jumps = np.abs(np.diff(trial["psi"]))
+    for turn, unit, severity in ((2 * math.pi, "rad", "warning"), (360.0, "in degrees", "error")):
+        wraps = int((np.abs(jumps - turn) < 0.2 * turn).sum())
+        if wraps:
+            yield Fault(severity, "psi", "heading wraps", f"{wraps} leaps of about {turn:.4g} {unit}",
+                        "make it continuous with data.unwrapped")  # fmt: skip
+
+
+def _step_faults(trial: Trial, name: str) -> Iterator[Fault]:
+    """Coarse steps: few distinct values over a wide range."""
+    values = trial[name][np.isfinite(trial[name])]
+    if values.size < 50:
+        return
+    levels = np.unique(values)
+    span = float(levels[-1] - levels[0])
+    if levels.size < 3 or span <= 0:
+        return
+    quantum = float(np.median(np.diff(levels)))
+    if levels.size < 0.25 * values.size and quantum > 2e-3 * span:
+        yield Fault(
+            "warning", name, "coarse steps",
+            f"{levels.size} distinct values in {values.size} samples, steps of {quantum:.3g} {trial.unit(name)}",
+            "prefer integrated rates to differences of this channel, or smooth it",
+        )  # fmt: skip
+
+
+def _frozen_faults(trial: Trial, name: str) -> Iterator[Fault]:
+    """A sensor that stands still while the ship moves, and one slower than the log."""
+    values = trial[name]
+    same = np.diff(values) == 0
+    if "u" in trial:
+        same &= np.abs(trial["u"][1:]) > 0.2 * float(np.nanmax(np.abs(trial["u"]), initial=0.0))
+    start, length = _longest(same)
+    lasts = float(trial.t[start + length] - trial.t[start])
+    others = [n for n in _MEASURED if n != name and n in trial]
+    moving = any(np.unique(trial[n][start : start + length + 1]).size > length // 2 for n in others)
+    if length >= 20 and lasts >= max(2.0, 0.01 * trial.duration) and moving:
+        yield Fault(
+            "warning", name, "frozen sensor",
+            f"the same value {values[start]:.6g} for {lasts:.3g} s from t = {trial.t[start]:g} s",
+            "set these rows to gaps (NaN) or cut them",
+        )  # fmt: skip
+    elif name in ("x", "y", "psi") and 0.25 < float(np.mean(same)) < 0.98:
+        yield Fault(
+            "warning", name, "repeated values",
+            f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
+            "the sensor is slower than the log: keep its own samples, or smooth",
+        )  # fmt: skip
+
+
+def _longest(flags: Array) -> tuple[int, int]:
+    """First index and length of the longest run of true flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    if edges.size == 0:
+        return 0, 0
+    starts, lengths = edges[::2], edges[1::2] - edges[::2]
+    k = int(np.argmax(lengths))
+    return int(starts[k]), int(lengths[k])
+
+
+def wind_faults(trial: Trial) -> Iterator[Fault]:
+    """True and apparent wind against each other and the ship's velocity: both must be *from*."""
+    names = ("U_A", "gamma_A", "U_T", "gamma_T", "psi", "u", "v_m")
+    if not all(name in trial for name in names):
+        return
+    rows = trial.rows(complete(trial, names))
+    if len(rows) < 20:
+        return
+    speed, angle, u, v = rows["U_T"], rows["gamma_T"] - rows["psi"], rows["u"], rows["v_m"]
+    ahead, aside = speed * np.cos(angle), speed * np.sin(angle)
+    felt = (rows["U_A"] * np.cos(rows["gamma_A"]), rows["U_A"] * np.sin(rows["gamma_A"]))
+    misses = {
+        (true, felt_sign): float(np.median(np.hypot(
+            felt_sign * felt[0] - true * ahead - u, felt_sign * felt[1] - true * aside - v,
+        )))
+        for true in (1, -1) for felt_sign in (1, -1)
+    }  # fmt: skip
+    best = min(misses, key=lambda key: misses[key])
+    ours = misses[1, 1]
+    names_of = {(-1, 1): "gamma_T", (1, -1): "gamma_A", (-1, -1): "gamma_T and gamma_A"}
+    numbers = f"true and apparent wind differ by {ours:.3g} m/s as 'from', by {misses[best]:.3g} m/s so"
+    if best != (1, 1) and misses[best] < 0.5 * ours:
+        yield Fault("error", names_of[best], "wind direction is 'to', not 'from'", numbers,
+                    f"add pi to {names_of[best]}")  # fmt: skip
+    elif ours > 0.3 * float(np.median(speed) + np.median(np.abs(u))):
+        yield Fault("warning", "U_A, gamma_A, U_T, gamma_T", "true and apparent wind disagree",
+                    f"median difference {ours:.3g} m/s", "check units, heading and lever arm")  # fmt: skip

@@ -1,0 +1,147 @@
+"""Text files of numbers, with errors that name file, column and line.
+
+Shared by the readers: the bytes of a log become a table of floats here, and nowhere else.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from . import Array, DataError
+
+
+def existing(path: str | Path) -> Path:
+    """The path as a `Path`, if there is something; else an error that names what is near."""
+    here = Path(path)
+    if here.exists():
+        return here
+    folder = here.parent
+    if not folder.is_dir():
+        raise DataError(f"{here}: no such file, and no folder {folder}")
+    names = sorted(entry.name for entry in folder.iterdir())
+    near = difflib.get_close_matches(here.name, names, n=4, cutoff=0.5)
+    held = f"near: {', '.join(near)}" if near else f"the folder holds: {', '.join(names[:8]) or 'nothing'}"
+    raise DataError(f"{here}: no such file; {held}")
+
+
+def lines_of(path: str | Path, encoding: str = "utf-8-sig") -> list[str]:
+    """Lines of a text file.
+
+    Raises:
+        DataError: no such file, a folder, an empty or a binary file, another encoding.
+    """
+    here = existing(path)
+    if here.is_dir():
+        raise DataError(f"{here}: is a folder; name one file in it")
+    try:
+        raw = here.read_bytes()
+    except OSError as error:
+        raise DataError(f"{here}: cannot be read: {error.strerror}") from error
+    if not raw.strip():
+        raise DataError(f"{here}: the file is empty; it should have a header and rows of numbers")
+    if b"\0" in raw[:65536]:
+        raise DataError(f"{here}: a binary file, not text; expected rows of numbers")
+    try:
+        return raw.decode(encoding).splitlines()
+    except (UnicodeDecodeError, LookupError) as error:
+        raise DataError(f"{here}: not readable as {encoding} text ({error})") from error
+
+
+def split_row(line: str, delimiter: str | None) -> list[str]:
+    """Cells of a line; None separates by any white space."""
+    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+
+
+def numbers(
+    path: str | Path, lines: Sequence[str], first: int, columns: Sequence[str], delimiter: str | None
+) -> tuple[Array, list[int]]:
+    """Table of floats from the lines after the header; empty cells become NaN, blank lines are left out.
+
+    Args:
+        path: file, for the errors.
+        lines: all lines of the file.
+        first: index of the first line of numbers.
+        columns: names of the columns, for the errors and the count.
+        delimiter: what separates cells; None for white space.
+
+    Returns:
+        The table, shape (rows, columns), and the line number of each row (1 is the first of the file).
+    """
+    kept = [k for k in range(first, len(lines)) if lines[k].strip()]
+    flat: list[float] = []
+    for k in kept:
+        cells = lines[k].split(delimiter)
+        if len(cells) != len(columns):
+            raise DataError(
+                f"{path}: line {k + 1} has {len(cells)} cells, the header has {len(columns)} columns; "
+                "complete the line or take it out"
+            )
+        try:
+            flat.extend(map(float, cells))
+        except ValueError:
+            flat.extend(_number(path, k, *pair) for pair in zip(columns, cells, strict=True))
+    table = np.array(flat, dtype=np.float64).reshape(len(kept), len(columns))
+    infinite = np.argwhere(np.isinf(table))
+    if infinite.size:
+        row, column = infinite[0]
+        raise DataError(
+            f"{path}: column '{columns[column]}', line {kept[row] + 1}: infinite; "
+            "give a finite number, or leave the cell empty for a gap"
+        )
+    return table, [k + 1 for k in kept]
+
+
+def _number(path: str | Path, k: int, column: str, cell: str) -> float:
+    text = cell.strip().strip('"').strip()
+    if text.lower() in ("", "nan", "na", "null"):
+        return math.nan
+    try:
+        return float(text)
+    except ValueError:
+        raise DataError(
+            f"{path}: column '{column}', line {k + 1}: '{text[:40]}' is not a number; "
+            "give a number with a decimal dot, or leave the cell empty for a gap"
+        ) from None
+
+
+def continued(table: Array, time: int) -> tuple[Array, int]:
+    """Give time to rows at the end that hold nothing at all, at the median step; say how many.
+
+    Loggers pad; the padding is a gap, and a gap needs its time.
+    """
+    filled = ~np.isnan(table).all(axis=1)
+    last = int(np.flatnonzero(filled)[-1]) if filled.any() else -1
+    count = len(table) - 1 - last
+    if count == 0 or last < 1:
+        return table, 0
+    out = table.copy()
+    step = float(np.nanmedian(np.diff(table[: last + 1, time])))
+    out[last + 1 :, time] = table[last, time] + step * np.arange(1, count + 1)
+    return out, count
+
+
+def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int]) -> None:
+    """Refuse time that is missing, stands still or goes back, and recordings too short to be one.
+
+    Raises:
+        DataError: naming file, column and line.
+    """
+    if t.size < 2:
+        raise DataError(f"{path}: {t.size} rows of numbers; a trial needs at least 2")
+    missing = np.flatnonzero(~np.isfinite(t))
+    if missing.size:
+        line = lines[int(missing[0])]
+        raise DataError(f"{path}: column '{column}', line {line}: no time; every row needs its time")
+    back = np.flatnonzero(np.diff(t) <= 0)
+    if back.size:
+        k = int(back[0]) + 1
+        what = "repeats" if t[k] == t[k - 1] else "goes back"
+        raise DataError(
+            f"{path}: column '{column}', line {lines[k]}: time {what} ({t[k - 1]:.9g} then {t[k]:.9g}); "
+            f"it must increase from row to row ({back.size} such rows)"
+        )

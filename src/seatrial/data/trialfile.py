@@ -1,0 +1,214 @@
+"""Trial files, `manoeuvre-trial/1`: a table with units in its head and a sidecar that says what it is.
+
+CSV has one header line ``t [s],x [m],...``; a gap is an empty cell; numbers are written so that they
+read back exactly.  Parquet has bare names; the units are a JSON object under the key
+``seatrial.units`` of the file's metadata (Polars writes no metadata of single fields).  The sidecar,
+a YAML file of the same stem, holds the same keys for both.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from . import UNITS, Array, DataError, Trial
+from .sidecar import read_sidecar, sidecar_path, sidecar_text
+from .table import check_time, continued, existing, lines_of, numbers, split_row
+from .units import conversion
+
+SUFFIXES = (".csv", ".parquet")
+_HEADER = re.compile(r"^(?P<name>[A-Za-z]\w*)\s*(?:\[(?P<unit>[^\]]*)\])?$")
+_UNITS_KEY = "seatrial.units"
+
+# First columns of foreign logs that look like trial files, and the format that reads them.
+FOREIGN: Mapping[str, str] = MappingProxyType({"x_position_mid [m]": "frt-esso"})
+
+
+def read_trial(path: str | Path) -> Trial:
+    """Read one trial file with its sidecar; without a sidecar the conventions of the format hold.
+
+    Standard channels in other units (deg, kn, rpm) come out in SI.
+
+    Raises:
+        DataError: naming file, column and line of what is wrong.
+    """
+    here = existing(path)
+    if here.suffix.lower() not in SUFFIXES:
+        raise DataError(f"{here}: a trial file ends in .csv or .parquet; import a foreign log first")
+    units, table, lines = _read_parquet(here) if here.suffix.lower() == ".parquet" else _read_csv(here)
+    return _assemble(here, units, table, lines)
+
+
+def read_trials(paths: str | Path | Iterable[str | Path]) -> tuple[Trial, ...]:
+    """Read trial files and folders of them; a folder gives its files sorted by name.
+
+    Raises:
+        DataError: an empty folder, two trials of one name, or what `read_trial` raises.
+    """
+    given = [paths] if isinstance(paths, str | Path) else list(paths)
+    files: dict[Path, None] = {}
+    for path in given:
+        here = existing(path)
+        found = _files_in(here) if here.is_dir() else [here]
+        files.update(dict.fromkeys(file.resolve() for file in found))
+    stems: dict[str, Path] = {}
+    for file in files:
+        if file.stem in stems:
+            raise DataError(f"{file}: a second trial of this name, after {stems[file.stem]}; rename one")
+        stems[file.stem] = file
+    return tuple(read_trial(file) for file in files)
+
+
+def write_trial(trial: Trial, path: str | Path) -> None:
+    """Write a trial and its sidecar; either both new files are complete or the old ones stay.
+
+    Raises:
+        DataError: a suffix that is neither .csv nor .parquet, a channel without a usable unit, a
+            value that cannot be written, a folder that is not there.
+    """
+    here = Path(path)
+    if here.suffix.lower() not in SUFFIXES:
+        raise DataError(f"{here}: a trial file ends in .csv or .parquet")
+    if not here.parent.is_dir():
+        raise DataError(f"{here}: no folder {here.parent}; make it first")
+    _check_writable(here, trial)
+    sidecar = sidecar_path(here)
+    table_tmp, sidecar_tmp = (p.with_name(f".{p.name}.{os.getpid()}.tmp") for p in (here, sidecar))
+    try:
+        sidecar_tmp.write_text(sidecar_text(here, trial.meta), encoding="utf-8")
+        if here.suffix.lower() == ".parquet":
+            _write_parquet(trial, table_tmp)
+        else:
+            table_tmp.write_text(_csv_text(trial), encoding="utf-8")
+        os.replace(sidecar_tmp, sidecar)
+        os.replace(table_tmp, here)
+    except OSError as error:
+        raise DataError(f"{here}: cannot be written: {error.strerror}") from error
+    finally:
+        table_tmp.unlink(missing_ok=True)
+        sidecar_tmp.unlink(missing_ok=True)
+
+
+def _files_in(folder: Path) -> list[Path]:
+    found = sorted(f for f in folder.iterdir() if f.suffix.lower() in SUFFIXES and not f.name.startswith("."))
+    if not found:
+        raise DataError(f"{folder}: no trial file (*.csv, *.parquet) in this folder")
+    return found
+
+
+def _read_csv(path: Path) -> tuple[dict[str, str], Array, list[int]]:
+    lines = lines_of(path)
+    first = next(k for k, line in enumerate(lines) if line.strip())
+    heads = split_row(lines[first], ",")
+    foreign = next((FOREIGN[head] for head in heads if head in FOREIGN), None)
+    if foreign:
+        raise DataError(f"{path}: a log of format {foreign}; import it first: seatrial import {foreign}")
+    if len(heads) == 1 and re.search(r"[;\t]", heads[0]):
+        raise DataError(f"{path}: line {first + 1}: columns must be separated by commas")
+    units: dict[str, str] = {}
+    for head in heads:
+        name, unit = _header(path, first + 1, head)
+        if name in units:
+            raise DataError(f"{path}: column '{name}', line {first + 1}: named twice; keep one")
+        units[name] = unit
+    table, numbered = numbers(path, lines, first + 1, list(units), ",")
+    return units, table, numbered
+
+
+def _header(path: Path, line: int, head: str) -> tuple[str, str]:
+    match = _HEADER.match(head)
+    if match is None:
+        raise DataError(f"{path}: column '{head}', line {line}: write 'name [unit]', such as 'psi [rad]'")
+    name, unit = match["name"], (match["unit"] or "").strip()
+    if not unit:
+        wanted = UNITS.get(name, "unit, or - for none")
+        raise DataError(f"{path}: column '{name}', line {line}: no unit; write '{name} [{wanted}]'")
+    return name, unit
+
+
+def _read_parquet(path: Path) -> tuple[dict[str, str], Array, list[int]]:
+    import polars as pl
+
+    try:
+        frame = pl.read_parquet(path)
+        units: dict[str, str] = json.loads(pl.read_parquet_metadata(path).get(_UNITS_KEY, "{}"))
+    except (pl.exceptions.PolarsError, OSError, ValueError) as error:
+        raise DataError(f"{path}: not a readable Parquet file ({str(error).splitlines()[0]})") from error
+    for name, kind in frame.schema.items():
+        if not kind.is_numeric():
+            raise DataError(f"{path}: column '{name}': holds {kind}, not numbers")
+        if name not in units:
+            raise DataError(
+                f"{path}: column '{name}': no unit; Parquet trials hold units as JSON under '{_UNITS_KEY}'"
+            )
+    table = np.column_stack([frame[name].cast(pl.Float64).to_numpy() for name in frame.columns])
+    return {name: units[name] for name in frame.columns}, table, list(range(1, len(table) + 1))
+
+
+def _assemble(path: Path, units: Mapping[str, str], table: Array, lines: list[int]) -> Trial:
+    names = list(units)
+    if "t" not in units:
+        raise DataError(f"{path}: no column 't [s]'; the columns are {', '.join(names)}")
+    table, added = continued(table, names.index("t"))
+    channels: dict[str, Array] = {}
+    kept: dict[str, str] = {}
+    for k, name in enumerate(names):
+        try:
+            unit, factor = conversion(name, units[name])
+        except DataError as error:
+            raise DataError(f"{path}: line 1: {error}") from None
+        # a factor of one must leave every bit as it is
+        channels[name] = table[:, k].copy() if factor == 1.0 else table[:, k] * factor
+        if name not in UNITS:
+            kept[name] = unit
+    t = channels.pop("t")
+    check_time(path, "t", t, lines)
+    trial = Trial(path.stem, t, channels, kept, read_sidecar(path))
+    if trial.meta.get("delta_positive") == "port_turn":
+        trial = _starboard_positive(trial)
+    return trial.noting(f"time continued over {added} empty rows at the end") if added else trial
+
+
+def _starboard_positive(trial: Trial) -> Trial:
+    flipped = {n: -v for n, v in trial.channels.items() if re.fullmatch(r"delta(_\d+)?(_cmd)?", n)}
+    out = trial.having(**flipped).noting("rudder sign turned: positive to starboard")
+    return Trial(out.name, out.t, out.channels, out.units, {**out.meta, "delta_positive": "starboard_turn"})
+
+
+def _check_writable(path: Path, trial: Trial) -> None:
+    check_time(path, "t", trial.t, list(range(2, len(trial) + 2)))
+    for name, values in trial.channels.items():
+        if not _HEADER.fullmatch(name) or name == "t":
+            raise DataError(f"{path}: channel '{name}': a name is letters, digits and underscores")
+        try:
+            unit, factor = conversion(name, trial.unit(name))
+        except DataError as error:
+            raise DataError(f"{path}: {error}") from None
+        if factor != 1.0:
+            raise DataError(f"{path}: channel '{name}' is in {trial.unit(name)}; a trial holds it in {unit}")
+        if np.isinf(values).any():
+            raise DataError(f"{path}: channel '{name}' holds infinite values; a gap is NaN")
+
+
+def _csv_text(trial: Trial) -> str:
+    names = ["t", *trial.channels]
+    head = ",".join(f"{name} [{trial.unit(name)}]" for name in names)
+    # repr is the shortest text that reads back to the same bits
+    columns = [["" if v != v else repr(v) for v in trial[name].tolist()] for name in names]
+    return "\n".join([head, *map(",".join, zip(*columns, strict=True)), ""])
+
+
+def _write_parquet(trial: Trial, path: Path) -> None:
+    import polars as pl
+
+    names = ["t", *trial.channels]
+    data: dict[str, Any] = {name: np.ascontiguousarray(trial[name]) for name in names}
+    units = json.dumps({name: trial.unit(name) for name in names})
+    pl.DataFrame(data).write_parquet(path, metadata={_UNITS_KEY: units})

@@ -1,0 +1,77 @@
+"""Units a log may come in, and the way to SI.
+
+One table: symbol -> (SI symbol, factor).  No offsets besides temperature, which nothing here
+computes with, so it stays as it is.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from ..parameters import unknown
+from . import UNITS, DataError
+
+_DEG = math.pi / 180.0
+_KNOT = 1852.0 / 3600.0
+
+KNOWN: Mapping[str, tuple[str, float]] = MappingProxyType({
+    "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "min": ("s", 60.0), "h": ("s", 3600.0),
+    "m": ("m", 1.0), "mm": ("m", 1e-3), "cm": ("m", 1e-2), "km": ("m", 1e3), "NM": ("m", 1852.0),
+    "nmi": ("m", 1852.0), "ft": ("m", 0.3048),
+    "rad": ("rad", 1.0), "deg": ("rad", _DEG), "°": ("rad", _DEG),
+    "m/s": ("m/s", 1.0), "cm/s": ("m/s", 1e-2), "km/h": ("m/s", 1 / 3.6), "kn": ("m/s", _KNOT),
+    "kt": ("m/s", _KNOT), "knot": ("m/s", _KNOT), "knots": ("m/s", _KNOT),
+    "rad/s": ("rad/s", 1.0), "deg/s": ("rad/s", _DEG), "°/s": ("rad/s", _DEG),
+    "deg/min": ("rad/s", _DEG / 60.0), "rad/min": ("rad/s", 1 / 60.0),
+    "1/s": ("1/s", 1.0), "rps": ("1/s", 1.0), "Hz": ("1/s", 1.0), "rpm": ("1/s", 1 / 60.0),
+    "1/min": ("1/s", 1 / 60.0),
+    "m/s^2": ("m/s^2", 1.0), "m/s2": ("m/s^2", 1.0), "rad/s^2": ("rad/s^2", 1.0),
+    "deg/s^2": ("rad/s^2", _DEG),
+    "N": ("N", 1.0), "kN": ("N", 1e3), "MN": ("N", 1e6),
+    "N m": ("N m", 1.0), "Nm": ("N m", 1.0), "N*m": ("N m", 1.0), "kN m": ("N m", 1e3), "kNm": ("N m", 1e3),
+    "W": ("W", 1.0), "kW": ("W", 1e3), "MW": ("W", 1e6), "V": ("V", 1.0), "A": ("A", 1.0),
+    "Pa": ("Pa", 1.0), "kPa": ("Pa", 1e3), "hPa": ("Pa", 1e2), "bar": ("Pa", 1e5),
+    "kg": ("kg", 1.0), "t": ("kg", 1e3), "kg/m^3": ("kg/m^3", 1.0), "kg/m3": ("kg/m^3", 1.0),
+    "degC": ("degC", 1.0), "°C": ("degC", 1.0),
+    "-": ("-", 1.0), "1": ("-", 1.0), "%": ("-", 1e-2),
+})  # fmt: skip
+"""Unit symbols that a header may name: the SI symbol and the factor to it."""
+
+_DERIVED = re.compile(r"_(sd|cmd|\d+)$")
+
+
+def standard_unit(name: str) -> str | None:
+    """SI unit that a channel name asks for; None for a name without a fixed meaning.
+
+    `delta_1`, `n_P_2_cmd` and `x_sd` mean what their stem means.
+    """
+    while name not in UNITS:
+        stem = _DERIVED.sub("", name)
+        if stem == name:
+            return None
+        name = stem
+    return UNITS[name]
+
+
+def conversion(name: str, unit: str) -> tuple[str, float]:
+    """Unit a channel is kept in, and the factor to it.
+
+    Standard channels come out in SI.  Other channels keep the unit they have: nothing here
+    computes with them, and what was read is written back unchanged.
+
+    Raises:
+        DataError: an unknown unit, or one that cannot measure this channel.
+    """
+    if unit not in KNOWN:
+        raise DataError(f"column '{name}': {unknown(unit, KNOWN, 'unit')}")
+    wanted = standard_unit(name)
+    if wanted is None:
+        return unit, 1.0
+    si, factor = KNOWN[unit]
+    if si != wanted:
+        fitting = ", ".join(symbol for symbol, (to, _) in KNOWN.items() if to == wanted)
+        raise DataError(f"column '{name}': unit '{unit}' cannot measure it; right would be one of: {fitting}")
+    return si, factor

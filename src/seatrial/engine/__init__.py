@@ -1,0 +1,90 @@
+"""The engine: a system traced once, run over many lanes at once.
+
+One lane is one ship, one trial window or one candidate.  A `System` is plain Python over scalars
+(see `symbolic`); `rollout` integrates it over all lanes, `sensitivities` with the exact derivatives
+of every state with respect to chosen parameters and the initial state.  Two back ends give the
+same numbers: a SIMD kernel printed as C (`simd`), and CasADi's virtual machine where no compiler
+or no vector mathematics is at hand (`virtual`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..parameters import Scalar
+
+Array = NDArray[np.float64]
+Scalars = tuple[Scalar, ...]
+Derivative = Callable[[Scalars, Scalars, Scalars], Scalars]
+Before = Callable[[Scalar, Scalar, Scalars, Scalars, Scalars, Scalars], tuple[Scalars, Scalars, Scalars]]
+
+
+class EngineNotice(UserWarning):
+    """Said once when the engine runs on its slower back end, with the reason."""
+
+
+class SimulationError(RuntimeError):
+    """A run that left the finite or the valid; the text names time, state and lane."""
+
+
+@dataclass(frozen=True)
+class System:
+    """Everything that is integrated together: plant, actuators, policy.
+
+    Attributes:
+        states: names of the continuous states.
+        memory: names of what changes once per step (actuators, a policy's memory).
+        series: names of the inputs that are given per step and lane (controls, environment).
+        acting: names of what `before` hands to `derivative` for the step.
+        logged: names of further values that `before` wants stored (orders).
+        parameters: names of the parameters.
+        derivative: (state, acting, parameters) -> rates.
+        before: (t, dt, state, memory, series, parameters) -> (acting, memory after, logged);
+            None where the series themselves act.
+    """
+
+    states: tuple[str, ...]
+    series: tuple[str, ...]
+    parameters: tuple[str, ...]
+    derivative: Derivative
+    memory: tuple[str, ...] = ()
+    acting: tuple[str, ...] = ()
+    logged: tuple[str, ...] = ()
+    before: Before | None = None
+
+    @property
+    def stored(self) -> tuple[str, ...]:
+        """Names of the columns of a rollout: states, memory, logged."""
+        return self.states + self.memory + self.logged
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A lane that left the finite or the valid, and where."""
+
+    lane: int
+    time: float
+    state: str
+    value: float
+
+    def __str__(self) -> str:
+        return f"lane {self.lane}: {self.state} = {self.value:.6g} at t = {self.time:.6g} s"
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """What a run over lanes gives back.
+
+    Attributes:
+        t: times of the stored rows [s], shape (rows,).
+        values: shape (lanes, rows, len(system.stored)).
+        failures: lanes that blew up or left the validity range; their rows after that are NaN.
+    """
+
+    t: Array
+    values: Array
+    failures: tuple[Failure, ...] = ()

@@ -1,0 +1,186 @@
+"""The engine's two verbs: integrate many lanes, and integrate them with their derivatives."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..parameters import ParameterError, unknown
+from . import Array, EngineNotice, Failure, Rollout, System, simd, virtual
+from .cache import CompilerError
+
+
+@cache
+def _notice(reason: str) -> None:
+    """Say once per process and reason that the slower back end is at work."""
+    warnings.warn(f"running on CasADi's virtual machine, some 30 times slower: {reason}", EngineNotice, stacklevel=4)
+
+
+def default_threads() -> int:
+    """`SEATRIAL_THREADS`, else the processors this process may use."""
+    named = os.environ.get("SEATRIAL_THREADS")
+    if named:
+        return max(int(named), 1)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """A compiled system: `run` integrates it over lanes.
+
+    Attributes:
+        system: what was compiled.
+        lanewise: parameters that differ from lane to lane; all others are shared.
+        virtual: whether it runs on the virtual machine.
+    """
+
+    system: System
+    lanewise: tuple[str, ...]
+    kernel: Any
+    virtual: bool
+
+    def pack(self, series: Array) -> Any:
+        """Series (lanes, steps, channels) in the kernel's own order, to be used in many runs."""
+        return (virtual if self.virtual else simd).pack(np.asarray(series, dtype=np.float64))
+
+    def run(
+        self, state0: Array, series: Any, parameters: Array, *, dt: float, steps: int,
+        memory0: Array | None = None, lanewise: Array | None = None, t0: float = 0.0, every: int = 1,
+        method: str = "rk4", threads: int | None = None,
+        validity: Mapping[str, tuple[float, float]] | None = None,
+    ) -> Rollout:  # fmt: skip
+        """Integrate every lane and store every `every`-th step.
+
+        Args:
+            state0: shape (lanes, states).
+            series: shape (lanes, steps, series), or (lanes, 1, series) where they hold; or packed.
+            parameters: shared values in the order of `system.parameters`.
+            dt: time step [s].
+            steps: number of samples, the first included.
+            memory0: shape (lanes, memory).
+            lanewise: shape (lanes, len(self.lanewise)).
+            t0: time of the first sample [s].
+            every: stride of the stored rows.
+            method: "rk4" or "euler".
+            threads: None takes `default_threads()`.
+            validity: closed interval per state; a lane that leaves it fails from there on.
+        """
+        lanes = state0.shape[0]
+        packed = self.pack(series) if isinstance(series, np.ndarray) else series
+        values = self.kernel.run(
+            np.asarray(state0, dtype=np.float64),
+            np.zeros((lanes, len(self.system.memory))) if memory0 is None else memory0,
+            packed, np.zeros((lanes, 0)) if lanewise is None else lanewise, parameters,
+            t0=t0, dt=dt, steps=steps, every=every, rk4=is_rk4(method),
+            threads=threads or default_threads(),
+        )  # fmt: skip
+        t = t0 + dt * every * np.arange(values.shape[1])
+        return _judged(t, values, self.system.states, validity or {})
+
+    def evaluate(self, state: Array, acting: Array, parameters: Array, lanewise: Array | None = None) -> Array:
+        """Rates of each lane, one call of the right-hand side, shape (lanes, states)."""
+        q = np.zeros((state.shape[0], 0)) if lanewise is None else lanewise
+        return self.kernel.evaluate(state, acting, q, parameters)
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """A compiled open-loop system with derivatives; see `Simulator` for the arguments."""
+
+    system: System
+    free: tuple[str, ...]
+    lanewise: tuple[str, ...]
+    kernel: Any
+    virtual: bool = field(default=False)
+
+    def pack(self, series: Array) -> Any:
+        """Series (lanes, steps, channels) in the kernel's own order, to be used in many runs."""
+        return (virtual if self.virtual else simd).pack(np.asarray(series, dtype=np.float64))
+
+    def run(
+        self, state0: Array, series: Any, parameters: Array, *, dt: float, steps: int, every: int = 1,
+        lanewise: Array | None = None, method: str = "euler", threads: int | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """States (lanes, rows, states) and their derivatives (lanes, rows, states, free + states).
+
+        The last columns are the derivatives with respect to the initial state.
+        """
+        packed = self.pack(series) if isinstance(series, np.ndarray) else series
+        return self.kernel.run(
+            np.asarray(state0, dtype=np.float64), packed,
+            np.zeros((state0.shape[0], 0)) if lanewise is None else lanewise, parameters,
+            dt=dt, steps=steps, every=every, rk4=is_rk4(method), threads=threads or default_threads(),
+        )  # fmt: skip
+
+
+def is_rk4(method: str) -> bool:
+    """Whether `method` is "rk4"; False for "euler".
+
+    Raises:
+        ValueError: another name.
+    """
+    if method not in ("rk4", "euler"):
+        raise ValueError(f"no integration method '{method}'; known: rk4, euler")
+    return method == "rk4"
+
+
+def _checked(system: System, names: Sequence[str]) -> tuple[str, ...]:
+    for name in names:
+        if name not in system.parameters:
+            raise ParameterError(unknown(name, system.parameters))
+    return tuple(names)
+
+
+def simulator(system: System, lanewise: Sequence[str] = (), *, back_end: str = "auto") -> Simulator:
+    """Compile `system`; `back_end` is "auto", "simd" or "virtual"."""
+    names = _checked(system, lanewise)
+    if back_end != "virtual":
+        try:
+            return Simulator(system, names, simd.SimdRollout.compile(system, names), False)
+        except CompilerError as error:
+            if back_end == "simd":
+                raise
+            _notice(str(error))
+    return Simulator(system, names, virtual.VirtualRollout.compile(system, names), True)
+
+
+def sensitivity(
+    system: System, free: Sequence[str], lanewise: Sequence[str] = (), *, back_end: str = "auto"
+) -> Sensitivity:
+    """Compile open-loop `system` with derivatives with respect to `free` and the initial state."""
+    if system.before is not None:
+        raise ValueError("sensitivities are for open-loop systems; this one prepares its steps")
+    names, q = _checked(system, free), _checked(system, lanewise)
+    if back_end != "virtual":
+        try:
+            return Sensitivity(system, names, q, simd.SimdSensitivity.compile(system, names, q), False)
+        except CompilerError as error:
+            if back_end == "simd":
+                raise
+            _notice(str(error))
+    return Sensitivity(system, names, q, virtual.VirtualSensitivity.compile(system, names, q), True)
+
+
+def _judged(
+    t: Array, values: Array, states: tuple[str, ...], validity: Mapping[str, tuple[float, float]]
+) -> Rollout:
+    """Find where lanes blew up or left their validity; blank what follows, let the others be."""
+    bad = ~np.isfinite(values[:, :, : len(states)])
+    for name, (low, high) in validity.items():
+        column = values[:, :, states.index(name)]
+        bad[:, :, states.index(name)] |= (column < low) | (column > high)
+    if not bad.any():
+        return Rollout(t, values)
+    failures: list[Failure] = []
+    for lane in np.flatnonzero(bad.any(axis=(1, 2))):
+        row = int(np.argmax(bad[lane].any(axis=1)))
+        state = int(np.argmax(bad[lane, row]))
+        failures.append(Failure(int(lane), float(t[row]), states[state], float(values[lane, row, state])))
+        values[lane, row:] = np.nan
+    return Rollout(t, values, tuple(failures))

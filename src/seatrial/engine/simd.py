@@ -1,0 +1,153 @@
+"""Running compiled kernels: lanes in blocks, blocks over threads.
+
+Every array is padded to whole blocks by repeating its last lane, and a lane never looks at its
+neighbours, so a result depends neither on the batch nor on the number of threads.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import Array, System, trace
+from .cache import library
+from .csource import LANES, rollout_source, sensitivity_source
+
+_LONG, _DOUBLE, _ARRAY = ctypes.c_long, ctypes.c_double, ctypes.c_void_p
+
+
+@dataclass(frozen=True)
+class Packed:
+    """Series in block order, shape (blocks, steps, series, LANES), and how many lanes are real."""
+
+    blocks: Array
+    lanes: int
+
+
+def blocks(values: Array) -> Array:
+    """(lanes, ...) -> (blocks, ..., LANES), padded with copies of the last lane."""
+    lanes = values.shape[0]
+    count = -(-lanes // LANES)
+    if count * LANES != lanes:
+        values = np.concatenate([values, np.repeat(values[-1:], count * LANES - lanes, axis=0)])
+    shaped = values.reshape(count, LANES, *values.shape[1:])
+    return np.ascontiguousarray(np.moveaxis(shaped, 1, -1), dtype=np.float64)
+
+
+def pack(series: Array) -> Packed:
+    """Series of shape (lanes, steps, channels), one step where they hold, in block order."""
+    return Packed(blocks(series), series.shape[0])
+
+
+def _pointer(values: Array) -> int:
+    return values.ctypes.data
+
+
+def _shared(values: Array) -> Array:
+    return np.ascontiguousarray(np.append(values, 0.0), dtype=np.float64)
+
+
+def _spread(job: Callable[[int, int], None], count: int, threads: int) -> None:
+    """Run `job(first, last)` over `count` blocks in contiguous parts, one thread a part."""
+    parts = min(threads, count)
+    edges = [count * i // parts for i in range(parts + 1)]
+    if parts == 1:
+        job(0, count)
+        return
+    with ThreadPoolExecutor(parts) as pool:
+        for done in [pool.submit(job, a, b) for a, b in zip(edges, edges[1:], strict=False)]:
+            done.result()
+
+
+@dataclass(frozen=True)
+class SimdRollout:
+    """A system compiled for plain integration."""
+
+    system: System
+    code: ctypes.CDLL
+
+    @staticmethod
+    def compile(system: System, lanewise: tuple[str, ...]) -> SimdRollout:
+        """Trace, print, compile (or take from the cache) and load."""
+        where = {system.parameters.index(name): k for k, name in enumerate(lanewise)}
+        source = rollout_source(system, trace.right_hand_side(system), trace.preparation(system), where)
+        code = library(source)
+        code.rollout.argtypes = [_LONG] * 3 + [_DOUBLE] * 2 + [_LONG] * 2 + [_ARRAY] * 3 + [_LONG] * 2 + [
+            _ARRAY, _ARRAY, _ARRAY, _LONG]  # fmt: skip
+        code.rollout.restype = None
+        code.evaluate.argtypes = [_LONG] + [_ARRAY] * 5
+        code.evaluate.restype = None
+        return SimdRollout(system, code)
+
+    def run(
+        self, state0: Array, memory0: Array, series: Packed, lanewise: Array, shared: Array, *,
+        t0: float, dt: float, steps: int, every: int, rk4: bool, threads: int,
+    ) -> Array:  # fmt: skip
+        """Stored rows of every lane, shape (lanes, rows, stored)."""
+        lanes, rows = state0.shape[0], (steps - 1) // every + 1
+        Z, M, Q, P = blocks(state0), blocks(memory0), blocks(lanewise), _shared(shared)
+        count, held = Z.shape[0], series.blocks.shape[1] == 1
+        width = len(self.system.series) * LANES
+        out = np.empty((count, rows, len(self.system.stored), LANES))
+        per_block = series.blocks[0].size
+
+        def job(first: int, last: int) -> None:
+            self.code.rollout(
+                first, last, steps, t0, dt, every, int(rk4), _pointer(Z), _pointer(M),
+                _pointer(series.blocks), per_block, 0 if held else width,
+                _pointer(Q), _pointer(P), _pointer(out), rows,
+            )  # fmt: skip
+
+        _spread(job, count, threads)
+        return np.moveaxis(out, -1, 1).reshape(count * LANES, rows, -1)[:lanes]
+
+    def evaluate(self, state: Array, acting: Array, lanewise: Array, shared: Array) -> Array:
+        """Rates of every lane for one call of the right-hand side, shape (lanes, states)."""
+        Z, A, Q, P = blocks(state), blocks(acting), blocks(lanewise), _shared(shared)
+        out = np.empty_like(Z)
+        self.code.evaluate(Z.shape[0], _pointer(Z), _pointer(A), _pointer(Q), _pointer(P), _pointer(out))
+        return np.moveaxis(out, -1, 1).reshape(-1, Z.shape[1])[: state.shape[0]]
+
+
+@dataclass(frozen=True)
+class SimdSensitivity:
+    """An open-loop system compiled for integration with exact forward sensitivities."""
+
+    system: System
+    free: tuple[str, ...]
+    code: ctypes.CDLL
+
+    @staticmethod
+    def compile(system: System, free: tuple[str, ...], lanewise: tuple[str, ...]) -> SimdSensitivity:
+        """Trace, differentiate, print, compile (or take from the cache) and load."""
+        where = {system.parameters.index(name): k for k, name in enumerate(lanewise)}
+        code = library(sensitivity_source(system, trace.jacobian(system, free), where))
+        code.sensitivity.argtypes = [_LONG] * 3 + [_DOUBLE] + [_LONG] * 2 + [_ARRAY] * 6 + [_LONG, _ARRAY]
+        code.sensitivity.restype = None
+        return SimdSensitivity(system, free, code)
+
+    def run(
+        self, state0: Array, series: Packed, lanewise: Array, shared: Array, *,
+        dt: float, steps: int, every: int, rk4: bool, threads: int,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """States (lanes, rows, states) and derivatives (lanes, rows, states, free + states)."""
+        lanes, rows = state0.shape[0], (steps - 1) // every + 1
+        Z, Q, P = blocks(state0), blocks(lanewise), _shared(shared)
+        count, ns = Z.shape[0], len(self.system.states)
+        columns = len(self.free) + ns
+        out = np.empty((count, rows, ns, LANES))
+        slopes = np.empty((count * LANES, rows, ns, columns))
+
+        def job(first: int, last: int) -> None:
+            work = np.empty(3 * ns * columns * LANES)
+            self.code.sensitivity(
+                first, last, steps, dt, every, int(rk4), _pointer(Z), _pointer(series.blocks),
+                _pointer(Q), _pointer(P), _pointer(out), _pointer(slopes), rows, _pointer(work),
+            )  # fmt: skip
+
+        _spread(job, count, threads)
+        return np.moveaxis(out, -1, 1).reshape(count * LANES, rows, ns)[:lanes], slopes[:lanes]

@@ -1,0 +1,83 @@
+"""Tracing a system into CasADi functions: right-hand side, step preparation, Jacobians."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from . import System
+
+
+@dataclass(frozen=True)
+class Jacobian:
+    """Layout of a traced Jacobian function.
+
+    Its output is the rates, then the structural non-zeros of d rates/d state in `A` order, then for
+    each row named in `rows` the derivatives with respect to every free parameter.
+    """
+
+    function: Any
+    A: tuple[tuple[int, int], ...]
+    rows: tuple[int, ...]
+    free: tuple[str, ...]
+
+
+def _symbols(prefix: str, names: tuple[str, ...]) -> Any:
+    return ca.SX.sym(prefix, max(len(names), 1))
+
+
+def _scalars(vector: Any, names: tuple[str, ...]) -> tuple[Any, ...]:
+    return tuple(vector[i] for i in range(len(names)))
+
+
+def _column(values: Any) -> Any:
+    return ca.densify(ca.vertcat(*(ca.SX(v) for v in values))) if len(values) else ca.SX(0, 1)
+
+
+def _rates(system: System) -> tuple[list[Any], Any]:
+    acting = system.acting or system.series
+    z, a, p = _symbols("z", system.states), _symbols("a", acting), _symbols("p", system.parameters)
+    rates = system.derivative(
+        _scalars(z, system.states), _scalars(a, acting), _scalars(p, system.parameters)
+    )
+    return [z, a, p], _column(rates)
+
+
+def right_hand_side(system: System) -> Any:
+    """CasADi function (z, a, p) -> rates, shape (states,)."""
+    inputs, rates = _rates(system)
+    return ca.Function("rhs", inputs, [ca.cse(rates)])
+
+
+def preparation(system: System) -> Any | None:
+    """CasADi function (t, dt, z, m, s, p) -> (acting, memory, logged), or None."""
+    if system.before is None:
+        return None
+    t, dt = ca.SX.sym("t"), ca.SX.sym("dt")
+    z, m = _symbols("z", system.states), _symbols("m", system.memory)
+    s, p = _symbols("s", system.series), _symbols("p", system.parameters)
+    acting, memory, logged = system.before(
+        t,
+        dt,
+        _scalars(z, system.states),
+        _scalars(m, system.memory),
+        _scalars(s, system.series),
+        _scalars(p, system.parameters),
+    )
+    joined = ca.cse(ca.vertcat(_column(acting), _column(memory), _column(logged)))
+    return ca.Function("before", [t, dt, z, m, s, p], [joined])
+
+
+def jacobian(system: System, free: tuple[str, ...]) -> Jacobian:
+    """Exact Jacobians of the rates with respect to the state and the parameters in `free`."""
+    inputs, rates = _rates(system)
+    where = [system.parameters.index(name) for name in free]
+    A = ca.jacobian(rates, inputs[0])
+    B = ca.jacobian(rates, inputs[2])[:, where] if where else ca.SX(rates.size1(), 0)
+    pattern = [(i, j) for i in range(A.size1()) for j in range(A.size2()) if A.has_nz(i, j)]
+    rows = [i for i in range(B.size1()) if any(B.has_nz(i, j) for j in range(B.size2()))]
+    parts = [rates, *(A[i, j] for i, j in pattern), *(ca.densify(B[i, :]).T for i in rows)]
+    function = ca.Function("jac", inputs, [ca.cse(ca.densify(ca.vertcat(*parts)))])
+    return Jacobian(function, tuple(pattern), tuple(rows), free)

@@ -1,0 +1,147 @@
+"""The engine without a compiler: CasADi's virtual machine steps all lanes from Python.
+
+Same numbers as the SIMD kernels to rounding, some thirty times slower; chosen where there is no C
+compiler or no vector mathematics library.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import Array, System, trace
+
+
+@dataclass(frozen=True)
+class Packed:
+    """Series of shape (lanes, steps, channels)."""
+
+    series: Array
+    lanes: int
+
+
+def pack(series: Array) -> Packed:
+    """Series as they are; the counterpart of `simd.pack`."""
+    return Packed(series, series.shape[0])
+
+
+def _parameters(system: System, lanewise_names: tuple[str, ...], lanewise: Array, shared: Array) -> Array:
+    """Parameters of every lane, shape (max(parameters, 1), lanes)."""
+    lanes = lanewise.shape[0]
+    P = np.repeat(shared.reshape(-1, 1), lanes, axis=1) if shared.size else np.zeros((1, lanes))
+    for k, name in enumerate(lanewise_names):
+        P[system.parameters.index(name)] = lanewise[:, k]
+    return P
+
+
+def _rows(values: Array) -> Array:
+    """(lanes, n) -> (max(n, 1), lanes), as the traced functions take it."""
+    return values.T if values.shape[1] else np.zeros((1, values.shape[0]))
+
+
+@dataclass(frozen=True)
+class VirtualRollout:
+    """A system on the virtual machine, for plain integration."""
+
+    system: System
+    lanewise: tuple[str, ...]
+    rhs: Any
+    before: Any
+
+    @staticmethod
+    def compile(system: System, lanewise: tuple[str, ...]) -> VirtualRollout:
+        """Trace; there is nothing to compile."""
+        return VirtualRollout(system, lanewise, trace.right_hand_side(system), trace.preparation(system))
+
+    def evaluate(self, state: Array, acting: Array, lanewise: Array, shared: Array) -> Array:
+        """Rates of every lane for one call of the right-hand side, shape (lanes, states)."""
+        P = _parameters(self.system, self.lanewise, lanewise, shared)
+        return np.array(self.rhs.map(state.shape[0])(_rows(state), _rows(acting), P)).T
+
+    def run(
+        self, state0: Array, memory0: Array, series: Packed, lanewise: Array, shared: Array, *,
+        t0: float, dt: float, steps: int, every: int, rk4: bool, threads: int,
+    ) -> Array:  # fmt: skip
+        """Stored rows of every lane, shape (lanes, rows, stored); `threads` has no effect."""
+        lanes, (ns, nm) = state0.shape[0], (len(self.system.states), len(self.system.memory))
+        P = _parameters(self.system, self.lanewise, lanewise, shared)
+        rhs = self.rhs.map(lanes)
+        before = self.before.map(lanes) if self.before is not None else None
+        na = len(self.system.acting or self.system.series)
+        z, m = state0.T.copy(), memory0.T.copy()
+        out = np.empty((lanes, (steps - 1) // every + 1, len(self.system.stored)))
+        one = np.ones((1, lanes))
+        for k in range(steps):
+            s = _rows(series.series[:, min(k, series.series.shape[1] - 1)])
+            y = np.array(before((t0 + k * dt) * one, dt * one, z, _rows(m.T), s, P)) if before else s
+            if k % every == 0:
+                out[:, k // every] = np.concatenate([z, m, y[na + nm :] if before else y[:0]]).T
+            if k < steps - 1:
+                z, m = _step(rhs, z, y[:na], P, dt, rk4), (y[na : na + nm] if before else m)
+        return out[:, :, : ns + nm + len(self.system.logged)]
+
+
+def _step(rhs: Any, z: Array, a: Array, P: Array, dt: float, rk4: bool) -> Array:
+    k1 = np.array(rhs(z, a, P))
+    if not rk4:
+        return z + dt * k1
+    k2 = np.array(rhs(z + 0.5 * dt * k1, a, P))
+    k3 = np.array(rhs(z + 0.5 * dt * k2, a, P))
+    k4 = np.array(rhs(z + dt * k3, a, P))
+    return z + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+@dataclass(frozen=True)
+class VirtualSensitivity:
+    """An open-loop system on the virtual machine, with exact forward sensitivities."""
+
+    system: System
+    free: tuple[str, ...]
+    lanewise: tuple[str, ...]
+    jacobian: trace.Jacobian
+
+    @staticmethod
+    def compile(system: System, free: tuple[str, ...], lanewise: tuple[str, ...]) -> VirtualSensitivity:
+        """Trace and differentiate."""
+        return VirtualSensitivity(system, free, lanewise, trace.jacobian(system, free))
+
+    def run(
+        self, state0: Array, series: Packed, lanewise: Array, shared: Array, *,
+        dt: float, steps: int, every: int, rk4: bool, threads: int,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        """States (lanes, rows, states) and derivatives (lanes, rows, states, free + states)."""
+        lanes, ns = state0.shape
+        P = _parameters(self.system, self.lanewise, lanewise, shared)
+        z, d = state0.copy(), np.zeros((lanes, ns, len(self.free) + ns))
+        d[:, range(ns), range(len(self.free), len(self.free) + ns)] = 1.0
+        rows = (steps - 1) // every + 1
+        Z, D = np.empty((lanes, rows, ns)), np.empty((lanes, rows, *d.shape[1:]))
+        for k in range(steps):
+            if k % every == 0:
+                Z[:, k // every], D[:, k // every] = z, d
+            if k < steps - 1:
+                a = _rows(series.series[:, min(k, series.series.shape[1] - 1)])
+                z, d = self._step(z, d, a, P, dt, rk4)
+        return Z, D
+
+    def _slope(self, z: Array, d: Array, a: Array, P: Array) -> tuple[Array, Array]:
+        ns, nf = z.shape[1], len(self.free)
+        y = np.array(self.jacobian.function.map(z.shape[0])(z.T, a, P)).T
+        slope = np.zeros_like(d)
+        for n, (i, k) in enumerate(self.jacobian.A):
+            slope[:, i] += y[:, ns + n, None] * d[:, k]
+        first = ns + len(self.jacobian.A)
+        for n, i in enumerate(self.jacobian.rows):
+            slope[:, i, :nf] += y[:, first + n * nf : first + (n + 1) * nf]
+        return y[:, :ns], slope
+
+    def _step(self, z: Array, d: Array, a: Array, P: Array, dt: float, rk4: bool) -> tuple[Array, Array]:
+        k1, s1 = self._slope(z, d, a, P)
+        if not rk4:
+            return z + dt * k1, d + dt * s1
+        k2, s2 = self._slope(z + 0.5 * dt * k1, d + 0.5 * dt * s1, a, P)
+        k3, s3 = self._slope(z + 0.5 * dt * k2, d + 0.5 * dt * s2, a, P)
+        k4, s4 = self._slope(z + dt * k3, d + dt * s3, a, P)
+        return z + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4), d + dt / 6 * (s1 + 2 * s2 + 2 * s3 + s4)

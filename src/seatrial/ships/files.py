@@ -1,0 +1,223 @@
+"""Ship files: `load` reads one, `library` lists those of the package, `save` writes one.
+
+The file is a table a component; see docs/extending.md for the keys.  A component is named
+``module:Class``, within `seatrial.forces` (the family: within `seatrial.models`) or absolute.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import pkgutil
+import tomllib
+import typing
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from ..actuators import Actuator, Actuators
+from ..models import UNITS
+from ..parameters import Spec, unknown
+from . import Entry, Ship, ShipError
+from .numbers import Yardsticks, number
+from .writing import save, to_toml
+
+__all__ = ["library", "load", "save", "to_toml"]
+
+SCHEMA = "seatrial-ship/1"
+FOLDER = Path(__file__).parent
+TOP = ("schema", "name", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
+PARTICULARS = {
+    "rho": Spec("kg/m^3", "density of the water", 500.0, 2000.0),
+    "L_pp": Spec("m", "length between perpendiculars", 1e-3, 1e3),
+    "B": Spec("m", "breadth", 1e-3, 1e3),
+    "d": Spec("m", "draught", 1e-4, 100.0),
+    "C_b": Spec("", "block coefficient", 0.0, 1.0),
+    "volume": Spec("m^3", "displaced volume", 0.0),
+}
+ACTUATORS = {
+    "rudder": {"low": Spec("rad", "least angle"), "high": Spec("rad", "greatest angle"),
+               "rate": Spec("rad/s", "greatest rate", 0.0)},
+    "propeller": {"low": Spec("1/s", "least revolutions"), "high": Spec("1/s", "greatest revolutions"),
+                  "rate": Spec("1/s^2", "greatest rate", 0.0)},
+}  # fmt: skip
+
+
+def library() -> tuple[str, ...]:
+    """Names of the ships that come with the package."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
+
+
+def load(name_or_path: str | Path) -> Ship:
+    """Read a ship of the library by name, or a ship file (a saved fit is one) by path.
+
+    Raises:
+        ShipError: no such ship; a key, unit, type or number that cannot be used, in one line.
+    """
+    path = _find(name_or_path)
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ShipError(f"{path}: cannot be read as TOML: {error}") from None
+    if document.get("schema") != SCHEMA:
+        raise ShipError(f"{path}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
+    return _Reading(path, document).ship()
+
+
+def _find(name_or_path: str | Path) -> Path:
+    text = str(name_or_path)
+    path = Path(text).expanduser()
+    if path.suffix == ".toml" or len(path.parts) > 1 or isinstance(name_or_path, Path):
+        if not path.is_file():
+            raise ShipError(f"{path}: no such ship file")
+        return path
+    if text not in library():
+        raise ShipError(unknown(text, library(), "ship"))
+    return FOLDER / f"{text}.toml"
+
+
+def find_class(name: Any, room: str, where: str) -> type:
+    """The dataclass ``module:Class`` in a room of seatrial, or in any module by its full name."""
+    if not isinstance(name, str) or name.count(":") != 1:
+        raise ShipError(f"{where}: a type is written 'module:Class'; got {name!r}")
+    module, _, cls = name.partition(":")
+    package = importlib.import_module(f"seatrial.{room}")
+    inside = [m.name for m in pkgutil.iter_modules(package.__path__)]
+    try:
+        found = importlib.import_module(f"seatrial.{room}.{module}" if module in inside else module)
+    except (ImportError, ValueError):
+        raise ShipError(f"{where}: {unknown(module, inside, 'module')}") from None
+    classes = {n: c for n, c in vars(found).items() if inspect.isclass(c) and is_dataclass(c)}
+    if cls not in classes:
+        raise ShipError(f"{where}: {unknown(cls, classes, f'class in {module}')}")
+    return classes[cls]
+
+
+@dataclass
+class _Reading:
+    """One pass over a ship file; gathers the entries as it goes."""
+
+    path: Path
+    document: Mapping[str, Any]
+    entries: dict[str, Entry] = field(default_factory=dict[str, Entry])
+
+    def ship(self) -> Ship:
+        family = find_class(self.document.get("family"), "models", f"{self.path}: family")
+        parts = [f.name for f in fields(family) if "spec" not in f.metadata]
+        for key in self.document:
+            if key not in (*TOP, *parts):
+                raise ShipError(f"{self.path}: {unknown(key, (*parts, *TOP), 'key')}")
+        particulars = self.numbers("particulars", PARTICULARS, set())
+        scale = self.yardsticks(particulars)
+        model = self.model(family, scale)
+        speed, n_P = self.approach()
+        length = getattr(getattr(model, "body", None), "L_pp", particulars.get("L_pp"))
+        if length is None:
+            raise ShipError(f"{self.path}: particulars.L_pp is missing; every report is in lengths")
+        return Ship(
+            name=self.text("name", self.path.stem), model=model, actuators=self.actuators(), L_pp=length,
+            speed=speed, n_P=n_P, validity=self.validity(model), entries=self.entries,
+            notes=self.table("notes"),
+        )  # fmt: skip
+
+    def table(self, dotted: str) -> Mapping[str, Any]:
+        found: Any = self.document
+        for key in dotted.split("."):
+            found = found.get(key, {})
+            if not isinstance(found, Mapping):
+                raise ShipError(f"{self.path}: {dotted} is not a table")
+        return found
+
+    def text(self, key: str, default: str) -> str:
+        found = self.document.get(key, default)
+        if not isinstance(found, str) or not found:
+            raise ShipError(f"{self.path}: {key} is not a text")
+        return found
+
+    def numbers(
+        self, dotted: str, known: Mapping[str, Spec], required: set[str],
+        scale: Yardsticks | None = None, prefix: str | None = None,
+    ) -> dict[str, float]:  # fmt: skip
+        """The numbers of one table; unknown keys and missing numbers are errors."""
+        table = self.table(dotted)
+        path = f"{dotted}." if prefix is None else prefix
+        for key in table:
+            if key not in known and not (key == "type" and required):
+                raise ShipError(f"{self.path}: {dotted}: {unknown(key, known, 'number')}")
+        missing = sorted(required - set(table))
+        if missing:
+            raise ShipError(f"{self.path}: {dotted}: missing {', '.join(missing)}")
+        found: dict[str, float] = {}
+        for key, raw in table.items():
+            if key in known:
+                spot = f"{self.path}: {dotted}.{key}"
+                found[key], self.entries[path + key] = number(raw, known[key], spot, scale)
+        return found
+
+    def yardsticks(self, particulars: Mapping[str, float]) -> Yardsticks:
+        found = dict(particulars)
+        body = self.table("body")
+        for key in ("rho", "L_pp", "d"):
+            raw = body.get(key)
+            if isinstance(raw, Mapping) and "value" in raw:
+                found[key] = number(raw, PARTICULARS[key], f"{self.path}: body.{key}")[0]
+        return Yardsticks(**{key: found[key] for key in ("rho", "L_pp", "d") if key in found})
+
+    def model(self, family: type, scale: Yardsticks) -> Any:
+        hints = typing.get_type_hints(family)
+        made: dict[str, Any] = {}
+        for f in fields(family):
+            if "spec" in f.metadata:
+                continue
+            if f.name in self.document:
+                made[f.name] = self.component(f.name, hints[f.name], scale)
+            elif f.default is MISSING and f.default_factory is MISSING:
+                raise ShipError(f"{self.path}: table [{f.name}] is missing; {family.__name__} needs it")
+        made |= self.parameters("model", family, scale, prefix="")
+        return family(**made)
+
+    def component(self, name: str, hint: Any, scale: Yardsticks) -> Any:
+        table = self.table(name)
+        if "type" in table or not (inspect.isclass(hint) and is_dataclass(hint)):
+            hint = find_class(table.get("type"), "forces", f"{self.path}: {name}.type")
+        return hint(**self.parameters(name, hint, scale, prefix=f"{name}."))
+
+    def parameters(self, dotted: str, cls: type, scale: Yardsticks, prefix: str) -> dict[str, float]:
+        declared = {f.name: f for f in fields(cls) if "spec" in f.metadata}
+        required = {name for name, f in declared.items() if f.default is MISSING}
+        known = {name: f.metadata["spec"] for name, f in declared.items()}
+        if not known and dotted == "model":
+            return {}
+        return self.numbers(dotted, known, required, scale, prefix)
+
+    def approach(self) -> tuple[float, float | None]:
+        known = {"speed": Spec("m/s", "approach speed", 0.0, 100.0), "n_P": Spec("1/s", "revolutions")}
+        found = self.numbers("approach", known, set())
+        if "speed" not in found:
+            raise ShipError(f"{self.path}: approach: missing speed")
+        return found["speed"], found.get("n_P")
+
+    def actuators(self) -> Actuators:
+        for key in self.table("actuators"):
+            if key not in ACTUATORS:
+                raise ShipError(f"{self.path}: actuators: {unknown(key, ACTUATORS, 'actuator')}")
+        return Actuators(
+            **{key: Actuator(**self.numbers(f"actuators.{key}", known, set()))
+               for key, known in ACTUATORS.items()}
+        )  # fmt: skip
+
+    def validity(self, model: Any) -> dict[str, tuple[float, float]]:
+        found: dict[str, tuple[float, float]] = {}
+        channels = (*model.states, *model.controls)
+        for key, pair in self.table("validity").items():
+            if key not in channels:
+                raise ShipError(f"{self.path}: validity: {unknown(key, channels, 'channel')}")
+            spot = f"{self.path}: validity.{key}"
+            if not isinstance(pair, list) or len(pair) != 2:
+                raise ShipError(f"{spot}: an interval is written [low, high], in {UNITS.get(key, 'SI')}")
+            low, high = (number({"value": x, "source": "-"}, Spec("", key), spot)[0] for x in pair)
+            if not low < high:
+                raise ShipError(f"{spot}: [{low:g}, {high:g}] has no width")
+            found[key] = (low, high)
+        return found

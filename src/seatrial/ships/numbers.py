@@ -1,0 +1,102 @@
+"""One number of a ship file: `{value | prime, unit, source, sigma}`, checked and made dimensional."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..parameters import PRIME, Spec, unknown
+from . import Entry, ShipError
+
+KEYS = ("value", "prime", "unit", "source", "sigma")
+FACTORS = {
+    ("deg", "rad"): math.pi / 180.0, ("deg/s", "rad/s"): math.pi / 180.0,
+    ("rpm", "1/s"): 1.0 / 60.0, ("rps", "1/s"): 1.0,
+    ("kn", "m/s"): 1852.0 / 3600.0, ("km/h", "m/s"): 1.0 / 3.6,
+    ("mm", "m"): 1e-3, ("cm", "m"): 1e-2, ("km", "m"): 1e3,
+    ("t", "kg"): 1e3, ("t/m^3", "kg/m^3"): 1e3, ("t m^2", "kg m^2"): 1e3, ("min", "s"): 60.0,
+}  # fmt: skip
+"""Factor from a unit of the field to the one used inside."""
+
+
+@dataclass(frozen=True)
+class Yardsticks:
+    """What makes a primed number dimensional: 0.5 rho L d for a mass, 0.5 rho L^4 d for an inertia."""
+
+    rho: float = math.nan
+    L_pp: float = math.nan
+    d: float = math.nan
+
+    def factor(self, unit: str) -> float:
+        """Value of one primed unit; NaN where it is not defined."""
+        if unit == PRIME:
+            return 1.0
+        mass = 0.5 * self.rho * self.L_pp * self.L_pp * self.d
+        return {
+            "m": self.L_pp, "m^2": self.L_pp * self.d, "kg": mass, "kg m^2": mass * self.L_pp * self.L_pp
+        }.get(unit, math.nan)  # fmt: skip
+
+
+def number(
+    table: Any, meaning: Spec, where: str, scale: Yardsticks | None = None, *, bounded: bool = True
+) -> tuple[float, Entry]:
+    """Value in the unit of `meaning`, and its provenance; `where` names the file and the key."""
+    if not isinstance(table, Mapping):
+        raise ShipError(f"{where}: a number is written {{ value = ..., source = ... }}")
+    for key in table:
+        if key not in KEYS:
+            raise ShipError(f"{where}: {unknown(key, KEYS, 'key')}")
+    if ("value" in table) == ("prime" in table):
+        raise ShipError(f"{where}: give either value or prime" + (", not both" if "value" in table else ""))
+    entry = _entry(table, where)
+    found = resolve(entry, meaning.unit, scale)
+    if found is None:
+        raise ShipError(f"{where}: {_unusable(entry, meaning, scale)}")
+    if bounded and not meaning.low <= found <= meaning.high:
+        raise ShipError(
+            f"{where}: {found:g} {meaning.unit} is outside the physical range "
+            f"[{meaning.low:g}, {meaning.high:g}] of the {meaning.about}"
+        )
+    return found, entry
+
+
+def resolve(entry: Entry, unit: str, scale: Yardsticks | None) -> float | None:
+    """The number of an entry in `unit`; None where the conversion does not exist."""
+    if entry.prime:
+        factor = 1.0 if unit == PRIME else (scale or Yardsticks()).factor(unit)
+        return None if math.isnan(factor) else entry.given * factor
+    if entry.unit in ("", unit):
+        return entry.given
+    factor = FACTORS.get((entry.unit, unit))
+    return None if factor is None else entry.given * factor
+
+
+def _entry(table: Mapping[str, Any], where: str) -> Entry:
+    source, unit = table.get("source"), table.get("unit", "")
+    if not isinstance(source, str) or not source.strip():
+        raise ShipError(f"{where}: no source; say where the number comes from (source = ...)")
+    if not isinstance(unit, str):
+        raise ShipError(f"{where}: unit is not a text")
+    given = _finite(table.get("value", table.get("prime")), where)
+    sigma = None if "sigma" not in table else _finite(table["sigma"], f"{where}.sigma")
+    return Entry(source=source, given=given, prime="prime" in table, unit=unit, sigma=sigma)
+
+
+def _finite(raw: Any, where: str) -> float:
+    if isinstance(raw, bool) or not isinstance(raw, int | float):
+        raise ShipError(f"{where}: {raw!r} is not a number")
+    if not math.isfinite(raw):
+        raise ShipError(f"{where}: {raw} is not finite")
+    return float(raw)
+
+
+def _unusable(entry: Entry, meaning: Spec, scale: Yardsticks | None) -> str:
+    inside = meaning.unit or "dimensionless"
+    if not entry.prime:
+        known = [a for a, b in FACTORS if b == meaning.unit]
+        return f"unit '{entry.unit}' for a number in {inside}; known: {', '.join([inside, *known])}"
+    if math.isnan((scale or Yardsticks(1.0, 1.0, 1.0)).factor(meaning.unit)):
+        return f"a number in {inside} cannot be primed; give value"
+    return "a primed number needs rho, L_pp and d with value in [body] or [particulars]"

@@ -1,0 +1,156 @@
+"""A ship as a TOML file that reads back to bit-identical values, sources and provenance kept."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from ..parameters import Spec, walk
+from . import Entry, Ship
+from .numbers import Yardsticks, resolve
+
+ACTUATOR_UNITS = {
+    "rudder": {"low": "rad", "high": "rad", "rate": "rad/s"},
+    "propeller": {"low": "1/s", "high": "1/s", "rate": "1/s^2"},
+}
+
+
+def save(ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = None) -> Path:
+    """Write `ship` to `path` in one step: readers see the old file or the whole new one."""
+    target = Path(path)
+    text = to_toml(ship, provenance)
+    handle, scratch = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.chmod(scratch, 0o644)
+        os.replace(scratch, target)
+    except BaseException:
+        Path(scratch).unlink(missing_ok=True)
+        raise
+    return target
+
+
+def to_toml(ship: Ship, provenance: Mapping[str, Any] | None = None) -> str:
+    """`ship` as the text of a ship file; `provenance` (how it was fitted) goes to [notes.provenance]."""
+    lines = ['schema = "seatrial-ship/1"', f"name = {_text(ship.name)}", f"family = {_text(_type(ship.model, 'models'))}"]
+    lines += _particulars(ship)
+    lines += _model(ship, _scale(ship))
+    lines += _approach(ship)
+    lines += _actuators(ship)
+    if ship.validity:
+        lines += ["", "[validity]"]
+        lines += [f"{key} = [{float(a)!r}, {float(b)!r}]" for key, (a, b) in ship.validity.items()]
+    notes = dict(ship.notes) | ({"provenance": dict(provenance)} if provenance else {})
+    return "\n".join(lines) + "\n" + _notes(notes)
+
+
+def _type(thing: Any, room: str) -> str:
+    cls = type(thing)
+    module: str = cls.__module__
+    return f"{module.removeprefix(f'seatrial.{room}.')}:{cls.__qualname__}"
+
+
+def _text(value: str) -> str:
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _scale(ship: Ship) -> Yardsticks:
+    found = {
+        key: ship.entries[f"{table}.{key}"]
+        for table in ("particulars", "body")
+        for key in ("rho", "L_pp", "d")
+        if f"{table}.{key}" in ship.entries
+    }
+    units = {"rho": "kg/m^3", "L_pp": "m", "d": "m"}
+    values = {key: resolve(entry, units[key], None) for key, entry in found.items()}
+    values |= {key: getattr(ship.model.body, key) for key in values if hasattr(ship.model, "body")}
+    return Yardsticks(**{key: float(value) for key, value in values.items() if value is not None})
+
+
+def _number(ship: Ship, path: str, value: float, unit: str, scale: Yardsticks | None) -> str:
+    """One inline table: as it was printed where that gives the value, else the value itself."""
+    value = float(value)
+    entry = ship.entries.get(path) or Entry(source="not given", given=value)
+    sigma = "" if entry.sigma is None else f", sigma = {float(entry.sigma)!r}"
+    source = entry.source
+    if resolve(entry, unit, scale) == value:
+        key = "prime" if entry.prime else "value"
+        given = f", unit = {_text(entry.unit)}" if entry.unit else ""
+        return f"{{ {key} = {entry.given!r}{given}, source = {_text(source)}{sigma} }}"
+    if not source.startswith("changed from "):
+        printed = f"{entry.given!r}{chr(39) if entry.prime else ''} {entry.unit}".strip()
+        source = f"changed from {printed} ({source})"
+    return f"{{ value = {value!r}, source = {_text(source)}{sigma} }}"
+
+
+def _particulars(ship: Ship) -> Iterator[str]:
+    own = [path for path in ship.entries if path.startswith("particulars.")]
+    if own:
+        yield from ("", "[particulars]")
+    for path in own:
+        key, entry = path.split(".")[1], ship.entries[path]
+        unit = {"rho": "kg/m^3", "volume": "m^3", "C_b": ""}.get(key, "m")
+        yield f"{key} = {_number(ship, path, resolve(entry, unit, None) or entry.given, unit, None)}"
+
+
+def _model(ship: Ship, scale: Yardsticks) -> Iterator[str]:
+    own = {f.name for f in fields(ship.model) if "spec" in f.metadata}
+    if own:
+        yield from ("", "[model]")
+        for path, meaning, value in walk(ship.model):
+            if path in own:
+                yield f"{path} = {_number(ship, path, value, meaning.unit, scale)}"
+    for f in fields(ship.model):
+        part = getattr(ship.model, f.name)
+        if f.name in own or part is None:
+            continue
+        yield from ("", f"[{f.name}]", f"type = {_text(_type(part, 'forces'))}")
+        for path, meaning, value in walk(part, f"{f.name}."):
+            yield f"{path.split('.')[-1]} = {_number(ship, path, value, meaning.unit, scale)}"
+
+
+def _approach(ship: Ship) -> Iterator[str]:
+    yield from ("", "[approach]", f"speed = {_number(ship, 'approach.speed', ship.speed, 'm/s', None)}")
+    if ship.n_P is not None:
+        yield f"n_P = {_number(ship, 'approach.n_P', ship.n_P, '1/s', None)}"
+
+
+def _actuators(ship: Ship) -> Iterator[str]:
+    for name, units in ACTUATOR_UNITS.items():
+        actuator = getattr(ship.actuators, name)
+        given = [(k, v) for k, v in _values(actuator) if abs(v) != float("inf")]
+        if given:
+            yield from ("", f"[actuators.{name}]")
+        for key, value in given:
+            yield f"{key} = {_number(ship, f'actuators.{name}.{key}', value, units[key], None)}"
+
+
+def _values(thing: Any) -> Iterator[tuple[str, float]]:
+    found: Iterator[tuple[str, Spec, float]] = walk(thing)
+    for path, _, value in found:
+        yield path, value
+
+
+def _notes(notes: Mapping[str, Any]) -> str:
+    import tomlkit
+
+    return "\n" + tomlkit.dumps({"notes": _plain(notes)}) if notes else ""
+
+
+def _plain(value: Any) -> Any:
+    """What TOML can hold: numbers of any library as Python's, None left out, the rest as text."""
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items() if v is not None}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value if v is not None]
+    if isinstance(value, bool | int | str):
+        return value
+    return float(value) if hasattr(value, "__float__") else str(value)

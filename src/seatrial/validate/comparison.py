@@ -1,0 +1,166 @@
+"""Setting a prediction beside a measurement, and the baseline every prediction has to beat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..data import Array, DataError, Trial
+from ..environment import to_earth
+from ..manoeuvres import Index
+from ..manoeuvres.turning import Turning
+from ..manoeuvres.zigzag import Zigzag
+from ..models import STATES
+from . import Comparison
+from .metrics import horizons, metrics, pairs, segments, spread, standardised
+
+CONSTANT_VELOCITY = "constant velocity"
+"""Label of the baseline of `constant_velocity`."""
+
+
+def compare(
+    measured: Trial,
+    predicted: Trial,
+    *,
+    label: str,
+    restart: float | None = None,
+    sigma: Mapping[str, float] | None = None,
+    L_pp: float | None = None,
+) -> Comparison:
+    """Hold `predicted` against `measured`, row by row of equal time.
+
+    Args:
+        measured: measured trial.
+        predicted: prediction at times of the measurement; it may have fewer rows.
+        label: who predicts ("fitted", "published", ...).
+        restart: seconds between restarts from the measured state, or None for one free run.
+        sigma: scale of each state, SI units; None takes the standard deviation of each measured
+            state over this trial.  To compare or pool trials, give one `spread` of them all.
+        L_pp: length between perpendiculars [m]; without it no manoeuvre indices are read off.
+
+    Raises:
+        DataError: no common time or no common state.
+    """
+    truth, guess = _aligned(measured, predicted)
+    both = pairs(truth, guess, restart)
+    if not any(np.isfinite(a - b).any() for a, b in both.values()):
+        raise DataError(f"{measured.name}: no state is in the measurement and in the prediction of {label}")
+    scale = dict(sigma) if sigma is not None else {n: s for n, s in spread([truth]).items() if n in both}
+    values, units = _indices(truth, guess, restart, L_pp)
+    return Comparison(
+        measured=truth,
+        predicted=guess,
+        label=label,
+        restart=restart,
+        metrics={name: metrics(a, b) for name, (a, b) in both.items()},
+        horizons=horizons(truth, guess, restart),
+        standardised=standardised(truth, guess, scale, restart=restart),
+        indices=values,
+        sigma=scale,
+        index_units=units,
+    )
+
+
+def constant_velocity(trial: Trial, restart: float | None) -> Trial:
+    """The baseline: from each restart on, the ship goes on with the u, v_m and r measured there.
+
+    The kinematics are integrated exactly (an arc).  A segment begins at its first complete sample;
+    rows before it are NaN.
+    """
+    out = {name: np.full(len(trial), np.nan) for name in STATES}
+    state, segment = trial.stack(*STATES), segments(trial.t, restart)
+    for number in np.unique(segment):
+        rows = np.flatnonzero(segment == number)
+        whole = rows[np.isfinite(state[rows]).all(axis=1)]
+        if whole.size:
+            rows = rows[rows >= whole[0]]
+            course = _arc(state[whole[0]], trial.t[rows] - trial.t[rows[0]])
+            for name, values in zip(STATES, course, strict=True):
+                out[name][rows] = values
+    return trial.having(**out)
+
+
+def pooled(comparisons: Iterable[Comparison]) -> float:
+    """Standardised mean squared error over several trials, each weighted by its samples."""
+    parts = [(c.standardised, c.samples) for c in comparisons]
+    total = sum(n for _, n in parts)
+    return sum(value * n for value, n in parts) / total if total else math.nan
+
+
+def manoeuvre(trial: Trial) -> Turning | Zigzag | None:
+    """The manoeuvre that the meta data of a trial name, or None.
+
+    Read are `kind` ("turning", "zigzag") and `set_points`: `delta` and, for a zigzag, `psi`, in
+    radians (``delta [deg]`` in degrees), and `side` ("port", "starboard" or a sign).
+    """
+    points = trial.meta.get("set_points") or trial.meta.get("setpoints")
+    kind = trial.meta.get("kind")
+    if kind not in ("turning", "zigzag") or not isinstance(points, Mapping):
+        return None
+    delta, psi = _angle(points, "delta"), _angle(points, "psi")
+    if not delta:
+        return None
+    side = {"port": -1.0, "starboard": 1.0}.get(str(points.get("side")))
+    if side is None:
+        side = math.copysign(1.0, float(points.get("side", delta)))
+    if kind == "turning":
+        return Turning(0.0, side * abs(delta))
+    return Zigzag(0.0, abs(delta), abs(psi), side) if psi else None
+
+
+def _angle(points: Mapping[Any, Any], name: str) -> float | None:
+    for key, factor in ((name, 1.0), (f"{name} [rad]", 1.0), (f"{name} [deg]", math.pi / 180.0)):
+        if key in points:
+            return float(points[key]) * factor
+    return None
+
+
+def _aligned(measured: Trial, predicted: Trial) -> tuple[Trial, Trial]:
+    """Both on the rows whose times they share, to a hundredth of the time step."""
+    if not (len(measured) and len(predicted)):
+        raise DataError(f"{measured.name}: nothing to compare, one of the two trials is empty")
+    last = len(measured) - 1
+    after = np.clip(np.searchsorted(measured.t, predicted.t), 0, last)
+    before = np.clip(after - 1, 0, last)
+    nearer = np.abs(measured.t[before] - predicted.t) < np.abs(measured.t[after] - predicted.t)
+    row = np.where(nearer, before, after)
+    tolerance = 0.01 * measured.dt if len(measured) > 1 else 1e-6
+    shared = np.abs(measured.t[row] - predicted.t) <= tolerance
+    if not shared.any():
+        raise DataError(
+            f"{measured.name}: the prediction (t = {predicted.t[0]:g} to {predicted.t[-1]:g} s) shares no "
+            f"time with the measurement ({measured.t[0]:g} to {measured.t[-1]:g} s)"
+        )
+    truth = measured.rows(row[shared])
+    return truth, replace(predicted.rows(shared), t=truth.t)
+
+
+def _arc(start: Array, tau: Array) -> tuple[Array, ...]:
+    x, y, psi, u, v_m, r = start
+    half = 0.5 * r * tau
+    chord = tau * np.sinc(half / math.pi)
+    north, east = to_earth(u, v_m, np.cos(psi + half), np.sin(psi + half))
+    same = np.ones_like(tau)
+    return x + north * chord, y + east * chord, psi + r * tau, u * same, v_m * same, r * same
+
+
+def _indices(
+    measured: Trial, predicted: Trial, restart: float | None, L_pp: float | None
+) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
+    policy = manoeuvre(measured)
+    # A prediction that was set back to the measured state on its way has no indices of its own.
+    if policy is None or L_pp is None or segments(measured.t, restart)[-1] > 0:
+        return {}, {}
+    # The prediction was steered by the measured rudder, so both have one execute point.
+    rudder = {name: measured[name] for name in ("delta", "delta_cmd") if name in measured}
+    try:
+        truth = policy.indices(measured, L_pp)
+        guess: Mapping[str, Index] = policy.indices(predicted.having(**rudder), L_pp)
+    except DataError:
+        return {}, {}
+    names = [name for name in truth if name in guess]
+    return {n: (truth[n].value, guess[n].value) for n in names}, {n: truth[n].unit for n in names}

@@ -1,0 +1,179 @@
+"""Error measures of one prediction against one measurement; NaN samples are left out.
+
+Heading is compared unwrapped: both courses are made continuous, and the prediction is shifted by
+the whole turns that bring its first sample nearest to the measured one.  A lap too many counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data import Array, DataError, Trial, unwrapped
+from ..models import STATES
+from . import Metrics
+
+ESSO_OSAKA_SIGMA: Mapping[str, float] = MappingProxyType(
+    {"x": 10.446, "y": 3.566, "psi": 2.859, "u": 0.1015, "v_m": 0.0416, "r": 0.0238}
+)
+"""Scales for the 3 m Esso Osaka set (Wakita 2022): standard deviations over its six test files
+together, heading unwrapped [m, m, rad, m/s, m/s, rad/s]."""
+
+HORIZONS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0)
+"""Upper ends of the horizon bins [s since the restart]."""
+
+
+def rmse(measured: Array, predicted: Array) -> float:
+    """Root mean square error, in the unit of the channel."""
+    return _root_mean_square(_error(measured, predicted))
+
+
+def bias(measured: Array, predicted: Array) -> float:
+    """Mean error, predicted - measured, in the unit of the channel."""
+    error = _error(measured, predicted)
+    return float(np.mean(error)) if error.size else math.nan
+
+
+def r2(measured: Array, predicted: Array) -> float:
+    """1 - SSE / SST about the measured mean; NaN where the measured channel is constant."""
+    error, about_mean = _error(measured, predicted), _compared(measured, predicted)
+    total = float(np.sum((about_mean - np.mean(about_mean)) ** 2)) if error.size else 0.0
+    return 1.0 - float(np.sum(error**2)) / total if total > 0 else math.nan
+
+
+def fvu(measured: Array, predicted: Array) -> float:
+    """Fraction of variance unexplained, var(error) / var(measured); NaN for a constant channel."""
+    error, values = _error(measured, predicted), _compared(measured, predicted)
+    spread = float(np.var(values)) if error.size else 0.0
+    return float(np.var(error)) / spread if spread > 0 else math.nan
+
+
+def metrics(measured: Array, predicted: Array) -> Metrics:
+    """All error measures of one channel."""
+    return Metrics(
+        rmse(measured, predicted),
+        r2(measured, predicted),
+        fvu(measured, predicted),
+        bias(measured, predicted),
+        int(_error(measured, predicted).size),
+    )
+
+
+def segments(t: Array, restart: float | None) -> NDArray[np.intp]:
+    """Number of the prediction each row belongs to, one every `restart` seconds from t[0] on.
+
+    Raises:
+        ValueError: a restart interval that is not positive.
+    """
+    if restart is None or not t.size:
+        return np.zeros(t.size, dtype=np.intp)
+    if not restart > 0:
+        raise ValueError(f"restart is {restart:g} s; give a positive time, or None for one free run")
+    # The small term keeps a row that falls on the restart, but for rounding, in the new segment.
+    return np.floor((t - t[0]) / restart + 1e-6).astype(np.intp)
+
+
+def heading(measured: Array, predicted: Array, segment: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Measured and predicted heading, unwrapped and without whole turns between them [rad].
+
+    Args:
+        measured: measured heading [rad].
+        predicted: predicted heading on the same rows [rad].
+        segment: number of the prediction each row belongs to; each is aligned at its own start.
+    """
+    truth, out = unwrapped(measured), np.full_like(predicted, np.nan)
+    for number in np.unique(segment):
+        rows = np.flatnonzero(segment == number)
+        psi = unwrapped(predicted[rows])
+        gap = (psi - truth[rows])[np.isfinite(psi - truth[rows])]
+        out[rows] = psi - 2.0 * math.pi * np.round(gap[0] / (2.0 * math.pi)) if gap.size else psi
+    return truth, out
+
+
+def pairs(measured: Trial, predicted: Trial, restart: float | None = None) -> dict[str, tuple[Array, Array]]:
+    """Measured and predicted channel by state, on the same rows, heading aligned; SI units."""
+    out = {n: (measured[n], predicted[n]) for n in STATES if n in measured and n in predicted}
+    if "psi" in out:
+        out["psi"] = heading(*out["psi"], segments(measured.t, restart))
+    return out
+
+
+def standardised(
+    measured: Trial, predicted: Trial, sigma: Mapping[str, float], *, restart: float | None = None
+) -> float:
+    """Sum over the states of the mean squared error over sigma^2 (Wakita 2022 Eq. 25).
+
+    Args:
+        measured: measured trial.
+        predicted: prediction on the same rows.
+        sigma: scale of each state to count, SI units; `ESSO_OSAKA_SIGMA` for that data set.
+        restart: seconds between restarts from the measured state, or None for one free run.
+
+    Raises:
+        DataError: a state to count is missing or has no sample; a scale that is not positive.
+    """
+    both = pairs(measured, predicted, restart)
+    total = 0.0
+    for name, scale in sigma.items():
+        if not scale > 0:
+            raise DataError(f"{measured.name}: sigma of {name} is {scale:g}; a scale must be positive")
+        if name not in both:
+            raise DataError(f"{measured.name}: {name} is missing in the measurement or the prediction")
+        error = _error(*both[name])
+        if not error.size:
+            raise DataError(f"{measured.name}: no sample of {name} can be compared")
+        total += float(np.mean(error**2)) / scale**2
+    return total
+
+
+def spread(trials: Iterable[Trial]) -> dict[str, float]:
+    """Standard deviation of each measured state over all trials together, heading unwrapped.
+
+    Constant states have no scale and are left out.
+    """
+    pools: dict[str, list[Array]] = {name: [] for name in STATES}
+    for trial in trials:
+        for name in STATES:
+            if name in trial:
+                values = unwrapped(trial[name]) if name == "psi" else trial[name]
+                pools[name].append(values[np.isfinite(values)])
+    found = {n: float(np.std(np.concatenate(p))) for n, p in pools.items() if sum(v.size for v in p)}
+    return {name: value for name, value in found.items() if value > 0}
+
+
+def horizons(
+    measured: Trial, predicted: Trial, restart: float | None = None
+) -> dict[float, dict[str, float]]:
+    """RMSE by channel in bins of the time since the restart; key: upper end of the bin [s].
+
+    A bin reaches from the end of the one before it; the restart itself, free of error, is in none.
+    """
+    both = pairs(measured, predicted, restart)
+    segment = segments(measured.t, restart)
+    _, first = np.unique(segment, return_index=True)
+    since = measured.t - measured.t[first[segment - segment[0]]] if segment.size else measured.t
+    bins = np.searchsorted(HORIZONS, since - 1e-6)
+    out: dict[float, dict[str, float]] = {}
+    for i, end in enumerate(HORIZONS):
+        rows = (bins == i) & (since > 1e-6)
+        found = {name: rmse(a[rows], b[rows]) for name, (a, b) in both.items()}
+        if any(math.isfinite(value) for value in found.values()):
+            out[end] = found
+    return out
+
+
+def _error(measured: Array, predicted: Array) -> Array:
+    difference = predicted - measured
+    return difference[np.isfinite(difference)]
+
+
+def _compared(measured: Array, predicted: Array) -> Array:
+    return measured[np.isfinite(predicted - measured)]
+
+
+def _root_mean_square(error: Array) -> float:
+    return float(np.sqrt(np.mean(error**2))) if error.size else math.nan

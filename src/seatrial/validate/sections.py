@@ -1,0 +1,204 @@
+"""The sections of a report page.  Angles in degrees, all else in SI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..identify import Fit
+from . import Comparison, figures
+from .caveats import caveats
+from .comparison import CONSTANT_VELOCITY
+from .page import bullets, figure, number, page, table, text
+from .report import Report
+
+_UNITS = {"x": "m", "y": "m", "psi": "°", "u": "m/s", "v_m": "m/s", "r": "°/s"}
+_DEGREES = math.degrees(1.0)
+_GROWTH = (
+    ("position error, RMS [m]", ("x", "y"), 1.0),
+    ("heading error, RMS [°]", ("psi",), _DEGREES),
+)
+# Beyond these the page shows the worst trials only, and folds the long table; the JSON has all.
+_DRAWN = 12
+_LONG = 120
+
+
+def document(report: Report) -> str:
+    """The whole page."""
+    styles = figures.line_styles(report.labels, CONSTANT_VELOCITY)
+    parts = [
+        _verdict(report),
+        _trial_table(report),
+        _horizons(report, styles),
+        _trials(report, styles),
+        _channels(report),
+        _indices(report),
+        _fit(report.fit) if report.fit else "",
+        f"<h2>Findings in the data</h2>{bullets(report.findings)}" if report.findings else "",
+        _provenance(report.provenance),
+    ]
+    return page(report.title, "".join(parts))
+
+
+def _verdict(report: Report) -> str:
+    errors = report.pooled
+    tiles = "".join(
+        f'<div class="tile{" main" if i == 0 else ""}"><b>{number(errors[label])}</b>'
+        f"<span>{text(label)}</span></div>"
+        for i, label in enumerate(report.labels)
+    )
+    limits = f'<div class="note"><strong>What this does not show</strong>{bullets(caveats(report))}</div>'
+    return (
+        f'<h1>{text(report.title)}</h1><p class="lead">{text(_sentence(report))}</p>'
+        f'<div class="tiles">{tiles}</div><p class="soft">Standardised mean squared error, summed over the '
+        "states and pooled over the trials by samples (Wakita 2022, Eq. 25); 0 is perfect, less is better."
+        f"</p>{limits}"
+    )
+
+
+def _sentence(report: Report) -> str:
+    if not report.comparisons:
+        return "Nothing was compared."
+    subject, errors = report.labels[0], report.pooled
+    shared = sum(len(found) == len(report.labels) for found in report.trials.values())
+    count = f"{shared} trial{'s' if shared != 1 else ''}"
+    parts = [f"Over {count}, '{subject}' has a standardised error of {number(errors[subject])}"]
+    for other in report.labels[1:]:
+        both = [f for f in report.trials.values() if subject in f and other in f]
+        wins = sum(f[subject].standardised < f[other].standardised for f in both)
+        if errors[other] > 0 and math.isfinite(errors[subject]):
+            ratio = errors[subject] / errors[other]
+            size = f"{number(100 * ratio, 2)} %" if ratio < 2 else f"{number(ratio)} times"
+            parts.append(f"{size} of that of '{other}' (better in {wins} of {len(both)})")
+    return "; ".join(parts) + "."
+
+
+def _trial_table(report: Report) -> str:
+    rows = []
+    for name, found in report.trials.items():
+        any_one = next(iter(found.values()))
+        best = min(c.standardised for c in found.values())
+        cells = [
+            ("*" if len(found) > 1 and found[n].standardised == best else "") + number(found[n].standardised)
+            if n in found
+            else "–"
+            for n in report.labels
+        ]
+        seen = "fitted" if name in report.trained_on else ("unseen" if report.trained_on else "not known")
+        kind = str(any_one.measured.meta.get("kind", "–"))
+        rows.append([name, kind, seen, f"{any_one.measured.duration:.0f}", str(any_one.samples), *cells])
+    head = ["trial", "kind", "in the fit", "length [s]", "samples", *report.labels]
+    return f"<h2>Standardised error by trial</h2>{table(head, rows, words=(1, 2))}"
+
+
+def _horizons(report: Report, styles: figures.Styles) -> str:
+    drawings = []
+    for what, channels, factor in _GROWTH:
+        curves = {label: _pooled_horizon(report, label, channels, factor) for label in report.labels}
+        curves = {label: points for label, points in curves.items() if any(v > 0 for v in points.values())}
+        if curves:
+            drawing = figures.horizon(curves, styles, what)
+            drawings.append(figure(drawing, f"{what} against the time since the restart"))
+    if not drawings:
+        return ""
+    return f'<h2>How the error grows</h2><div class="figures">{"".join(drawings)}</div>'
+
+
+def _pooled_horizon(report: Report, label: str, channels: Sequence[str], factor: float) -> dict[float, float]:
+    """Root of the mean square over trials of the channels' squares, by horizon."""
+    squares: dict[float, list[float]] = {}
+    for c in report.comparisons:
+        for end, values in c.horizons.items() if c.label == label else ():
+            parts = [values.get(name, math.nan) ** 2 for name in channels]
+            if math.isfinite(sum(parts)):
+                squares.setdefault(end, []).append(sum(parts))
+    return {end: factor * math.sqrt(float(np.mean(values))) for end, values in squares.items()}
+
+
+def _trials(report: Report, styles: figures.Styles) -> str:
+    parts = ["<h2>Trials</h2>"] if report.comparisons else []
+    drawn = report.trials
+    if len(drawn) > _DRAWN:
+        drawn = dict(sorted(drawn.items(), key=lambda item: -_first(report, item[1]).standardised)[:_DRAWN])
+        parts.append(f"<p>The {_DRAWN} of {len(report.trials)} trials with the largest error, worst first.</p>")
+    for name, found in drawn.items():
+        several = list(found.values())
+        drawings: list[str] = []
+        if all({"x", "y", "psi"} <= set(c.metrics) for c in several):
+            caption = "Track, north up; ticks show the measured heading, the circle the start"
+            drawings.append(figure(figures.track(several, styles, name), caption))
+        caption = "Heading, speeds and rate of turn over time; colours as beside"
+        drawings.append(figure(figures.series(several, styles, name), caption))
+        parts.append(f'<h3>{text(name)}</h3><div class="figures">{"".join(drawings)}</div>')
+    return "".join(parts)
+
+
+def _first(report: Report, found: Mapping[str, Comparison]) -> Comparison:
+    """The comparison of the foremost label a trial has."""
+    return next(found[label] for label in report.labels if label in found)
+
+
+def _channels(report: Report) -> str:
+    rows = [
+        [name, label, channel, _UNITS.get(channel, ""), *_of_channel(c, channel)]
+        for name, found in report.trials.items()
+        for label, c in found.items()
+        for channel in c.metrics
+    ]
+    head = ["trial", "label", "state", "unit", "RMSE", "bias", "R²", "FVU", "samples"]
+    note = '<p class="soft">R² = 1 − SSE/SST about the measured mean; FVU = var(error)/var(measured).</p>'
+    full = table(head, rows, words=(1, 2, 3))
+    if len(rows) > _LONG:
+        full = f"<details><summary>{len(rows)} rows</summary>{full}</details>"
+    return f"<h2>Error by state</h2>{note}{full}" if rows else ""
+
+
+def _of_channel(c: Comparison, channel: str) -> list[str]:
+    m = c.metrics[channel]
+    factor = _DEGREES if channel in ("psi", "r") else 1.0
+    return [number(factor * m.rmse), number(factor * m.bias), number(m.r2), number(m.fvu), str(m.samples)]
+
+
+def _indices(report: Report) -> str:
+    rows: list[list[str]] = []
+    for c in report.comparisons:
+        for name, (measured, predicted) in c.indices.items():
+            unit = c.index_units.get(name, "")
+            factor, unit = (_DEGREES, "°") if unit == "rad" else (1.0, unit)
+            share = 100.0 * (predicted - measured) / abs(measured) if measured else math.nan
+            values = [number(factor * value) for value in (measured, predicted, predicted - measured)]
+            rows.append([c.measured.name, c.label, name.replace("_", " "), unit, *values, number(share, 2)])
+    head = ["trial", "label", "index", "unit", "measured", "predicted", "error", "error [%]"]
+    return f"<h2>Manoeuvre indices</h2>{table(head, rows, words=(1, 2, 3))}" if rows else ""
+
+
+def _fit(fit: Fit) -> str:
+    status = {v.subject: v.status for v in fit.verdicts}
+    rows = [
+        [
+            free.path, number(free.start, 4), number(float(fit.values[i]), 4), number(float(fit.sigma[i]), 2),
+            f"{number(free.low)} … {number(free.high)}" if math.isfinite(free.high - free.low) else "–",
+            "yes" if free.path in fit.at_bound else "", number(float(fit.shrinkage[i]), 2),
+            status.get(free.path, "–"),
+        ]
+        for i, free in enumerate(fit.free)
+    ]  # fmt: skip
+    head = ["parameter", "start", "fitted", "sigma", "bounds", "at bound", "shrinkage", "verdict"]
+    words = bullets(f"{v.subject}: {v.text}" for v in fit.verdicts if v.status != "identified")
+    loss = number(fit.objective, 4)
+    cost = f"{fit.status}; {number(fit.seconds)} s, {fit.evaluations} evaluations, loss {loss}."
+    drawing = ""
+    if len(fit.history) > 1:
+        drawing = figure(figures.convergence(fit.history), "Loss over the iterations")
+    note = "Shrinkage: what the data added to the prior, 0 nothing, 1 all. Sigma: posterior deviation."
+    return (
+        f"<h2>The fit of {text(fit.ship.name)}</h2><p>{text(cost)}</p>{table(head, rows, words=(7,))}"
+        f'<p class="soft">{note}</p>{words}<div class="figures">{drawing}</div>'
+    )
+
+
+def _provenance(entries: Mapping[str, str]) -> str:
+    lines = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in entries.items())
+    return f"<h2>Provenance</h2><dl>{lines}</dl>" if entries else ""
