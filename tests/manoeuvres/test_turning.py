@@ -62,7 +62,8 @@ def test_execute_from_a_noisy_rudder_without_order():
     noise = 0.004 * np.sin(37.0 * t)
     channels = {k: v for k, v in trial.channels.items() if k != "delta_cmd"}
     measured = Trial("m", t, {**channels, "delta": np.clip(0.3 * (t - 20.0), 0, 0.6) + noise})
-    assert Turning(10.0, 0.6).indices(measured, 25.0)["advance"].value == pytest.approx(50.0, abs=1.0)  # 2 m/s, 0.3 s of noise
+    found = Turning(10.0, 0.6).indices(measured, 25.0)
+    assert found["advance"].value == pytest.approx(50.0, abs=1.0)  # 2 m/s, 0.3 s of noise
 
 
 def test_order_on_from_the_first_sample():

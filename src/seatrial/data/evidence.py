@@ -8,22 +8,47 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import Array, Trial, unwrapped
 from .prepare import integral, segments, to_earth
 
 Motion = Callable[[Array, Array, Array], tuple[Array, Array]]
+Rows = NDArray[np.intp]
 
-MOTIONS: Mapping[str, Motion] = {
+
+def _mirrored(u: Array, v_m: Array, psi: Array) -> tuple[Array, Array]:
+    return to_earth(u, v_m, -psi)
+
+
+def _to_port(u: Array, v_m: Array, psi: Array) -> tuple[Array, Array]:
+    return to_earth(u, -v_m, psi)
+
+
+def _swapped(u: Array, v_m: Array, psi: Array) -> tuple[Array, Array]:
+    north, east = to_earth(u, v_m, psi)
+    return east, north
+
+
+def _north_east(u: Array, v_m: Array, psi: Array) -> tuple[Array, Array]:
+    return u, v_m
+
+
+def _east_north(u: Array, v_m: Array, psi: Array) -> tuple[Array, Array]:
+    return v_m, u
+
+
+MOTIONS: Mapping[str, Motion] = MappingProxyType({
     "body": to_earth,
-    "earth": lambda u, v, psi: (u, v),
-    "earth, east first": lambda u, v, psi: (v, u),
-    "sway to port": lambda u, v, psi: to_earth(u, -v, psi),
-    "heading counterclockwise": lambda u, v, psi: to_earth(u, v, -psi),
-    "x east, y north": lambda u, v, psi: to_earth(u, v, psi)[::-1],
-}
+    "earth": _north_east,
+    "earth, east first": _east_north,
+    "sway to port": _to_port,
+    "heading counterclockwise": _mirrored,
+    "x east, y north": _swapped,
+})  # fmt: skip
 """Ways in which u and v_m may have been meant, as velocities along x and y."""
 
 
@@ -41,11 +66,11 @@ def runs(trial: Trial, *names: str) -> tuple[Trial, ...]:
     return tuple(run for run in segments(trial, names) if len(run) >= 20)
 
 
-def windows(run: Trial, length: float) -> tuple[Array, Array]:
+def windows(run: Trial, length: float) -> tuple[Rows, Rows]:
     """First and last rows of overlapping windows of about `length` [s], at most a third of the run."""
     count = len(run)
     width = min(max(round(length / run.dt), 4), count // 3)
-    first = np.arange(0, count - width, max(width // 4, 1))
+    first: Rows = np.arange(0, count - width, max(width // 4, 1), dtype=np.intp)
     return first, first + width
 
 

@@ -44,7 +44,7 @@ def complete(trial: Trial, names: Sequence[str] = ()) -> NDArray[np.bool_]:
     wanted = tuple(names) or tuple(trial.channels)
     if not wanted:
         return np.ones(len(trial), dtype=np.bool_)
-    return np.isfinite(trial.stack(*wanted)).all(axis=1)
+    return np.asarray(np.isfinite(trial.stack(*wanted)).all(axis=1))
 
 
 def cut(trial: Trial, start: float = -math.inf, stop: float = math.inf) -> Trial:
@@ -81,7 +81,7 @@ def segments(trial: Trial, names: Sequence[str] = (), min_duration: float = 0.0)
     """
     good = complete(trial, names)
     leaps = np.flatnonzero(np.diff(trial.t) > 1.5 * trial.dt) + 1
-    edges = np.unique([0, len(trial), *leaps, *(np.flatnonzero(np.diff(good)) + 1)]).tolist()
+    edges = sorted({0, len(trial), *leaps.tolist(), *(np.flatnonzero(np.diff(good)) + 1).tolist()})
     runs = [(a, b) for a, b in pairwise(edges) if good[a] and b - a > 1]
     runs = [(a, b) for a, b in runs if trial.t[b - 1] - trial.t[a] >= min_duration]
     if runs == [(0, len(trial))]:

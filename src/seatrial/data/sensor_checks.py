@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from . import Array, Trial
+from . import Trial
 from .prepare import complete
 
 _MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
@@ -104,16 +105,15 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
             )
         elif name in _DIRECTIONS and largest > 6.3:
             # a continuous direction may pass a turn; one that leaps in degrees does not
-            severity = "error" if largest > 30 else "info"
-            yield Fault(severity, name, "direction beyond one turn", f"up to {largest:.4g} rad",
+            yield Fault("error" if largest > 30 else "info", name, "direction beyond one turn", f"up to {largest:.4g} rad",
                         "if it is in degrees, convert it to radians")  # fmt: skip
     if "psi" not in trial:
         return
     jumps = np.abs(np.diff(trial["psi"]))
-    for turn, unit, severity in ((2 * math.pi, "rad", "warning"), (360.0, "in degrees", "error")):
+    for turn, unit in ((2 * math.pi, "rad"), (360.0, "in degrees")):
         wraps = int((np.abs(jumps - turn) < 0.2 * turn).sum())
         if wraps:
-            yield Fault(severity, "psi", "heading wraps", f"{wraps} leaps of about {turn:.4g} {unit}",
+            yield Fault("warning" if unit == "rad" else "error", "psi", "heading wraps", f"{wraps} leaps of about {turn:.4g} {unit}",
                         "make it continuous with data.unwrapped")  # fmt: skip
 
 
@@ -130,7 +130,8 @@ def _step_faults(trial: Trial, name: str) -> Iterator[Fault]:
     if levels.size < 0.25 * values.size and quantum > 2e-3 * span:
         yield Fault(
             "warning", name, "coarse steps",
-            f"{levels.size} distinct values in {values.size} samples, steps of {quantum:.3g} {trial.unit(name)}",
+            f"{levels.size} distinct values in {values.size} samples, "
+            f"steps of {quantum:.3g} {trial.unit(name)}",
             "prefer integrated rates to differences of this channel, or smooth it",
         )  # fmt: skip
 
@@ -139,6 +140,8 @@ def _frozen_faults(trial: Trial, name: str) -> Iterator[Fault]:
     """A sensor that stands still while the ship moves, and one slower than the log."""
     values = trial[name]
     same = np.diff(values) == 0
+    if same.all() and name not in ("x", "y", "psi", "u", "v_m", "r"):
+        return  # a steady wind or an upright ship is legal, as in a simulated run
     if "u" in trial:
         same &= np.abs(trial["u"][1:]) > 0.2 * float(np.nanmax(np.abs(trial["u"]), initial=0.0))
     start, length = _longest(same)
@@ -159,7 +162,7 @@ def _frozen_faults(trial: Trial, name: str) -> Iterator[Fault]:
         )  # fmt: skip
 
 
-def _longest(flags: Array) -> tuple[int, int]:
+def _longest(flags: NDArray[np.bool_]) -> tuple[int, int]:
     """First index and length of the longest run of true flags."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
     if edges.size == 0:

@@ -104,4 +104,4 @@ def _plain(path: Path, key: str, value: Any) -> Any:
         return value
     if isinstance(value, Path):
         return str(value)
-    raise DataError(f"{path}: meta '{key}' is a {type(value).__name__}; give text, numbers, lists or mappings")
+    raise DataError(f"{path}: meta '{key}' is a {type(value).__name__}; give text, numbers or lists")

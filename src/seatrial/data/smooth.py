@@ -102,13 +102,16 @@ def _likely_jerk(t: Array, z: Array, r: tuple[float, float]) -> float:
 
     rows = slice(0, _SEARCH_ROWS)
     span = float(np.nanstd(z[rows, 0])) or 1.0
-    middle = 2.0 * math.log10(span / max(float(t[rows][-1] - t[0]), 1.0))
+    # a signal that swings by `span` in a time s has a jerk intensity of span^2/s^5
+    part = t[rows]
+    slow, fast = float(part[-1] - part[0]), 3.0 * float(np.median(np.diff(part)))
+    low, high = (2.0 * math.log10(span) - 5.0 * math.log10(s) for s in (slow, fast))
 
     def unlikely(log_q: float) -> float:
         return -_forward(t[rows], z[rows], r, 10.0**log_q)[0]
 
     found = minimize_scalar(
-        unlikely, bounds=(middle - 7.0, middle + 4.0), method="bounded", options={"xatol": 0.1, "maxiter": 25}
+        unlikely, bounds=(low, high), method="bounded", options={"xatol": 0.1, "maxiter": 25}
     )
     return 10.0 ** float(found.x)
 
@@ -146,6 +149,7 @@ def _forward(t: Array, z: Array, r: tuple[float, float], q: float) -> tuple[floa
                 mean = mean + gain * miss
                 cov = cov - np.outer(gain, cov[i])
                 total -= 0.5 * (math.log(spread) + miss * miss / spread)
+        cov = 0.5 * (cov + cov.T)  # rounding must not grow into an asymmetry
         means[k], covs[k] = mean, cov
     return total, means, covs, q
 
@@ -157,5 +161,6 @@ def _back(t: Array, means: Array, covs: Array, q: float) -> _Axis:
         ahead = move @ covs[k] @ move.T + blur
         gain = np.linalg.solve(ahead, move @ covs[k]).T
         mean[k] = means[k] + gain @ (mean[k + 1] - move @ means[k])
-        cov[k] = covs[k] + gain @ (cov[k + 1] - ahead) @ gain.T
+        smoothed = covs[k] + gain @ (cov[k + 1] - ahead) @ gain.T
+        cov[k] = 0.5 * (smoothed + smoothed.T)
     return _Axis(mean, np.maximum(np.diagonal(cov, axis1=1, axis2=2), 0.0))

@@ -82,7 +82,7 @@ def numbers(
                 "complete the line or take it out"
             )
         try:
-            flat.extend(map(float, cells))
+            flat += list(map(float, cells))  # whole rows only: extend would keep half of a bad one
         except ValueError:
             flat.extend(_number(path, k, *pair) for pair in zip(columns, cells, strict=True))
     table = np.array(flat, dtype=np.float64).reshape(len(kept), len(columns))

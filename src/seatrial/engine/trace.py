@@ -79,5 +79,5 @@ def jacobian(system: System, free: tuple[str, ...]) -> Jacobian:
     pattern = [(i, j) for i in range(A.size1()) for j in range(A.size2()) if A.has_nz(i, j)]
     rows = [i for i in range(B.size1()) if any(B.has_nz(i, j) for j in range(B.size2()))]
     parts = [rates, *(A[i, j] for i, j in pattern), *(ca.densify(B[i, :]).T for i in rows)]
-    function = ca.Function("jac", inputs, [ca.cse(ca.densify(ca.vertcat(*parts)))])
+    function = ca.Function("slopes", inputs, [ca.cse(ca.densify(ca.vertcat(*parts)))])
     return Jacobian(function, tuple(pattern), tuple(rows), free)

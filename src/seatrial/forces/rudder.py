@@ -25,9 +25,7 @@ def normal_force(flow: Flow, area: Scalar, u_R: Scalar, v_R: Scalar) -> Scalar:
     return 0.5 * flow.rho * area * speed(u_R, v_R) * across  # Sawada 2024 (51), (53)
 
 
-def on_hull(
-    F_N: Scalar, delta: Scalar, t_R: Scalar, a_H: Scalar, x_R: Scalar, x_H: Scalar
-) -> Force:
+def on_hull(F_N: Scalar, delta: Scalar, t_R: Scalar, a_H: Scalar, x_R: Scalar, x_H: Scalar) -> Force:
     """Force of a rudder with normal force `F_N` on the ship, what it induces on the hull included."""
     across = F_N * cos(delta)
     return Force(

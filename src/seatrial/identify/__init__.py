@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Protocol
 
 from ..data import Array, Trial
@@ -26,21 +27,17 @@ class FitError(RuntimeError):
 
 @dataclass(frozen=True)
 class Loss:
-    """What a fit holds against a prediction: channels, their scale, the windows and the step.
+    """What a fit holds against a prediction.
 
     Attributes:
         sigma: scale of each compared channel by name, SI units; the residual is divided by it.
-        window: length of a prediction before it restarts [s].
-        dt: time step of the prediction [s]; None takes that of the trials.
-        every: compare every so many steps.
-        method: "euler" or "rk4".
+            Empty takes the standard deviation over the training trials.
+        correlation: time over which the errors of a prediction are alike [s]; it says how many
+            samples count as independent against the prior.  0 counts every sample.
     """
 
-    sigma: Mapping[str, float]
-    window: float = 100.0
-    dt: float | None = None
-    every: int = 10
-    method: str = "euler"
+    sigma: Mapping[str, float] = field(default_factory=dict[str, float])
+    correlation: float = 5.0
 
 
 @dataclass(frozen=True)
@@ -50,21 +47,24 @@ class Nuisance:
     Attributes:
         initial: standard deviation of the initial state's offset by channel; empty: as measured.
         current: standard deviation of a constant current per trial, each component [m/s]; 0: none.
+        bias: standard deviation of a constant sensor bias per trial by channel; empty: none.
     """
 
     initial: Mapping[str, float] = field(default_factory=dict[str, float])
     current: float = 0.0
+    bias: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Which parameters of which ship are to explain which trials, by which loss."""
+    """Which parameters of which ship are to explain which trials; `validation` is only watched."""
 
     ship: Ship
     trials: tuple[Trial, ...]
     free: tuple[Free, ...]
-    loss: Loss
+    loss: Loss = Loss()
     nuisance: Nuisance = Nuisance()
+    validation: tuple[Trial, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -134,6 +134,8 @@ Progress = Callable[[int, float, float], None]
 class Estimator(Protocol):
     """Anything that turns a problem into a fit; hyper-parameters live in its fields."""
 
-    def fit(self, problem: Problem, *, progress: Progress | None = None) -> Fit:
-        """Estimate the free parameters of `problem`."""
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
+    ) -> Fit:
+        """Estimate the free parameters; a run killed with a `checkpoint` file goes on from it."""
         ...

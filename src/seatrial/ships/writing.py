@@ -40,7 +40,11 @@ def save(ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = No
 
 def to_toml(ship: Ship, provenance: Mapping[str, Any] | None = None) -> str:
     """`ship` as the text of a ship file; `provenance` (how it was fitted) goes to [notes.provenance]."""
-    lines = ['schema = "seatrial-ship/1"', f"name = {_text(ship.name)}", f"family = {_text(_type(ship.model, 'models'))}"]
+    lines = [
+        'schema = "seatrial-ship/1"',
+        f"name = {_text(ship.name)}",
+        f"family = {_text(_type(ship.model, 'models'))}",
+    ]
     lines += _particulars(ship)
     lines += _model(ship, _scale(ship))
     lines += _approach(ship)
@@ -71,7 +75,8 @@ def _scale(ship: Ship) -> Yardsticks:
     }
     units = {"rho": "kg/m^3", "L_pp": "m", "d": "m"}
     values = {key: resolve(entry, units[key], None) for key, entry in found.items()}
-    values |= {key: getattr(ship.model.body, key) for key in values if hasattr(ship.model, "body")}
+    body = getattr(ship.model, "body", None)
+    values |= {key: getattr(body, key) for key in values if body is not None}
     return Yardsticks(**{key: float(value) for key, value in values.items() if value is not None})
 
 
@@ -102,14 +107,15 @@ def _particulars(ship: Ship) -> Iterator[str]:
 
 
 def _model(ship: Ship, scale: Yardsticks) -> Iterator[str]:
-    own = {f.name for f in fields(ship.model) if "spec" in f.metadata}
+    model: Any = ship.model
+    own = {f.name for f in fields(model) if "spec" in f.metadata}
     if own:
         yield from ("", "[model]")
-        for path, meaning, value in walk(ship.model):
+        for path, meaning, value in walk(model):
             if path in own:
                 yield f"{path} = {_number(ship, path, value, meaning.unit, scale)}"
-    for f in fields(ship.model):
-        part = getattr(ship.model, f.name)
+    for f in fields(model):
+        part = getattr(model, f.name)
         if f.name in own or part is None:
             continue
         yield from ("", f"[{f.name}]", f"type = {_text(_type(part, 'forces'))}")

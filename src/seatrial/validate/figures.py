@@ -61,7 +61,7 @@ def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
     _frame(ax, [(c.predicted["y"], c.predicted["x"]) for c in comparisons], (y, x))
     ax.set_xlabel("east y [m]")
     ax.set_ylabel("north x [m]")
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, frameon=False)
     return _svg(figure, f"track {name}")
 
 
@@ -111,7 +111,7 @@ def horizon(
     ax.set_xticks([], minor=True)
     ax.set_xlabel("time since restart, up to [s]")
     ax.set_ylabel(what)
-    ax.legend(loc="best")
+    ax.legend(loc="best", frameon=False)
     return _svg(figure, f"horizon {what}")
 
 
@@ -125,7 +125,7 @@ def convergence(history: Array) -> str:
         ax.set_yscale("log")
     ax.set_xlabel("iteration")
     ax.set_ylabel("loss [-]")
-    ax.legend(loc="best")
+    ax.legend(loc="best", frameon=False)
     return _svg(figure, "convergence")
 
 
@@ -175,10 +175,11 @@ def _ship_ticks(ax: Any, psi: Array, x: Array, y: Array) -> None:
     """A short line over the bow at some fifteen places of the measured track."""
     rows = np.flatnonzero(np.isfinite(x + y + psi))
     rows = rows[:: max(1, rows.size // 15)]
-    length = 0.04 * max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
+    length = 0.05 * max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
     for i in rows:
         ends_x, ends_y = length * math.cos(psi[i]), length * math.sin(psi[i])
-        ax.plot([y[i], y[i] + ends_y], [x[i], x[i] + ends_x], color="#111", lw=2.6, solid_capstyle="butt")
+        line = [y[i], y[i] + ends_y], [x[i], x[i] + ends_x]
+        ax.plot(*line, color="#8a929a", lw=5, solid_capstyle="butt", zorder=1.5)
 
 
 def _frame(ax: Any, others: Sequence[tuple[Array, Array]], truth: tuple[Array, Array]) -> None:

@@ -29,7 +29,7 @@ th,td{padding:.28rem .8rem .28rem 0;text-align:right;white-space:nowrap;border-b
 th{color:var(--soft);font-weight:600;vertical-align:bottom}
 th:first-child,td:first-child,td.text,th.text{text-align:left}
 td.best{font-weight:700}
-.figures{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,420px),1fr));gap:1rem;align-items:start}
+.figures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,420px),1fr));gap:1rem;align-items:start}
 figure{margin:0;min-width:0}
 svg{display:block;width:100%;height:auto}
 ul{max-width:72ch;padding-left:1.2rem;margin:.4rem 0}

@@ -107,10 +107,11 @@ def _horizons(report: Report, styles: figures.Styles) -> str:
 
 
 def _pooled_horizon(report: Report, label: str, channels: Sequence[str], factor: float) -> dict[float, float]:
-    """Root of the mean square over trials of the channels' squares, by horizon."""
+    """Root of the mean square over the trials that every label predicts, by horizon."""
+    shared = [found[label] for found in report.trials.values() if len(found) == len(report.labels)]
     squares: dict[float, list[float]] = {}
-    for c in report.comparisons:
-        for end, values in c.horizons.items() if c.label == label else ():
+    for c in shared:
+        for end, values in c.horizons.items():
             parts = [values.get(name, math.nan) ** 2 for name in channels]
             if math.isfinite(sum(parts)):
                 squares.setdefault(end, []).append(sum(parts))
@@ -122,7 +123,8 @@ def _trials(report: Report, styles: figures.Styles) -> str:
     drawn = report.trials
     if len(drawn) > _DRAWN:
         drawn = dict(sorted(drawn.items(), key=lambda item: -_first(report, item[1]).standardised)[:_DRAWN])
-        parts.append(f"<p>The {_DRAWN} of {len(report.trials)} trials with the largest error, worst first.</p>")
+        worst = f"The {_DRAWN} of {len(report.trials)} trials with the largest error, worst first."
+        parts.append(f"<p>{worst}</p>")
     for name, found in drawn.items():
         several = list(found.values())
         drawings: list[str] = []

@@ -1,0 +1,100 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from seatrial.data import Trial, frt_esso, simman
+from seatrial.data.check import check, check_set
+from seatrial.data.prepare import to_earth
+
+
+def earth(t):
+    u, v = to_earth(t["u"], t["v_m"], t["psi"])
+    return t.having(u=u, v_m=v)
+
+
+def wrapped(t):
+    return t.having(psi=np.mod(t["psi"] + 0.1, 2 * np.pi))
+
+
+def poked(t, name, rows, value):
+    values = t[name].copy()
+    values[rows] = value if value is not None else values[rows][0]
+    return t.having(**{name: values})
+
+
+FAULTS = {
+    "earth": (earth, "error", "north and east, not surge"),
+    "rudder": (lambda t: t.having(delta=-t["delta"]), "error", "rudder sign"),
+    "sway": (lambda t: t.having(v_m=-t["v_m"]), "error", "v_m counts to port"),
+    "model called ship": (lambda t: replace(t, meta={"L_pp": 325.0}), "error", "turns too sharply"),
+    "ship called model": (lambda t: replace(t, meta={"L_pp": 0.03}), "error", "too fast for its length"),
+    "step": (lambda t: replace(t, t=t.t / 1.1), "error", "time step is not the true one"),
+    "knots": (lambda t: t.having(u=t["u"] * 1.94, v_m=t["v_m"] * 1.94), "error", "different scales"),
+    "clock": (lambda t: replace(t, t=np.floor(t.t)), "error", "time repeats"),
+    "quantised": (lambda t: replace(t, t=np.arange(len(t)) * 0.1 + (np.arange(len(t)) % 7 == 0) * 0.08), "warning",
+                  "quantised"),
+    "leap": (lambda t: t.rows(np.r_[0:500, 600 : len(t)]), "warning", "missing samples"),
+    "coarse": (lambda t: t.having(x=np.round(t["x"] / 2) * 2), "warning", "coarse"),
+    "wind true": (lambda t: t.having(gamma_T=t["gamma_T"] + np.pi), "error", "wind direction is 'to'"),
+    "wind felt": (lambda t: t.having(gamma_A=t["gamma_A"] + np.pi), "error", "wind direction is 'to'"),
+    "wrapped": (lambda t: t.having(psi=np.mod(t["psi"] - 0.5, 2 * np.pi)), "warning", "heading wraps"),
+    "gap": (lambda t: poked(t, "u", slice(40, 50), np.nan), "warning", "gaps"),
+    "tail": (lambda t: t.having(**{n: np.where(t.t > 150, np.nan, v) for n, v in t.channels.items()}), "warning",
+             "rows without data"),
+    "frozen": (lambda t: poked(t, "r", slice(400, 500), None), "warning", "frozen sensor"),
+    "slow gps": (lambda t: t.having(x=np.repeat(t["x"][::2], 2)), "warning", "repeated values"),
+    "degrees rudder": (lambda t: t.having(delta=np.degrees(t["delta"])), "error", "rudder is in degrees"),
+    "degrees psi": (lambda t: t.having(psi=np.degrees(t["psi"])), "error", "psi is in degrees"),
+    "degrees r": (lambda t: t.having(r=np.degrees(t["r"])), "error", "r is in degrees"),
+    "mirror": (lambda t: t.having(r=-t["r"]), "error", "opposite signs"),
+    "short": (lambda t: t.rows(slice(0, 5)), "error", "too short"),
+}  # fmt: skip
+
+
+def test_a_right_trial_has_no_findings(made):
+    assert check(made) == ()
+
+
+@pytest.mark.parametrize("case", FAULTS)
+def test_each_fault_is_found(made, case):
+    spoil, severity, words = FAULTS[case]
+    found = [f for f in check(spoil(made)) if words in f.what]
+    assert found, [str(f) for f in check(spoil(made))]
+    assert found[0].severity == severity
+    assert any(c.isdigit() for c in found[0].evidence)
+    assert found[0].remedy
+
+
+def test_overlap_between_training_and_test(made):
+    part = replace(made.rows(slice(100, 300)), name="cut")
+    [finding] = check_set([made], [part])
+    assert finding.severity == "error"
+    assert "200 rows" in finding.evidence
+    other = replace(made.having(x=made["x"] + 0.1), name="other")
+    assert check_set([made], [other]) == ()
+
+
+def test_esso_has_no_errors(data_file):
+    trials = [frt_esso.read(p) for p in sorted(data_file("esso_osaka_frt", "data").glob("*/*.csv"))]
+    errors = [str(f) for trial in trials for f in check(trial) if f.severity == "error"]
+    assert errors == []
+    cut = [t for t in trials if t.name == "turn_cut_14-Sep-2020_15_58_08"]
+    rest = [t for t in trials if t.name != cut[0].name]
+    [overlap] = check_set(rest, cut)
+    assert overlap.where.startswith("turn_14-Sep-2020_15_58_08")
+
+
+def test_simman_read_rightly_has_no_errors_and_raw_has(data_file):
+    for folder in ("kvlcc2_hsva_simman2008", "kvlcc2_marin_simman2008"):
+        for path in sorted(data_file(folder, "raw").glob("*.dat")):
+            trial = simman.read(path)
+            assert [f for f in check(trial) if f.severity == "error"] == []
+            raw: Trial = earth(trial).having(delta=-trial["delta"])
+            words = " ".join(f.what for f in check(raw) if f.severity == "error")
+            assert "north and east" in words
+            # the rudder needs u going ahead: told once the velocities are right
+            turned = check(trial.having(delta=-trial["delta"]))
+            assert any("rudder sign" in f.what and f.severity == "error" for f in turned)

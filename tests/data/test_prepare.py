@@ -1,0 +1,81 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seatrial.data import DataError, prepare
+from seatrial.data.smooth import sensor_noise, smooth
+
+
+def test_resample_is_exact_on_straight_lines_and_keeps_gaps(made):
+    line = made.having(x=3.0 * made.t, psi=np.mod(0.7 * made.t, 2 * np.pi))
+    for dt in (0.05, 0.3):
+        out = prepare.resample(line, dt)
+        assert np.allclose(out["x"], 3.0 * out.t, atol=1e-9)
+        assert np.allclose(out["psi"], 0.7 * out.t, atol=1e-9)
+    gap = line.having(x=np.where((line.t > 5) & (line.t < 6), np.nan, line["x"]))
+    out = prepare.resample(gap, 0.25)
+    assert np.isnan(out["x"][(out.t > 5.05) & (out.t < 5.95)]).all()
+    with pytest.raises(DataError, match="above zero"):
+        prepare.resample(made, 0)
+
+
+def test_cut_and_segments_and_gaps(made):
+    assert prepare.cut(made, 10, 20).t[[0, -1]] == pytest.approx([10, 20])
+    with pytest.raises(DataError, match="covers 0 to"):
+        prepare.cut(made, 1e5, 2e5)
+    gap = made.having(u=np.where((made.t > 49.95) & (made.t < 50.55), np.nan, made["u"]))
+    parts = prepare.segments(gap, ["u"], 10.0)
+    assert [p.name for p in parts] == ["made_1", "made_2"]
+    assert sum(map(len, parts)) == prepare.complete(gap, ["u"]).sum()
+    assert prepare.segments(gap, ["x"]) == (gap,)
+    assert np.isnan(prepare.interpolate_gaps(gap, 0.3)["u"]).any()
+    filled = prepare.interpolate_gaps(gap, 1.0)
+    assert np.allclose(filled["u"], made["u"], atol=1e-2)
+    tail = made.having(**{n: np.where(made.t > 150, np.nan, v) for n, v in made.channels.items()})
+    assert prepare.drop_trailing_gaps(tail).t[-1] == pytest.approx(150)
+
+
+def test_split_is_by_whole_trials(made):
+    from dataclasses import replace
+
+    trials = [replace(made, name=n) for n in ("turn_1", "turn_2", "zig_1")]
+    data = prepare.split(trials, ["zig_*"], ["turn_2"])
+    assert [t.name for t in (*data.train, *data.validation, *data.test)] == ["turn_1", "zig_1", "turn_2"]
+    with pytest.raises(DataError, match=r"pattern 'zag_1'.*near: zig_1"):
+        prepare.split(trials, ["zag_1"])
+    with pytest.raises(DataError, match="keep it in one"):
+        prepare.split(trials, ["turn_*"], ["turn_2"])
+
+
+def test_froude_scaling_there_and_back(made):
+    ship = prepare.froude_scaled(made, 100.0)
+    assert ship.meta["L_pp"] == pytest.approx(300)
+    assert ship["u"] == pytest.approx(10 * made["u"])
+    assert ship["r"] == pytest.approx(made["r"] / 10)
+    assert prepare.froude_scaled(ship, 0.01).t == pytest.approx(made.t)
+
+
+@pytest.mark.parametrize("with_gap", [False, True])
+def test_smoother_beats_differences(made, with_gap):
+    made = prepare.cut(made, 0, 100)
+    rng = np.random.default_rng(0)
+    noisy = made.having(**{
+        n: made[n] + s * rng.normal(size=len(made)) for n, s in (("x", 0.02), ("y", 0.02), ("psi", 0.01))
+    })  # fmt: skip
+    if with_gap:
+        noisy = noisy.having(x=np.where((made.t > 30) & (made.t < 31), np.nan, noisy["x"]))
+    out = smooth(noisy)
+    good = np.isfinite(out["u"])
+    assert good.all() != with_gap
+    raw = prepare.to_body(*(np.gradient(noisy[n], made.t) for n in ("x", "y")), noisy["psi"])
+    raw = {"u": raw[0], "v_m": raw[1], "r": np.gradient(noisy["psi"], made.t)}
+    for name, crude in raw.items():
+        fine = good & np.isfinite(crude)
+        error = np.sqrt(np.mean((out[name] - made[name])[fine] ** 2))
+        assert error < np.sqrt(np.mean((crude - made[name])[fine] ** 2)) / 3
+        # the stated uncertainty is the true one, within a factor
+        assert 0.3 < error / np.sqrt(np.mean(out[f"{name}_sd"][fine] ** 2)) < 3
+    assert sensor_noise(noisy["y"]) == pytest.approx(0.02, rel=0.15)
+    with pytest.raises(DataError, match="above zero"):
+        smooth(noisy, {"x": 0.0})

@@ -1,0 +1,146 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seatrial.data import DataError, Trial
+from seatrial.data.sidecar import CONVENTIONS
+from seatrial.data.trialfile import read_trial, read_trials, write_trial
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_round_trip_is_exact(tmp_path, suffix):
+    rng = np.random.default_rng(1)
+    t = np.cumsum(rng.uniform(0.01, 1, 50))
+    x = rng.normal(size=50) * 10.0 ** rng.integers(-300, 300, 50)
+    x[7] = np.nan
+    meta = {"ship": "s", "scale": 45.714, "L_pp": np.float64(7.0), "set_points": {"rudder": 0.1 + 0.2},
+            "processing": ["one: yes"]}  # fmt: skip
+    trial = Trial("a.b", t, {"x": x, "thrust": rng.normal(size=50)}, {"thrust": "N"}, meta)
+    write_trial(trial, tmp_path / f"a.b{suffix}")
+    back = read_trial(tmp_path / f"a.b{suffix}")
+    assert back.name == "a.b"
+    assert np.array_equal(back.t, t)
+    assert np.array_equal(back["x"], x, equal_nan=True)
+    assert np.array_equal(back["thrust"], trial["thrust"])
+    assert back.units == trial.units
+    assert back.meta == {**CONVENTIONS, **meta}
+    assert sorted(f.name for f in tmp_path.iterdir()) == sorted([f"a.b{suffix}", "a.b.yaml"])
+
+
+def test_units_become_si(tmp_path):
+    (tmp_path / "a.csv").write_text(
+        "t [min],psi [deg],r [deg/s],n_P [rpm],u [kn],U_T [km/h],delta_2 [deg],q [kN]\n"
+        "0,180,1,60,1,3.6,90,5\n1,90,1,60,1,3.6,90,5\n"
+    )
+    trial = read_trial(tmp_path / "a.csv")
+    assert trial.t[1] == 60
+    assert trial["psi"] == pytest.approx([np.pi, np.pi / 2])
+    assert trial["r"][0] == pytest.approx(np.pi / 180)
+    assert trial["n_P"][0] == pytest.approx(1)
+    assert trial["u"][0] == pytest.approx(0.514444, rel=1e-5)
+    assert trial["U_T"][0] == pytest.approx(1)
+    assert trial["delta_2"][0] == pytest.approx(np.pi / 2)
+    assert (trial["q"][0], trial.unit("q")) == (5, "kN")
+    assert trial.meta == CONVENTIONS
+
+
+BAD = {
+    "no unit": ("t [s],x\n0,1\n1,2\n", r"column 'x', line 1: no unit; write 'x \[m\]'"),
+    "unknown unit": ("t [s],x [metre]\n0,1\n1,2\n", "line 1: column 'x': no unit 'metre'"),
+    "wrong unit": ("t [s],x [kn]\n0,1\n1,2\n", "unit 'kn' cannot measure it; right would be one of: m"),
+    "no time": ("x [m],y [m]\n0,1\n1,2\n", r"no column 't \[s\]'"),
+    "back": ("t [s],x [m]\n0,1\n2,2\n1,3\n", "column 't', line 4: time goes back"),
+    "repeated": ("t [s],x [m]\n0,1\n\n1,2\n1,3\n", "column 't', line 5: time repeats"),
+    "word": ("t [s],x [m]\n0,1\n1,two\n", "column 'x', line 3: 'two' is not a number"),
+    "comma decimals": ("t [s];x [m]\n0;1\n", "separated by commas"),
+    "infinite": ("t [s],x [m]\n0,1\n1,inf\n", "column 'x', line 3: infinite"),
+    "one row": ("t [s],x [m]\n0,1\n", "1 rows of numbers"),
+    "header only": ("t [s],x [m]\n", "0 rows of numbers"),
+    "empty": ("", "the file is empty"),
+    "binary": ("\0\1\2", "a binary file"),
+    "ragged": ("t [s],x [m]\n0,1\n1\n", "line 3 has 1 cells, the header has 2"),
+    "twice": ("t [s],x [m],x [m]\n0,1,2\n", "column 'x', line 1: named twice"),
+    "lost time": ("t [s],x [m]\n0,1\n,2\n2,3\n", "column 't', line 3: no time"),
+    "name": ("t [s],2x [m]\n0,1\n", "write 'name"),
+    "foreign": ("t [s],x_position_mid [m]\n0,1\n", "import it first: seatrial import frt-esso"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_file_is_one_line_that_names_the_place(tmp_path, case):
+    text, message = BAD[case]
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    with pytest.raises(DataError, match=message) as error:
+        read_trial(path)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_empty_rows_at_the_end_stay_as_a_gap(tmp_path):
+    (tmp_path / "a.csv").write_text("t [s],x [m]\n0,1\n0.5,2\n,\n,\n")
+    trial = read_trial(tmp_path / "a.csv")
+    assert trial.t == pytest.approx([0, 0.5, 1, 1.5])
+    assert np.isnan(trial["x"][2:]).all()
+    assert "2 empty rows" in trial.meta["processing"][-1]
+
+
+def test_missing_file_names_near_ones(tmp_path):
+    (tmp_path / "turning_35.csv").touch()
+    with pytest.raises(DataError, match=r"near: turning_35\.csv"):
+        read_trial(tmp_path / "turnin_35.csv")
+
+
+SIDECARS = {
+    "a: [": "line 1|not YAML",
+    "- 1": "must be keys with values",
+    "ship: s": "schema is None",
+    "schema: manoeuvre-trial/1\nscale: -1": "scale is -1; it must be a number above zero",
+    "schema: manoeuvre-trial/1\nreference_point: cg": "reference_point is 'cg'",
+    "schema: manoeuvre-trial/1\nprocessing: x": "processing must be a list",
+}
+
+
+@pytest.mark.parametrize("text", SIDECARS)
+def test_bad_sidecar(tmp_path, text):
+    (tmp_path / "a.csv").write_text("t [s],x [m]\n0,1\n1,2\n")
+    (tmp_path / "a.yaml").write_text(text)
+    with pytest.raises(DataError, match=SIDECARS[text]):
+        read_trial(tmp_path / "a.csv")
+
+
+def test_foreign_rudder_sign_is_turned(tmp_path):
+    (tmp_path / "a.csv").write_text("t [s],delta [rad]\n0,1\n1,2\n")
+    (tmp_path / "a.yaml").write_text("schema: manoeuvre-trial/1\ndelta_positive: port_turn\n")
+    trial = read_trial(tmp_path / "a.csv")
+    assert trial["delta"] == pytest.approx([-1, -2])
+    assert trial.meta["delta_positive"] == "starboard_turn"
+
+
+def test_failed_write_leaves_the_old_file(tmp_path, made):
+    write_trial(made, tmp_path / "made.csv")
+    before = {f.name: f.read_bytes() for f in tmp_path.iterdir()}
+    for bad in (made.having(q=made.t), made.having(x=made.t / 0.0 if False else np.full(len(made), np.inf))):
+        with pytest.raises(DataError):
+            write_trial(bad, tmp_path / "made.csv") if "q" not in bad else write_trial(
+                Trial(bad.name, bad.t, bad.channels, {"q": "bogus"}, bad.meta), tmp_path / "made.csv"
+            )
+    assert {f.name: f.read_bytes() for f in tmp_path.iterdir()} == before
+
+
+def test_read_trials_sorts_a_folder_and_refuses_an_empty_one(tmp_path, made):
+    with pytest.raises(DataError, match="no trial file"):
+        read_trials(tmp_path)
+    for name in ("b", "a"):
+        write_trial(made, tmp_path / f"{name}.csv")
+    assert [t.name for t in read_trials([tmp_path, tmp_path / "a.csv"])] == ["a", "b"]
+    write_trial(made, tmp_path / "a.parquet")
+    with pytest.raises(DataError, match="second trial of this name"):
+        read_trials(tmp_path)
+
+
+def test_bad_parquet(tmp_path):
+    (tmp_path / "a.parquet").write_bytes(b"PAR1 no")
+    with pytest.raises(DataError, match="not a readable Parquet"):
+        read_trial(tmp_path / "a.parquet")
