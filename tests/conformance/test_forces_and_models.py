@@ -14,6 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+
 import seatrial.forces
 from seatrial.environment import Environment
 from seatrial.forces import Flow, Force, Slipstream

@@ -15,8 +15,8 @@ def earth(t):
     return t.having(u=u, v_m=v)
 
 
-def wrapped(t):
-    return t.having(psi=np.mod(t["psi"] + 0.1, 2 * np.pi))
+def tail(t):
+    return t.having(**{n: np.where(t.t > 150, np.nan, v) for n, v in t.channels.items()})
 
 
 def poked(t, name, rows, value):
@@ -34,16 +34,14 @@ FAULTS = {
     "step": (lambda t: replace(t, t=t.t / 1.1), "error", "time step is not the true one"),
     "knots": (lambda t: t.having(u=t["u"] * 1.94, v_m=t["v_m"] * 1.94), "error", "different scales"),
     "clock": (lambda t: replace(t, t=np.floor(t.t)), "error", "time repeats"),
-    "quantised": (lambda t: replace(t, t=np.arange(len(t)) * 0.1 + (np.arange(len(t)) % 7 == 0) * 0.08), "warning",
-                  "quantised"),
+    "quantised": (lambda t: replace(t, t=t.t + (np.arange(len(t)) % 7 == 0) * 0.08), "warning", "quantised"),
     "leap": (lambda t: t.rows(np.r_[0:500, 600 : len(t)]), "warning", "missing samples"),
     "coarse": (lambda t: t.having(x=np.round(t["x"] / 2) * 2), "warning", "coarse"),
     "wind true": (lambda t: t.having(gamma_T=t["gamma_T"] + np.pi), "error", "wind direction is 'to'"),
     "wind felt": (lambda t: t.having(gamma_A=t["gamma_A"] + np.pi), "error", "wind direction is 'to'"),
     "wrapped": (lambda t: t.having(psi=np.mod(t["psi"] - 0.5, 2 * np.pi)), "warning", "heading wraps"),
     "gap": (lambda t: poked(t, "u", slice(40, 50), np.nan), "warning", "gaps"),
-    "tail": (lambda t: t.having(**{n: np.where(t.t > 150, np.nan, v) for n, v in t.channels.items()}), "warning",
-             "rows without data"),
+    "tail": (tail, "warning", "rows without data"),
     "frozen": (lambda t: poked(t, "r", slice(400, 500), None), "warning", "frozen sensor"),
     "slow gps": (lambda t: t.having(x=np.repeat(t["x"][::2], 2)), "warning", "repeated values"),
     "degrees rudder": (lambda t: t.having(delta=np.degrees(t["delta"])), "error", "rudder is in degrees"),

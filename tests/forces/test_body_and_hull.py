@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+
 from seatrial.forces import Flow, Force
 from seatrial.forces.crossflow import drag_force, drag_moment
 from seatrial.ships.files import load

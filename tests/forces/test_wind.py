@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+
 from seatrial.forces import Flow
 from seatrial.forces.wind import fujiwara1998
 from seatrial.ships.files import load

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from seatrial.environment import CALM, Environment, Uniform
 from seatrial.ships import Ship
 from seatrial.ships.files import load
@@ -133,4 +134,4 @@ def test_norrbin_settles_on_its_cubic() -> None:
     x, delta = (0.0, 0.0, 0.0, model.U, 0.0, 0.0), 0.5
     for _ in range(800):
         x = rk4(lambda y: model.derivative(y, (0.0, delta), CALM), x, 0.5)
-    assert x[5] + model.alpha * x[5] ** 3 == pytest.approx(model.K * delta, rel=1e-6)
+    assert x[5] + model.alpha * x[5] ** 3 == pytest.approx(model.K * delta, rel=1e-5)

@@ -90,6 +90,9 @@ def test_manoeuvre_from_meta():
     assert (found.delta, found.psi, found.side) == (0.1, 0.2, -1.0)
     assert manoeuvre(arc(meta={"kind": "zigzag", "set_points": {"delta": 0.1}})) is None
     assert manoeuvre(arc(meta={"kind": "random"})) is None
+    port = arc(meta={"kind": "zigzag", "set_points": {"rudder": 0.3, "heading": 0.2}})
+    found = manoeuvre(port.having(delta=-port["delta"]))
+    assert (found.delta, found.psi, found.side) == (0.3, 0.2, -1.0)
 
 
 NAMES = {"x": "x_position_mid [m]", "y": "y_position_mid [m]", "psi": "psi_hat [rad]", "u": "u_velo [m/s]",

@@ -41,7 +41,7 @@ def import_log(
             nothing has been written.
     """
     read = _reader(format, mapping)
-    files = _files(format, Path(src), mapping)
+    files = _files(format, Path(src))
     folder = Path(out)
     taken: dict[str, Path] = {}
     for file in files:
@@ -97,12 +97,11 @@ def _reader(format: str, mapping: str | Path | None) -> Callable[[Path], Trial]:
     return lambda path: read_by_mapping(path, table)
 
 
-def _files(format: str, src: Path, mapping: str | Path | None) -> list[Path]:
+def _files(format: str, src: Path) -> list[Path]:
     here = existing(src)
     if not here.is_dir():
         return [here]
     suffix = _SUFFIXES[format]
-    # a folder of logs may hold tables that are none; they are found when they are read
     found = sorted(f for f in here.rglob("*") if f.suffix.lower() == suffix and f.is_file())
     if not found:
         raise DataError(f"{here}: no file *{suffix} in this folder or below; is format {format} right?")

@@ -34,7 +34,6 @@ from .units import conversion, standard_unit
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
-SCHEMA = "seatrial-mapping/1"
 _META = ("ship", "scale", "L_pp", "kind", "source", "licence", "water_density")
 
 

@@ -105,15 +105,16 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
             )
         elif name in _DIRECTIONS and largest > 6.3:
             # a continuous direction may pass a turn; one that leaps in degrees does not
-            yield Fault("error" if largest > 30 else "info", name, "direction beyond one turn", f"up to {largest:.4g} rad",
-                        "if it is in degrees, convert it to radians")  # fmt: skip
+            yield Fault("error" if largest > 30 else "info", name, "direction beyond one turn",
+                        f"up to {largest:.4g} rad", "if it is in degrees, convert it to radians")  # fmt: skip
     if "psi" not in trial:
         return
     jumps = np.abs(np.diff(trial["psi"]))
     for turn, unit in ((2 * math.pi, "rad"), (360.0, "in degrees")):
         wraps = int((np.abs(jumps - turn) < 0.2 * turn).sum())
         if wraps:
-            yield Fault("warning" if unit == "rad" else "error", "psi", "heading wraps", f"{wraps} leaps of about {turn:.4g} {unit}",
+            yield Fault("warning" if unit == "rad" else "error", "psi", "heading wraps",
+                        f"{wraps} leaps of about {turn:.4g} {unit}",
                         "make it continuous with data.unwrapped")  # fmt: skip
 
 

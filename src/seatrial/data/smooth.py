@@ -110,8 +110,12 @@ def _likely_jerk(t: Array, z: Array, r: tuple[float, float]) -> float:
     def unlikely(log_q: float) -> float:
         return -_forward(t[rows], z[rows], r, 10.0**log_q)[0]
 
+    # far from its peak the likelihood is flat or has steps: look coarsely before the fine search
+    coarse = np.linspace(low, high, 10)
+    peak = int(np.argmin([unlikely(float(q)) for q in coarse]))
+    low, high = float(coarse[max(peak - 1, 0)]), float(coarse[min(peak + 1, coarse.size - 1)])
     found = minimize_scalar(
-        unlikely, bounds=(low, high), method="bounded", options={"xatol": 0.1, "maxiter": 25}
+        unlikely, bounds=(low, high), method="bounded", options={"xatol": 0.1, "maxiter": 12}
     )
     return 10.0 ** float(found.x)
 
@@ -132,7 +136,7 @@ def _forward(t: Array, z: Array, r: tuple[float, float], q: float) -> tuple[floa
     reach = float(np.nanstd(z[:, 0])) + math.sqrt(r[0])
     cov = np.diag([r[0] * 10.0, reach**2, reach**2])
     means, covs = np.empty((t.size, 3)), np.empty((t.size, 3, 3))
-    total, step = 0.0, math.nan
+    total, step = 0.0, -1.0
     move, blur = np.eye(3), np.zeros((3, 3))
     for k in range(t.size):
         if k:

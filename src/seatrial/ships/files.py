@@ -20,7 +20,7 @@ from ..actuators import Actuator, Actuators
 from ..models import UNITS
 from ..parameters import Spec, unknown
 from . import Entry, Ship, ShipError
-from .numbers import Yardsticks, number
+from .numbers import ACTUATORS, PARTICULARS, Yardsticks, number
 from .writing import save, to_toml
 
 __all__ = ["library", "load", "save", "to_toml"]
@@ -28,20 +28,6 @@ __all__ = ["library", "load", "save", "to_toml"]
 SCHEMA = "seatrial-ship/1"
 FOLDER = Path(__file__).parent
 TOP = ("schema", "name", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
-PARTICULARS = {
-    "rho": Spec("kg/m^3", "density of the water", 500.0, 2000.0),
-    "L_pp": Spec("m", "length between perpendiculars", 1e-3, 1e3),
-    "B": Spec("m", "breadth", 1e-3, 1e3),
-    "d": Spec("m", "draught", 1e-4, 100.0),
-    "C_b": Spec("", "block coefficient", 0.0, 1.0),
-    "volume": Spec("m^3", "displaced volume", 0.0),
-}
-ACTUATORS = {
-    "rudder": {"low": Spec("rad", "least angle"), "high": Spec("rad", "greatest angle"),
-               "rate": Spec("rad/s", "greatest rate", 0.0)},
-    "propeller": {"low": Spec("1/s", "least revolutions"), "high": Spec("1/s", "greatest revolutions"),
-                  "rate": Spec("1/s^2", "greatest rate", 0.0)},
-}  # fmt: skip
 
 
 def library() -> tuple[str, ...]:

@@ -20,6 +20,21 @@ FACTORS = {
 }  # fmt: skip
 """Factor from a unit of the field to the one used inside."""
 
+PARTICULARS = {
+    "rho": Spec("kg/m^3", "density of the water", 500.0, 2000.0),
+    "L_pp": Spec("m", "length between perpendiculars", 1e-3, 1e3),
+    "B": Spec("m", "breadth", 1e-3, 1e3),
+    "d": Spec("m", "draught", 1e-4, 100.0),
+    "C_b": Spec("", "block coefficient", 0.0, 1.0),
+    "volume": Spec("m^3", "displaced volume", 0.0),
+}
+ACTUATORS = {
+    "rudder": {"low": Spec("rad", "least angle"), "high": Spec("rad", "greatest angle"),
+               "rate": Spec("rad/s", "greatest rate", 0.0)},
+    "propeller": {"low": Spec("1/s", "least revolutions"), "high": Spec("1/s", "greatest revolutions"),
+                  "rate": Spec("1/s^2", "greatest rate", 0.0)},
+}  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Yardsticks:

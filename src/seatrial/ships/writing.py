@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -11,13 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from ..parameters import Spec, walk
-from . import Entry, Ship
-from .numbers import Yardsticks, resolve
-
-ACTUATOR_UNITS = {
-    "rudder": {"low": "rad", "high": "rad", "rate": "rad/s"},
-    "propeller": {"low": "1/s", "high": "1/s", "rate": "1/s^2"},
-}
+from . import Entry, Ship, ShipError
+from .numbers import ACTUATORS, PARTICULARS, Yardsticks, resolve
 
 
 def save(ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = None) -> Path:
@@ -83,6 +79,8 @@ def _scale(ship: Ship) -> Yardsticks:
 def _number(ship: Ship, path: str, value: float, unit: str, scale: Yardsticks | None) -> str:
     """One inline table: as it was printed where that gives the value, else the value itself."""
     value = float(value)
+    if not math.isfinite(value):
+        raise ShipError(f"{path} is {value}: a ship file holds finite numbers only")
     entry = ship.entries.get(path) or Entry(source="not given", given=value)
     sigma = "" if entry.sigma is None else f", sigma = {float(entry.sigma)!r}"
     source = entry.source
@@ -97,13 +95,18 @@ def _number(ship: Ship, path: str, value: float, unit: str, scale: Yardsticks | 
 
 
 def _particulars(ship: Ship) -> Iterator[str]:
-    own = [path for path in ship.entries if path.startswith("particulars.")]
-    if own:
+    known = {
+        key: resolve(ship.entries[f"particulars.{key}"], meaning.unit, None)
+        for key, meaning in PARTICULARS.items()
+        if f"particulars.{key}" in ship.entries
+    }
+    if not hasattr(ship.model, "body"):
+        known["L_pp"] = ship.L_pp
+    if known:
         yield from ("", "[particulars]")
-    for path in own:
-        key, entry = path.split(".")[1], ship.entries[path]
-        unit = {"rho": "kg/m^3", "volume": "m^3", "C_b": ""}.get(key, "m")
-        yield f"{key} = {_number(ship, path, resolve(entry, unit, None) or entry.given, unit, None)}"
+    for key, value in known.items():
+        if value is not None:
+            yield f"{key} = {_number(ship, f'particulars.{key}', value, PARTICULARS[key].unit, None)}"
 
 
 def _model(ship: Ship, scale: Yardsticks) -> Iterator[str]:
@@ -130,13 +133,13 @@ def _approach(ship: Ship) -> Iterator[str]:
 
 
 def _actuators(ship: Ship) -> Iterator[str]:
-    for name, units in ACTUATOR_UNITS.items():
+    for name, known in ACTUATORS.items():
         actuator = getattr(ship.actuators, name)
         given = [(k, v) for k, v in _values(actuator) if abs(v) != float("inf")]
         if given:
             yield from ("", f"[actuators.{name}]")
         for key, value in given:
-            yield f"{key} = {_number(ship, f'actuators.{name}.{key}', value, units[key], None)}"
+            yield f"{key} = {_number(ship, f'actuators.{name}.{key}', value, known[key].unit, None)}"
 
 
 def _values(thing: Any) -> Iterator[tuple[str, float]]:

@@ -1,0 +1,194 @@
+"""The trajectory objective: residuals and exact normal equations of all windows at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..data import Array, Trial
+from ..engine.rollout import Sensitivity, Simulator, sensitivity, simulator
+from ..models import STATES
+from ..simulate import open_loop, open_loop_parameters
+from . import Nuisance, Problem
+from .gauss_newton import Block, Normal
+from .windows import Windows, windows
+
+CURRENT = ("environment.current_x", "environment.current_y")
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Where the nuisances of each trial stand in the nuisance vector, and their prior deviations."""
+
+    initial: tuple[int, ...]
+    bias: tuple[int, ...]
+    current: bool
+    slices: tuple[slice, ...]
+    lanes: tuple[Array, ...]
+    deviation: Array
+
+    @staticmethod
+    def of(nuisance: Nuisance, trial: Array) -> Groups:
+        """Per trial: initial offsets of each of its windows, then current, then sensor biases."""
+        initial = tuple(STATES.index(n) for n in nuisance.initial)
+        bias = tuple(STATES.index(n) for n in nuisance.bias)
+        tail = [nuisance.current] * 2 * (nuisance.current > 0) + list(nuisance.bias.values())
+        slices: list[slice] = []
+        lanes: list[Array] = []
+        deviation: list[float] = []
+        for index in np.unique(trial):
+            mine = np.flatnonzero(trial == index)
+            own = list(nuisance.initial.values()) * len(mine) + tail
+            slices.append(slice(len(deviation), len(deviation) + len(own)))
+            deviation += own
+            lanes.append(mine)
+        return Groups(initial, bias, nuisance.current > 0, tuple(slices), tuple(lanes), np.array(deviation))
+
+
+@dataclass(frozen=True)
+class TrajectoryObjective:
+    """Sum of squared weighted residuals, plus priors of parameters and nuisances."""
+
+    problem: Problem
+    windows: Windows
+    groups: Groups
+    forward: Simulator
+    slopes: Sensitivity
+    packed: Any
+    where: Array
+    method: str
+    threads: int | None
+
+    @staticmethod
+    def build(
+        problem: Problem, trials: Sequence[Trial], sigma: Mapping[str, float], *,
+        window: float, dt: float, every: int, method: str, threads: int | None,
+    ) -> TrajectoryObjective:  # fmt: skip
+        """Cut the windows and compile the kernels."""
+        cut = windows(trials, problem.loss, sigma, window=window, dt=dt, every=every)
+        groups = Groups.of(problem.nuisance, cut.trial)
+        system = open_loop(problem.ship)
+        lanewise = CURRENT if groups.current else ()
+        free = (*(f.path for f in problem.free), *lanewise)
+        forward = simulator(system, lanewise)
+        where = np.array([system.parameters.index(f.path) for f in problem.free], dtype=np.intp)
+        return TrajectoryObjective(
+            problem, cut, groups, forward, sensitivity(system, free, lanewise), forward.pack(cut.series),
+            where, method, threads,
+        )  # fmt: skip
+
+    @property
+    def nuisances(self) -> int:
+        """Length of the nuisance vector."""
+        return self.groups.deviation.size
+
+    def _arguments(self, p: Array, eta: Array) -> tuple[Array, Array, dict[str, Any], Array]:
+        """Initial states, parameters, run arguments and the bias to add to predictions."""
+        parameters = open_loop_parameters(self.problem.ship)
+        parameters[self.where] = p
+        state0, lanes = self.windows.state0.copy(), self.windows.state0.shape[0]
+        current, bias = np.zeros((lanes, 2)), np.zeros((lanes, 1, len(STATES)))
+        for part, mine in zip(self.groups.slices, self.groups.lanes, strict=True):
+            own, n = eta[part], len(mine) * len(self.groups.initial)
+            state0[np.ix_(mine, self.groups.initial)] += own[:n].reshape(len(mine), -1)
+            if self.groups.current:
+                current[mine], n = own[n : n + 2], n + 2
+            bias[np.ix_(mine, [0], self.groups.bias)] = own[n:]
+        arguments: dict[str, Any] = {
+            "dt": self.windows.dt, "steps": self.windows.steps, "every": self.windows.every,
+            "method": self.method, "threads": self.threads,
+            "lanewise": current if self.groups.current else None,
+        }  # fmt: skip
+        return state0, parameters, arguments, bias
+
+    def residuals(self, p: Array, eta: Array) -> Array:
+        """Weighted residuals, shape (lanes, rows, 6); not finite where the model blows up."""
+        state0, parameters, arguments, bias = self._arguments(p, eta)
+        with np.errstate(all="ignore"):
+            run = self.forward.run(state0, self.packed, parameters, **arguments)
+            return self._weighted(run.values[:, :, : len(STATES)] + bias)
+
+    def _weighted(self, predicted: Array) -> Array:
+        scale = self.windows.scale
+        return np.where(scale > 0, (predicted - self.windows.measured) * scale, 0.0)
+
+    def _prior(self, p: Array) -> tuple[Array, Array]:
+        """Offset from the prior mean and 1/sigma^2 of each parameter; zero where there is no prior."""
+        mean = np.array([f.prior if np.isfinite(f.sigma) else f.start for f in self.problem.free])
+        weight = np.array([f.sigma**-2.0 for f in self.problem.free])
+        return p - np.where(np.isfinite(mean), mean, p), weight
+
+    def cost(self, p: Array, eta: Array) -> float:
+        """Objective; inf where any lane blows up within its window."""
+        e = self.residuals(p, eta)
+        away, weight = self._prior(p)
+        total = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.groups.deviation) ** 2).sum())
+        return total if np.isfinite(total) else float("inf")
+
+    def normal(self, p: Array, eta: Array) -> Normal:
+        """Objective and its exact Gauss-Newton normal equations."""
+        state0, parameters, arguments, bias = self._arguments(p, eta)
+        Z, D = self.slopes.run(state0, self.packed, parameters, **arguments)
+        e, n = self._weighted(Z + bias), p.size
+        D *= self.windows.scale[..., None]
+        D[self.windows.scale == 0.0] = 0.0
+        J = D.reshape(-1, D.shape[-1])
+        away, weight = self._prior(p)
+        H = J[:, :n].T @ J[:, :n] + np.diag(weight)
+        g = J[:, :n].T @ e.ravel() + weight * away
+        blocks = tuple(self._block(i, D, e, eta, n) for i in range(len(self.groups.slices)) if self.nuisances)
+        cost = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.groups.deviation) ** 2).sum())
+        return Normal(cost, H, g, blocks)
+
+    def _block(self, index: int, D: Array, e: Array, eta: Array, n: int) -> Block:
+        """Normal equations of one trial's nuisances."""
+        part, mine = self.groups.slices[index], self.groups.lanes[index]
+        rows, width = D.shape[1] * D.shape[2], len(self.groups.initial)
+        N = np.zeros((len(mine), rows, part.stop - part.start))
+        own = D[mine].reshape(len(mine), rows, -1)
+        first = own.shape[2] - len(STATES)
+        for k in range(len(mine)):
+            N[k, :, k * width : (k + 1) * width] = own[k][:, [first + i for i in self.groups.initial]]
+        at = len(mine) * width
+        if self.groups.current:
+            N[:, :, at : at + 2], at = own[:, :, n : n + 2], at + 2
+        scale = self.windows.scale[mine]
+        for k, channel in enumerate(self.groups.bias):
+            column = np.zeros_like(scale)
+            column[:, :, channel] = scale[:, :, channel]
+            N[:, :, at + k] = column.reshape(len(mine), rows)
+        flat, J = N.reshape(-1, N.shape[2]), own.reshape(-1, own.shape[2])[:, :n]
+        weight = self.groups.deviation[part] ** -2.0
+        return Block(
+            part, flat.T @ flat + np.diag(weight), flat.T @ J,
+            flat.T @ e[mine].ravel() + weight * eta[part],
+        )  # fmt: skip
+
+    def variance(self, p: Array, eta: Array) -> float:
+        """Mean squared weighted residual per degree of freedom: how far sigma was from the truth."""
+        e = self.residuals(p, eta)
+        count = float((self.windows.scale > 0).sum())
+        return float((e * e).sum()) / max(count - p.size, 1.0) if count else 1.0
+
+    def standardised(self, p: Array) -> float:
+        """Pooled standardised MSE of all windows without nuisances (Wakita 2022 Eq. 25)."""
+        e = self.residuals(p, np.zeros(self.nuisances))
+        weight = np.max(self.windows.scale, axis=(0, 1)) * np.array(
+            [self.problem.loss.sigma.get(n, 0.0) for n in STATES]
+        )
+        weight = float(np.max(weight)) or 1.0
+        return float((e * e).sum()) / weight**2 / max(self.windows.samples, 1)
+
+    def failure(self, p: Array) -> str:
+        """Which trial and state blow up first at `p`, in words."""
+        state0, parameters, arguments, _ = self._arguments(p, np.zeros(self.nuisances))
+        with np.errstate(all="ignore"):
+            run = self.forward.run(state0, self.packed, parameters, **arguments)
+        if not run.failures:
+            return "the objective is not finite"
+        first = run.failures[0]
+        trial = self.problem.trials[int(self.windows.trial[first.lane])].name
+        return f"trial {trial}, window {first}"

@@ -1,0 +1,102 @@
+"""Where a fit stands, on disk: written whole after every iteration, read back after a kill."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from .gauss_newton import State
+
+
+class ResumeError(ValueError):
+    """A checkpoint of another problem."""
+
+
+@dataclass
+class Resume:
+    """Progress of all starts; the one mutable record of a fit.
+
+    Attributes:
+        path: checkpoint file, or None to keep nothing.
+        digest: fingerprint of the problem it belongs to.
+        began: start of the clock, seconds already spent included.
+        states: last state of each start.
+        history: rows (iteration, objective, validation, seconds).
+    """
+
+    path: Path | None
+    digest: str
+    began: float
+    states: dict[int, State] = field(default_factory=dict[int, State])
+    history: list[tuple[float, float, float, float]] = field(default_factory=list[tuple[float, float, float, float]])
+    current: int = 0
+
+    @staticmethod
+    def open(path: Path | None, digest: str, began: float) -> Resume:
+        """Read `path` where it holds this problem; start afresh where there is none.
+
+        Raises:
+            ResumeError: the file belongs to another problem.
+        """
+        if path is None or not path.exists():
+            return Resume(path, digest, began)
+        with np.load(path, allow_pickle=False) as data:
+            if str(data["digest"]) != digest:
+                raise ResumeError(
+                    f"{path} belongs to another problem (digest {data['digest']}, this is {digest}); "
+                    "choose another output folder"
+                )
+            states = {
+                int(k): State(
+                    data[f"p{k}"], data[f"eta{k}"], float(row[0]), float(row[1]), int(row[2]), int(row[3]),
+                    str(done),
+                )
+                for k, row, done in zip(data["starts"], data["rows"], data["done"], strict=True)
+            }  # fmt: skip
+            history = [tuple(map(float, row)) for row in data["history"]]
+        spent = history[-1][3] if history else 0.0
+        return Resume(path, digest, began - spent, states, history)  # type: ignore[arg-type]
+
+    def state(self, start: int) -> State | None:
+        """Where start number `start` stands; None where it has not begun."""
+        self.current = start
+        return self.states.get(start)
+
+    def begin(self, start: int, state: State) -> None:
+        """Note the first state of a start."""
+        self.current = start
+        self.states[start] = state
+
+    def note(self, state: State, validation: float) -> None:
+        """Note an iteration, and write it."""
+        self.states[self.current] = state
+        self.history.append((len(self.history) + 1.0, state.cost, validation, time.perf_counter() - self.began))
+        self._write()
+
+    def end(self, start: int, state: State) -> None:
+        """Note the outcome of a start, and write it."""
+        self.states[start] = state
+        self._write()
+
+    def best(self) -> State | None:
+        """State of the start with the least objective."""
+        finite = [s for s in self.states.values() if np.isfinite(s.cost)]
+        return min(finite, key=lambda s: s.cost) if finite else None
+
+    def _write(self) -> None:
+        if self.path is None:
+            return
+        states = self.states
+        arrays = {f"p{k}": s.p for k, s in states.items()} | {f"eta{k}": s.eta for k, s in states.items()}
+        rows = [(s.cost, s.damping, s.iteration, s.evaluations) for s in states.values()]
+        partial = self.path.with_suffix(".partial.npz")
+        np.savez(
+            partial, digest=np.array(self.digest), starts=np.array(list(states)), rows=np.array(rows),
+            done=np.array([s.done for s in states.values()]), history=np.array(self.history).reshape(-1, 4),
+            allow_pickle=False, **arrays,
+        )  # fmt: skip
+        os.replace(partial, self.path)

@@ -1,0 +1,197 @@
+"""Fitting through the simulated trajectory: windows as lanes, exact sensitivities, Gauss-Newton.
+
+`Trajectory` holds long predictions, restarted from measured (or estimated) states, against the
+measurement: the global optimisation (GO) of You 2023 and the loss of Wakita 2022 Eq. 23, for any
+model.  `OneStep` holds single steps against it: the local optimisation (LO), a cheap first guess.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..data import Array
+from ..models import STATES
+from ..parameters import Free, specs
+from ..parameters import values as parameter_values
+from ..simulate import open_loop_parameters
+from . import Fit, FitError, Problem, Progress
+from .gauss_newton import State, minimise
+from .objective import TrajectoryObjective
+from .resume import Resume
+from .verdicts import posterior, verdicts
+from .windows import spread
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Windowed trajectory least squares with a Gaussian prior and box bounds.
+
+    Attributes:
+        window: length of a prediction before it restarts [s].
+        every: compare every so many steps.
+        dt: time step [s]; None takes the median step of the trials.
+        method: "euler" or "rk4".
+        iterations, tolerance: stop after so many, or when the relative decrease is smaller.
+        starts: number of starts; the first is the declared one, others are drawn within bounds
+            (or the prior) from `seed`.
+        threads: None takes every processor.
+    """
+
+    window: float = 100.0
+    every: int = 10
+    dt: float | None = None
+    method: str = "euler"
+    iterations: int = 40
+    tolerance: float = 1e-4
+    starts: int = 1
+    seed: int = 0
+    threads: int | None = None
+
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
+    ) -> Fit:
+        """Estimate the free parameters of `problem`; see `Estimator`.
+
+        Raises:
+            FitError: the model blows up at every start.
+        """
+        began = time.perf_counter()
+        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
+        objective = TrajectoryObjective.build(
+            problem, problem.trials, sigma, window=self.window, dt=dt, every=self.every,
+            method=self.method, threads=self.threads,
+        )  # fmt: skip
+        watch = None if not problem.validation else TrajectoryObjective.build(
+            replace(problem, nuisance=type(problem.nuisance)()), problem.validation, sigma, window=self.window,
+            dt=dt, every=self.every, method=self.method, threads=self.threads,
+        )  # fmt: skip
+        print_ = digest(problem, self)
+        resume = Resume.open(checkpoint, print_, began)
+        best = self._descend(objective, problem.free, resume, watch, progress)
+        return self._fit(problem, objective, best, resume, print_, time.perf_counter() - resume.began)
+
+    def _descend(
+        self, objective: TrajectoryObjective, free: Sequence[Free], resume: Resume,
+        watch: TrajectoryObjective | None, progress: Progress | None,
+    ) -> State:  # fmt: skip
+        low, high = np.array([f.low for f in free]), np.array([f.high for f in free])
+
+        def each(state: State) -> None:
+            seen = watch.standardised(state.p) if watch else float("nan")
+            resume.note(state, seen)
+            if progress:
+                progress(len(resume.history), state.cost, seen)
+
+        for start, p in enumerate(self._starts(free)):
+            state = resume.state(start)
+            if state is None:
+                eta = np.zeros(objective.nuisances)
+                state = State(p, eta, objective.cost(p, eta))
+                resume.begin(start, state)
+            if np.isfinite(state.cost):
+                resume.end(start, minimise(
+                    objective, state, low, high, iterations=self.iterations, tolerance=self.tolerance, each=each,
+                ))  # fmt: skip
+        best = resume.best()
+        if best is None:
+            raise FitError("the model blows up at every start; " + objective.failure(self._starts(free)[0]))
+        return best
+
+    def _starts(self, free: Sequence[Free]) -> list[Array]:
+        rng = np.random.default_rng(self.seed)
+        first = np.array([f.start for f in free])
+        return [first, *(np.array([_draw(f, rng) for f in free]) for _ in range(self.starts - 1))]
+
+    def _fit(
+        self, problem: Problem, objective: TrajectoryObjective, best: State, resume: Resume,
+        print_: str, seconds: float,
+    ) -> Fit:  # fmt: skip
+        normal = objective.normal(best.p, best.eta)
+        covariance, shrinkage = posterior(normal, problem.free, objective.variance(best.p, best.eta))
+        at_bound = tuple(
+            f.path for f, v in zip(problem.free, best.p, strict=True) if v <= f.low or v >= f.high
+        )
+        ship = problem.ship.having({f.path: float(v) for f, v in zip(problem.free, best.p, strict=True)})
+        return Fit(
+            ship=ship, free=problem.free, values=best.p, sigma=np.sqrt(np.diag(covariance)),
+            covariance=covariance, shrinkage=shrinkage, at_bound=at_bound,
+            verdicts=verdicts(problem.free, best.p, covariance, shrinkage, at_bound),
+            history=np.array(resume.history, dtype=np.float64).reshape(-1, 4), objective=best.cost,
+            seconds=seconds, evaluations=best.evaluations, status=best.done, digest=print_,
+        )  # fmt: skip
+
+
+def _draw(f: Free, rng: np.random.Generator) -> float:
+    if np.isfinite(f.low) and np.isfinite(f.high):
+        return float(rng.uniform(f.low, f.high))
+    return float(np.clip(rng.normal(f.start, f.scale), f.low, f.high))
+
+
+@dataclass(frozen=True)
+class OneStep:
+    """Local optimisation: predictions of one short step from every measured state.
+
+    Attributes:
+        step: length of the predicted step [s]; longer steps are less noisy, shorter ones more local.
+        dt, method, iterations, tolerance, threads: as in `Trajectory`.
+    """
+
+    step: float = 1.0
+    dt: float | None = None
+    method: str = "euler"
+    iterations: int = 20
+    tolerance: float = 1e-6
+    threads: int | None = None
+
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
+    ) -> Fit:
+        """Estimate the free parameters of `problem` from single steps; velocities only."""
+        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
+        every = max(round(self.step / dt), 1)
+        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        velocities = {n: s for n, s in sigma.items() if n in STATES[3:]}
+        local = replace(problem, loss=replace(problem.loss, sigma=velocities, correlation=0.0))
+        return Trajectory(
+            window=every * dt, every=every, dt=dt, method=self.method, iterations=self.iterations,
+            tolerance=self.tolerance, threads=self.threads,
+        ).fit(local, progress=progress, checkpoint=checkpoint)  # fmt: skip
+
+
+def digest(problem: Problem, estimator: Any) -> str:
+    """Fingerprint of everything that decides the outcome, the number of threads left out."""
+    h = hashlib.sha256()
+    h.update(repr(replace(estimator, threads=None)).encode())
+    h.update(repr((problem.free, problem.loss, problem.nuisance, problem.ship.name)).encode())
+    h.update(repr(sorted(parameter_values(problem.ship.model).items())).encode())
+    h.update(open_loop_parameters(problem.ship).tobytes())
+    for trial in (*problem.trials, *problem.validation):
+        h.update(trial.name.encode())
+        for name in ("t", *sorted(trial.channels)):
+            h.update(np.ascontiguousarray(trial[name]).tobytes())
+    return h.hexdigest()[:16]
+
+
+def free_everywhere(ship: Any, patterns: Sequence[str], ratio: float) -> tuple[Free, ...]:
+    """Every parameter that fits a pattern, with a Gaussian prior of `ratio` times its value.
+
+    Physical limits of the `Spec` are the bounds; zero values, which would get no freedom, are left out.
+    """
+    from ..parameters import match
+
+    known, meaning = parameter_values(ship.model), specs(ship.model)
+    paths = dict.fromkeys(path for pattern in patterns for path in match(ship.model, pattern))
+    return tuple(
+        Free(p, known[p], meaning[p].low, meaning[p].high, known[p], ratio * abs(known[p]))
+        for p in paths if known[p] != 0.0
+    )  # fmt: skip
+
+

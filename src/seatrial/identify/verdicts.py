@@ -1,0 +1,127 @@
+"""What the data say about each parameter, and in plain words.
+
+The posterior is Gaussian about the optimum.  A direction of parameter space is determined where the
+data tighten the prior (or the interval) markedly; where they do not, the verdict says so and names
+the manoeuvre that would excite it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..data import Array
+from ..parameters import Free
+from . import Verdict
+from .gauss_newton import Normal
+
+# Share of the prior variance that the data must remove: below the first nothing is learned,
+# above the second the data speak clearly louder than the prior.
+UNKNOWN, CLEAR = 0.5, 0.9
+CORRELATED = 0.95
+
+EXCITES = (
+    ("propeller.A_", "reversing with way ahead, and propeller ahead with sternway"),
+    ("propeller.B_", "reversing with way ahead, and propeller ahead with sternway"),
+    ("propeller.C_", "stopping runs: reversed propeller at several speeds"),
+    ("propeller.", "straight runs at several revolutions, accelerating and coasting"),
+    ("wind.", "slow runs and drifting in wind from ahead, astern and both sides"),
+    ("rudder.C_PR", "rudder angles with the propeller reversed"),
+    ("rudder.k_xPR", "rudder angles with the propeller reversed"),
+    ("rudder.", "zigzags and turns at several rudder angles and revolutions"),
+    ("body.", "rapid reversals of rudder and propeller (short zigzags, accelerations)"),
+    ("hull.X_0A", "astern runs"),
+    ("hull.X_", "straight runs and coasting, and turns for the coupled terms"),
+    ("hull.C_", "crabbing and turning on the spot, at little or no way"),
+    ("hull.", "turns and zigzags at small and large rudder angles"),
+)
+
+
+def manoeuvre_for(path: str) -> str:
+    """The manoeuvre that would tell most about a parameter."""
+    return next((text for prefix, text in EXCITES if path.startswith(prefix)), "more varied manoeuvres")
+
+
+def prior_variance(free: Sequence[Free]) -> Array:
+    """Variance before the data: of the Gaussian prior, else of a uniform one over the interval."""
+    out = np.full(len(free), np.inf)
+    for i, f in enumerate(free):
+        if np.isfinite(f.sigma):
+            out[i] = f.sigma**2
+        elif np.isfinite(f.high - f.low):
+            out[i] = (f.high - f.low) ** 2 / 12.0
+    return out
+
+
+def posterior(normal: Normal, free: Sequence[Free], variance: float) -> tuple[Array, Array]:
+    """Posterior covariance and the share of the prior variance that the data removed.
+
+    Args:
+        normal: normal equations at the optimum, prior included.
+        free: the parameters.
+        variance: mean squared weighted residual; the data's share of H is divided by it, so that
+            sigma need only be right up to a factor.
+    """
+    H, _ = normal.reduced(0.0)
+    prior = np.array([f.sigma**-2.0 for f in free])
+    data = (H - np.diag(prior)) / max(variance, 1e-300)
+    before = prior_variance(free)
+    scale = np.where(np.isfinite(before), np.sqrt(before), 1.0)
+    scaled = scale[:, None] * (data + np.diag(prior)) * scale[None, :]
+    # A direction without any curvature is as wide as its prior, or wider than any number here.
+    weight, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    floor = np.where(np.isfinite(before), 1.0, 1e-12).min()
+    weight = np.maximum(weight, floor * 1e-6)
+    covariance = scale[:, None] * ((vectors / weight) @ vectors.T) * scale[None, :]
+    share = 1.0 - np.diag(covariance) / np.where(np.isfinite(before), before, np.inf)
+    relative = np.sqrt(np.diag(covariance)) / np.maximum(np.abs([f.start for f in free]), 1e-300)
+    share = np.where(np.isfinite(before), share, np.where(relative < 0.3, 1.0, 0.0))
+    return covariance, np.clip(share, 0.0, 1.0)
+
+
+def verdicts(
+    free: Sequence[Free], values: Array, covariance: Array, shrinkage: Array, at_bound: Sequence[str]
+) -> tuple[Verdict, ...]:
+    """One verdict per parameter, then one per pair that only shows up as a combination."""
+    sigma = np.sqrt(np.diag(covariance))
+    single = tuple(
+        _single(f, float(v), float(s), float(share), f.path in at_bound)
+        for f, v, s, share in zip(free, values, sigma, shrinkage, strict=True)
+    )
+    return single + _pairs(free, covariance, sigma)
+
+
+def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> Verdict:
+    told = f"{value:.4g} +- {sigma:.2g}"
+    if bound:
+        return Verdict(
+            f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it further out, "
+            "so either the interval is too narrow or the model lacks something",
+        )  # fmt: skip
+    if share >= CLEAR:
+        return Verdict(f.path, "identified", f"{told}: the data removed {share:.0%} of the prior variance")
+    if share >= UNKNOWN:
+        return Verdict(
+            f.path, "weak", f"{told}: data and prior speak about equally loud ({share:.0%}); "
+            f"{manoeuvre_for(f.path)} would help",
+        )  # fmt: skip
+    return Verdict(
+        f.path, "not identified", f"{told} is little more than the prior ({share:.0%} removed); "
+        f"not to be read as physics; {manoeuvre_for(f.path)} would excite it",
+    )  # fmt: skip
+
+
+def _pairs(free: Sequence[Free], covariance: Array, sigma: Array) -> tuple[Verdict, ...]:
+    correlation = covariance / np.outer(sigma, sigma)
+    out: list[Verdict] = []
+    for i in range(len(free)):
+        for j in range(i):
+            c = float(correlation[i, j])
+            if abs(c) > CORRELATED:
+                word = "trade off against each other" if c < 0 else "rise and fall together"
+                out.append(Verdict(
+                    f"{free[j].path} and {free[i].path}", "weak",
+                    f"they {word} (correlation {c:+.3f}): the data fix a combination, not each of them",
+                ))  # fmt: skip
+    return tuple(out)

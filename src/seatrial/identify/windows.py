@@ -1,0 +1,116 @@
+"""Cutting trials into windows, one lane each: start state, inputs, what was measured, what it weighs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..data import Array, DataError, Trial, unwrapped
+from ..data.prepare import resample
+from ..models import STATES
+from ..simulate import inputs
+from . import Loss
+
+# A step may differ from the others by this fraction before the trial counts as uneven.
+_UNEVEN = 0.02
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows of all trials, padded to one length.
+
+    Attributes:
+        state0: measured state at the start of each window, shape (lanes, 6).
+        series: controls and environment per step, shape (lanes, steps, 6).
+        measured: shape (lanes, rows, 6); zero where `scale` is zero.
+        scale: root weight over sigma of each entry, same shape; zero marks a gap or padding.
+        trial: index of the trial each window comes from, shape (lanes,).
+        samples: compared rows, gaps left out.
+        dt, steps, every: time step [s], samples of a window, stride of the compared rows.
+    """
+
+    state0: Array
+    series: Array
+    measured: Array
+    scale: Array
+    trial: Array
+    samples: int
+    dt: float
+    steps: int
+    every: int
+
+
+def spread(trials: Sequence[Trial]) -> dict[str, float]:
+    """Standard deviation of each state over all trials together, heading unwrapped; the default sigma.
+
+    Raises:
+        DataError: a channel that never changes has no spread to measure errors by.
+    """
+    out: dict[str, float] = {}
+    for name in STATES:
+        values = np.concatenate([unwrapped(t[name]) if name == "psi" else t[name] for t in trials])
+        out[name] = float(np.nanstd(values))
+        if not out[name] > 0:
+            raise DataError(f"channel {name} is constant in every trial; give its scale in [loss] sigma")
+    return out
+
+
+def even(trial: Trial, dt: float) -> Trial:
+    """The trial on even steps of `dt` [s]; resampled where it is not already."""
+    steps = np.diff(trial.t)
+    if np.all(np.abs(steps - dt) <= _UNEVEN * dt):
+        return trial
+    return resample(trial, dt)
+
+
+def windows(
+    trials: Sequence[Trial], loss: Loss, sigma: Mapping[str, float], *, window: float, dt: float, every: int
+) -> Windows:
+    """Every trial cut into consecutive windows of `window` seconds, the last one shorter.
+
+    A window starts at a complete row; rows with gaps inside it weigh nothing.
+
+    Raises:
+        DataError: a trial lacks a channel, or has no window with two complete rows.
+    """
+    parts: list[tuple[Array, Array, Array, Array, int]] = []
+    steps = max(round(window / dt), 1) + 1
+    rows = (steps - 1) // every + 1
+    weight = 1.0 if loss.correlation <= 0 else min(every * dt / loss.correlation, 1.0)
+    scale = np.array([np.sqrt(weight) / sigma[n] if n in sigma else 0.0 for n in STATES])
+    for index, trial in enumerate(trials):
+        found = _cut(even(trial, dt), steps, rows, every, scale)
+        if not found:
+            raise DataError(f"{trial.name}: no window of {window:g} s with two complete rows of {', '.join(STATES)}")
+        parts += [(*part, index) for part in found]
+    state0, series, measured, scaled, trial_of = (list(x) for x in zip(*parts, strict=True))
+    stacked = np.stack(scaled)
+    return Windows(
+        np.stack(state0), np.stack(series), np.stack(measured), stacked, np.array(trial_of),
+        int((stacked.any(axis=2)).sum()), dt, steps, every,
+    )  # fmt: skip
+
+
+def _cut(
+    trial: Trial, steps: int, rows: int, every: int, scale: Array
+) -> list[tuple[Array, Array, Array, Array]]:
+    state = trial.stack(*STATES)
+    state[:, 2] = unwrapped(state[:, 2])
+    series = inputs(trial)
+    good = np.isfinite(state).all(axis=1)
+    out: list[tuple[Array, Array, Array, Array]] = []
+    first, last = 0, int(np.max(np.flatnonzero(good), initial=0))
+    while first < last:
+        first = int(np.argmax(good[first:])) + first
+        at = np.arange(first, first + steps)
+        inside = at <= last
+        held = np.minimum(at, last)
+        compared, present = held[::every][:rows], inside[::every][:rows]
+        measured = state[compared]
+        scaled = np.where(np.isfinite(measured) & present[:, None], scale, 0.0)
+        if present.sum() > 1:
+            out.append((state[first], series[held], np.where(scaled > 0, measured, 0.0), scaled))
+        first += steps - 1
+    return out

@@ -1,0 +1,201 @@
+"""Ship files: every number with its source, every mistake with its place, every save bit for bit."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seatrial.actuators import Actuators
+from seatrial.parameters import read, values
+from seatrial.ships import Entry, Ship, ShipError
+from seatrial.ships.files import FOLDER, library, load, save, to_toml
+
+every_ship = pytest.mark.parametrize("name", library())
+L7 = (FOLDER / "kvlcc2_l7.toml").read_text(encoding="utf-8")
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "own.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_library_holds_the_ships_that_the_command_line_names() -> None:
+    assert {"kvlcc2", "kvlcc2_l7", "esso_osaka_3m"} <= set(library())
+
+
+@every_ship
+def test_every_number_has_a_source_and_every_ship_a_title(name: str) -> None:
+    ship = load(name)
+    assert ship.name == name
+    assert ship.L_pp > 0 < ship.speed
+    assert ship.notes["title"]
+    for path in values(ship.model):
+        entry = ship.entries.get(path)
+        assert entry is not None, path
+        assert entry.source
+
+
+def test_primes_and_units_become_si() -> None:
+    ship = load("kvlcc2_l7")
+    L, d, rho = 7.0, 0.46, 1000.0
+    assert read(ship.model, "rudder.l_R") == pytest.approx(-0.710 * L)
+    assert read(ship.model, "body.m_y") == pytest.approx(0.223 * 0.5 * rho * L**2 * d)
+    assert read(ship.model, "body.J_z") == pytest.approx(0.011 * 0.5 * rho * L**4 * d)
+    assert read(ship.model, "hull.Y_v") == -0.315
+    assert ship.entries["hull.Y_v"] == Entry(ship.entries["hull.Y_v"].source, -0.315, prime=True)
+    assert ship.actuators.rudder.rate == pytest.approx(math.radians(15.8))
+    assert ship.actuators.rudder.high == pytest.approx(math.radians(35.0))
+    assert load("kvlcc2").speed == pytest.approx(15.5 * 1852 / 3600)
+    assert load("kvlcc2_l7").validity["u"] == (0.0, 1.5)
+
+
+def test_esso_osaka_weighs_what_its_particulars_say() -> None:
+    assert read(load("esso_osaka_3m").model, "body.m") == pytest.approx(244.6, abs=0.05)
+
+
+@every_ship
+def test_a_saved_ship_loads_bit_for_bit(name: str, tmp_path: Path) -> None:
+    ship = load(name)
+    again = load(save(ship, tmp_path / "copy.toml"))
+    assert again == ship
+    assert to_toml(again) == to_toml(ship)
+
+
+@every_ship
+def test_a_saved_fit_keeps_values_sources_and_provenance(name: str, tmp_path: Path) -> None:
+    ship = load(name)
+    odd = {path: value * (1.0 + 1.0 / 3.0e3) for path, value in values(ship.model).items()}
+    entries = {path: replace(entry, sigma=0.1 / 3) for path, entry in ship.entries.items()}
+    fitted = replace(ship.having(odd), entries=entries)
+    provenance = {"study": 'a "quoted" name\n', "loss": 0.1 + 0.2, "trials": ["a.csv", "b.csv"], "seed": 3,
+                  "settings": {"window": 60.0, "restart": True}, "nothing": None}  # fmt: skip
+    again = load(save(fitted, tmp_path / "model.toml", provenance))
+    assert again.model == fitted.model
+    assert again.actuators == fitted.actuators
+    kept = {key: value for key, value in provenance.items() if value is not None}
+    assert again.notes["provenance"] == kept
+    assert again.notes["title"] == ship.notes["title"]
+    for path, entry in ship.entries.items():
+        assert entry.source in again.entries[path].source
+        assert again.entries[path].sigma == 0.1 / 3
+    twice = load(save(again, tmp_path / "twice.toml"))
+    assert twice == again
+
+
+def test_a_ship_made_in_a_script_can_be_saved(tmp_path: Path) -> None:
+    ship = load("kvlcc2")
+    bare = Ship(name="mine", model=ship.model, actuators=Actuators(), L_pp=320.0, speed=8.0, n_P=1.8)
+    again = load(save(bare, tmp_path / "mine.toml"))
+    assert (again.model, again.speed, again.n_P, again.name) == (ship.model, 8.0, 1.8, "mine")
+    zee = load("zeefakkel")
+    again = load(save(replace(zee, entries={}), tmp_path / "zee.toml"))
+    assert (again.model, again.L_pp) == (zee.model, zee.L_pp)
+
+
+def test_a_number_that_is_not_finite_is_not_saved(tmp_path: Path) -> None:
+    with pytest.raises(ShipError, match=r"hull\.Y_v is nan"):
+        save(load("kvlcc2").having({"hull.Y_v": math.nan}), tmp_path / "model.toml")
+    assert not os.listdir(tmp_path)
+
+
+def test_a_failed_save_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = save(load("zeefakkel"), tmp_path / "model.toml")
+    before = path.read_bytes()
+
+    def full(*_: Any) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(OSError, match="no space"):
+        save(load("kvlcc2"), path)
+    assert path.read_bytes() == before
+    assert os.listdir(tmp_path) == ["model.toml"]
+
+
+@pytest.mark.parametrize("given", ["kvlcc", "KVLCC2", "esso_osaka"])
+def test_an_unknown_ship_names_the_near_ones(given: str) -> None:
+    with pytest.raises(ShipError, match=r"kvlcc2|esso_osaka_3m"):
+        load(given)
+
+
+def test_a_missing_file_is_named() -> None:
+    with pytest.raises(ShipError, match=r"nowhere\.toml: no such ship file"):
+        load("nowhere.toml")
+
+
+HULL = "Y_v = { prime = -0.315,"
+MISTAKES = {
+    "unknown number": (HULL, "Y_vee = { prime = -0.315,", r"hull.*Y_vee.*Y_v"),
+    "missing number": (re.compile(r"Y_rrr = .*\n"), "", r"hull: missing Y_rrr"),
+    "unknown table": ("[propeller]", "[propellor]", r"propellor.*propeller"),
+    "missing table": (re.compile(r"\[rudder\][^\[]*"), "", r"\[rudder\] is missing"),
+    "unknown module": ("hull:Polynomial", "hul:Polynomial", r"hull\.type.*hull"),
+    "unknown class": ("hull:Polynomial", "hull:Polynom", r"hull\.type.*Polynomial"),
+    "no class": ('"hull:Polynomial"', '"hull"', r"module:Class"),
+    "unknown family": ("mmg:Mmg", "mmg:MMG", r"family.*Mmg"),
+    "no type": ('type = "hull:Polynomial"\n', "", r"hull\.type"),
+    "no source": (re.compile(r"Y_v = .*\n"), "Y_v = { prime = -0.3 }\n", r"hull\.Y_v: no source"),
+    "neither": (re.compile(r"Y_v = .*\n"), 'Y_v = { source = "s" }\n', r"either value or prime"),
+    "both": (HULL, "Y_v = { prime = -0.315, value = 2, ", r"not both"),
+    "bare number": (re.compile(r"Y_v = .*\n"), "Y_v = -0.315\n", r"hull\.Y_v: a number is written"),
+    "text": (HULL, 'Y_v = { prime = "x",', r"hull\.Y_v: 'x' is not a number"),
+    "truth": (HULL, "Y_v = { prime = true,", r"hull\.Y_v: True is not a number"),
+    "not a number": (HULL, "Y_v = { prime = nan,", r"hull\.Y_v: nan is not finite"),
+    "infinite": (HULL, "Y_v = { prime = inf,", r"hull\.Y_v: inf is not finite"),
+    "unknown key": (HULL, "Y_v = { prime = -0.315, sauce = 2,", r"hull\.Y_v.*sauce.*source"),
+    "out of range": ("t_P = { value = 0.22", "t_P = { value = 22.0", r"propeller\.t_P: 22.*\[-0.5, 1\]"),
+    "wrong unit": ('d = { value = 0.46, unit = "m"', 'd = { value = 0.46, unit = "kg"', r"body\.d.*'kg'.*m"),
+    "no prime": ("k_0 = { value", "k_0 = { prime", r"propeller\.k_0.*cannot be primed"),
+    "schema": ("seatrial-ship/1", "seatrial-ship/9", r"seatrial-ship/9.*seatrial-ship/1"),
+    "not TOML": ("[hull]", "[hull", r"cannot be read as TOML"),
+    "actuator": ("[actuators.rudder]", "[actuators.ruder]", r"actuators.*ruder.*rudder"),
+    "no speed": ("speed = {", "sped = {", r"approach.*sped.*speed"),
+    "validity channel": ("u = [0.0", "w = [0.0", r"validity.*'w'"),
+    "validity order": ("u = [0.0, 1.5]", "u = [1.5, 0.0]", r"validity\.u.*no width"),
+    "validity form": ("u = [0.0, 1.5]", "u = [1.5]", r"validity\.u.*\[low, high\]"),
+    "table": ("[approach]\n", "[[approach]]\n", r"approach is not a table"),
+}
+
+
+@pytest.mark.parametrize("name", list(MISTAKES))
+def test_a_mistake_is_one_line_that_names_file_and_key(name: str, tmp_path: Path) -> None:
+    old, new, expected = MISTAKES[name]
+    text = old.sub(new, L7, count=1) if isinstance(old, re.Pattern) else L7.replace(old, new, 1)
+    assert text != L7
+    path = write(tmp_path, text)
+    with pytest.raises(ShipError, match=expected) as caught:
+        load(path)
+    assert "own.toml" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_primed_mass_needs_its_yardsticks(tmp_path: Path) -> None:
+    text = re.sub(r"\nL_pp = .*", '\nL_pp = { prime = 1, source = "s" }', L7)
+    with pytest.raises(ShipError, match="L_pp"):
+        load(write(tmp_path, text))
+
+
+def test_a_force_of_ones_own_needs_no_registration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "my_hull.py").write_text(
+        "from dataclasses import dataclass\n"
+        "from seatrial.forces import Force\n"
+        "from seatrial.parameters import spec\n"
+        "@dataclass(frozen=True, kw_only=True)\n"
+        "class Brick:\n"
+        "    mirror_symmetric = True\n"
+        "    drag: float = spec('kg/s', 'drag over speed')\n"
+        "    def force(self, flow):\n"
+        "        return Force(-self.drag * flow.u, 0.0, 0.0)\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    own = '[hull]\ntype = "my_hull:Brick"\ndrag = { value = 3.0, source = "guess" }\n\n'
+    ship = load(write(tmp_path, re.sub(r"\[hull\][^\[]*", own, L7)))
+    assert read(ship.model, "hull.drag") == 3.0
+    assert load(save(ship, tmp_path / "again.toml")).model == ship.model
