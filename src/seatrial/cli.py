@@ -1,0 +1,280 @@
+"""The command line: one command per room, each a few lines over public functions.
+
+Results go to standard output, messages to standard error; with ``--json`` standard output is one
+JSON object.  Exit status: 0 done, 1 the run failed, 2 the request was wrong.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .cli_support import (
+    DEGREE, MANOEUVRES, Settings, UsageError, cautions, check_manoeuvre, emit, figure, index_json,
+    make_folder, manoeuvre, note, positive, read_ship, run_manoeuvre, separate, show_table, vector,
+)  # fmt: skip
+from .data import DataError
+from .engine import SimulationError
+from .environment import Uniform
+from .identify import FitError, StudyError
+from .parameters import ParameterError, walk
+from .ships import ShipError
+
+app = typer.Typer(
+    name="seatrial", no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+    pretty_exceptions_enable=False, help="From the logs of a ship's trials to a model you can trust.",
+)  # fmt: skip
+
+ShipName = Annotated[str, typer.Argument(help="A name of the library (seatrial ships) or a ship file.")]
+Trials = Annotated[list[Path], typer.Argument(help="Trial files, or folders of them.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Restart = Annotated[
+    float | None, typer.Option(help="Start anew from the measured state every so many seconds.")
+]
+
+_WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, UsageError)
+_FAILED_RUN = (SimulationError, FitError)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; the exit status."""
+    warnings.showwarning = lambda message, *_: note(f"note: {message}")
+    try:
+        done = typer.main.get_command(app).main(
+            args=list(sys.argv[1:] if arguments is None else arguments), prog_name="seatrial", standalone_mode=False
+        )
+        return done if isinstance(done, int) else 0
+    except (KeyboardInterrupt, typer.Abort):
+        note("interrupted")
+        return 130
+    except Exception as error:
+        return _status(error)
+
+
+def _status(error: Exception) -> int:
+    """One line to standard error for what is known to go wrong; anything else is a fault of ours."""
+    usage = getattr(error, "format_message", None)
+    if usage is not None:
+        text = usage()
+        note(f"error: {text} (seatrial --help)" if text.count("\n") == 0 else text)
+    elif isinstance(error, OSError) and error.filename is not None:
+        note(f"error: {error.filename}: {error.strerror}")
+    elif isinstance(error, (*_WRONG_REQUEST, *_FAILED_RUN)):
+        note(f"error: {error}")
+    else:
+        raise error
+    return 1 if isinstance(error, _FAILED_RUN) else 2
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the report and the model.")] = Path("demo"),
+    json: Json = False,
+) -> None:
+    """The whole story on embedded ships: a sea trial, checks, a fit, validation on unseen manoeuvres."""
+    from .demo import tell
+
+    make_folder(out)
+    summary = tell(out, note)
+    emit(summary) if json else None
+    if not json:
+        sys.stdout.write("\n".join(summary["lines"]) + "\n")
+
+
+@app.command()
+def ships(json: Json = False) -> None:
+    """The library of ships."""
+    from .ships.files import library
+
+    found = [(name, read_ship(name)) for name in library()]
+    if json:
+        emit({"ships": [
+            {"name": name, "title": str(ship.notes.get("title", "")), "L_pp": ship.L_pp, "speed": ship.speed,
+             "family": type(ship.model).__name__, "parameters": sum(1 for _ in walk(ship.model))}
+            for name, ship in found
+        ]})  # fmt: skip
+        return
+    rows = [
+        (name, str(s.notes.get("title", "")), f"{s.L_pp:g}", f"{s.speed:g}", type(s.model).__name__)
+        for name, s in found
+    ]
+    show_table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, right=(2, 3))
+
+
+@app.command()
+def show(
+    ship: ShipName,
+    sources: Annotated[bool, typer.Option("--sources", help="Where each number comes from.")] = False,
+    json: Json = False,
+) -> None:
+    """Every parameter of a ship with value, unit and meaning."""
+    found = read_ship(ship)
+    entries = found.entries
+    if json:
+        emit({"ship": found.name, "L_pp": found.L_pp, "speed": found.speed, "n_P": found.n_P,
+              "parameters": {
+                  path: {"value": value, "unit": meaning.unit, "about": meaning.about,
+                         **({"source": entries[path].source, "given": entries[path].given,
+                             "prime": entries[path].prime, "sigma": entries[path].sigma}
+                            if path in entries else {"source": None})}
+                  for path, meaning, value in walk(found.model)
+              }, "notes": dict(found.notes)})  # fmt: skip
+        return
+    rows = [
+        (path, f"{value:.6g}", meaning.unit,
+         *([entries[path].source if path in entries else "default"] if sources else [meaning.about]))
+        for path, meaning, value in walk(found.model)
+    ]  # fmt: skip
+    show_table(("parameter", "value", "unit", "source" if sources else "meaning"), rows, right=(1,))
+
+
+@app.command()
+def simulate(
+    ship: ShipName,
+    name: Annotated[str, typer.Argument(metavar="MANOEUVRE", help=f"One of: {', '.join(MANOEUVRES)}.")],
+    rudder: Annotated[float | None, typer.Option(help="Rudder angle, magnitude [deg].")] = None,
+    heading: Annotated[float | None, typer.Option(help="Heading change of a zigzag [deg].")] = None,
+    side: Annotated[str, typer.Option(help="First side: port or starboard.")] = "starboard",
+    speed: Annotated[float | None, typer.Option(help="Approach speed [m/s].")] = None,
+    rps: Annotated[float | None, typer.Option(help="Propeller revolutions [1/s].")] = None,
+    duration: Annotated[float | None, typer.Option(help="Length of the run [s]; else until it is over.")] = None,
+    dt: Annotated[float | None, typer.Option(help="Time step [s].")] = None,
+    wind: Annotated[str | None, typer.Option(help="True wind M/S,DEG: where it comes from.")] = None,
+    current: Annotated[str | None, typer.Option(help="Current M/S,DEG: where it goes.")] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Trial file to write (.csv).")] = None,
+    json: Json = False,
+) -> None:
+    """A manoeuvre and its indices."""
+    from .simulate import approach, time_step
+
+    check_manoeuvre(name)
+    positive(speed=speed, duration=duration, dt=dt)
+    vessel = read_ship(ship)
+    around = Uniform(*vector("--wind", wind), *vector("--current", current))
+    U, n_P = approach(vessel, speed, rps)
+    policy = manoeuvre(name, n_P, Settings(rudder, heading, side), vessel)
+    run, complete = run_manoeuvre(vessel, policy, speed=U, duration=duration, dt=dt, around=around)
+    if not complete:
+        note(f"note: not over after {run.duration:g} s; what the run never reached is left out")
+    if out is not None:
+        _write(run, out)
+    indices = {n: index_json(i) for n, i in policy.indices(run, vessel.L_pp).items()}
+    settings = {"speed": U, "rps": n_P, "rudder": math.degrees(policy.delta),  # type: ignore[attr-defined]
+                "side": side, "duration": run.duration, "dt": dt or time_step(vessel),
+                "wind": {"speed": around.U_T, "from": around.gamma_T / DEGREE},
+                "current": {"speed": around.U_C, "towards": around.gamma_C / DEGREE}}  # fmt: skip
+    if name == "zigzag":
+        settings["heading"] = math.degrees(policy.psi)  # type: ignore[attr-defined]
+    settings["rudder"] = abs(settings["rudder"])
+    if json:
+        emit({"ship": vessel.name, "manoeuvre": name, "settings": settings, "complete": complete, "indices": indices})
+        return
+    rows = [(n.replace("_", " "), figure(i["value"], 5), i["unit"], figure(i.get("over_L"))) for n, i in indices.items()]
+    show_table((f"{vessel.name}, {name}", "value", "unit", "in L_pp"), rows, right=(1, 3))
+
+
+def _write(run: Any, out: Path) -> None:
+    from .data.trialfile import write_trial
+
+    if out.parent != Path():
+        make_folder(out.parent)
+    write_trial(run, out)
+    note(f"wrote {out}")
+
+
+@app.command("import")
+def import_(
+    format: Annotated[str, typer.Argument(help="frt-esso, simman, or csv with --mapping.")],
+    source: Annotated[Path, typer.Argument(metavar="SRC", help="A log, or a folder of them.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the trial files.")],
+    mapping: Annotated[Path | None, typer.Option(help="Mapping file, for the format csv.")] = None,
+    json: Json = False,
+) -> None:
+    """Foreign logs to trial files."""
+    from .data.importing import import_log
+
+    written = import_log(format, source, out, mapping)
+    if json:
+        emit({"format": format, "written": [str(path) for path in written]})
+    else:
+        sys.stdout.write(f"{len(written)} trials in {out}; next: seatrial check {out}\n")
+
+
+@app.command()
+def check(trials: Trials, json: Json = False) -> None:
+    """What is wrong with a trial: what, where, evidence, remedy; exit 1 on errors."""
+    from dataclasses import asdict
+
+    from .data.check import check as findings_of
+    from .data.trialfile import read_trials
+
+    found = {trial.name: findings_of(trial) for trial in read_trials(trials)}
+    counts = {s: sum(f.severity == s for fs in found.values() for f in fs) for s in ("error", "warning", "info")}
+    if json:
+        emit({"trials": {name: [asdict(f) for f in fs] for name, fs in found.items()}, "counts": counts})
+    else:
+        lines = [str(f) for fs in found.values() for f in fs]
+        total = f"{len(found)} trials: {counts['error']} errors, {counts['warning']} warnings, {counts['info']} notes"
+        sys.stdout.write("\n".join([*lines, total]) + "\n")
+    raise typer.Exit(1 if counts["error"] else 0)
+
+
+@app.command()
+def identify(
+    study: Annotated[Path, typer.Argument(help="A study file.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder of the run; a killed run resumes from it.")],
+    json: Json = False,
+) -> None:
+    """Fit a ship to trials; writes model.toml, fit.json, history.csv and report.html."""
+    from .cli_runs import identify as run
+
+    run(study, out, json)
+
+
+@app.command()
+def predict(
+    model: ShipName,
+    trials: Trials,
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the predictions.")],
+    restart: Restart = None,
+    json: Json = False,
+) -> None:
+    """Free-run prediction of trials on their own rows."""
+    from .data.trialfile import read_trials, write_trial
+    from .simulate import replay
+
+    positive(restart=restart)
+    ship, measured = read_ship(model), read_trials(trials)
+    separate(out, trials)
+    for line in cautions(ship, measured):
+        note(line)
+    predictions = [replay(ship, trial, restart=restart) for trial in measured]
+    make_folder(out)
+    for prediction in predictions:
+        write_trial(prediction, out / f"{prediction.name}.csv")
+    written = [str(out / f"{p.name}.csv") for p in predictions]
+    if json:
+        emit({"model": ship.name, "restart": restart, "written": written})
+    else:
+        sys.stdout.write("\n".join(written) + "\n")
+
+
+@app.command()
+def validate(
+    model: ShipName,
+    trials: Trials,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Report to write (.html; .json beside it).")] = None,
+    restart: Restart = None,
+    json: Json = False,
+) -> None:
+    """How well a model predicts trials, beside two baselines."""
+    from .cli_runs import validate as run
+
+    positive(restart=restart)
+    run(model, trials, out, restart, json)
