@@ -16,8 +16,24 @@ from typing import Annotated, Any
 import typer
 
 from .cli_support import (
-    DEGREE, MANOEUVRES, Settings, UsageError, cautions, check_manoeuvre, emit, figure, index_json,
-    make_folder, manoeuvre, note, positive, read_ship, run_manoeuvre, separate, show_table, vector,
+    DEGREE,
+    MANOEUVRES,
+    Settings,
+    UsageError,
+    cautions,
+    check_manoeuvre,
+    emit,
+    figure,
+    index_json,
+    make_folder,
+    manoeuvre,
+    note,
+    positive,
+    read_ship,
+    run_manoeuvre,
+    separate,
+    show_table,
+    vector,
 )  # fmt: skip
 from .data import DataError
 from .engine import SimulationError
@@ -247,7 +263,7 @@ def predict(
 ) -> None:
     """Free-run prediction of trials on their own rows."""
     from .data.trialfile import read_trials, write_trial
-    from .simulate import replay
+    from .replay import replay
 
     positive(restart=restart)
     ship, measured = read_ship(model), read_trials(trials)

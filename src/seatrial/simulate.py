@@ -1,19 +1,19 @@
 """From a ship and a way of steering it to a trial: the only door to the engine for whole runs.
 
-`simulate` closes the loop (policy, actuators and ship in one compiled step), `replay` feeds a
-trial's own controls and wind to the model, restarted from measured states, `campaign` runs one
-manoeuvre over many lanes with parameters that differ from lane to lane.
+`simulate` closes the loop (policy, actuators and ship in one compiled step), `campaign` runs one
+manoeuvre over many lanes with parameters that differ from lane to lane.  `replay` (its own module)
+feeds a trial's own controls and wind to the model.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from .data import Array, DataError, Trial, unwrapped
+from .data import Array, Trial
 from .engine import Rollout, Scalars, SimulationError, System
 from .engine.rollout import simulator
 from .environment import CALM, CHANNELS, Environment, Uniform
@@ -114,21 +114,29 @@ def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -
     Raises:
         ShipError: the model finds no balance in the range searched.
     """
-    from scipy.optimize import brentq
-
     if speed is not None and n_P is not None:
         return speed, n_P
     if n_P is not None:
-        return _balance(lambda u: surge_balance(ship, u, n_P), 1e-3, 5 * ship.speed, ship, brentq), n_P
+
+        def by_speed(u: float) -> float:
+            return surge_balance(ship, u, n_P)
+
+        return _balance(by_speed, 1e-3, 5 * ship.speed, ship), n_P
     U = ship.speed if speed is None else speed
     if ship.n_P is not None and speed is None:
         return U, ship.n_P
     if surge_balance(ship, U, 0.0) >= 0.0:
         return U, ship.n_P or 0.0  # a response model: nothing to hold
-    return U, _balance(lambda n: surge_balance(ship, U, n), 0.1 * U / ship.L_pp, 2000 * U / ship.L_pp, ship, brentq)
+
+    def by_revolutions(n: float) -> float:
+        return surge_balance(ship, U, n)
+
+    return U, _balance(by_revolutions, 0.1 * U / ship.L_pp, 2000 * U / ship.L_pp, ship)
 
 
-def _balance(f: Any, low: float, high: float, ship: Ship, brentq: Any) -> float:
+def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -> float:
+    from scipy.optimize import brentq
+
     if f(low) * f(high) > 0:
         raise ShipError(f"{ship.name}: no steady run between {low:g} and {high:g}; give --speed and --rps")
     return float(brentq(f, low, high, xtol=1e-14, rtol=1e-14))
@@ -198,7 +206,7 @@ def simulate(
         environment=environment, dt=dt, every=every, method=method, threads=1,
     )  # fmt: skip
     if run.failures:
-        raise SimulationError(f"{ship.name}: {run.failures[0]} left the finite or the ship's validity range")
+        raise SimulationError(f"{ship.name}: {run.failures[0]}; it left the finite or the ship's validity range")
     columns = closed_loop(ship, policy).stored
     kept = (*STATES, *CONTROLS, "n_P_cmd", "delta_cmd")
     channels = {n: run.values[0, :, columns.index(n)].copy() for n in kept}
@@ -206,90 +214,3 @@ def simulate(
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
             "set_points": {k: v for k, v in values(policy).items()}, "source": "simulated by seatrial"}  # fmt: skip
     return Trial(name or f"{ship.name}_{kind}", run.t, channels, meta=meta)
-
-
-def inputs(trial: Trial) -> Array:
-    """Controls and environment of a trial per row, shape (rows, 6); gaps hold the last value.
-
-    Raises:
-        DataError: the trial lacks a control.
-    """
-    for name in CONTROLS:
-        if name not in trial:
-            raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(CONTROLS)}")
-    series = np.zeros((len(trial), len(CONTROLS) + len(CHANNELS)))
-    series[:, 0], series[:, 1] = trial["n_P"], trial["delta"]
-    for first, (size, direction) in ((2, ("U_T", "gamma_T")), (4, ("U_C", "gamma_C"))):
-        if size in trial and direction in trial:
-            series[:, first] = trial[size] * np.cos(trial[direction])
-            series[:, first + 1] = trial[size] * np.sin(trial[direction])
-    return held(series)
-
-
-def held(series: Array) -> Array:
-    """Each gap filled with the last value before it (the first after it, at the start)."""
-    out = series.copy()
-    for column in out.T:
-        good = np.flatnonzero(np.isfinite(column))
-        if good.size and good.size < column.size:
-            column[:] = column[good[np.clip(np.searchsorted(good, np.arange(column.size), "right") - 1, 0, None)]]
-    return out
-
-
-def replay(
-    ship: Ship, trial: Trial, *, restart: float | None = None, method: str = "rk4", threads: int | None = None
-) -> Trial:
-    """Free-run prediction of `trial` from its own controls and wind, on its own rows.
-
-    Every `restart` seconds the state is set back to the measured one (at the first complete sample
-    from there on).  Rows run from the first complete sample to the last.  Inputs hold between rows;
-    uneven time is predicted on an even grid of the median step and read off at the rows.
-
-    Raises:
-        DataError: a channel is missing, or no row is complete.
-        SimulationError: the prediction blows up; names time and state.
-    """
-    measured = trial.stack(*STATES)
-    measured[:, 2] = unwrapped(measured[:, 2])
-    good = np.isfinite(measured).all(axis=1)
-    if good.sum() < 2:
-        raise DataError(f"{trial.name}: {int(good.sum())} complete rows of {', '.join(STATES)}; two are needed")
-    rows = slice(int(np.argmax(good)), int(len(good) - np.argmax(good[::-1])))
-    t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial)[rows]
-    dt = float(np.median(np.diff(t)))
-    starts = _starts(t, good, restart, dt)
-    ends = [*starts[1:], t.size]
-    steps = max(round((t[min(b, t.size - 1)] - t[a]) / dt) for a, b in zip(starts, ends, strict=True)) + 1
-    lanes = np.empty((len(starts), steps, series.shape[1]))
-    for lane, a in enumerate(starts):
-        at = np.searchsorted(t, t[a] + dt * np.arange(steps) + 1e-6 * dt, "right") - 1
-        lanes[lane] = series[np.clip(at, 0, t.size - 1)]
-    run = simulator(open_loop(ship)).run(
-        state[starts], lanes, open_loop_parameters(ship), dt=dt, steps=steps, method=method, threads=threads
-    )
-    out = np.empty_like(state)
-    for lane, (a, b) in enumerate(zip(starts, ends, strict=True)):
-        for k in range(out.shape[1]):
-            out[a:b, k] = np.interp(t[a:b] - t[a], run.t, run.values[lane, :, k])
-        if not np.isfinite(out[a:b]).all():
-            failed = next(f for f in run.failures if f.lane == lane)
-            raise SimulationError(
-                f"{trial.name}: {failed.state} = {failed.value:g} at t = {t[a] + failed.time:g} s; the model blows up"
-            )
-    meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
-    return Trial(trial.name, t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
-
-
-def _starts(t: Array, good: Any, restart: float | None, dt: float) -> list[int]:
-    """Rows at which the prediction starts anew: the first, then the first good one of each interval."""
-    if restart is None:
-        return [0]
-    number = np.floor((t - t[0] + 1e-6 * dt) / restart)
-    edges = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist()]
-    found: list[int] = []
-    for a in edges:
-        later = np.flatnonzero(good[a:])
-        row = a + int(later[0]) if later.size else a
-        if row not in found and row < t.size - 1:
-            found.append(row)
-    return found

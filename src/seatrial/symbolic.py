@@ -35,7 +35,9 @@ def is_symbol(x: Scalar) -> bool:
     return isinstance(x, SX)
 
 
-def _either(symbol: Callable[[Scalar], Scalar], number: Callable[[float], float]) -> Callable[[Scalar], Scalar]:
+def _either(
+    symbol: Callable[[Scalar], Scalar], number: Callable[[float], float]
+) -> Callable[[Scalar], Scalar]:
     def apply(x: Scalar) -> Scalar:
         return symbol(x) if isinstance(x, SX) else number(x)
 

@@ -48,12 +48,12 @@ class Normal:
 
     def reduced(self, damping: float) -> tuple[Array, Array]:
         """Damped H and g of the parameters alone, the nuisances eliminated."""
-        H, g = self.H + np.diag(damping * np.diag(self.H)), self.g.copy()
+        hessian, g = self.H + np.diag(damping * np.diag(self.H)), self.g.copy()
         for block in self.blocks:
             solved = np.linalg.solve(damped(block, damping), np.column_stack([block.cross, block.gradient]))
-            H -= block.cross.T @ solved[:, :-1]
+            hessian -= block.cross.T @ solved[:, :-1]
             g -= block.cross.T @ solved[:, -1]
-        return H, g
+        return hessian, g
 
 
 def damped(block: Block, damping: float) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..data import Array, Trial
 from ..engine.rollout import Sensitivity, Simulator, sensitivity, simulator
@@ -16,6 +17,7 @@ from . import Nuisance, Problem
 from .gauss_newton import Block, Normal
 from .windows import Windows, windows
 
+Index = NDArray[np.intp]
 CURRENT = ("environment.current_x", "environment.current_y")
 
 
@@ -23,21 +25,21 @@ CURRENT = ("environment.current_x", "environment.current_y")
 class Groups:
     """Where the nuisances of each trial stand in the nuisance vector, and their prior deviations."""
 
-    initial: tuple[int, ...]
-    bias: tuple[int, ...]
+    initial: Index
+    bias: Index
     current: bool
     slices: tuple[slice, ...]
-    lanes: tuple[Array, ...]
+    lanes: tuple[Index, ...]
     deviation: Array
 
     @staticmethod
-    def of(nuisance: Nuisance, trial: Array) -> Groups:
+    def of(nuisance: Nuisance, trial: Index) -> Groups:
         """Per trial: initial offsets of each of its windows, then current, then sensor biases."""
-        initial = tuple(STATES.index(n) for n in nuisance.initial)
-        bias = tuple(STATES.index(n) for n in nuisance.bias)
+        initial = np.array([STATES.index(n) for n in nuisance.initial], dtype=np.intp)
+        bias = np.array([STATES.index(n) for n in nuisance.bias], dtype=np.intp)
         tail = [nuisance.current] * 2 * (nuisance.current > 0) + list(nuisance.bias.values())
         slices: list[slice] = []
-        lanes: list[Array] = []
+        lanes: list[Index] = []
         deviation: list[float] = []
         for index in np.unique(trial):
             mine = np.flatnonzero(trial == index)
@@ -58,7 +60,7 @@ class TrajectoryObjective:
     forward: Simulator
     slopes: Sensitivity
     packed: Any
-    where: Array
+    where: Index
     method: str
     threads: int | None
 
@@ -93,10 +95,10 @@ class TrajectoryObjective:
         current, bias = np.zeros((lanes, 2)), np.zeros((lanes, 1, len(STATES)))
         for part, mine in zip(self.groups.slices, self.groups.lanes, strict=True):
             own, n = eta[part], len(mine) * len(self.groups.initial)
-            state0[np.ix_(mine, self.groups.initial)] += own[:n].reshape(len(mine), -1)
+            state0[mine[:, None], self.groups.initial] += own[:n].reshape(len(mine), -1)
             if self.groups.current:
                 current[mine], n = own[n : n + 2], n + 2
-            bias[np.ix_(mine, [0], self.groups.bias)] = own[n:]
+            bias[mine[:, None], 0, self.groups.bias] = own[n:]
         arguments: dict[str, Any] = {
             "dt": self.windows.dt, "steps": self.windows.steps, "every": self.windows.every,
             "method": self.method, "threads": self.threads,
@@ -131,15 +133,15 @@ class TrajectoryObjective:
     def normal(self, p: Array, eta: Array) -> Normal:
         """Objective and its exact Gauss-Newton normal equations."""
         state0, parameters, arguments, bias = self._arguments(p, eta)
-        Z, D = self.slopes.run(state0, self.packed, parameters, **arguments)
+        Z, slopes = self.slopes.run(state0, self.packed, parameters, **arguments)
         e, n = self._weighted(Z + bias), p.size
-        D *= self.windows.scale[..., None]
-        D[self.windows.scale == 0.0] = 0.0
-        J = D.reshape(-1, D.shape[-1])
+        slopes *= self.windows.scale[..., None]
+        slopes[self.windows.scale == 0.0] = 0.0
+        J = slopes.reshape(-1, slopes.shape[-1])
         away, weight = self._prior(p)
         H = J[:, :n].T @ J[:, :n] + np.diag(weight)
         g = J[:, :n].T @ e.ravel() + weight * away
-        blocks = tuple(self._block(i, D, e, eta, n) for i in range(len(self.groups.slices)) if self.nuisances)
+        blocks = tuple(self._block(i, slopes, e, eta, n) for i in range(len(self.groups.slices)) if self.nuisances)
         cost = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.groups.deviation) ** 2).sum())
         return Normal(cost, H, g, blocks)
 
@@ -151,7 +153,7 @@ class TrajectoryObjective:
         own = D[mine].reshape(len(mine), rows, -1)
         first = own.shape[2] - len(STATES)
         for k in range(len(mine)):
-            N[k, :, k * width : (k + 1) * width] = own[k][:, [first + i for i in self.groups.initial]]
+            N[k, :, k * width : (k + 1) * width] = own[k][:, first + self.groups.initial]
         at = len(mine) * width
         if self.groups.current:
             N[:, :, at : at + 2], at = own[:, :, n : n + 2], at + 2

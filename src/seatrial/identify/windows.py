@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import resample
 from ..models import STATES
-from ..simulate import inputs
+from ..replay import inputs
 from . import Loss
 
 # A step may differ from the others by this fraction before the trial counts as uneven.
@@ -35,7 +36,7 @@ class Windows:
     series: Array
     measured: Array
     scale: Array
-    trial: Array
+    trial: NDArray[np.intp]
     samples: int
     dt: float
     steps: int
@@ -88,7 +89,7 @@ def windows(
     state0, series, measured, scaled, trial_of = (list(x) for x in zip(*parts, strict=True))
     stacked = np.stack(scaled)
     return Windows(
-        np.stack(state0), np.stack(series), np.stack(measured), stacked, np.array(trial_of),
+        np.stack(state0), np.stack(series), np.stack(measured), stacked, np.array(trial_of, dtype=np.intp),
         int((stacked.any(axis=2)).sum()), dt, steps, every,
     )  # fmt: skip
 
@@ -99,7 +100,7 @@ def _cut(
     state = trial.stack(*STATES)
     state[:, 2] = unwrapped(state[:, 2])
     series = inputs(trial)
-    good = np.isfinite(state).all(axis=1)
+    good = np.asarray(np.isfinite(state).all(axis=1))
     out: list[tuple[Array, Array, Array, Array]] = []
     first, last = 0, int(np.max(np.flatnonzero(good), initial=0))
     while first < last:

@@ -1,0 +1,204 @@
+"""The two long commands, identify and validate: what they run, in order, and what they print."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from . import __version__
+from .cli_support import UsageError, cautions, emit, figure, note, read_ship, show_table
+from .data import Trial
+from .engine import SimulationError
+from .identify import Fit, Issue, Progress
+from .identify.study import Study
+from .ships import Ship
+from .validate import Comparison
+
+PAGE, CHECKPOINT = "report.html", "checkpoint.npz"
+
+
+def identify(path: Path, out: Path, json: bool) -> None:
+    """Lint, fit with a checkpoint, save, report; a finished run is only told about."""
+    from .identify.lint import lint, raise_on_errors
+    from .identify.store import SUMMARY, claim, load_fit_summary, save_fit
+    from .identify.study import read_study
+
+    study = read_study(path)
+    issues = lint(study.problem)
+    for line in (*study.notes, *_warnings(issues)):
+        note(line)
+    raise_on_errors(issues)
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"{out}: is a file; -o takes a folder")
+    claim(out, study.digest, study.name)
+    if (out / SUMMARY).exists() and (out / PAGE).exists():
+        note(f"{out}: this study is done already, with the same data and settings; nothing was run")
+        _tell_summary(load_fit_summary(out), out, json)
+        return
+    with _progress() as progress:
+        fit = study.estimator.fit(study.problem, progress=progress, checkpoint=out / CHECKPOINT)
+    save_fit(fit, out, study.problem, study=study.name, text=path.read_text(encoding="utf-8"))
+    standardised = _report(study, fit, out)
+    (out / CHECKPOINT).unlink(missing_ok=True)
+    _tell_summary({**load_fit_summary(out), "standardised": standardised}, out, json)
+
+
+def validate(model: str, paths: Sequence[Path], out: Path | None, restart: float | None, json: bool) -> None:
+    """Compare a model and its baselines with trials; exit 1 where a prediction failed."""
+    from .data.check import check
+    from .data.trialfile import read_trials
+    from .validate.report import Report
+
+    if out is not None and out.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(f"{out}: a report ends in .html; its numbers go beside it as .json")
+    ship, trials = read_ship(model), read_trials(paths)
+    for line in cautions(ship, trials):
+        note(line)
+    comparisons, failed = compared(ship, trials, restart, scales(trials, None))
+    made = _provenance(ship)
+    report = Report(
+        f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),
+        findings=tuple(str(f) for t in trials for f in check(t) if f.severity != "info"),
+        provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
+                    "restart": "none" if restart is None else f"{restart:g} s",
+                    **{k: str(made[k]) for k in ("study", "digest", "date") if k in made}},
+    )  # fmt: skip
+    if out is not None:
+        note(f"wrote {report.write(out)}")
+    if json:
+        emit(report.numbers())
+    else:
+        _tell_comparisons(report)
+    if failed:
+        raise typer.Exit(1)
+
+
+def compared(
+    ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float]
+) -> tuple[tuple[Comparison, ...], int]:
+    """Each trial beside the ship, the published ship it was fitted from, and constant velocity.
+
+    Returns:
+        The comparisons and how many predictions blew up; those are left out and told.
+    """
+    from .replay import replay
+    from .validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity
+
+    found: list[Comparison] = []
+    failed = 0
+    for trial in trials:
+        rows = slice(0, 0)
+        for label, model in _models(ship).items():
+            try:
+                predicted = replay(model, trial, restart=restart)
+            except SimulationError as error:
+                note(f"error: {label}: {error}")
+                failed += 1
+                continue
+            rows = slice(*trial.t.searchsorted([predicted.t[0], predicted.t[-1]]) + [0, 1])
+            found.append(compare(trial, predicted, label=label, restart=restart, sigma=sigma, L_pp=ship.L_pp))
+        part = trial.rows(rows)
+        if len(part):
+            steady = constant_velocity(part, restart)
+            found.append(compare(part, steady, label=CONSTANT_VELOCITY, restart=restart, sigma=sigma, L_pp=ship.L_pp))
+    return tuple(found), failed
+
+
+def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mapping[str, float]:
+    """Scale of each state: as given; that of the common evaluator for its set; else the spread of the trials."""
+    from .models import STATES
+    from .validate.metrics import ESSO_OSAKA_SIGMA, spread
+
+    if given and set(given) == set(STATES):
+        return given
+    if trials and all("FRT-DS-ESSO" in str(trial.meta.get("source", "")) for trial in trials):
+        return ESSO_OSAKA_SIGMA
+    return spread(trials)
+
+
+def _provenance(ship: Ship) -> Mapping[str, Any]:
+    found = ship.notes.get("provenance", {})
+    return found if isinstance(found, Mapping) else {}
+
+
+def _models(ship: Ship) -> dict[str, Ship]:
+    """Who predicts, by label: the model, and the published one that it was fitted from."""
+    from .ships.files import library
+
+    base = _provenance(ship).get("ship")
+    if base is None:
+        return {"published" if ship.name in library() else ship.name: ship}
+    return {"fitted": ship} | ({"published": read_ship(str(base))} if base in library() else {})
+
+
+def _report(study: Study, fit: Fit, out: Path) -> dict[str, float]:
+    """The page of a fit on the trials kept back (those of training, where none was); pooled errors."""
+    from .data.check import check
+    from .identify.store import MODEL
+    from .validate.report import Report
+
+    problem = study.problem
+    trials = (*problem.validation, *study.test) or problem.trials
+    comparisons, _ = compared(read_ship(str(out / MODEL)), trials, study.restart, scales(trials, study.sigma))
+    report = Report(
+        f"{fit.ship.name}: study {study.name}", comparisons, fit, tuple(t.name for t in problem.trials),
+        tuple(str(f) for t in (*problem.trials, *trials) for f in check(t) if f.severity == "error"),
+        {"study": str(study.path), "digest": study.digest, "version": f"seatrial {__version__}",
+         "trials": f"{len(problem.trials)} for training, {len(problem.validation)} for validation",
+         "command": f"seatrial identify {study.path} -o {out}"},
+    )  # fmt: skip
+    report.write(out / PAGE)
+    return report.pooled
+
+
+@contextmanager
+def _progress() -> Iterator[Progress]:
+    """Live state of the fit on a terminal, a line per iteration elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda iteration, objective, validation: note(_words(iteration, objective, validation))
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("compiling") as status:
+        yield lambda iteration, objective, validation: status.update(_words(iteration, objective, validation))
+
+
+def _words(iteration: int, objective: float, validation: float) -> str:
+    watched = "" if math.isnan(validation) else f", validation {validation:.5g}"
+    return f"iteration {iteration}: objective {objective:.6g}{watched}"
+
+
+def _warnings(issues: Iterable[Issue]) -> list[str]:
+    return [f"{issue.severity}: {issue.where}: {issue.text}" for issue in issues if issue.severity != "error"]
+
+
+def _tell_summary(summary: Mapping[str, Any], out: Path, json: bool) -> None:
+    if json:
+        emit({**summary, "run": str(out)})
+        return
+    status = {v["subject"]: v["status"] for v in summary["verdicts"]}
+    rows = [
+        (path, figure(p["start"]), figure(p["value"]), figure(p["sigma"], 2), figure(p["shrinkage"], 2),
+         "at bound" if p["at_bound"] else status.get(path, ""))
+        for path, p in summary["parameters"].items()
+    ]  # fmt: skip
+    show_table(("parameter", "start", "fitted", "sigma", "from data", "verdict"), rows, right=(1, 2, 3, 4))
+    for label, value in summary.get("standardised", {}).items():
+        sys.stdout.write(f"standardised error on trials kept back, {label}: {figure(value)}\n")
+    sys.stdout.write(f"{summary['status']}; {summary['seconds']:.1f} s; wrote {out}/model.toml, {out}/{PAGE}\n")
+
+
+def _tell_comparisons(report: Any) -> None:
+    labels = report.labels
+    rows = [
+        (name, *(figure(found[label].standardised) if label in found else "failed" for label in labels))
+        for name, found in report.trials.items()
+    ]
+    rows.append(("pooled", *(figure(report.pooled[label]) for label in labels)))
+    show_table(("standardised error", *labels), rows, right=tuple(range(1, len(labels) + 1)))

@@ -1,0 +1,110 @@
+"""What is wrong with a problem, told before anything is run.
+
+An interval without width and bounds that exclude the start never get here: `Free` refuses them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from ..data import Trial
+from ..data.check import check, check_set
+from ..models import STATES
+from ..parameters import specs, unknown
+from . import Issue, Problem, StudyError
+
+# Findings of `check` that make a fit wrong rather than poor: signs, frames and units.
+_FATAL = ("sign", "velocities north", "velocities east", "counts to port", "counterclockwise", "x is east",
+          "degrees", "wrong scale", "time step is not", "too short")  # fmt: skip
+# Ship and trial may differ by this much in length before one of them is taken to be scaled.
+_LENGTH = 0.02
+
+
+def lint(problem: Problem) -> tuple[Issue, ...]:
+    """All that forbids a run or should be known before it, errors first."""
+    found = [*_free(problem), *_scales(problem), *_trials(problem), *_sets(problem)]
+    return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
+
+
+def raise_on_errors(issues: Iterable[Issue]) -> None:
+    """Raise a StudyError that names the first error, and how many more there are."""
+    errors = [issue for issue in issues if issue.severity == "error"]
+    if errors:
+        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        raise StudyError(f"{errors[0].where}: {errors[0].text}{more}")
+
+
+def _free(problem: Problem) -> Iterator[Issue]:
+    known = specs(problem.ship.model)
+    if not problem.free:
+        yield Issue("error", "free", f"no free parameter; name some of {', '.join(list(known)[:6])}, ...")
+    for path, count in Counter(free.path for free in problem.free).items():
+        if path not in known:
+            yield Issue("error", "free", unknown(path, known))
+        elif count > 1:
+            yield Issue("error", "free", f"{path} is named {count} times; once is enough")
+    for free in problem.free:
+        meaning = known.get(free.path)
+        if meaning and not meaning.low <= free.start <= meaning.high:
+            reach = f"[{meaning.low:g}, {meaning.high:g}]"
+            yield Issue("error", free.path, f"starts at {free.start:g}, outside of what it can be, {reach}")
+
+
+def _scales(problem: Problem) -> Iterator[Issue]:
+    tables = {"loss.sigma": problem.loss.sigma, "nuisance.initial": problem.nuisance.initial,
+              "nuisance.bias": problem.nuisance.bias}  # fmt: skip
+    for where, table in tables.items():
+        for name, value in table.items():
+            if name not in STATES:
+                yield Issue("error", where, unknown(name, STATES, "channel"))
+            elif not 0 < value < float("inf"):
+                yield Issue("error", f"{where}.{name}", f"is {value:g}; it must be above zero")
+    if problem.loss.correlation < 0:
+        yield Issue("error", "loss.correlation", f"is {problem.loss.correlation:g} s; it must be zero or above")
+
+
+def _trials(problem: Problem) -> Iterator[Issue]:
+    if not problem.trials:
+        yield Issue("error", "trials", "no trial to train on")
+    rows = 0
+    for trial in (*problem.trials, *problem.validation):
+        needed = (*STATES, *problem.ship.model.controls)
+        absent = [name for name in needed if name not in trial]
+        if absent:
+            yield Issue("error", trial.name, f"no channel {', '.join(absent)}; the model needs {', '.join(needed)}")
+            continue
+        yield from _trial(problem, trial)
+        rows += int(np.isfinite(trial.stack(*needed)).all(axis=1).sum()) if any(trial is one for one in problem.trials) else 0
+    if problem.trials and rows < len(problem.free):
+        yield Issue("warning", "trials", f"{rows} complete samples for {len(problem.free)} free parameters")
+
+
+def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
+    ship = problem.ship
+    length, name = trial.meta.get("L_pp"), trial.meta.get("ship")
+    if isinstance(length, int | float) and abs(length / ship.L_pp - 1) > _LENGTH:
+        remedy = "scale it with data.prepare.froude_scaled, or take the ship it belongs to"
+        yield Issue("error", trial.name, f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m; {remedy}")
+    elif name is not None and name != ship.name:
+        yield Issue("warning", trial.name, f"is of ship '{name}', the study is of '{ship.name}'")
+    if getattr(ship.model, "wind", None) is not None and not ("U_T" in trial and "gamma_T" in trial):
+        yield Issue("warning", trial.name, "has no wind (U_T, gamma_T), which the model could use; taken as still air")
+    for finding in check(trial):
+        if finding.severity == "error":
+            severity = "error" if any(words in finding.what for words in _FATAL) else "warning"
+            yield Issue(severity, finding.where, f"{finding.what} ({finding.evidence}); {finding.remedy}")
+
+
+def _sets(problem: Problem) -> Iterator[Issue]:
+    names = {trial.name for trial in problem.trials}
+    for trial in problem.validation:
+        if trial.name in names:
+            yield Issue("error", trial.name, "is in training and in validation; keep it in one")
+    apart = [trial for trial in problem.validation if trial.name not in names]
+    for finding in check_set(problem.trials, apart):
+        yield Issue("error", finding.where, f"{finding.what} ({finding.evidence}); {finding.remedy}")
+    if not problem.validation:
+        yield Issue("warning", "validation", "no trial is kept back; the fit says nothing about unseen manoeuvres")

@@ -1,0 +1,144 @@
+"""A fit on disk: the ship (model.toml), the numbers (fit.json) and the way there (history.csv)."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from ..ships import Entry, Ship
+from ..ships.writing import save
+from . import Fit, Problem, StudyError
+
+MODEL, SUMMARY, HISTORY, RUN = "model.toml", "fit.json", "history.csv", "run.json"
+
+
+def save_fit(fit: Fit, folder: str | Path, problem: Problem, *, study: str, text: str = "") -> Path:
+    """Write model.toml, fit.json and history.csv to `folder`, each whole or not at all.
+
+    Args:
+        problem: what was fitted, for the provenance: the ship it began from and the trials used.
+        study: name of the study.
+        text: the study as written, kept in fit.json.
+
+    Returns:
+        The path of model.toml.
+    """
+    where = Path(folder)
+    provenance: dict[str, Any] = {
+        "study": study, "digest": fit.digest, "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "ship": problem.ship.name, "trained_on": [trial.name for trial in problem.trials],
+        "validated_on": [trial.name for trial in problem.validation], "status": fit.status,
+        "sigma": {f.path: float(s) for f, s in zip(fit.free, fit.sigma, strict=True)},
+    }  # fmt: skip
+    replace_file(where / HISTORY, _history(fit))
+    model = save(_sourced(fit, study), where / MODEL, provenance)
+    replace_file(where / SUMMARY, json.dumps(_plain(_summary(fit, study, text, provenance)), indent=1) + "\n")
+    return model
+
+
+def load_fit_summary(path: str | Path) -> dict[str, Any]:
+    """What `save_fit` wrote to fit.json, from the file or its folder.
+
+    Raises:
+        StudyError: no such file, or not one of ours.
+    """
+    where = Path(path)
+    where = where / SUMMARY if where.is_dir() else where
+    return _read(where, "seatrial-fit/1")
+
+
+def claim(folder: str | Path, digest: str, study: str) -> None:
+    """Mark `folder` as the run of one problem, so that another cannot go on in it by mistake.
+
+    Raises:
+        StudyError: the folder holds the run of another problem.
+    """
+    where = Path(folder) / RUN
+    if where.exists():
+        held = _read(where, "seatrial-run/1")
+        if held.get("digest") != digest:
+            raise StudyError(
+                f"{folder}: holds a run of study '{held.get('study')}' with other settings or data "
+                f"({held.get('digest')}, this is {digest}); choose another folder with -o"
+            )
+        return
+    document = {"schema": "seatrial-run/1", "study": study, "digest": digest}
+    where.parent.mkdir(parents=True, exist_ok=True)
+    replace_file(where, json.dumps(document) + "\n")
+
+
+def replace_file(path: Path, content: str) -> None:
+    """Write beside `path`, then move into place, so that nobody ever reads half a file."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(content)
+        Path(name).chmod(0o644)
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _read(path: Path, schema: str) -> dict[str, Any]:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: cannot be read: {error}") from None
+    if not isinstance(document, dict) or document.get("schema") != schema:
+        raise StudyError(f"{path}: is not of schema '{schema}'")
+    return document
+
+
+def _sourced(fit: Fit, study: str) -> Ship:
+    """The fitted ship with the study as the source of each fitted number."""
+    entries = dict(fit.ship.entries)
+    for i, free in enumerate(fit.free):
+        source = f"fitted in study {study}, from {free.start:.6g}"
+        entries[free.path] = Entry(source, float(fit.values[i]), sigma=_finite(float(fit.sigma[i])))
+    return replace(fit.ship, entries=entries)
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _history(fit: Fit) -> str:
+    rows = [",".join(f"{v:.17g}" if math.isfinite(v) else "" for v in row) for row in fit.history.tolist()]
+    return "\n".join(["iteration,objective,validation,seconds", *rows, ""])
+
+
+def _summary(fit: Fit, study: str, text: str, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "schema": "seatrial-fit/1", "study": study, "digest": fit.digest, "status": fit.status,
+        "objective": fit.objective, "seconds": fit.seconds, "evaluations": fit.evaluations,
+        "parameters": {
+            free.path: {
+                "value": float(fit.values[i]), "sigma": float(fit.sigma[i]),
+                "shrinkage": float(fit.shrinkage[i]), "start": free.start, "low": free.low,
+                "high": free.high, "prior": free.prior, "prior_sigma": free.sigma,
+                "at_bound": free.path in fit.at_bound,
+            }
+            for i, free in enumerate(fit.free)
+        },
+        "covariance": fit.covariance.tolist(),
+        "verdicts": [asdict(verdict) for verdict in fit.verdicts],
+        "provenance": {k: v for k, v in provenance.items() if k != "sigma"},
+        "study_text": text,
+    }  # fmt: skip
+
+
+def _plain(value: Any) -> Any:
+    """The same in what JSON knows; a number that is not finite becomes null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

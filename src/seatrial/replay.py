@@ -1,0 +1,111 @@
+"""Free-run prediction of a measured trial from its own controls and wind."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .data import Array, DataError, Trial, unwrapped
+from .engine import SimulationError
+from .engine.rollout import simulator
+from .environment import CHANNELS
+from .models import STATES
+from .ships import Ship
+from .simulate import CONTROLS, open_loop, open_loop_parameters
+
+
+def inputs(trial: Trial) -> Array:
+    """What acts from each row to the next, shape (rows, 6): controls and environment.
+
+    Controls act with the mean of the two rows, which is exact for the ramp of an actuator; the
+    environment holds.  Gaps hold the last value before them.
+
+    Raises:
+        DataError: the trial lacks a control.
+    """
+    for name in CONTROLS:
+        if name not in trial:
+            raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(CONTROLS)}")
+    series = np.zeros((len(trial), len(CONTROLS) + len(CHANNELS)))
+    series[:, 0], series[:, 1] = trial["n_P"], trial["delta"]
+    for first, (size, direction) in ((2, ("U_T", "gamma_T")), (4, ("U_C", "gamma_C"))):
+        if size in trial and direction in trial:
+            series[:, first] = trial[size] * np.cos(trial[direction])
+            series[:, first + 1] = trial[size] * np.sin(trial[direction])
+    series = held(series)
+    series[:-1, :2] = 0.5 * (series[:-1, :2] + series[1:, :2])
+    return series
+
+
+def held(series: Array) -> Array:
+    """Each gap filled with the last value before it (the first after it, at the start)."""
+    out = series.copy()
+    for column in out.T:
+        good = np.flatnonzero(np.isfinite(column))
+        if good.size and good.size < column.size:
+            before = np.searchsorted(good, np.arange(column.size), "right") - 1
+            column[:] = column[good[np.clip(before, 0, None)]]
+    return out
+
+
+def replay(
+    ship: Ship, trial: Trial, *, restart: float | None = None, method: str = "rk4",
+    threads: int | None = None,
+) -> Trial:  # fmt: skip
+    """Free-run prediction of `trial` from its own controls and wind, on its own rows.
+
+    Every `restart` seconds the state is set back to the measured one (at the first complete sample
+    from there on).  Rows run from the first complete sample to the last.  Inputs hold between rows;
+    uneven time is predicted on an even grid of the median step and read off at the rows.
+
+    Raises:
+        DataError: a channel is missing, or no row is complete.
+        SimulationError: the prediction blows up; names time and state.
+    """
+    measured = trial.stack(*STATES)
+    measured[:, 2] = unwrapped(measured[:, 2])
+    good = np.asarray(np.isfinite(measured).all(axis=1))
+    if good.sum() < 2:
+        found = f"{int(good.sum())} complete rows of {', '.join(STATES)}"
+        raise DataError(f"{trial.name}: {found}; two are needed")
+    rows = slice(int(np.argmax(good)), int(len(good) - np.argmax(good[::-1])))
+    t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial)[rows]
+    dt = float(np.median(np.diff(t)))
+    starts = _starts(t, good, restart, dt)
+    ends = [*starts[1:], t.size]
+    spans = [t[min(b, t.size - 1)] - t[a] for a, b in zip(starts, ends, strict=True)]
+    steps = round(max(spans) / dt) + 1
+    lanes = np.empty((len(starts), steps, series.shape[1]))
+    for lane, a in enumerate(starts):
+        at = np.searchsorted(t, t[a] + dt * np.arange(steps) + 1e-6 * dt, "right") - 1
+        lanes[lane] = series[np.clip(at, 0, t.size - 1)]
+    run = simulator(open_loop(ship)).run(
+        state[starts], lanes, open_loop_parameters(ship), dt=dt, steps=steps, method=method, threads=threads
+    )
+    out = np.empty_like(state)
+    for lane, (a, b) in enumerate(zip(starts, ends, strict=True)):
+        for k in range(out.shape[1]):
+            out[a:b, k] = np.interp(t[a:b] - t[a], run.t, run.values[lane, :, k])
+        if not np.isfinite(out[a:b]).all():
+            failed = next(f for f in run.failures if f.lane == lane)
+            raise SimulationError(
+                f"{trial.name}: {failed.state} = {failed.value:g} at t = {t[a] + failed.time:g} s; "
+                "the model blows up"
+            )
+    meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
+    return Trial(trial.name, t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+
+
+def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float) -> list[int]:
+    """Rows at which the prediction starts anew: the first, then the first good one of each interval."""
+    if restart is None:
+        return [0]
+    number = np.floor((t - t[0] + 1e-6 * dt) / restart)
+    edges = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist()]
+    found: list[int] = []
+    for a in edges:
+        later = np.flatnonzero(good[a:])
+        row = a + int(later[0]) if later.size else a
+        if row not in found and row < t.size - 1:
+            found.append(row)
+    return found
