@@ -139,7 +139,8 @@ def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -
 
     if f(low) * f(high) > 0:
         raise ShipError(f"{ship.name}: no steady run between {low:g} and {high:g}; give --speed and --rps")
-    return float(brentq(f, low, high, xtol=1e-14, rtol=1e-14))
+    found: Any = brentq(f, low, high, xtol=1e-14, rtol=1e-14)  # type: ignore[arg-type]
+    return float(found)
 
 
 def surroundings(environment: Uniform | Array | None) -> Array:
@@ -171,7 +172,7 @@ def campaign(
     for lane in range(lanes):
         here = all_values | {name: float(column[lane]) for name, column in vary.items()}
         steer = update(policy, {n[7:]: v for n, v in here.items() if n.startswith("policy.")})
-        memory0[lane] = (here["policy.n_P"] if "policy.n_P" in here else 0.0, 0.0,
+        memory0[lane] = (here.get("policy.n_P", 0.0), 0.0,
                          *steer.begin(tuple(state0[lane].tolist())))  # fmt: skip
     around = np.repeat(surroundings(environment), lanes, axis=0)
     return simulator(system, tuple(vary)).run(
@@ -212,5 +213,5 @@ def simulate(
     channels = {n: run.values[0, :, columns.index(n)].copy() for n in kept}
     kind = getattr(policy, "kind", type(policy).__name__.lower())
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
-            "set_points": {k: v for k, v in values(policy).items()}, "source": "simulated by seatrial"}  # fmt: skip
+            "set_points": dict(values(policy)), "source": "simulated by seatrial"}  # fmt: skip
     return Trial(name or f"{ship.name}_{kind}", run.t, channels, meta=meta)

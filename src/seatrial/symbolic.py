@@ -58,7 +58,7 @@ magnitude = _either(_sx_fabs, abs)
 
 def sign(x: Scalar) -> Scalar:
     """-1, 0 or +1."""
-    return _sx_sign(x) if isinstance(x, SX) else float((x > 0) - (x < 0))
+    return _sx_sign(x) if isinstance(x, SX) else float(x > 0) - float(x < 0)
 
 
 def where(condition: Scalar, yes: Scalar, no: Scalar) -> Scalar:

@@ -9,24 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..parameters import unknown
+from .channels import UNITS
+
+__all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
 
 Array = NDArray[np.float64]
-
-UNITS: Mapping[str, str] = MappingProxyType({
-    "t": "s", "x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s",
-    "n_P": "1/s", "n_P_cmd": "1/s", "delta": "rad", "delta_cmd": "rad",
-    "U_T": "m/s", "gamma_T": "rad", "U_A": "m/s", "gamma_A": "rad",
-    "U_C": "m/s", "gamma_C": "rad", "phi": "rad", "depth": "m",
-})  # fmt: skip
-"""Standard channels and their units."""
-
 
 class DataError(ValueError):
     """A log or a trial that cannot be used; the text says what, where and what would be right."""

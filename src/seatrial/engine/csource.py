@@ -143,7 +143,7 @@ for(long blk=b0;blk<b1;blk++){
 """
 
 SENSITIVITY = """
-void sensitivity(long b0,long b1,long T,double dt,long every,long rk4,in Z0,in S,in Q,in P,out Y,out D,long rows,out work){
+void sensitivity(long b0,long b1,long T,double dt,long every,long rk4,in Z0,in S,long sb,long st,in Q,in P,out Y,out D,long rows,out work){
 for(long blk=b0;blk<b1;blk++){
  double z[NS*LB],w[NS*LB],g[NS*LB],y[NJ*LB];
  double*d=work,*e=work+NS*NC*LB,*h=work+2*NS*NC*LB;
@@ -152,7 +152,7 @@ for(long blk=b0;blk<b1;blk++){
  for(long i=0;i<NS*NC*LB;i++)d[i]=0.0;
  for(long i=0;i<NS;i++)for(long b=0;b<LB;b++)d[(i*NC+NF+i)*LB+b]=1.0;
  for(long t=0;t<T;t++){
-  const double*a=S+(blk*T+t)*NA*LB;
+  const double*a=S+blk*sb+t*st;
   if(t%every==0){for(long i=0;i<NS*LB;i++)o[i]=z[i]; o+=NS*LB;
    for(long b=0;b<LB;b++){double*c=D+((blk*LB+b)*rows+row)*NS*NC; for(long i=0;i<NS*NC;i++)c[i]=d[i*LB+b];} row++;}
   if(t==T-1)break;

@@ -10,6 +10,7 @@ import ctypes
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -59,7 +60,7 @@ def _spread(job: Callable[[int, int], None], count: int, threads: int) -> None:
         job(0, count)
         return
     with ThreadPoolExecutor(parts) as pool:
-        for done in [pool.submit(job, a, b) for a, b in zip(edges, edges[1:], strict=False)]:
+        for done in [pool.submit(job, a, b) for a, b in pairwise(edges)]:
             done.result()
 
 
@@ -126,7 +127,8 @@ class SimdSensitivity:
         """Trace, differentiate, print, compile (or take from the cache) and load."""
         where = {system.parameters.index(name): k for k, name in enumerate(lanewise)}
         code = library(sensitivity_source(system, trace.jacobian(system, free), where))
-        code.sensitivity.argtypes = [_LONG] * 3 + [_DOUBLE] + [_LONG] * 2 + [_ARRAY] * 6 + [_LONG, _ARRAY]
+        code.sensitivity.argtypes = [_LONG] * 3 + [_DOUBLE] + [_LONG] * 2 + [_ARRAY] * 2 + [_LONG] * 2 + [
+            _ARRAY] * 4 + [_LONG, _ARRAY]  # fmt: skip
         code.sensitivity.restype = None
         return SimdSensitivity(system, free, code)
 
@@ -138,7 +140,8 @@ class SimdSensitivity:
         lanes, rows = state0.shape[0], (steps - 1) // every + 1
         Z, Q, P = blocks(state0), blocks(lanewise), _shared(shared)
         count, ns = Z.shape[0], len(self.system.states)
-        columns = len(self.free) + ns
+        columns, held = len(self.free) + ns, series.blocks.shape[1] == 1
+        per_block, width = series.blocks[0].size, len(self.system.series) * LANES
         out = np.empty((count, rows, ns, LANES))
         slopes = np.empty((count * LANES, rows, ns, columns))
 
@@ -146,7 +149,7 @@ class SimdSensitivity:
             work = np.empty(3 * ns * columns * LANES)
             self.code.sensitivity(
                 first, last, steps, dt, every, int(rk4), _pointer(Z), _pointer(series.blocks),
-                _pointer(Q), _pointer(P), _pointer(out), _pointer(slopes), rows, _pointer(work),
+                per_block, 0 if held else width, _pointer(Q), _pointer(P), _pointer(out), _pointer(slopes), rows, _pointer(work),
             )  # fmt: skip
 
         _spread(job, count, threads)

@@ -7,14 +7,19 @@ simulate and a digest of its problem, never the problem itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 from ..data import Array, Trial
 from ..parameters import Free
 from ..ships import Ship
+from .loss import Loss, Nuisance
+
+__all__ = [
+    "Estimator", "Fit", "FitError", "Issue", "Loss", "Nuisance", "Problem", "Progress", "StudyError", "Verdict",
+]  # fmt: skip
 
 
 class StudyError(ValueError):
@@ -23,36 +28,6 @@ class StudyError(ValueError):
 
 class FitError(RuntimeError):
     """An estimation that failed; the text says why and where."""
-
-
-@dataclass(frozen=True)
-class Loss:
-    """What a fit holds against a prediction.
-
-    Attributes:
-        sigma: scale of each compared channel by name, SI units; the residual is divided by it.
-            Empty takes the standard deviation over the training trials.
-        correlation: time over which the errors of a prediction are alike [s]; it says how many
-            samples count as independent against the prior.  0 counts every sample.
-    """
-
-    sigma: Mapping[str, float] = field(default_factory=dict[str, float])
-    correlation: float = 5.0
-
-
-@dataclass(frozen=True)
-class Nuisance:
-    """What differs from window to window or from trial to trial and is estimated along.
-
-    Attributes:
-        initial: standard deviation of the initial state's offset by channel; empty: as measured.
-        current: standard deviation of a constant current per trial, each component [m/s]; 0: none.
-        bias: standard deviation of a constant sensor bias per trial by channel; empty: none.
-    """
-
-    initial: Mapping[str, float] = field(default_factory=dict[str, float])
-    current: float = 0.0
-    bias: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 @dataclass(frozen=True)

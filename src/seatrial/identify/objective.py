@@ -170,19 +170,18 @@ class TrajectoryObjective:
         )  # fmt: skip
 
     def variance(self, p: Array, eta: Array) -> float:
-        """Mean squared weighted residual per degree of freedom: how far sigma was from the truth."""
+        """Mean squared residual over sigma^2 per degree of freedom: how far sigma was from the truth.
+
+        Samples are counted by their weight, so errors that last are not taken for many.
+        """
         e = self.residuals(p, eta)
-        count = float((self.windows.scale > 0).sum())
-        return float((e * e).sum()) / max(count - p.size, 1.0) if count else 1.0
+        independent = float((self.windows.scale > 0).sum()) * self.windows.weight
+        return float((e * e).sum()) / max(independent - p.size, 1.0)
 
     def standardised(self, p: Array) -> float:
         """Pooled standardised MSE of all windows without nuisances (Wakita 2022 Eq. 25)."""
         e = self.residuals(p, np.zeros(self.nuisances))
-        weight = np.max(self.windows.scale, axis=(0, 1)) * np.array(
-            [self.problem.loss.sigma.get(n, 0.0) for n in STATES]
-        )
-        weight = float(np.max(weight)) or 1.0
-        return float((e * e).sum()) / weight**2 / max(self.windows.samples, 1)
+        return float((e * e).sum()) / (self.windows.weight * max(self.windows.samples, 1))
 
     def failure(self, p: Array) -> str:
         """Which trial and state blow up first at `p`, in words."""

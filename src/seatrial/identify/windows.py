@@ -29,6 +29,7 @@ class Windows:
         scale: root weight over sigma of each entry, same shape; zero marks a gap or padding.
         trial: index of the trial each window comes from, shape (lanes,).
         samples: compared rows, gaps left out.
+        weight: share of a compared row that counts as independent.
         dt, steps, every: time step [s], samples of a window, stride of the compared rows.
     """
 
@@ -38,6 +39,7 @@ class Windows:
     scale: Array
     trial: NDArray[np.intp]
     samples: int
+    weight: float
     dt: float
     steps: int
     every: int
@@ -90,7 +92,7 @@ def windows(
     stacked = np.stack(scaled)
     return Windows(
         np.stack(state0), np.stack(series), np.stack(measured), stacked, np.array(trial_of, dtype=np.intp),
-        int((stacked.any(axis=2)).sum()), dt, steps, every,
+        int((stacked.any(axis=2)).sum()), weight, dt, steps, every,
     )  # fmt: skip
 
 

@@ -1,0 +1,139 @@
+"""Lanes that fail, and machines on which kernels cannot be made or kept."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.engine import System, cache
+from seatrial.engine.cache import CompilerError
+from seatrial.engine.rollout import simulator
+
+DECAY = System(states=("a", "b"), series=("c",), parameters=("k",),
+               derivative=lambda z, a, p: (p[0] * z[0] * z[0] + a[0], z[0] - z[1]))  # fmt: skip
+
+SCRIPT = """
+import sys, warnings
+import numpy as np
+from seatrial.engine import System
+from seatrial.engine.rollout import simulator
+warnings.simplefilter("always")
+s = System(("a",), ("c",), ("k",), lambda z, a, p: (-p[0] * z[0] + a[0],))
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    for _ in range(3):
+        e = simulator(s)
+        x = e.run(np.ones((3, 1)), np.zeros((3, 1, 1)), np.array([1.0]), dt=0.1, steps=11).values[0, -1, 0]
+print(e.virtual, len(said), repr(float(x)), said[0].category.__name__ if said else "-", said[0].message if said else "-")
+"""
+
+
+def apart(**environment: str) -> subprocess.Popen[str]:
+    """The script above in a process of its own."""
+    env = {**os.environ, **environment}
+    return subprocess.Popen(
+        [sys.executable, "-c", SCRIPT], env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def heard(process: subprocess.Popen[str]) -> str:
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    return out
+
+
+@pytest.mark.parametrize("back_end", ["simd", "virtual"])
+def test_a_lane_that_blows_up_is_named_and_the_others_go_on(back_end: str) -> None:
+    """a' = a^2 from 1 blows up at t = 1; the other lanes decay."""
+    z = np.tile([-1.0, 0.5], (20, 1))
+    held = np.zeros((20, 1, 1))
+    engine = simulator(DECAY, back_end=back_end)
+    given: dict[str, Any] = {"dt": 0.05, "steps": 60, "t0": 10.0}
+    sound = engine.run(z, held, np.ones(1), **given)
+    z[7, 0] = 1.0
+    run = engine.run(z, held, np.ones(1), **given)
+    assert sound.failures == ()
+    assert [f.lane for f in run.failures] == [7]
+    failure = run.failures[0]
+    assert failure.state in ("a", "b")
+    assert 10.9 < failure.time < 11.6
+    assert "lane 7" in str(failure)
+    assert f"{failure.time:.6g} s" in str(failure)
+    others = [i for i in range(20) if i != 7]
+    assert np.array_equal(run.values[others], sound.values[others])
+    assert np.isnan(run.values[7, run.t >= failure.time]).all()
+    assert np.isfinite(run.values[7, run.t < failure.time]).all()
+
+
+def test_a_lane_that_leaves_its_validity_is_named() -> None:
+    z = np.array([[-1.0, 0.5], [0.5, 0.5], [-1.0, 0.6]])
+    engine = simulator(DECAY)
+    given: dict[str, Any] = {"dt": 0.05, "steps": 30}
+    free = engine.run(z, np.zeros((3, 1, 1)), np.ones(1), **given)
+    run = engine.run(z, np.zeros((3, 1, 1)), np.ones(1), validity={"a": (-2.0, 0.75)}, **given)
+    (failure,) = run.failures
+    assert (failure.lane, failure.state) == (1, "a")
+    assert failure.value > 0.75
+    row = int(np.argmax(free.values[1, :, 0] > 0.75))
+    assert failure.time == pytest.approx(run.t[row])
+    assert np.isnan(run.values[1, row:]).all()
+    assert np.array_equal(run.values[[0, 2]], free.values[[0, 2]])
+
+
+def test_a_truncated_kernel_is_compiled_anew(tmp_path: Path) -> None:
+    first = heard(apart(SEATRIAL_CACHE=str(tmp_path)))
+    (kernel,) = (tmp_path / "kernels").glob("*.so")
+    whole = kernel.read_bytes()
+    for length in (0, 10, len(whole) // 2, len(whole) - 1):
+        kernel.write_bytes(whole[:length])
+        assert heard(apart(SEATRIAL_CACHE=str(tmp_path))) == first
+        assert len(kernel.read_bytes()) == len(whole)
+    assert [p.name for p in (tmp_path / "kernels").iterdir()] == [kernel.name]
+
+
+def test_processes_that_start_at_once_share_an_empty_cache(tmp_path: Path) -> None:
+    started = [apart(SEATRIAL_CACHE=str(tmp_path)) for _ in range(4)]
+    answers = {heard(process) for process in started}
+    assert len(answers) == 1
+    assert answers.pop().startswith("False 0 ")
+    assert len(list((tmp_path / "kernels").iterdir())) == 1
+
+
+def test_without_a_compiler_one_notice_and_the_same_numbers(tmp_path: Path) -> None:
+    fast = heard(apart(SEATRIAL_CACHE=str(tmp_path))).split()
+    for name in ("none", "no-such-compiler"):
+        slow = heard(apart(SEATRIAL_CC=name, SEATRIAL_CACHE=str(tmp_path))).split(maxsplit=4)
+        assert slow[:2] == ["True", "1"]
+        assert slow[3] == "EngineNotice"
+        assert name in slow[4]
+        assert float(slow[2]) == pytest.approx(float(fast[2]), rel=1e-14)
+
+
+def test_a_cache_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    said = heard(apart(SEATRIAL_CACHE=str(blocked))).split(maxsplit=4)
+    assert said[:2] == ["True", "1"]
+    assert str(blocked) in said[4]
+
+
+def test_asking_for_the_kernel_where_there_is_none_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SEATRIAL_CC", "none")
+    with pytest.raises(CompilerError, match="SEATRIAL_CC"):
+        simulator(DECAY, back_end="simd")
+
+
+def test_a_compiler_that_fails_is_quoted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("SEATRIAL_CACHE", str(tmp_path))
+    with pytest.raises(CompilerError, match="failed"):
+        cache.library("this is no C")
+    monkeypatch.setenv("SEATRIAL_CC", "false")
+    with pytest.raises(CompilerError, match="failed"):
+        cache.library("int x;")
+    assert list((tmp_path / "kernels").iterdir()) == []

@@ -1,0 +1,121 @@
+"""`simulate`, `replay` and `campaign` as a user meets them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.data import DataError, Trial
+from seatrial.engine import SimulationError
+from seatrial.environment import Uniform
+from seatrial.manoeuvres.turning import Turning
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.models import STATES
+from seatrial.parameters import update
+from seatrial.replay import replay
+from seatrial.ships import ShipError
+from seatrial.ships.files import library, load
+from seatrial.simulate import approach, campaign, simulate, surge_balance, time_step
+
+
+@pytest.fixture
+def l7() -> Any:
+    return load("kvlcc2_l7")
+
+
+@pytest.fixture
+def turn(l7: Any) -> Trial:
+    return simulate(l7, Turning(n_P=11.85, delta=0.4), duration=60.0, dt=0.1)
+
+
+@pytest.mark.parametrize("name", library())
+def test_approach_is_a_balance_and_the_step_suits_the_ship(name: str) -> None:
+    ship = load(name)
+    U, n_P = approach(ship)
+    assert U == ship.speed
+    assert abs(surge_balance(ship, U, n_P)) < 1e-3 * U * U / ship.L_pp
+    if n_P > 0:
+        assert approach(ship, n_P=n_P)[0] == pytest.approx(U, rel=1e-2)
+    assert 0.4 <= time_step(ship) * 250 * ship.speed / ship.L_pp <= 1.0
+    assert approach(ship, 1.0, 2.0) == (1.0, 2.0)
+
+
+def test_approach_without_a_balance_says_so(l7: Any) -> None:
+    with pytest.raises(ShipError, match="kvlcc2_l7: no steady run"):
+        approach(l7, n_P=1e4)
+
+
+def test_a_current_only_carries_the_ship_along(l7: Any) -> None:
+    """To the error of RK4, which does not know the two frames are one: a fine step brings it below 1e-9."""
+    policy, current = Turning(n_P=11.85, delta=0.4), Uniform(U_C=0.1, gamma_C=0.0)
+    still = simulate(l7, policy, speed=1.0, duration=40.0, dt=0.01)
+    moved = simulate(l7, policy, speed=1.1, duration=40.0, dt=0.01, environment=current)
+    assert moved["x"] - 0.1 * moved.t == pytest.approx(still["x"], abs=1e-8)
+    assert moved["y"] == pytest.approx(still["y"], abs=1e-8)
+    assert moved["r"] == pytest.approx(still["r"], abs=1e-9)
+
+
+def test_port_mirrors_starboard_where_the_ship_is_symmetric(l7: Any) -> None:
+    model = update(l7.model, {"rudder.gamma_Rn": l7.model.rudder.gamma_Rp, "propeller.C_2n": l7.model.propeller.C_2p})
+    ship = replace(l7, model=model)
+    a, b = (simulate(ship, Turning(n_P=11.85, delta=s * 0.6), duration=100.0) for s in (1, -1))
+    for name, s in zip(STATES, (1, -1, -1, 1, -1, -1), strict=True):
+        assert b[name] == pytest.approx(s * a[name], abs=1e-11)
+
+
+def test_replay_reproduces_the_run(l7: Any) -> None:
+    """Replay holds the recorded angle over a step where the loop had the mean of the ramp.
+
+    With a rudder that is at its angle from the first sample the two are the same run.
+    """
+    ship = replace(l7, actuators=replace(l7.actuators, rudder=replace(l7.actuators.rudder, rate=math.inf)))
+    trial = simulate(ship, Zigzag(n_P=11.85, delta=0.17, psi=0.17), duration=80.0, dt=0.1)
+    held = replace(trial, channels={**trial.channels, "delta": trial["delta_cmd"]})
+    again = replay(ship, held)
+    acts = 0.2 * 0.1  # the switch itself is still spread over one step
+    for name in STATES:
+        assert np.abs(again[name] - trial[name]).max() < acts * max(1.0, np.abs(trial[name]).max())
+    assert np.abs(replay(ship, held, restart=5.0)["x"] - trial["x"]).max() < 1e-2
+
+
+def test_replay_of_a_held_rudder_is_exact_and_takes_gaps_and_uneven_time(l7: Any, turn: Trial) -> None:
+    steady = turn.rows(slice(50, None))
+    again = replay(l7, steady)
+    for name in STATES:
+        assert again[name] == pytest.approx(steady[name], abs=1e-9)
+    gappy = {n: c.copy() for n, c in steady.channels.items()}
+    gappy["u"][:3] = gappy["delta"][20:40] = gappy["psi"][-2:] = gappy["x"][100:150] = np.nan
+    found = replay(l7, replace(steady, channels=gappy))
+    assert found.t[[0, -1]] == pytest.approx(steady.t[[3, -3]])
+    assert found["x"] == pytest.approx(steady["x"][3:-2], abs=1e-9)
+    keep = np.ones(len(steady), dtype=bool)
+    keep[[7, 30, 31, 200]] = False
+    uneven = replay(l7, steady.rows(keep), restart=10.0)
+    assert uneven["y"] == pytest.approx(steady["y"][keep], abs=1e-7)
+
+
+def test_replay_without_controls_or_rows_is_refused(l7: Any, turn: Trial) -> None:
+    with pytest.raises(DataError, match="delta"):
+        replay(l7, replace(turn, channels={k: v for k, v in turn.channels.items() if k != "delta"}))
+    with pytest.raises(DataError, match="complete rows"):
+        replay(l7, turn.rows(slice(0, 1)))
+
+
+def test_a_campaign_is_one_run_per_lane(l7: Any) -> None:
+    angles = np.radians([5.0, 10.0, 20.0])
+    policy = Zigzag(n_P=11.85, delta=0.1, psi=0.1)
+    together = campaign(l7, policy, {"policy.delta": angles, "policy.psi": angles}, speed=1.179, duration=60.0, dt=0.1)
+    for lane, a in enumerate(angles.tolist()):
+        alone = simulate(l7, replace(policy, delta=a, psi=a), speed=1.179, duration=60.0, dt=0.1)
+        for k, name in enumerate(STATES):
+            assert together.values[lane, :, k] == pytest.approx(alone[name], abs=1e-9)
+
+
+def test_leaving_the_validity_names_time_and_state(l7: Any) -> None:
+    narrow = replace(l7, validity={"r": (-0.01, 0.01)})
+    with pytest.raises(SimulationError, match=r"kvlcc2_l7: lane 0: r = .* at t = .* s"):
+        simulate(narrow, Turning(n_P=11.85, delta=0.6), duration=60.0)
