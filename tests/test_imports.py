@@ -13,7 +13,8 @@ import pytest
 ROOT = Path(__file__).parents[1] / "src" / "seatrial"
 ROOMS = (
     "parameters", "symbolic", "engine", "data", "environment", "forces", "actuators", "models", "ships",
-    "sensors", "manoeuvres", "simulate", "replay", "identify", "validate", "exchange", "realtime", "cli",
+    "sensors", "manoeuvres", "simulate", "replay", "identify", "validate", "exchange", "realtime",
+    "cli_support", "cli_runs", "demo", "cli",
 )  # fmt: skip
 """From left to right: a room may import those before it and itself."""
 

@@ -35,7 +35,7 @@ from .cli_support import (
     show_table,
     vector,
 )  # fmt: skip
-from .data import DataError
+from .data import DataError, Trial
 from .engine import SimulationError
 from .environment import Uniform
 from .identify import FitError, StudyError
@@ -270,15 +270,23 @@ def predict(
     separate(out, trials)
     for line in cautions(ship, measured):
         note(line)
-    predictions = [replay(ship, trial, restart=restart) for trial in measured]
-    make_folder(out)
+    predictions: list[Trial] = []
+    for trial in measured:
+        try:
+            predictions.append(replay(ship, trial, restart=restart))
+        except SimulationError as error:  # the others go on
+            note(f"error: {error}")
+    if predictions:
+        make_folder(out)
     for prediction in predictions:
         write_trial(prediction, out / f"{prediction.name}.csv")
     written = [str(out / f"{p.name}.csv") for p in predictions]
     if json:
         emit({"model": ship.name, "restart": restart, "written": written})
     else:
-        sys.stdout.write("\n".join(written) + "\n")
+        sys.stdout.write("".join(f"{path}\n" for path in written))
+    if len(written) < len(measured):
+        raise typer.Exit(1)
 
 
 @app.command()

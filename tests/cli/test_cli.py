@@ -1,0 +1,195 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatrial.cli import main
+from seatrial.data import Trial
+from seatrial.data.trialfile import read_trial, write_trial
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.ships.files import load
+from seatrial.simulate import approach, simulate
+
+WRONG, FAILED = 2, 1
+
+
+@pytest.fixture(scope="module")
+def run() -> Trial:
+    ship = load("kvlcc2_l7")
+    policy = Zigzag(approach(ship)[1], 0.35, 0.35)
+    return simulate(ship, policy, duration=120.0, dt=0.02, every=5, name="zigzag_20_20")
+
+
+@pytest.fixture
+def trial(run: Trial, tmp_path: Path) -> Path:
+    path = tmp_path / "logs" / "zigzag_20_20.csv"
+    path.parent.mkdir()
+    write_trial(run, path)
+    return path
+
+
+def test_ships_and_show(capsys) -> None:
+    assert main(["ships", "--json"]) == 0
+    assert "kvlcc2" in {ship["name"] for ship in json.loads(capsys.readouterr().out)["ships"]}
+    assert main(["show", "kvlcc2", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["parameters"]["body.L_pp"]["value"] == 320.0
+    assert main(["show", "kvlcc2", "--sources"]) == 0
+    assert "yasukawa2015" in capsys.readouterr().out
+
+
+def test_simulate_prints_one_json_object(capsys) -> None:
+    assert main(["simulate", "kvlcc2", "turning", "--rudder", "35", "--side", "port", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    advance = said["indices"]["advance"]
+    assert said["ship"] == "kvlcc2"
+    assert said["manoeuvre"] == "turning"
+    assert advance["over_L"] == pytest.approx(advance["value"] / 320.0)
+    assert said["indices"]["drift"]["unit"] == "deg"
+    assert main(["simulate", "kvlcc2", "zigzag", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["indices"]["first_overshoot"]["unit"] == "deg"
+
+
+def test_a_simulated_trial_is_written_and_predicted(trial: Path, tmp_path: Path, capsys) -> None:
+    out = tmp_path / "made" / "turn.csv"
+    assert main(["simulate", "kvlcc2_l7", "turning", "-o", str(out)]) == 0
+    assert read_trial(out).meta["kind"] == "turning"
+    assert main(["predict", "kvlcc2_l7", str(trial), "-o", str(tmp_path / "p"), "--restart", "50"]) == 0
+    predicted, measured = read_trial(tmp_path / "p" / trial.name), read_trial(trial)
+    assert set(predicted.channels) == {"x", "y", "psi", "u", "v_m", "r"}
+    np.testing.assert_array_equal(predicted.t, measured.t)
+    np.testing.assert_allclose(predicted["psi"], measured["psi"], atol=0.02)
+
+
+def test_validate_writes_page_and_numbers(trial: Path, tmp_path: Path, capsys) -> None:
+    page = tmp_path / "v" / "report.html"
+    assert main(["validate", "kvlcc2_l7", str(trial.parent), "-o", str(page), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert set(said["standardised"]) == {"published", "constant velocity"}
+    assert page.exists()
+    assert page.with_suffix(".json").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["simulate", "kvlc2", "turning"], "near: kvlcc2"),
+        (["simulate", "kvlcc2", "spyral"], "known: turning, zigzag"),
+        (["simulate", "kvlcc2", "turning", "--rudder", "50"], "goes to 35 deg"),
+        (["simulate", "kvlcc2", "turning", "--rudder", "-5"], "magnitude"),
+        (["simulate", "kvlcc2", "turning", "--side", "left"], "known: port, starboard"),
+        (["simulate", "kvlcc2", "turning", "--wind", "5"], "M/S,DEG"),
+        (["simulate", "kvlcc2", "turning", "--dt", "0"], "--dt is 0"),
+        (["show", "nowhere.toml"], "no such ship file"),
+        (["import", "nmea9", "x", "-o", "y"], "frt-esso"),
+        (["check", "nowhere.csv"], "nowhere.csv"),
+        (["identify", "nowhere.toml", "-o", "x"], "no such study file"),
+        (["simulat"], "simulate"),
+        (["validate", "kvlcc2", "x.csv", "-o", "report.json"], "ends in .html"),
+    ],
+)
+def test_wrong_requests_say_so_in_one_line(arguments: list[str], words: str, capsys, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == WRONG
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    assert words in said.err
+    assert not list(tmp_path.iterdir()), "nothing may be left behind"
+
+
+def _damage(text: str, kind: str) -> bytes:
+    head, *rows = text.splitlines()
+    made = {
+        "no unit": [head.replace("psi [rad]", "psi"), *rows],
+        "unknown unit": [head.replace("psi [rad]", "psi [gon]"), *rows],
+        "unsorted": [head, rows[1], rows[0], *rows[2:]],
+        "repeated": [head, rows[0], *rows],
+        "one row": [head, rows[0]],
+        "empty": [],
+    }
+    return b"\x89PNG\x00\xff\xfe\x00" * 50 if kind == "binary" else "\n".join(made[kind]).encode()
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [("no unit", "no unit"), ("unknown unit", "gon"), ("unsorted", "time"), ("repeated", "time"),
+     ("one row", "row"), ("empty", "empty"), ("binary", "text")],
+)  # fmt: skip
+def test_bad_files_are_refused_and_nothing_is_written(trial, kind, words, tmp_path, capsys) -> None:
+    trial.write_bytes(_damage(trial.read_text(), kind))
+    assert main(["predict", "kvlcc2_l7", str(trial), "-o", str(tmp_path / "p")]) == WRONG
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert words in said
+    assert not (tmp_path / "p").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t: t.having(delta=-t["delta"]), "rudder sign"),
+        (lambda t: t.having(u=np.full_like(t.t, 1.0)), "u"),
+        (
+            lambda t: t.having(
+                u=t["u"] * np.cos(t["psi"]) - t["v_m"] * np.sin(t["psi"]),
+                v_m=t["u"] * np.sin(t["psi"]) + t["v_m"] * np.cos(t["psi"]),
+            ),
+            "velocities north and east",
+        ),
+    ],
+)
+def test_check_finds_what_logs_get_wrong(run, change, words, tmp_path, capsys) -> None:
+    write_trial(change(run), tmp_path / "log.csv")
+    status = main(["check", str(tmp_path / "log.csv")])
+    said = capsys.readouterr().out
+    assert words in said
+    assert status == (FAILED if "error:" in said else 0)
+
+
+def test_a_trial_without_what_the_model_needs(run: Trial, tmp_path: Path, capsys) -> None:
+    kept = {n: v for n, v in run.channels.items() if n != "delta"}
+    write_trial(Trial("bare", run.t, kept), tmp_path / "bare.csv")
+    assert main(["predict", "kvlcc2_l7", str(tmp_path / "bare.csv"), "-o", str(tmp_path / "p")]) == WRONG
+    assert "delta" in capsys.readouterr().err
+
+
+def test_predictions_never_overwrite_their_trials(trial: Path, capsys) -> None:
+    before = trial.read_bytes()
+    assert main(["predict", "kvlcc2_l7", str(trial), "-o", str(trial.parent)]) == WRONG
+    assert "another folder" in capsys.readouterr().err
+    assert trial.read_bytes() == before
+
+
+STUDY = """
+schema = "seatrial-study/1"
+ship = "kvlcc2_l7"
+[data]
+root = "logs"
+train = ["zigzag*.csv"]
+[free]
+"hull.Y_v" = { prior = 0.3 }
+[estimator]
+type = "shooting:Trajectory"
+window = 30.0
+iterations = 3
+"""
+
+
+def test_identify_runs_once_and_knows_its_folder(trial: Path, tmp_path: Path, capsys) -> None:
+    study, out = tmp_path / "study.toml", tmp_path / "run"
+    study.write_text(STUDY)
+    assert main(["identify", str(study), "-o", str(out), "--json"]) == 0
+    first = json.loads(capsys.readouterr().out)
+    assert {p.name for p in out.iterdir()} >= {"model.toml", "fit.json", "history.csv", "report.html"}
+    assert main(["validate", str(out / "model.toml"), str(trial), "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)["standardised"]) == {"fitted", "published", "constant velocity"}
+    assert main(["identify", str(study), "-o", str(out), "--json"]) == 0
+    again = capsys.readouterr()
+    assert "done already" in again.err
+    assert json.loads(again.out)["parameters"] == first["parameters"]
+    study.write_text(STUDY.replace("30.0", "20.0"))
+    assert main(["identify", str(study), "-o", str(out)]) == WRONG
+    assert "another folder" in capsys.readouterr().err

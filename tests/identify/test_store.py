@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatrial.data import Trial
+from seatrial.identify import Fit, Problem, StudyError, Verdict
+from seatrial.identify.store import claim, load_fit_summary, save_fit
+from seatrial.parameters import near, read
+from seatrial.ships.files import load
+
+
+def test_a_fit_comes_back(tmp_path: Path) -> None:
+    ship = load("kvlcc2_l7")
+    free = near(ship.model, "hull.Y_v", ratio=0.3)
+    value = np.array([1.1 * free[0].start])
+    fit = Fit(
+        ship.having({"hull.Y_v": float(value[0])}), free, value, np.array([0.01]), np.eye(1), np.ones(1), (),
+        (Verdict("hull.Y_v", "identified", "fine"),), np.array([[0, 2.0, np.nan, 0.1]]), 2.0, 0.1, 1, "done", "d",
+    )  # fmt: skip
+    problem = Problem(ship, (Trial("a", np.arange(2.0), {}),), free)
+    again = load(save_fit(fit, tmp_path, problem, study="s"))
+    assert read(again.model, "hull.Y_v") == value[0]
+    assert again.entries["hull.Y_v"].sigma == 0.01
+    assert again.notes["provenance"]["trained_on"] == ["a"]
+    assert load_fit_summary(tmp_path)["parameters"]["hull.Y_v"]["value"] == value[0]
+    assert (tmp_path / "history.csv").read_text().splitlines()[1].startswith("0,2,,")
+
+
+def test_a_folder_belongs_to_one_problem(tmp_path: Path) -> None:
+    claim(tmp_path / "run", "one", "s")
+    claim(tmp_path / "run", "one", "s")
+    with pytest.raises(StudyError, match="another folder"):
+        claim(tmp_path / "run", "two", "s")

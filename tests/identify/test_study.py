@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seatrial.data.trialfile import write_trial
+from seatrial.identify import StudyError
+from seatrial.identify.freedom import freedom
+from seatrial.identify.study import read_study
+from seatrial.manoeuvres.turning import Turning
+from seatrial.parameters import ParameterError
+from seatrial.ships.files import load
+from seatrial.simulate import approach, simulate
+
+STUDY = """
+schema = "seatrial-study/1"
+ship = "kvlcc2_l7"
+[data]
+root = "logs"
+train = ["turn_*"]
+validation = ["turn_b*"]
+[free]
+"hull.*" = { prior = 0.3 }
+"hull.X_rr" = false
+"rudder.t_R" = { ratio = 0.5 }
+[estimator]
+type = "shooting:Trajectory"
+window = 30
+"""
+
+
+@pytest.fixture
+def study(tmp_path: Path):
+    ship = load("kvlcc2_l7")
+    (tmp_path / "logs").mkdir()
+    for name, side in (("turn_a", 1), ("turn_b", -1)):
+        policy = Turning(approach(ship)[1], side * 0.3)
+        run = simulate(ship, policy, duration=60, dt=0.02, every=5, name=name)
+        write_trial(run, tmp_path / "logs" / f"{name}.csv")
+
+    def write(text: str) -> Path:
+        path = tmp_path / "study.toml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_a_study_is_read(study) -> None:
+    found = read_study(study(STUDY))
+    assert [t.name for t in found.problem.trials] == ["turn_a"]
+    assert [t.name for t in found.problem.validation] == ["turn_b"]
+    paths = [f.path for f in found.problem.free]
+    assert "hull.X_rr" not in paths
+    assert "rudder.t_R" in paths
+    assert found.estimator.window == 30.0
+    assert found.digest == read_study(study(STUDY + "[report]\nrestart = 10\n")).digest
+    assert found.digest != read_study(study(STUDY.replace("window = 30", "window = 20"))).digest
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"kvlcc2_l7"', '"kvlcc2_l8"', "near: kvlcc2_l7"),
+        ("root =", "rot =", "near: root"),
+        ('root = "logs"', 'root = "nowhere"', "README.md, Data"),
+        ('root = "logs"', 'root = "$NOT_SET_ANYWHERE/x"', "NOT_SET_ANYWHERE is not set"),
+        ('["turn_b*"]', '["tern_b*"]', "turn_b.csv"),
+        ('"rudder.t_R"', '"rudder.t_r"', "near: rudder.t_R"),
+        ("ratio = 0.5", "ratoi = 0.5", "near: ratio"),
+        ("window = 30", "windwo = 30", "near: window"),
+        ("window = 30", 'window = "30"', "must be a float"),
+        ("Trajectory", "Trajektory", "Trajectory"),
+        ("seatrial-study/1", "seatrial-study/9", "this version reads"),
+    ],
+)
+def test_what_is_wrong_is_named(study, old: str, new: str, words: str) -> None:
+    with pytest.raises(StudyError) as caught:
+        read_study(study(STUDY.replace(old, new)))
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ({"low": 0.4, "high": 0.4}, "no width"),
+        ({"low": 0.5, "high": 0.6}, "exclude the start"),
+        ({"ratio": 0.0}, "width"),
+    ],
+)
+def test_intervals_that_cannot_be(entry: dict[str, float], words: str) -> None:
+    with pytest.raises(ParameterError, match=words):
+        freedom(load("kvlcc2_l7").model, {"rudder.t_R": entry})
+
+
+def test_a_zero_needs_an_absolute_width() -> None:
+    model = load("esso_osaka_3m").model
+    with pytest.raises(StudyError, match="give sigma"):
+        freedom(model, {"body.J_z": {"prior": 0.3}})
+    free, fixed = freedom(model, {"body.J*": {"prior": 0.3}})
+    assert (free, fixed) == ((), ("body.J_z",))
+    assert freedom(model, {"body.J_z": {"sigma": 0.1}})[0][0].sigma == 0.1
