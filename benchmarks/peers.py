@@ -79,7 +79,8 @@ def main() -> None:
     theirs = best(lambda: shipmmg(max_step=0.1), 3.0, 3) / fine_calls
     steps = 500
     row = HELD[0]
-    slow = best(lambda: floats.rollout(SYSTEM, START, row, tuple(P.tolist()), dt=0.1, steps=steps), 3.0, 3) / (4 * (steps - 1))
+    turns = 4 * (steps - 1)
+    slow = best(lambda: floats.rollout(SYSTEM, START, row, tuple(P.tolist()), dt=0.1, steps=steps), 3.0, 3) / turns
     of_scipy = scipy_floats(max_step=0.1).nfev
     by_scipy = best(lambda: scipy_floats(max_step=0.1), 2.0, 2) / of_scipy
     model, p, a = SHIP.model, tuple(START), (N_P, DELTA)

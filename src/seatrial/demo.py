@@ -14,7 +14,7 @@ import numpy as np
 from .cli_runs import PAGE, compared, scales
 from .data import Trial
 from .data.check import check
-from .identify import Fit, Loss, Problem
+from .identify import Fit, Loss, Nuisance, Problem
 from .identify.lint import lint, raise_on_errors
 from .identify.store import MODEL, save_fit
 from .manoeuvres.turning import Turning
@@ -59,9 +59,10 @@ def tell(out: Path, say: Callable[[str], None]) -> dict[str, Any]:
     findings = [str(f) for trial in (*training, *unseen) for f in check(trial)]
     say("a fit from the handbook's values")
     free = tuple(_free(handbook, path) for path in HIDDEN)
-    problem = Problem(handbook, training, free, Loss(NOISE, correlation=0.0))
+    # White sensor noise: every sample counts, and the start of each window is no better known than the rest.
+    problem = Problem(handbook, training, free, Loss(NOISE, correlation=0.0), Nuisance(initial=NOISE))
     raise_on_errors(lint(problem))
-    fit = Trajectory(window=60.0).fit(problem)
+    fit = Trajectory(window=60.0, every=5, method="rk4", tolerance=1e-8).fit(problem)
     save_fit(fit, out, problem, study="demo")
     say("validation on manoeuvres the fit has not seen")
     pooled = _report(fit, problem, unseen, findings, out)

@@ -30,7 +30,7 @@ with warnings.catch_warnings(record=True) as said:
     for _ in range(3):
         e = simulator(s)
         x = e.run(np.ones((3, 1)), np.zeros((3, 1, 1)), np.array([1.0]), dt=0.1, steps=11).values[0, -1, 0]
-print(e.virtual, len(said), repr(float(x)), said[0].category.__name__ if said else "-", said[0].message if said else "-")
+print(e.virtual, len(said), repr(float(x)), *[x for w in said[:1] for x in (w.category.__name__, w.message)])
 """
 
 

@@ -149,7 +149,8 @@ class SimdSensitivity:
             work = np.empty(3 * ns * columns * LANES)
             self.code.sensitivity(
                 first, last, steps, dt, every, int(rk4), _pointer(Z), _pointer(series.blocks),
-                per_block, 0 if held else width, _pointer(Q), _pointer(P), _pointer(out), _pointer(slopes), rows, _pointer(work),
+                per_block, 0 if held else width, _pointer(Q), _pointer(P), _pointer(out),
+                _pointer(slopes), rows, _pointer(work),
             )  # fmt: skip
 
         _spread(job, count, threads)
