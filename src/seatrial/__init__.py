@@ -2,4 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 __version__ = "0.1.0"
+
+_LAZY = {
+    "load": "ships.files", "library": "ships.files", "near": "parameters", "read_trial": "data.trialfile",
+    "read_trials": "data.trialfile", "Trial": "data", "Loss": "identify", "Nuisance": "identify",
+    "Problem": "identify", "Fit": "identify", "read_study": "identify.study",
+    "Trajectory": "identify.shooting", "OneStep": "identify.shooting",
+    "Turning": "manoeuvres.turning", "Zigzag": "manoeuvres.zigzag",
+    "compare": "validate.comparison", "Report": "validate.report",
+}  # fmt: skip
+"""Names a user meets first, and the module that holds each; imported when first asked for."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LAZY:
+        raise AttributeError(f"module 'seatrial' has no attribute '{name}'")
+    from importlib import import_module
+
+    return getattr(import_module(f"seatrial.{_LAZY[name]}"), name)

@@ -1,7 +1,7 @@
 """The command line: one command per room, each a few lines over public functions.
 
-Results go to standard output, messages to standard error; with ``--json`` standard output is one
-JSON object.  Exit status: 0 done, 1 the run failed, 2 the request was wrong.
+Results go to standard output (one JSON object with ``--json``), messages to standard error.
+Exit status: 0 done, 1 the run failed, 2 the request was wrong.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from .cli_support import (
     cautions,
     check_manoeuvre,
     emit,
-    figure,
     index_json,
     make_folder,
     manoeuvre,
@@ -32,6 +31,7 @@ from .cli_support import (
     read_ship,
     run_manoeuvre,
     separate,
+    show_indices,
     show_table,
     vector,
 )  # fmt: skip
@@ -60,7 +60,7 @@ _FAILED_RUN = (SimulationError, FitError)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
-    warnings.showwarning = lambda message, *_: note(f"note: {message}")
+    warnings.showwarning = _tell_warning
     try:
         done = typer.main.get_command(app).main(
             args=list(sys.argv[1:] if arguments is None else arguments), prog_name="seatrial", standalone_mode=False
@@ -71,6 +71,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except Exception as error:
         return _status(error)
+
+
+def _tell_warning(message: Warning | str, *_: Any) -> None:
+    note(f"note: {message}")
 
 
 def _status(error: Exception) -> int:
@@ -98,8 +102,9 @@ def demo(
 
     make_folder(out)
     summary = tell(out, note)
-    emit(summary) if json else None
-    if not json:
+    if json:
+        emit(summary)
+    else:
         sys.stdout.write("\n".join(summary["lines"]) + "\n")
 
 
@@ -181,25 +186,22 @@ def simulate(
     if out is not None:
         _write(run, out)
     indices = {n: index_json(i) for n, i in policy.indices(run, vessel.L_pp).items()}
-    settings = {"speed": U, "rps": n_P, "rudder": math.degrees(policy.delta),  # type: ignore[attr-defined]
+    settings = {"speed": U, "rps": n_P, "rudder": abs(math.degrees(policy.delta)),  # type: ignore[attr-defined]
                 "side": side, "duration": run.duration, "dt": dt or time_step(vessel),
                 "wind": {"speed": around.U_T, "from": around.gamma_T / DEGREE},
                 "current": {"speed": around.U_C, "towards": around.gamma_C / DEGREE}}  # fmt: skip
     if name == "zigzag":
         settings["heading"] = math.degrees(policy.psi)  # type: ignore[attr-defined]
-    settings["rudder"] = abs(settings["rudder"])
     if json:
         emit({"ship": vessel.name, "manoeuvre": name, "settings": settings, "complete": complete, "indices": indices})
         return
-    rows = [(n.replace("_", " "), figure(i["value"], 5), i["unit"], figure(i.get("over_L"))) for n, i in indices.items()]
-    show_table((f"{vessel.name}, {name}", "value", "unit", "in L_pp"), rows, right=(1, 3))
+    show_indices(f"{vessel.name}, {name}", indices)
 
 
 def _write(run: Any, out: Path) -> None:
     from .data.trialfile import write_trial
 
-    if out.parent != Path():
-        make_folder(out.parent)
+    make_folder(out.parent)
     write_trial(run, out)
     note(f"wrote {out}")
 
@@ -276,11 +278,10 @@ def predict(
             predictions.append(replay(ship, trial, restart=restart))
         except SimulationError as error:  # the others go on
             note(f"error: {error}")
-    if predictions:
-        make_folder(out)
+    make_folder(out)
     for prediction in predictions:
         write_trial(prediction, out / f"{prediction.name}.csv")
-    written = [str(out / f"{p.name}.csv") for p in predictions]
+    written = [str(out / f"{one.name}.csv") for one in predictions]
     if json:
         emit({"model": ship.name, "restart": restart, "written": written})
     else:

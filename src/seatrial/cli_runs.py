@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -101,7 +101,8 @@ def compared(
                 note(f"error: {label}: {error}")
                 failed += 1
                 continue
-            rows = slice(*trial.t.searchsorted([predicted.t[0], predicted.t[-1]]) + [0, 1])
+            first, last = trial.t.searchsorted([predicted.t[0], predicted.t[-1]])
+            rows = slice(int(first), int(last) + 1)
             found.append(compare(trial, predicted, label=label, restart=restart, sigma=sigma, L_pp=ship.L_pp))
         part = trial.rows(rows)
         if len(part):
@@ -158,7 +159,7 @@ def _report(study: Study, fit: Fit, out: Path) -> dict[str, float]:
 
 
 @contextmanager
-def _progress() -> Iterator[Progress]:
+def _progress() -> Generator[Progress, None, None]:
     """Live state of the fit on a terminal, a line per iteration elsewhere."""
     if not sys.stderr.isatty():
         yield lambda iteration, objective, validation: note(_words(iteration, objective, validation))

@@ -186,6 +186,15 @@ def index_json(index: Index) -> dict[str, Any]:
     return out if index.over_L is None else {**out, "over_L": index.over_L}
 
 
+def show_indices(title: str, indices: Mapping[str, Mapping[str, Any]]) -> None:
+    """The figures of a manoeuvre as a table."""
+    rows = [
+        (name.replace("_", " "), figure(i["value"], 5), i["unit"], figure(i.get("over_L")))
+        for name, i in indices.items()
+    ]
+    show_table((title, "value", "unit", "in L_pp"), rows, right=(1, 3))
+
+
 def figure(value: float | None, digits: int = 4) -> str:
     """A number for a table."""
     return "–" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"

@@ -25,6 +25,8 @@ from .ships.files import load
 from .simulate import approach, simulate
 
 SHIP, SEED = "kvlcc2_l7", 20
+# The hull is unstable on course: from a noisy start even the true ship drifts away within minutes.
+RESTART = 60.0
 DEGREE = math.pi / 180.0
 
 HIDDEN: Mapping[str, float] = MappingProxyType({
@@ -62,7 +64,7 @@ def tell(out: Path, say: Callable[[str], None]) -> dict[str, Any]:
     # White sensor noise: every sample counts, and the start of each window is no better known than the rest.
     problem = Problem(handbook, training, free, Loss(NOISE, correlation=0.0), Nuisance(initial=NOISE))
     raise_on_errors(lint(problem))
-    fit = Trajectory(window=60.0, every=5, method="rk4", tolerance=1e-8).fit(problem)
+    fit = Trajectory(window=200.0, every=5, method="rk4", tolerance=1e-8).fit(problem)
     save_fit(fit, out, problem, study="demo")
     say("validation on manoeuvres the fit has not seen")
     pooled = _report(fit, problem, unseen, findings, out)
@@ -102,7 +104,7 @@ def _report(
     from . import __version__
     from .validate.report import Report
 
-    comparisons, _ = compared(load(out / MODEL), unseen, None, scales(unseen, None))
+    comparisons, _ = compared(load(out / MODEL), unseen, RESTART, scales(unseen, None))
     report = Report(
         "A virtual sea trial of KVLCC2 (7 m)", comparisons, fit, tuple(t.name for t in problem.trials),
         tuple(findings), {"command": "seatrial demo", "version": f"seatrial {__version__}", "seed": str(SEED)},

@@ -14,6 +14,8 @@ import pytest
 from seatrial.engine import System, cache
 from seatrial.engine.cache import CompilerError
 from seatrial.engine.rollout import simulator
+from seatrial.ships.files import load
+from seatrial.simulate import open_loop, open_loop_parameters
 
 DECAY = System(states=("a", "b"), series=("c",), parameters=("k",),
                derivative=lambda z, a, p: (p[0] * z[0] * z[0] + a[0], z[0] - z[1]))  # fmt: skip
@@ -137,3 +139,12 @@ def test_a_compiler_that_fails_is_quoted(monkeypatch: pytest.MonkeyPatch, tmp_pa
     with pytest.raises(CompilerError, match="failed"):
         cache.library("int x;")
     assert list((tmp_path / "kernels").iterdir()) == []
+
+
+def test_series_that_do_not_cover_the_run_are_refused_before_they_are_read():
+    case = simulator(open_loop(load("kvlcc2_l7")))
+    values = open_loop_parameters(load("kvlcc2_l7"))
+    state = np.zeros((3, 6))
+    for shape, text in (((3, 5, 6), "3 lanes of 5 steps"), ((2, 9, 6), "2 lanes of 9"), ((3, 9, 4), "4 channels")):
+        with pytest.raises(ValueError, match=text):
+            case.run(state, np.zeros(shape), values, dt=0.1, steps=9)

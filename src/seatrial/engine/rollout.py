@@ -73,6 +73,7 @@ class Simulator:
         """
         lanes = state0.shape[0]
         packed = self.pack(series) if isinstance(series, np.ndarray) else series
+        _fits(self.system, packed, lanes, steps)
         values = self.kernel.run(
             np.asarray(state0, dtype=np.float64),
             np.zeros((lanes, len(self.system.memory))) if memory0 is None else memory0,
@@ -112,11 +113,23 @@ class Sensitivity:
         The last columns are the derivatives with respect to the initial state.
         """
         packed = self.pack(series) if isinstance(series, np.ndarray) else series
+        _fits(self.system, packed, state0.shape[0], steps)
         return self.kernel.run(
             np.asarray(state0, dtype=np.float64), packed,
             np.zeros((state0.shape[0], 0)) if lanewise is None else lanewise, parameters,
             dt=dt, steps=steps, every=every, rk4=is_rk4(method), threads=threads or default_threads(),
         )  # fmt: skip
+
+
+def _fits(system: System, packed: simd.Packed | virtual.Packed, lanes: int, steps: int) -> None:
+    """Refuse series that a kernel would read past the end of."""
+    if packed.lanes != lanes or (packed.steps != 1 and packed.steps < steps):
+        raise ValueError(
+            f"series hold {packed.lanes} lanes of {packed.steps} steps; the run has {lanes} of {steps}, "
+            "so give as many lanes, and as many steps or one"
+        )
+    if packed.channels != len(system.series):
+        raise ValueError(f"series hold {packed.channels} channels; the system takes {', '.join(system.series)}")
 
 
 def is_rk4(method: str) -> bool:

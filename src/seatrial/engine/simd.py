@@ -28,6 +28,16 @@ class Packed:
     blocks: Array
     lanes: int
 
+    @property
+    def steps(self) -> int:
+        """Steps that the series cover; one where they hold."""
+        return self.blocks.shape[1]
+
+    @property
+    def channels(self) -> int:
+        """Channels of the series."""
+        return self.blocks.shape[2]
+
 
 def blocks(values: Array) -> Array:
     """(lanes, ...) -> (blocks, ..., LANES), padded with copies of the last lane."""

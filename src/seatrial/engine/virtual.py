@@ -21,6 +21,16 @@ class Packed:
     series: Array
     lanes: int
 
+    @property
+    def steps(self) -> int:
+        """Steps that the series cover; one where they hold."""
+        return self.series.shape[1]
+
+    @property
+    def channels(self) -> int:
+        """Channels of the series."""
+        return self.series.shape[2]
+
 
 def pack(series: Array) -> Packed:
     """Series as they are; the counterpart of `simd.pack`."""

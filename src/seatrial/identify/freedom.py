@@ -29,7 +29,7 @@ def freedom(model: Any, table: Mapping[str, Any]) -> tuple[tuple[Free, ...], tup
             paths = match(model, pattern)
         except ParameterError as error:
             raise StudyError(f"free: {error}") from None
-        chosen |= {path: (pattern, table[pattern]) for path in paths}
+        chosen |= dict.fromkeys(paths, (pattern, table[pattern]))
     meanings, known = specs(model), values(model)
     free: list[Free] = []
     fixed: list[str] = []

@@ -77,7 +77,8 @@ def _trials(problem: Problem) -> Iterator[Issue]:
             yield Issue("error", trial.name, f"no channel {', '.join(absent)}; the model needs {', '.join(needed)}")
             continue
         yield from _trial(problem, trial)
-        rows += int(np.isfinite(trial.stack(*needed)).all(axis=1).sum()) if any(trial is one for one in problem.trials) else 0
+        if any(trial is one for one in problem.trials):
+            rows += int(np.isfinite(trial.stack(*needed)).all(axis=1).sum())
     if problem.trials and rows < len(problem.free):
         yield Issue("warning", "trials", f"{rows} complete samples for {len(problem.free)} free parameters")
 
