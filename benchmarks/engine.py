@@ -108,10 +108,10 @@ def main() -> None:
     row("standard MMG, RK4, 128 lanes, 1 thread", rollout_ns("kvlcc2_l7"), "ns per RHS and lane", "<= 25")
     one, two = rollout_ns("kvlcc2_l7", 2048), rollout_ns("kvlcc2_l7", 2048, 2)
     row("two threads over one, 2048 lanes", one / two, "x", ">= 1.7")
-    row("standard MMG, rates with exact A and B (12 parameters)", jacobian_ns("kvlcc2_l7"), "ns per call, lane", "<= 60")
+    row("standard MMG, rates with exact A and B (12 parameters)", jacobian_ns("kvlcc2_l7"), "ns per call", "<= 60")
     row("the same within RK4, sensitivities propagated", sensitivity_ns("kvlcc2_l7"), "ns per RHS and lane", "-")
     row("low-speed MMG, RK4, 128 lanes, 1 thread", rollout_ns("esso_osaka_3m"), "ns per RHS and lane", "<= 60")
-    row("low-speed MMG, rates with exact A and B (12 parameters)", jacobian_ns("esso_osaka_3m"), "ns per call, lane", "-")
+    row("low-speed MMG, rates with exact A and B (12 parameters)", jacobian_ns("esso_osaka_3m"), "ns per call", "-")
     for ship, label in (("kvlcc2_l7", "standard MMG"), ("esso_osaka_3m", "low-speed MMG")):
         for kind, meaning, bar in (("rhs", "right-hand side", "<= 2"), ("all", "Jacobians, every parameter", "<= 8")):
             cold, cached = making(ship, kind)

@@ -16,7 +16,6 @@ from typing import Annotated, Any
 import typer
 
 from .cli_support import (
-    DEGREE,
     MANOEUVRES,
     Settings,
     UsageError,
@@ -27,6 +26,7 @@ from .cli_support import (
     make_folder,
     manoeuvre,
     note,
+    note_warning,
     positive,
     read_ship,
     run_manoeuvre,
@@ -60,7 +60,7 @@ _FAILED_RUN = (SimulationError, FitError)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
-    warnings.showwarning = _tell_warning
+    warnings.showwarning = note_warning
     try:
         done = typer.main.get_command(app).main(
             args=list(sys.argv[1:] if arguments is None else arguments), prog_name="seatrial", standalone_mode=False
@@ -71,10 +71,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except Exception as error:
         return _status(error)
-
-
-def _tell_warning(message: Warning | str, *_: Any) -> None:
-    note(f"note: {message}")
 
 
 def _status(error: Exception) -> int:
@@ -188,8 +184,8 @@ def simulate(
     indices = {n: index_json(i) for n, i in policy.indices(run, vessel.L_pp).items()}
     settings = {"speed": U, "rps": n_P, "rudder": abs(math.degrees(policy.delta)),  # type: ignore[attr-defined]
                 "side": side, "duration": run.duration, "dt": dt or time_step(vessel),
-                "wind": {"speed": around.U_T, "from": around.gamma_T / DEGREE},
-                "current": {"speed": around.U_C, "towards": around.gamma_C / DEGREE}}  # fmt: skip
+                "wind": {"speed": around.U_T, "from": math.degrees(around.gamma_T)},
+                "current": {"speed": around.U_C, "towards": math.degrees(around.gamma_C)}}  # fmt: skip
     if name == "zigzag":
         settings["heading"] = math.degrees(policy.psi)  # type: ignore[attr-defined]
     if json:
@@ -301,5 +297,4 @@ def validate(
     """How well a model predicts trials, beside two baselines."""
     from .cli_runs import validate as run
 
-    positive(restart=restart)
     run(model, trials, out, restart, json)

@@ -12,7 +12,7 @@ from typing import Any
 import typer
 
 from . import __version__
-from .cli_support import UsageError, cautions, emit, figure, note, read_ship, show_table
+from .cli_support import UsageError, cautions, emit, figure, note, positive, read_ship, show_table
 from .data import Trial
 from .engine import SimulationError
 from .identify import Fit, Issue, Progress
@@ -55,6 +55,7 @@ def validate(model: str, paths: Sequence[Path], out: Path | None, restart: float
     from .data.trialfile import read_trials
     from .validate.report import Report
 
+    positive(restart=restart)
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         raise UsageError(f"{out}: a report ends in .html; its numbers go beside it as .json")
     ship, trials = read_ship(model), read_trials(paths)

@@ -35,6 +35,11 @@ def note(text: str) -> None:
     sys.stderr.write(text.rstrip("\n") + "\n")
 
 
+def note_warning(message: Warning | str, *_: Any) -> None:
+    """A Python warning as one line for the user."""
+    note(f"note: {message}")
+
+
 def emit(document: Mapping[str, Any]) -> None:
     """One JSON object to standard output; a number that is not finite becomes null."""
     sys.stdout.write(json.dumps(_plain(document), ensure_ascii=False, allow_nan=False) + "\n")

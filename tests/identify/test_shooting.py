@@ -126,7 +126,7 @@ def test_a_killed_run_ends_with_the_same_numbers(trials, tmp_path):
     resumed = estimator.fit(problem, checkpoint=checkpoint)
     assert np.array_equal(whole.values, resumed.values)
     assert np.array_equal(whole.history[:, :2], resumed.history[:, :2])
-    with pytest.raises(ResumeError, match="belongs to another problem"):
+    with pytest.raises(ResumeError, match=r"belongs to another problem"):
         Trajectory(window=20.0).fit(problem, checkpoint=checkpoint)
 
 
@@ -148,7 +148,7 @@ def test_an_interval_needs_width_and_must_hold_the_start():
         Free("hull.Y_v", 1.0, 1.0, 1.0)
     with pytest.raises(ParameterError, match="exclude the start 3"):
         Free("hull.Y_v", 3.0, 1.0, 2.0)
-    with pytest.raises(ParameterError, match="near: rudder.t_R"):
+    with pytest.raises(ParameterError, match=r"near: rudder\.t_R"):
         near(SHIP.model, "ruder.t_R", ratio=0.1)
 
 
