@@ -49,7 +49,8 @@ for label, ship, style in (("handbook", handbook, "--"), ("fitted", fit.ship, "-
     predicted = replay(ship, unseen)
     axes.plot(predicted["y"] / L, predicted["x"] / L, style, lw=1.8, color="#D55E00" if style == "--" else "#0072B2",
               label=f"predicted, {label} coefficients", zorder=3 if style == "-" else 2)  # fmt: skip
-axes.plot(unseen["y"][::12] / L, unseen["x"][::12] / L, ".", ms=5, color="0.25", label="measured (virtual, noisy)", zorder=4)
+east, north = unseen["y"][::12] / L, unseen["x"][::12] / L
+axes.plot(east, north, ".", ms=5, color="0.25", label="measured (virtual, noisy)", zorder=4)
 axes.set(xlabel="east y / L", ylabel="north x / L", title="An unseen 25 deg turn to port, 7 m KVLCC2", aspect="equal")
 axes.grid(alpha=0.3)
 figure.legend(loc="outside right center", frameon=False)

@@ -96,3 +96,19 @@ def test_simman_read_rightly_has_no_errors_and_raw_has(data_file):
             # the rudder needs u going ahead: told once the velocities are right
             turned = check(trial.having(delta=-trial["delta"]))
             assert any("rudder sign" in f.what and f.severity == "error" for f in turned)
+
+
+@pytest.mark.parametrize("delta", [0.6, -0.6, 0.2])
+def test_a_held_rudder_is_judged_by_the_turn_it_makes(delta):
+    """A turn recorded from the execute on: the rudder hardly moves, only the sign of r tells."""
+    t = np.arange(0.0, 120.0, 0.1)
+    r = np.sign(delta) * 0.05 * (1 - np.exp(-t / 4)) * (0.6 + 0.4 * np.exp(-t / 20))
+    psi = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * 0.1)])
+    u = 0.5 + 0.5 * np.exp(-t / 20)
+    rudder = delta * np.clip(t / 2.0, 0.0, 1.0)
+    dx, dy = u * np.cos(psi), u * np.sin(psi)
+    x, y = (np.concatenate([[0.0], np.cumsum(0.05 * (v[1:] + v[:-1]))]) for v in (dx, dy))
+    trial = Trial("turn", t, {"x": x, "y": y, "psi": psi, "u": u, "v_m": 0 * t, "r": r, "delta": rudder})
+    assert not [f for f in check(trial) if "rudder sign" in f.what]
+    wrong = [f for f in check(trial.having(delta=-rudder)) if "rudder sign" in f.what]
+    assert [f.severity for f in wrong] == ["error"]

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from . import Trial
-from .evidence import motion_slopes, rate_slope, rudder_effect
+from .evidence import motion_slopes, rate_slope, rudder_effect, steady_turn
 from .sensor_checks import Fault, sensor_faults, wind_faults
 
 Severity = Literal["error", "warning", "info"]
@@ -181,6 +181,15 @@ def _yaw_faults(trial: Trial) -> Iterator[Fault]:
 def _rudder_faults(trial: Trial) -> Iterator[Fault]:
     """Going ahead, a rudder above zero turns the bow to starboard."""
     if not _has(trial, "u", "r", "delta"):
+        return
+    turn = steady_turn(trial)
+    if turn is not None:
+        if turn[0] * turn[1] < 0:
+            yield Fault(
+                "error", "delta", "rudder sign: above zero turns to port",
+                f"going ahead with {turn[0]:+.3g} rad of rudder held, r is {turn[1]:+.3g} rad/s in the mean",
+                "change the sign of delta",
+            )  # fmt: skip
         return
     effect = rudder_effect(trial, 0.5 * _window(trial))
     if effect is None:

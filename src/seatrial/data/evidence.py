@@ -110,6 +110,27 @@ def _slope(moved: list[Array], said: list[Array]) -> Slope | None:
     return Slope(ds / ss, ds / math.sqrt(dd * ss), float(np.sqrt(np.mean((d - s) ** 2))))
 
 
+def steady_turn(trial: Trial) -> tuple[float, float] | None:
+    """Mean rudder [rad] and mean yaw rate [rad/s] of a run ahead with the rudder held over.
+
+    Where the rudder stays put, the yaw acceleration no longer answers to it and only the turn tells.
+
+    Returns:
+        None where the rudder moves about, or stays near midships.
+    """
+    ahead = np.asarray(trial["u"] > 0.3 * float(np.nanmax(np.abs(trial["u"]), initial=0.0)))
+    if "n_P" in trial:
+        ahead &= ~(trial["n_P"] <= 0)
+    rudder, rate = trial["delta"][ahead], trial["r"][ahead]
+    known = np.isfinite(rudder) & np.isfinite(rate)
+    if known.sum() < 10:
+        return None
+    mean, spread = float(np.mean(rudder[known])), float(np.std(rudder[known]))
+    if abs(mean) < max(2.0 * spread, 0.1):
+        return None
+    return mean, float(np.mean(rate[known]))
+
+
 def rudder_effect(trial: Trial, length: float) -> tuple[float, float, float] | None:
     """What the rudder does to the yaw rate going ahead: dr/dt = a r + b delta + c, fitted over windows.
 
