@@ -51,3 +51,9 @@ def test_a_sound_problem_has_no_errors(problem: Problem) -> None:
     issues = lint(problem)
     assert [issue for issue in issues if issue.severity == "error"] == []
     assert any("kept back" in issue.text for issue in issues)
+
+
+def test_white_noise_and_measured_starts_make_sigma_too_small(problem: Problem) -> None:
+    sure = replace(problem, loss=Loss(correlation=0.0))
+    assert any("sigma comes out too small" in i.text and i.severity == "warning" for i in lint(sure))
+    assert not any("too small" in i.text for i in lint(problem))

@@ -25,20 +25,26 @@ def noisy(trial, seed):
 
 
 @pytest.fixture(scope="module")
-def trials():
+def clean():
     n_P = approach(TRUTH)[1]
     policies = [Zigzag(n_P=n_P, delta=math.radians(a), psi=math.radians(a), side=s) for a, s in
                 ((10, 1.0), (10, -1.0), (20, 1.0), (20, -1.0))]  # fmt: skip
     policies += [Turning(n_P=n_P * k, delta=math.radians(a)) for a, k in ((35, 1.0), (-35, 1.0), (15, 0.7), (-20, 1.2))]
-    return tuple(
-        noisy(simulate(TRUTH, p, duration=100.0, dt=0.1, name=f"trial_{i}"), seed=i) for i, p in enumerate(policies)
-    )
+    return tuple(simulate(TRUTH, p, duration=100.0, dt=0.1, name=f"trial_{i}") for i, p in enumerate(policies))
+
+
+@pytest.fixture(scope="module")
+def trials(clean):
+    return tuple(noisy(t, seed=i) for i, t in enumerate(clean))
 
 
 @pytest.fixture(scope="module")
 def fit(trials):
+    return fit_of(trials, np.where(np.arange(len(TUNED)) % 2, 1.2, 0.8))
+
+
+def fit_of(trials, signs):
     """From coefficients 20 % off, with wide priors; every sample independent, as the noise is white."""
-    signs = np.where(np.arange(len(TUNED)) % 2, 1.2, 0.8)
     start = {p: float(read(TRUTH.model, p) * k) for p, k in zip(TUNED, signs, strict=True)}
     free = tuple(Free(p, v, prior=v, sigma=0.5 * abs(v)) for p, v in start.items())
     problem = Problem(TRUTH.having(start), trials, free, Loss(NOISE, correlation=0.0),
@@ -55,6 +61,18 @@ def test_the_identifiable_come_back_within_three_sigma_and_the_rest_is_disowned(
             assert abs(value - read(TRUTH.model, path)) < 3 * sigma, path
         else:
             assert status[path] in ("weak", "not identified"), path
+
+
+def test_over_several_seas_the_stated_sigma_is_the_true_one(clean):
+    """Six noise seeds and starts: errors in units of sigma have a root mean square near one."""
+    errors = []
+    for seed in range(6):
+        signs = np.where(np.random.default_rng(seed).random(len(TUNED)) < 0.5, 1.2, 0.8)
+        fit = fit_of(tuple(noisy(t, 1000 * seed + i) for i, t in enumerate(clean)), signs)
+        truth = np.array([read(TRUTH.model, p) for p in TUNED])
+        errors.append((fit.values - truth) / fit.sigma)
+    assert np.abs(errors).max() < 3.3  # one in a thousand per parameter
+    assert 0.7 < np.sqrt(np.mean(np.square(errors))) < 1.5
 
 
 def test_an_unseen_turn_is_predicted_within_two_percent(fit):

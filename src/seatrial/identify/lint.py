@@ -62,6 +62,11 @@ def _scales(problem: Problem) -> Iterator[Issue]:
                 yield Issue("error", where, unknown(name, STATES, "channel"))
             elif not 0 < value < float("inf"):
                 yield Issue("error", f"{where}.{name}", f"is {value:g}; it must be above zero")
+    if problem.loss.correlation == 0 and not problem.nuisance.initial:
+        yield Issue(
+            "warning", "nuisance.initial", "every sample counts as independent while windows start at measured states: "
+            "the noise of a start then passes for knowledge, and sigma comes out too small; give its deviations",
+        )  # fmt: skip
     if problem.loss.correlation < 0:
         yield Issue("error", "loss.correlation", f"is {problem.loss.correlation:g} s; it must be zero or above")
 
