@@ -16,6 +16,7 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.parameters import read
 from seatrial.replay import replay
+from seatrial.sensors import Sensors
 from seatrial.ships.files import load
 from seatrial.simulate import approach, simulate
 
@@ -27,8 +28,7 @@ rng = np.random.default_rng(7)
 
 
 def trial(policy, duration, name):
-    run = simulate(at_sea, policy, duration=duration, dt=0.1, name=name)
-    return run.having(**{n: run[n] + rng.normal(0.0, s, len(run)) for n, s in NOISE.items()})
+    return Sensors(noise=NOISE).read(simulate(at_sea, policy, duration=duration, dt=0.1, name=name), rng)
 
 
 training = (

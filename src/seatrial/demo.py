@@ -20,6 +20,7 @@ from .identify.store import MODEL, save_fit
 from .manoeuvres.turning import Turning
 from .manoeuvres.zigzag import Zigzag
 from .parameters import Free, read
+from .sensors import Sensors
 from .ships import Ship
 from .ships.files import load
 from .simulate import approach, simulate
@@ -79,8 +80,8 @@ def _trial(ship: Ship, rudder: float, heading: float | None, side: int, rng: np.
     set_points = f"{rudder}" if heading is None else f"{rudder}_{heading}"
     name = f"{policy.kind}_{set_points}_{'starboard' if side > 0 else 'port'}"
     run = _with_approach(simulate(ship, policy, speed=U, duration=180.0, dt=0.02, every=5, name=name), U, n_P)
-    noisy = {n: run[n] + rng.normal(0.0, sd, len(run)) for n, sd in NOISE.items()}
-    return replace(run.having(**noisy), meta={**run.meta, "source": "virtual sea trial of seatrial demo"})
+    recorded = Sensors(noise=NOISE).read(run, rng)
+    return replace(recorded, meta={**recorded.meta, "source": "virtual sea trial of seatrial demo"})
 
 
 def _with_approach(run: Trial, U: float, n_P: float) -> Trial:

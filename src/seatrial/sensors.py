@@ -1,0 +1,52 @@
+"""Sensors: what a logger records of a true run, with noise, bias and resolution, seeded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .data import Trial
+from .parameters import unknown
+
+
+class SensorError(ValueError):
+    """A sensor of a channel that the run does not have, or with an impossible figure."""
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """The sensors of a ship, channel by channel, SI units and radians.
+
+    Attributes:
+        noise: standard deviation of white noise.
+        bias: constant error.
+        quantum: resolution; readings are rounded to whole multiples of it.
+    """
+
+    noise: Mapping[str, float] = field(default_factory=dict[str, float])
+    bias: Mapping[str, float] = field(default_factory=dict[str, float])
+    quantum: Mapping[str, float] = field(default_factory=dict[str, float])
+
+    def __post_init__(self) -> None:
+        for table, figures in (("noise", self.noise), ("quantum", self.quantum)):
+            for name, value in figures.items():
+                if not value >= 0.0:
+                    raise SensorError(f"{table} of {name} is {value:g}; it must be zero or above")
+
+    def read(self, trial: Trial, rng: np.random.Generator) -> Trial:
+        """The run as recorded; channels without a sensor stay as they are.
+
+        Raises:
+            SensorError: the run lacks a channel that has a sensor.
+        """
+        channels = dict(trial.channels)
+        for name in dict.fromkeys((*self.noise, *self.bias, *self.quantum)):
+            if name not in channels:
+                raise SensorError(f"{trial.name}: {unknown(name, channels, 'channel')}")
+            values = channels[name] + self.bias.get(name, 0.0)
+            values = values + rng.normal(0.0, self.noise.get(name, 0.0), values.size)
+            step = self.quantum.get(name, 0.0)
+            channels[name] = np.round(values / step) * step if step else values
+        return trial.having(**channels).noting("read by virtual sensors")
