@@ -36,7 +36,7 @@ $(BIN)/python:
 
 # The nodejs extra brings the interpreter that pyright runs on, so no other is looked for or fetched.
 .venv/test.stamp: $(DEFINITIONS) | $(BIN)/python
-	$(PIP) -e ".[test]" "pyright[nodejs]"
+	$(PIP) -e ".[test]"
 	touch $@
 
 .venv/bench.stamp: $(DEFINITIONS) | $(BIN)/python

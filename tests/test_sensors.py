@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 from seatrial.data import Trial
-from seatrial.sensors import Sensors, SensorError
+from seatrial.sensors import SensorError, Sensors
 
 T = np.arange(0.0, 1000.0, 0.1)
 RUN = Trial("run", T, {"u": 0.01 * T, "r": np.zeros_like(T)})
 
 
 def test_noise_bias_and_resolution_are_as_stated():
-    read = Sensors(noise={"u": 0.2}, bias={"u": 0.5, "r": -0.1}, quantum={"r": 0.03}).read(RUN, np.random.default_rng(1))
+    sensors = Sensors(noise={"u": 0.2}, bias={"u": 0.5, "r": -0.1}, quantum={"r": 0.03})
+    read = sensors.read(RUN, np.random.default_rng(1))
     error = read["u"] - RUN["u"]
     assert np.mean(error) == pytest.approx(0.5, abs=4 * 0.2 / np.sqrt(T.size))
     assert np.std(error) == pytest.approx(0.2, rel=0.03)
