@@ -1,7 +1,22 @@
-"""`python -m seatrial`: the command line."""
+"""`seatrial` and `python -m seatrial`: the command line.
 
+The one thing done here is what must be done before NumPy is loaded: its linear algebra on one thread.
+The matrices of a fit are small; threads that wait for one another by spinning made a fit of half a
+second last fifteen on a machine that was busy with something else.
+"""
+
+import os
 import sys
 
-from .cli import main
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-sys.exit(main())
+
+def main() -> int:
+    """Run the command line; returns the exit status."""
+    from .cli import main as run
+
+    return run()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

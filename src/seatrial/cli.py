@@ -19,6 +19,7 @@ from .cli_support import (
     MANOEUVRES,
     Settings,
     UsageError,
+    around_ship,
     cautions,
     check_manoeuvre,
     emit,
@@ -37,7 +38,6 @@ from .cli_support import (
 )  # fmt: skip
 from .data import DataError, Trial
 from .engine import SimulationError
-from .environment import Uniform
 from .identify import FitError, StudyError
 from .parameters import ParameterError, walk
 from .ships import ShipError
@@ -173,7 +173,7 @@ def simulate(
     check_manoeuvre(name)
     positive(speed=speed, duration=duration, dt=dt)
     vessel = read_ship(ship)
-    around = Uniform(*vector("--wind", wind), *vector("--current", current))
+    around = around_ship(vessel, vector("--wind", wind), vector("--current", current))
     U, n_P = approach(vessel, speed, rps)
     policy = manoeuvre(name, n_P, Settings(rudder, heading, side), vessel)
     run, complete = run_manoeuvre(vessel, policy, speed=U, duration=duration, dt=dt, around=around)

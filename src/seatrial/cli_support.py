@@ -10,11 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .data import DataError, Trial
 from .environment import Uniform
 from .manoeuvres import Index, Manoeuvre
 from .manoeuvres.turning import Turning
 from .manoeuvres.zigzag import Zigzag
+from .models import STATES
 from .parameters import unknown
 from .ships import Ship
 
@@ -205,6 +208,13 @@ def figure(value: float | None, digits: int = 4) -> str:
     return "–" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
 
 
+def around_ship(ship: Ship, wind: tuple[float, float], current: tuple[float, float]) -> Uniform:
+    """Steady wind and current; a ship that cannot feel the wind refuses one."""
+    if wind[0] and getattr(ship.model, "wind", None) is None:
+        raise UsageError(f"--wind: {ship.name} has no wind force; give its file a [wind] table, or leave --wind out")
+    return Uniform(*wind, *current)
+
+
 def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
     """What a user should know before trusting a prediction of these trials by this ship."""
     lines: list[str] = []
@@ -214,6 +224,14 @@ def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
             lines.append(f"warning: {trial.name} is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m")
         if getattr(ship.model, "wind", None) is not None and "U_T" not in trial:
             lines.append(f"warning: {trial.name} has no wind (U_T, gamma_T); predicted in still air")
+        held = [n for n in ship.model.controls if n in trial and not np.isfinite(trial[n]).all()]
+        if held:
+            lines.append(f"warning: {trial.name} has gaps in {', '.join(held)}; the last value before each is held")
+        if all(n in trial for n in STATES):
+            known = np.flatnonzero(np.isfinite(trial.stack(*STATES)).all(axis=1))
+            cut = len(trial) - (known[-1] - known[0] + 1) if known.size else 0
+            if cut:
+                lines.append(f"note: {trial.name}: {cut} rows outside of the complete ones are left out")
     return lines
 
 

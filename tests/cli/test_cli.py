@@ -193,3 +193,8 @@ def test_identify_runs_once_and_knows_its_folder(trial: Path, tmp_path: Path, ca
     study.write_text(STUDY.replace("30.0", "20.0"))
     assert main(["identify", str(study), "-o", str(out)]) == WRONG
     assert "another folder" in capsys.readouterr().err
+
+
+def test_a_ship_that_cannot_feel_the_wind_refuses_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "kvlcc2_l7", "turning", "--wind", "5,90"]) == 2
+    assert "kvlcc2_l7 has no wind force" in capsys.readouterr().err

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from seatrial.identify import FitError, Loss, Nuisance, Problem
+from seatrial.identify import FitError, Loss, Nuisance, Problem, StudyError
 from seatrial.identify.gauss_newton import Block, Normal
 from seatrial.identify.objective import TrajectoryObjective
 from seatrial.identify.resume import ResumeError
@@ -169,3 +169,10 @@ def test_eliminating_nuisances_is_the_inverse_of_the_joint_hessian():
     H, gradient = Normal(0.0, joint[:3, :3], g[:3], (block,)).reduced(0.0)
     np.testing.assert_allclose(np.linalg.inv(H), np.linalg.inv(joint)[:3, :3], rtol=1e-9)
     np.testing.assert_allclose(np.linalg.solve(H, gradient), np.linalg.solve(joint, g)[:3], rtol=1e-9)
+
+
+def test_impossible_settings_are_refused_by_name():
+    with pytest.raises(StudyError, match=r"estimator\.window is -5; it must be above zero"):
+        Trajectory(window=-5.0)
+    with pytest.raises(ValueError, match="no integration method 'rk5'; known: rk4, euler"):
+        Trajectory(method="rk5")

@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from ..data import Array
+from ..engine.rollout import is_rk4
 from ..models import STATES
 from ..parameters import Free, specs
 from ..parameters import values as parameter_values
 from ..simulate import open_loop_parameters
-from . import Fit, FitError, Problem, Progress
+from . import Fit, FitError, Problem, Progress, StudyError
 from .gauss_newton import State, minimise
 from .objective import TrajectoryObjective
 from .resume import Resume
@@ -53,6 +54,13 @@ class Trajectory:
     starts: int = 1
     seed: int = 0
     threads: int | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("window", "every", "dt", "iterations", "tolerance", "starts"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise StudyError(f"estimator.{name} is {value:g}; it must be above zero")
+        is_rk4(self.method)
 
     def fit(
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None

@@ -24,7 +24,7 @@ from .freedom import freedom
 SCHEMA = "seatrial-study/1"
 DATA = "SEATRIAL_DATA"
 """Variable that names the folder of the public data sets; unset, it is ../shared/data beside the
-root of the repository (the nearest folder with a pyproject.toml) that holds the study."""
+root of the repository (a folder with a pyproject.toml) that holds the study, or the working folder."""
 
 _SUFFIXES = (".csv", ".dat", ".parquet")
 
@@ -139,7 +139,8 @@ def _ship(path: Path, name: str) -> Ship:
 
 def _root(path: Path, root: str) -> Path:
     """Folder of the data: variables expanded, relative to the study file."""
-    home = next((p for p in path.resolve().parents if (p / "pyproject.toml").exists()), path.resolve().parent)
+    around = (*path.resolve().parents, Path.cwd(), *Path.cwd().parents)
+    home = next((p for p in around if (p / "pyproject.toml").exists()), path.resolve().parent)
     known = {DATA: str(home.parent / "shared" / "data"), **os.environ}
     for name in re.findall(r"\$\{?(\w+)", root):
         if name not in known:

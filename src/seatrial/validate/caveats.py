@@ -99,6 +99,7 @@ def _parameters(report: Report) -> Iterator[str]:
     unknown = [v.subject for v in report.fit.verdicts if v.status != "identified"]
     if unknown:
         yield (
-            f"{len(unknown)} of {len(report.fit.verdicts)} parameters or combinations are not, or only weakly, identified by "
-            "these data (see the fit): the model may predict well, but do not read those numbers as physics."
+            f"{len(unknown)} of {len(report.fit.verdicts)} parameters or combinations are not, or only weakly, "
+            "identified by these data (see the fit): the model may predict well, but do not read those "
+            "numbers as physics."
         )

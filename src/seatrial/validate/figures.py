@@ -109,7 +109,7 @@ def horizon(
     ticks = sorted({end for points in curves.values() for end in points})
     ax.set_xticks(ticks, [f"{end:g}" for end in ticks], minor=False)
     ax.set_xticks([], minor=True)
-    ax.set_xlabel("time since restart, up to [s]")
+    ax.set_xlabel("time since restart, each point from the one before to [s]")
     ax.set_ylabel(what)
     ax.legend(loc="best", frameon=False)
     return _svg(figure, f"horizon {what}")
