@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ..identify import Fit
+from ..identify.store import replace_file
 from . import Comparison
 from .comparison import CONSTANT_VELOCITY, pooled
 
@@ -88,8 +87,8 @@ class Report:
         page.parent.mkdir(parents=True, exist_ok=True)
         numbers = json.dumps(_plain(self.numbers()), indent=1, allow_nan=False) + "\n"
         html = document(self)
-        _replace(page.with_suffix(".json"), numbers)
-        _replace(page, html)
+        replace_file(page.with_suffix(".json"), numbers)
+        replace_file(page, html)
         return page
 
     def numbers(self) -> dict[str, Any]:
@@ -156,16 +155,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
-
-
-def _replace(path: Path, content: str) -> None:
-    """Write beside `path`, then move into place, so that nobody ever reads half a file."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(content)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
