@@ -22,7 +22,7 @@ LANES, STEPS, TWELVE = 128, 500, 12
 def prepared(name: str) -> tuple[Any, Any, Any, Any]:
     ship = load(name)
     state0 = np.tile([0.0, 0.0, 0.0, ship.speed, 0.0, 0.0], (LANES, 1))
-    series = np.zeros((LANES, STEPS, 6))
+    series = np.zeros((LANES, STEPS, 10))
     series[:, :, 0], series[:, :, 1] = 10.0, np.linspace(-0.5, 0.5, LANES)[:, None]
     return open_loop(ship), state0, series, open_loop_parameters(ship)
 
@@ -33,7 +33,7 @@ def free(system: Any) -> tuple[str, ...]:
 
 def rollout_ns(name: str, lanes: int = LANES, threads: int = 1) -> float:
     system, z, s, p = prepared(name)
-    z, s = np.resize(z, (lanes, 6)), np.resize(s, (lanes, STEPS, 6))
+    z, s = np.resize(z, (lanes, 6)), np.resize(s, (lanes, STEPS, 10))
     engine = simulator(system, back_end="simd")
     packed = engine.pack(s)
     job = lambda: engine.run(z, packed, p, dt=0.02, steps=STEPS, every=STEPS, threads=threads)  # noqa: E731

@@ -12,8 +12,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1] / "src" / "seatrial"
 ROOMS = (
-    "parameters", "symbolic", "engine", "data", "environment", "forces", "actuators", "models", "ships",
-    "sensors", "manoeuvres", "simulate", "replay", "identify", "validate", "exchange", "realtime",
+    "parameters", "symbolic", "engine", "data", "environment", "weather", "forces", "actuators", "models", "ships",
+    "sensors", "manoeuvres", "systems", "simulate", "replay", "identify", "validate", "exchange", "realtime",
     "cli_support", "cli_runs", "demo", "cli",
 )  # fmt: skip
 """From left to right: a room may import those before it and itself."""

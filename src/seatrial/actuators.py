@@ -1,37 +1,182 @@
-"""Actuators between order and force: limits and rates, as states of the plant.
+"""Actuators between order and force: limits, rates, lag, dead time, reversal, as states of the plant.
 
-A ramp at constant rate is integrated exactly, once per step: the value that acts over the step is
-its mean, and the state is its end point.  So the right-hand side of the ship stays smooth within
-the step, whatever the integrator.
+An actuator's answer over one time step is integrated exactly, once per step: what acts over the step
+is the mean of that answer, and the state is its end point.  So the right-hand side of the ship stays
+smooth within the step, whatever the integrator.  A dead time is a queue of orders whose length
+follows from the step.
 """
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar, Protocol
 
 from .parameters import Scalar, spec
-from .symbolic import clip
+from .symbolic import atan2, both, clip, cos, exp, is_symbol, larger, magnitude, sin, where
+
+_SLOWEST, _AT_ONCE = 1e-9, 1e300
+
+
+class Servo(Protocol):
+    """One actuator.  Its memory is the actual value first, then what `extra` names."""
+
+    extra: ClassVar[tuple[str, ...]]
+
+    @property
+    def dead_time(self) -> Scalar:
+        """Time before an order begins to act [s]."""
+        ...
+
+    def advance(
+        self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
+    ) -> tuple[Scalar, tuple[Scalar, ...]]:
+        """Mean value that acts over the next `dt` seconds, and the memory at their end."""
+        ...
+
+
+def approach(actual: Scalar, target: Scalar, rate: Scalar, lag: Scalar, dt: Scalar) -> tuple[Scalar, Scalar]:
+    """Mean over `dt` and end of y' = clip((target - y)/lag, -rate, rate); a plain ramp where lag is 0.
+
+    The mean of a plain ramp is that of its ends, also in the step in which it arrives: a replay knows the
+    ends only, and so meets the same mean.  Without a rate the target acts at once.
+    """
+    error = target - actual
+    if not is_symbol(lag) and lag == 0.0:
+        end = clip(target, actual - rate * dt, actual + rate * dt)
+        return where(rate < _AT_ONCE, 0.5 * (actual + end), end), end
+    linear = clip(error, -rate * lag, rate * lag)
+    ramped = clip(error - linear, -rate * dt, rate * dt)
+    t = magnitude(ramped) / larger(rate, _SLOWEST)
+    left, decay = error - ramped, exp(-(dt - t) / lag)
+    mean = actual + ramped * (1.0 - 0.5 * t / dt) + left * (1.0 - (t + lag * (1.0 - decay)) / dt)
+    return mean, target - left * decay
 
 
 @dataclass(frozen=True, kw_only=True)
 class Actuator:
-    """One actuator with a limit and a rate; the defaults let any order through at once."""
+    """A limit, a rate, a first-order lag and a dead time; the defaults let any order through at once."""
+
+    extra: ClassVar[tuple[str, ...]] = ()
 
     low: Scalar = spec("", "least value", default=-math.inf)
     high: Scalar = spec("", "greatest value", default=math.inf)
     rate: Scalar = spec("1/s", "greatest rate of change", (0.0, math.inf), default=math.inf)
+    lag: Scalar = spec("s", "time constant of the answer", (0.0, 1e4), default=0.0)
+    dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
 
-    def advance(self, actual: Scalar, order: Scalar, dt: Scalar) -> tuple[Scalar, Scalar]:
-        """Value that acts over the next `dt` seconds, and the value at their end."""
-        target = clip(order, self.low, self.high)
-        end = clip(target, actual - self.rate * dt, actual + self.rate * dt)
-        return 0.5 * (actual + end), end
+    def advance(
+        self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
+    ) -> tuple[Scalar, tuple[Scalar, ...]]:
+        """Mean value that acts over the next `dt` seconds, and the value at their end."""
+        mean, end = approach(memory[0], clip(order, self.low, self.high), self.rate, self.lag, dt)
+        return mean, (end,)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Actuators:
-    """The actuators of a ship by control name."""
+class Azimuth:
+    """The servo of an azimuth thruster: turns the shorter way round at its rate.
 
-    propeller: Actuator = field(default_factory=Actuator)
-    rudder: Actuator = field(default_factory=Actuator)
+    You 2023 Eq. 9, d alpha/dt = K e/sqrt(e^2 + epsilon^2), whose epsilon is 0 there; under a fixed step
+    that sign function chatters, so the rate is clipped to what the step needs.
+    """
+
+    extra: ClassVar[tuple[str, ...]] = ()
+
+    rate: Scalar = spec("1/s", "rate of turn of the thruster, K_alpha [rad/s]", (0.0, math.inf), default=math.inf)
+    lag: Scalar = spec("s", "time constant of the answer", (0.0, 1e4), default=0.0)
+    dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
+
+    def advance(
+        self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
+    ) -> tuple[Scalar, tuple[Scalar, ...]]:
+        """Mean angle that acts over the next `dt` seconds, and the angle at their end."""
+        error = order - memory[0]
+        target = memory[0] + atan2(sin(error), cos(error))
+        mean, end = approach(memory[0], target, self.rate, self.lag, dt)
+        return mean, (end,)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shaft:
+    """Propeller revolutions of a ship that must stop its engine to reverse it.
+
+    Speeding up and slowing down have rates of their own; before the revolutions change sign the shaft
+    stands still for `pause` seconds.
+    """
+
+    extra: ClassVar[tuple[str, ...]] = ("pause_left",)
+
+    low: Scalar = spec("1/s", "greatest revolutions astern, as a negative number", default=-math.inf)
+    high: Scalar = spec("1/s", "greatest revolutions ahead", default=math.inf)
+    rate: Scalar = spec("1/s^2", "rate of speeding up", (0.0, math.inf), default=math.inf)
+    rate_down: Scalar = spec("1/s^2", "rate of slowing down", (0.0, math.inf), default=math.inf)
+    pause: Scalar = spec("s", "standstill before a reversal", (0.0, 1e3), default=0.0)
+    dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
+
+    def advance(
+        self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
+    ) -> tuple[Scalar, tuple[Scalar, ...]]:
+        """Mean revolutions over the next `dt` seconds, and revolutions and pause left at their end."""
+        n, left = memory
+        wanted = clip(order, self.low, self.high)
+        reversing = wanted * n < 0
+        standing = both(magnitude(n) <= 0, left > 0)
+        target = where(reversing, 0.0, where(standing, 0.0, wanted))
+        rate = where(magnitude(target) > magnitude(n), self.rate, self.rate_down)
+        mean, end = approach(n, target, rate, 0.0, dt)
+        return mean, (end, where(reversing, self.pause, where(standing, left - dt, 0.0)))
+
+
+def queued(
+    orders: tuple[Scalar, ...], order: Scalar, dead_time: float, dt: float
+) -> tuple[tuple[tuple[float, Scalar], ...], tuple[Scalar, ...]]:
+    """Which order acts over which share of the step, after the dead time; and the queue of the next step.
+
+    Args:
+        orders: those of the last `queue_length` steps, the oldest first.
+    """
+    if not orders:
+        return ((1.0, order),), ()
+    late = len(orders) - dead_time / dt
+    line = (*orders, order)
+    pieces = ((1.0, line[0]),) if late < 1e-9 else ((1.0 - late, line[0]), (late, line[1]))
+    return pieces, line[1:]
+
+
+def queue_length(dead_time: float, dt: float) -> int:
+    """How many orders wait at a time."""
+    return math.ceil(dead_time / dt - 1e-9)
+
+
+_TABLES = {"n_P": "propeller", "delta": "rudder"}
+_NUMBERED = re.compile(r"_\d+$")
+
+
+def table(control: str) -> str:
+    """The name of a control's actuator: propeller and rudder for n_P and delta, else the control's own."""
+    return _TABLES.get(control, control)
+
+
+@dataclass(frozen=True)
+class Actuators:
+    """The actuators of a ship by `table` name; a control without one obeys at once."""
+
+    by_name: Mapping[str, Servo] = field(default_factory=dict[str, Servo])
+
+    def of(self, control: str) -> Servo:
+        """The actuator of a control; rudder and propeller serve the numbered ones (delta_1, n_P_2) too."""
+        names = (table(control), table(_NUMBERED.sub("", control)))
+        return next((self.by_name[name] for name in names if name in self.by_name), Actuator())
+
+    @property
+    def rudder(self) -> Servo:
+        """The steering gear."""
+        return self.of("delta")
+
+    @property
+    def propeller(self) -> Servo:
+        """The shaft."""
+        return self.of("n_P")

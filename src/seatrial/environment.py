@@ -7,8 +7,12 @@ needs no more than the sine and cosine of the heading that it computes anyway.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .parameters import Scalar
 from .symbolic import cos, sin
@@ -20,35 +24,66 @@ class Environment(NamedTuple):
     Attributes:
         wind_x, wind_y: U_T cos(gamma_T), U_T sin(gamma_T): where the true wind comes from [m/s].
         current_x, current_y: velocity of the water over ground, north and east [m/s].
+        wave_x, wave_y: H_S cos(chi), H_S sin(chi): significant height and where the waves come from [m].
+        wave_T: mean period of the waves [s]; 0 without waves.
+        per_depth: one over the depth of the water [1/m]; 0 in deep water.
     """
 
     wind_x: Scalar = 0.0
     wind_y: Scalar = 0.0
     current_x: Scalar = 0.0
     current_y: Scalar = 0.0
+    wave_x: Scalar = 0.0
+    wave_y: Scalar = 0.0
+    wave_T: Scalar = 0.0
+    per_depth: Scalar = 0.0
 
 
 CHANNELS = Environment._fields
 CALM = Environment()
 
 
+class Weather(Protocol):
+    """Anything that can say what surrounds the ship over a run."""
+
+    def series(self, dt: float, steps: int) -> NDArray[np.float64]:
+        """The channels of `CHANNELS` per step, shape (steps, 8), or (1, 8) where they hold.
+
+        The same at every call: a gust has its seed.
+        """
+        ...
+
+
 @dataclass(frozen=True)
 class Uniform:
-    """Steady, uniform wind and current.
+    """Steady, uniform wind, current and waves over an even bottom.
 
     Attributes:
         U_T, gamma_T: true wind speed [m/s] and the direction it comes from [rad].
         U_C, gamma_C: current speed [m/s] and the direction it goes towards [rad].
+        H_S, T_W, gamma_W: significant height [m] and mean period [s] of the waves, and where they come from [rad].
+        depth: depth of the water [m].
     """
 
     U_T: float = 0.0
     gamma_T: float = 0.0
     U_C: float = 0.0
     gamma_C: float = 0.0
+    H_S: float = 0.0
+    T_W: float = 0.0
+    gamma_W: float = 0.0
+    depth: float = math.inf
 
     def now(self) -> Environment:
         """Its earth-fixed components."""
-        return Environment(*components(self.U_T, self.gamma_T), *components(self.U_C, self.gamma_C))
+        return Environment(
+            *components(self.U_T, self.gamma_T), *components(self.U_C, self.gamma_C),
+            *components(self.H_S, self.gamma_W), self.T_W, 1.0 / self.depth,
+        )  # fmt: skip
+
+    def series(self, dt: float, steps: int) -> NDArray[np.float64]:
+        """The channels of `CHANNELS` per step, shape (1, 8): they hold."""
+        return np.array([self.now()], dtype=np.float64)
 
 
 def components(magnitude: Scalar, direction: Scalar) -> tuple[Scalar, Scalar]:

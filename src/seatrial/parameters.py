@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import fnmatch
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
@@ -43,6 +43,55 @@ def spec(
 ) -> Any:
     """Declare one number of a physics class; `default` only where the formula is well without it."""
     return field(default=default, metadata={"spec": Spec(unit, about, *limits)})
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Numbers whose names the ship file chooses, such as the terms of a polynomial.
+
+    A physics class declares one with `terms(meaning)`; the dotted path is ``field.name``.
+    """
+
+    names: tuple[str, ...] = ()
+    numbers: tuple[Scalar, ...] = ()
+
+    def items(self) -> tuple[tuple[str, Scalar], ...]:
+        """(name, number) in the order of the file."""
+        return tuple(zip(self.names, self.numbers, strict=True))
+
+    def get(self, name: str, absent: Scalar = 0.0) -> Scalar:
+        """The number of a name; `absent` where the file has none."""
+        return self.numbers[self.names.index(name)] if name in self.names else absent
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Components whose names the ship file chooses, such as thrusters; declared with `parts()`."""
+
+    names: tuple[str, ...] = ()
+    components: tuple[Any, ...] = ()
+
+    def items(self) -> tuple[tuple[str, Any], ...]:
+        """(name, component) in the order of the file."""
+        return tuple(zip(self.names, self.components, strict=True))
+
+
+def terms(meaning: Callable[[str], Spec]) -> Any:
+    """Declare a field of type `Terms`; `meaning` gives the `Spec` of a name.
+
+    `meaning` raises a ParameterError that says why a name cannot be a term.
+    """
+    return field(default_factory=Terms, metadata={"terms": meaning})
+
+
+def parts() -> Any:
+    """Declare a field of type `Parts`; none by default."""
+    return field(default_factory=Parts, metadata={"parts": True})
+
+
+def choice(about: str, options: tuple[str, ...], default: str) -> Any:
+    """Declare a text of a physics class that picks one of several published forms."""
+    return field(default=default, metadata={"choice": (about, options)})
 
 
 @dataclass(frozen=True)
@@ -95,6 +144,12 @@ def walk(model: Any, prefix: str = "") -> Iterator[tuple[str, Spec, Any]]:
         meaning = f.metadata.get("spec")
         if meaning is not None:
             yield prefix + f.name, meaning, value
+        elif isinstance(value, Terms):
+            for name, number in value.items():
+                yield f"{prefix}{f.name}.{name}", f.metadata["terms"](name), number
+        elif isinstance(value, Parts):
+            for name, component in value.items():
+                yield from walk(component, f"{prefix}{f.name}.{name}.")
         elif is_dataclass(value) and not isinstance(value, type):
             yield from walk(value, f"{prefix}{f.name}.")
 
@@ -144,8 +199,16 @@ def _update(model: Any, changes: Mapping[str, Any]) -> Any:
             head, rest = path.split(".", 1)
             below.setdefault(head, {})[rest] = value
     for head, nested in below.items():
-        here[head] = _update(getattr(model, head), nested)
+        here[head] = _update(_part(model, head), nested)
+    if isinstance(model, Terms):
+        return replace(model, numbers=tuple(here.get(name, number) for name, number in model.items()))
+    if isinstance(model, Parts):
+        return replace(model, components=tuple(here.get(name, part) for name, part in model.items()))
     return replace(model, **here)
+
+
+def _part(model: Any, name: str) -> Any:
+    return dict(model.items())[name] if isinstance(model, Parts) else getattr(model, name)
 
 
 def match(model: Any, pattern: str) -> list[str]:

@@ -9,31 +9,43 @@ from .data import Array, DataError, Trial, unwrapped
 from .engine import SimulationError
 from .engine.rollout import simulator
 from .environment import CHANNELS
-from .models import STATES
+from .models import STATES, Model, Sampled, follows
 from .ships import Ship
-from .simulate import CONTROLS, open_loop, open_loop_parameters
+from .systems import open_loop, open_loop_parameters
 
 
-def inputs(trial: Trial) -> Array:
-    """What acts from each row to the next, shape (rows, 6): controls and environment.
+def inputs(trial: Trial, model: Model) -> Array:
+    """What acts from each row to the next, shape (rows, controls + 8): controls and environment.
 
     Controls act with the mean of the two rows, which is exact for the ramp of an actuator; the
-    environment holds.  Gaps hold the last value before them.
+    environment holds.  Gaps hold the last value before them.  A control that the trial lacks is taken
+    from the order it follows (alpha_1 from delta); waves and current that were not logged are none, and
+    water without a depth is deep.
 
     Raises:
         DataError: the trial lacks a control.
     """
-    for name in CONTROLS:
-        if name not in trial:
-            raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(CONTROLS)}")
-    series = np.zeros((len(trial), len(CONTROLS) + len(CHANNELS)))
-    series[:, 0], series[:, 1] = trial["n_P"], trial["delta"]
-    for first, (size, direction) in ((2, ("U_T", "gamma_T")), (4, ("U_C", "gamma_C"))):
+    n = len(model.controls)
+    series = np.zeros((len(trial), n + len(CHANNELS)))
+    for k, (name, (order, factor)) in enumerate(zip(model.controls, follows(model), strict=True)):
+        if name not in trial and order not in trial:
+            raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(model.controls)}")
+        series[:, k] = trial[name] if name in trial else factor * trial[order]
+    around = {name: n + k for k, name in enumerate(CHANNELS)}
+    for first, size, direction in (
+        ("wind_x", "U_T", "gamma_T"), ("current_x", "U_C", "gamma_C"), ("wave_x", "H_S", "gamma_W"),
+    ):  # fmt: skip
         if size in trial and direction in trial:
-            series[:, first] = trial[size] * np.cos(trial[direction])
-            series[:, first + 1] = trial[size] * np.sin(trial[direction])
+            at = around[first]
+            series[:, at] = trial[size] * np.cos(trial[direction])
+            series[:, at + 1] = trial[size] * np.sin(trial[direction])
+    if "T_W" in trial:
+        series[:, around["wave_T"]] = trial["T_W"]
+    if "depth" in trial:
+        series[:, around["per_depth"]] = 1.0 / trial["depth"]
     series = held(series)
-    series[:-1, :2] = 0.5 * (series[:-1, :2] + series[1:, :2])
+    if not isinstance(model, Sampled):
+        series[:-1, :n] = 0.5 * (series[:-1, :n] + series[1:, :n])
     return series
 
 
@@ -69,8 +81,8 @@ def replay(
         found = f"{int(good.sum())} complete rows of {', '.join(STATES)}"
         raise DataError(f"{trial.name}: {found}; two are needed")
     rows = slice(int(np.argmax(good)), int(len(good) - np.argmax(good[::-1])))
-    t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial)[rows]
-    dt = float(np.median(np.diff(t)))
+    t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial, ship.model)[rows]
+    dt = _step(ship, t, trial)
     starts = _starts(t, good, restart, dt)
     ends = [*starts[1:], t.size]
     spans = [t[min(b, t.size - 1)] - t[a] for a, b in zip(starts, ends, strict=True)]
@@ -79,9 +91,12 @@ def replay(
     for lane, a in enumerate(starts):
         at = np.searchsorted(t, t[a] + dt * np.arange(steps) + 1e-6 * dt, "right") - 1
         lanes[lane] = series[np.clip(at, 0, t.size - 1)]
-    run = simulator(open_loop(ship)).run(
-        state[starts], lanes, open_loop_parameters(ship), dt=dt, steps=steps, method=method, threads=threads
-    )
+    system = open_loop(ship)
+    begun = np.hstack([state[starts], np.zeros((len(starts), len(system.states) - state.shape[1]))])
+    run = simulator(system).run(
+        begun, lanes, open_loop_parameters(ship), dt=dt, steps=steps, method=method, threads=threads,
+        memory0=_memory(ship, begun, lanes[:, 0]),
+    )  # fmt: skip
     out = np.empty_like(state)
     for lane, (a, b) in enumerate(zip(starts, ends, strict=True)):
         for k in range(out.shape[1]):
@@ -94,6 +109,26 @@ def replay(
             )
     meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
     return Trial(trial.name, t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+
+
+def _step(ship: Ship, t: Array, trial: Trial) -> float:
+    """Time step of the prediction [s]: the trial's median one, which a sampled model must share."""
+    dt = float(np.median(np.diff(t)))
+    if isinstance(ship.model, Sampled) and abs(dt / ship.model.dt - 1) > 0.01:
+        raise DataError(
+            f"{trial.name}: sampled every {dt:g} s; {ship.name} runs at {ship.model.dt:g} s only, "
+            "so resample the trial (data.prepare.resampled) or fit the model at the trial's step"
+        )
+    return ship.model.dt if isinstance(ship.model, Sampled) else dt
+
+
+def _memory(ship: Ship, state: Array, inputs: Array) -> Array | None:
+    """What a sampled model remembers at each start: as if it had been in that state for ever."""
+    if not isinstance(ship.model, Sampled):
+        return None
+    n = len(ship.model.controls)
+    rows = zip(state.tolist(), inputs[:, :n].tolist(), strict=True)
+    return np.array([ship.model.begin(tuple(x), tuple(c)) for x, c in rows], dtype=np.float64)
 
 
 def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float) -> list[int]:

@@ -13,96 +13,63 @@ from typing import Any
 
 import numpy as np
 
-from .data import Array, Trial
-from .engine import Rollout, Scalars, SimulationError, System
+from .data import UNITS, Array, Trial
+from .engine import Rollout, SimulationError
 from .engine.rollout import simulator
-from .environment import CALM, CHANNELS, Environment, Uniform
-from .manoeuvres import Policy
-from .models import STATES
-from .parameters import update, values
+from .environment import CALM, CHANNELS, Uniform, Weather
+from .manoeuvres import Policy, Scheduled
+from .models import STATES, Sampled, follows, unit
+from .parameters import unknown, values
 from .ships import Ship, ShipError
+from .systems import closed_loop, loop_memory, loop_values, open_loop, open_loop_parameters
 
-CONTROLS = ("n_P", "delta")
+__all__ = ["approach", "campaign", "closed_loop", "open_loop", "open_loop_parameters", "simulate", "surge_balance",
+           "time_step"]  # fmt: skip
+
 # A step this fraction of L/U keeps RK4 errors of a turn far below its indices' last digit.
 _STEP = 1.0 / 250.0
-
-
-def _split(names: tuple[str, ...], given: Scalars, prefix: str) -> dict[str, Any]:
-    return {n[len(prefix):]: v for n, v in zip(names, given, strict=True) if n.startswith(prefix)}  # fmt: skip
-
-
-def open_loop(ship: Ship) -> System:
-    """The ship under given controls and environment; parameters are those of its model."""
-    names = tuple(values(ship.model))
-    offsets = ("current_x", "current_y")
-
-    def derivative(state: Scalars, acting: Scalars, parameters: Scalars) -> Scalars:
-        model = update(ship.model, dict(zip(names, parameters[: len(names)], strict=True)))
-        n_P, delta, wind_x, wind_y, current_x, current_y = acting
-        extra_x, extra_y = parameters[len(names) :]
-        around = Environment(wind_x, wind_y, current_x + extra_x, current_y + extra_y)
-        return model.derivative(state, (n_P, delta), around)
-
-    return System(
-        states=ship.model.states, series=CONTROLS + CHANNELS,
-        parameters=names + tuple(f"environment.{n}" for n in offsets), derivative=derivative,
-    )  # fmt: skip
-
-
-def open_loop_parameters(ship: Ship) -> Array:
-    """Values of `open_loop(ship).parameters`."""
-    return np.array([*values(ship.model).values(), 0.0, 0.0], dtype=np.float64)
-
-
-def _loop_values(ship: Ship, policy: Policy) -> dict[str, float]:
-    parts = (("ship.", ship.model), ("propeller.", ship.actuators.propeller),
-             ("rudder.", ship.actuators.rudder), ("policy.", policy))  # fmt: skip
-    return {prefix + path: v for prefix, part in parts for path, v in values(part).items()}
-
-
-def closed_loop(ship: Ship, policy: Policy) -> System:
-    """Ship, actuators and policy as one system; its memory is the actuators' and the policy's.
-
-    Parameters are named ``ship.<path>``, ``propeller.<limit>``, ``rudder.<limit>``, ``policy.<name>``.
-    """
-    names = tuple(_loop_values(ship, policy))
-
-    def derivative(state: Scalars, acting: Scalars, parameters: Scalars) -> Scalars:
-        model = update(ship.model, _split(names, parameters, "ship."))
-        return model.derivative(state, acting[:2], Environment(*acting[2:]))
-
-    def before(
-        t: Any, dt: Any, state: Scalars, memory: Scalars, series: Scalars, parameters: Scalars
-    ) -> tuple[Scalars, Scalars, Scalars]:
-        steer = update(policy, _split(names, parameters, "policy."))
-        orders, remembered = steer.command(t, state, memory[2:])
-        acting: list[Any] = []
-        actual: list[Any] = []
-        for name, order, now in zip(("propeller", "rudder"), orders, memory[:2], strict=True):
-            actuator = update(getattr(ship.actuators, name), _split(names, parameters, f"{name}."))
-            mean, end = actuator.advance(now, order, dt)
-            acting.append(mean)
-            actual.append(end)
-        return (*acting, *series), (*actual, *remembered), orders
-
-    return System(
-        states=ship.model.states, memory=(*CONTROLS, *policy.memory), series=CHANNELS,
-        acting=CONTROLS + CHANNELS, logged=("n_P_cmd", "delta_cmd"), parameters=names,
-        derivative=derivative, before=before,
-    )  # fmt: skip
+# RK4 is stable up to 2.8; a fifth of that keeps the fastest motion accurate as well.
+_STIFF = 0.5
 
 
 def time_step(ship: Ship) -> float:
-    """A step that suits the ship's size and speed: 1, 2 or 5 times a power of ten below L/(250 U) [s]."""
-    wanted = _STEP * ship.L_pp / max(ship.speed, 1e-3)
+    """A step that suits the ship's size, speed and stiffness [s].
+
+    1, 2 or 5 times a power of ten, at most L/(250 U), and so short that the fastest motion of the ship at
+    its approach decays by less than `_STIFF` within a step; a model in discrete time has its own.
+    """
+    if isinstance(ship.model, Sampled):
+        return float(ship.model.dt)
+    wanted = min(_STEP * ship.L_pp / max(ship.speed, 1e-3), _STIFF / max(fastest(ship), 1e-9))
     decade = 10.0 ** math.floor(math.log10(wanted))
-    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= wanted)
+    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= wanted * (1 + 1e-9))
+
+
+def fastest(ship: Ship) -> float:
+    """Greatest magnitude of the eigenvalues of (u, v_m, r) at the approach speed, rudder midships [1/s]."""
+    state = np.array([0.0, 0.0, 0.0, ship.speed, 0.0, 0.0, *([0.0] * (len(ship.model.states) - 6))])
+    control, h = straight(ship, ship.n_P or 0.0), 1e-6 * max(ship.speed, 1e-3)
+    matrix = np.empty((state.size - 3, state.size - 3))
+    for k in range(3, state.size):
+        aside = np.zeros(state.size)
+        aside[k] = h
+        up, down = (ship.model.derivative(tuple((state + s * aside).tolist()), control, CALM) for s in (1, -1))
+        matrix[:, k - 3] = (np.array(up[3:], dtype=float) - np.array(down[3:], dtype=float)) / (2 * h)
+    return float(np.abs(np.linalg.eigvals(matrix)).max())
+
+
+def straight(ship: Ship, n_P: float) -> tuple[float, ...]:
+    """Controls of a straight run: what follows n_P turns at it, all else rests."""
+    return tuple(factor * n_P if order == "n_P" else 0.0 for order, factor in follows(ship.model))
 
 
 def surge_balance(ship: Ship, u: float, n_P: float) -> float:
     """Surge acceleration straight ahead in calm at `u` [m/s] and `n_P` [1/s]; [m/s^2]."""
-    still_air = ship.model.derivative((0.0, 0.0, 0.0, u, 0.0, 0.0), (n_P, 0.0), CALM)
-    return float(still_air[3])
+    state = (0.0, 0.0, 0.0, u, *([0.0] * (len(ship.model.states) - 4)))
+    if isinstance(ship.model, Sampled):
+        control = straight(ship, n_P)
+        return float(ship.model.advance(state, control, CALM, ship.model.begin(state, control))[0][0])
+    return float(ship.model.derivative(state, straight(ship, n_P), CALM)[3])
 
 
 def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -> tuple[float, float]:
@@ -143,50 +110,76 @@ def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -
     return float(found)
 
 
-def surroundings(environment: Uniform | Array | None) -> Array:
-    """Environment channels as series, shape (1, steps or 1, 4)."""
+def surroundings(environment: Weather | Array | None, dt: float, steps: int) -> Array:
+    """Environment channels as series, shape (steps or 1, 8)."""
     if isinstance(environment, np.ndarray):
-        return environment.reshape(1, -1, len(CHANNELS))
-    return np.array((environment or Uniform()).now(), dtype=np.float64).reshape(1, 1, -1)
+        return environment.reshape(-1, len(CHANNELS))
+    return (environment or Uniform()).series(dt, steps)
+
+
+def _series(policy: Policy, environment: Weather | Array | None, dt: float, steps: int) -> Array:
+    """What is given per step: the environment, then what the policy has fixed beforehand."""
+    around = surroundings(environment, dt, steps)
+    if not isinstance(policy, Scheduled):
+        return around
+    rows = np.broadcast_to(around, (steps, around.shape[1])) if len(around) == 1 else around[:steps]
+    return np.hstack([rows, policy.schedule(dt, steps)])
 
 
 def campaign(
     ship: Ship, policy: Policy, vary: Mapping[str, Array], *, speed: float, duration: float,
-    environment: Uniform | Array | None = None, dt: float | None = None, every: int = 1,
-    method: str = "rk4", threads: int | None = None,
+    environment: Weather | Array | None = None, dt: float | None = None, every: int = 1,
+    method: str = "rk4", threads: int | None = None, start: tuple[float, ...] | None = None,
 ) -> Rollout:  # fmt: skip
-    """Run `policy` over many lanes at once.
+    """Run `policy` over many lanes at once, one compiled kernel for all.
 
     Args:
-        vary: value per lane of each parameter that differs, by the names of `closed_loop`.
+        vary: value per lane of each parameter that differs, by the names of `systems.closed_loop`.
         speed: initial speed straight ahead [m/s]; other arguments as in `simulate`.
 
     Returns:
         The stored rows; a lane that fails is named in `failures`, the others go on.
+
+    Raises:
+        ShipError: a policy that orders what the ship has not; a step that the model does not run at.
     """
-    system, step = closed_loop(ship, policy), dt or time_step(ship)
-    all_values = _loop_values(ship, policy)
+    step = _checked_step(ship, dt)
+    steps, shared = round(duration / step) + 1, loop_values(ship, policy)
+    for name in vary:
+        if name not in shared:
+            raise ShipError(f"{ship.name}: {unknown(name, shared, 'parameter')}")
+    system = closed_loop(ship, policy, step)
     lanes = len(next(iter(vary.values()))) if vary else 1
-    state0 = np.tile([0.0, 0.0, 0.0, speed, 0.0, 0.0], (lanes, 1))
-    memory0 = np.empty((lanes, len(system.memory)))
-    for lane in range(lanes):
-        here = all_values | {name: float(column[lane]) for name, column in vary.items()}
-        steer = update(policy, {n[7:]: v for n, v in here.items() if n.startswith("policy.")})
-        memory0[lane] = (here.get("policy.n_P", 0.0), 0.0,
-                         *steer.begin(tuple(state0[lane].tolist())))  # fmt: skip
-    around = np.repeat(surroundings(environment), lanes, axis=0)
+    six = (0.0, 0.0, 0.0, speed, 0.0, 0.0) if start is None else start
+    state = (*six, *([0.0] * (len(system.states) - 6)))
+    columns = {name: np.asarray(column, dtype=np.float64).tolist() for name, column in vary.items()}
+    # Only what steers needs a look at each lane; everything else begins alike.
+    steering = [name for name in vary if name.startswith("policy.")]
+    memory = [
+        loop_memory(ship, policy, step, shared | {name: columns[name][lane] for name in steering}, state)
+        for lane in range(lanes if steering else 1)
+    ]
+    around = _series(policy, environment, step, steps)
     return simulator(system, tuple(vary)).run(
-        state0, around, np.array(list(all_values.values()), dtype=np.float64),
-        memory0=memory0, lanewise=np.column_stack(list(vary.values())) if vary else None,
-        dt=step, steps=round(duration / step) + 1, every=every, method=method, threads=threads,
+        np.tile(state, (lanes, 1)), np.broadcast_to(around, (lanes, *around.shape)),
+        np.array(list(shared.values()), dtype=np.float64),
+        memory0=np.broadcast_to(np.array(memory), (lanes, len(system.memory))),
+        lanewise=np.column_stack(list(columns.values())) if vary else None,
+        dt=step, steps=steps, every=every, method=method, threads=threads,
         validity={k: v for k, v in ship.validity.items() if k in system.states},
     )  # fmt: skip
 
 
+def _checked_step(ship: Ship, dt: float | None) -> float:
+    if dt is not None and isinstance(ship.model, Sampled) and abs(dt / ship.model.dt - 1) > 1e-9:
+        raise ShipError(f"{ship.name}: runs at its own step of {ship.model.dt:g} s only; got {dt:g} s")
+    return time_step(ship) if dt is None else dt
+
+
 def simulate(
     ship: Ship, policy: Policy, *, speed: float | None = None, duration: float,
-    environment: Uniform | Array | None = None, dt: float | None = None, every: int = 1,
-    method: str = "rk4", name: str | None = None,
+    environment: Weather | Array | None = None, dt: float | None = None, every: int = 1,
+    method: str = "rk4", name: str | None = None, start: tuple[float, ...] | None = None,
 ) -> Trial:  # fmt: skip
     """Run `ship` under `policy` and return what a logger would have recorded.
 
@@ -194,24 +187,30 @@ def simulate(
         policy: a manoeuvre or any other policy.
         speed: initial speed straight ahead, heading north [m/s]; None takes the ship's.
         duration: length of the run [s].
-        environment: steady wind and current, or series of the channels of `environment.CHANNELS`
-            per step, shape (steps, 4); None is still air and still water.
+        environment: steady wind, current and waves, any other `Weather`, or series of the channels of
+            `environment.CHANNELS` per step, shape (steps, 8); None is still air and still, deep water.
         dt: time step [s]; None chooses one by `time_step`.
         every: record every so many steps.
+        start: initial (x, y, psi, u, v_m, r) in place of `speed`.
+
+    Returns:
+        The states, each control as it acts and as it was ordered (``<control>_cmd``).
 
     Raises:
         SimulationError: the state blows up or leaves the ship's validity; names time and state.
     """
     run = campaign(
         ship, policy, {}, speed=ship.speed if speed is None else speed, duration=duration,
-        environment=environment, dt=dt, every=every, method=method, threads=1,
+        environment=environment, dt=dt, every=every, method=method, threads=1, start=start,
     )  # fmt: skip
     if run.failures:
         raise SimulationError(f"{ship.name}: {run.failures[0]}; it left the finite or the ship's validity range")
-    columns = closed_loop(ship, policy).stored
-    kept = (*STATES, *CONTROLS, "n_P_cmd", "delta_cmd")
+    columns = closed_loop(ship, policy, _checked_step(ship, dt)).stored
+    controls = ship.model.controls
+    kept = (*STATES, *controls, *(f"{control}_cmd" for control in controls))
     channels = {n: run.values[0, :, columns.index(n)].copy() for n in kept}
     kind = getattr(policy, "kind", type(policy).__name__.lower())
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
             "set_points": dict(values(policy)), "source": "simulated by seatrial"}  # fmt: skip
-    return Trial(name or f"{ship.name}_{kind}", run.t, channels, meta=meta)
+    units = {n: unit(n) for n in kept if n not in UNITS}
+    return Trial(name or f"{ship.name}_{kind}", run.t, channels, units=units, meta=meta)

@@ -145,6 +145,6 @@ def test_series_that_do_not_cover_the_run_are_refused_before_they_are_read():
     case = simulator(open_loop(load("kvlcc2_l7")))
     values = open_loop_parameters(load("kvlcc2_l7"))
     state = np.zeros((3, 6))
-    for shape, text in (((3, 5, 6), "3 lanes of 5 steps"), ((2, 9, 6), "2 lanes of 9"), ((3, 9, 4), "4 channels")):
+    for shape, text in (((3, 5, 10), "3 lanes of 5 steps"), ((2, 9, 10), "2 lanes of 9"), ((3, 9, 4), "4 channels")):
         with pytest.raises(ValueError, match=text):
             case.run(state, np.zeros(shape), values, dt=0.1, steps=9)

@@ -14,7 +14,7 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.parameters import ParameterError
 from seatrial.ships.files import library
-from seatrial.simulate import _loop_values, closed_loop
+from seatrial.systems import closed_loop, loop_values
 
 FREE = ("hull.Y_v", "hull.N_r", "rudder.t_R", "propeller.w_P0")
 every_ship = pytest.mark.parametrize("case", library(), indirect=True)
@@ -28,7 +28,7 @@ def slope(errors: list[float]) -> float:
 @pytest.mark.parametrize(("method", "order", "finest"), [("rk4", 4, 400), ("euler", 1, 6400)])
 def test_order_of_integration_and_of_its_derivatives(l7: Any, method: str, order: int, finest: int) -> None:
     """A turn with the rudder held from the start: smooth, so the error falls with the order."""
-    state0, held = np.array([[0, 0, 0, 1.0, -0.1, 0.05]]), np.array([[[11.85, 0.5, 0, 0, 0, 0]]])
+    state0, held = np.array([[0, 0, 0, 1.0, -0.1, 0.05]]), np.array([[[11.85, 0.5, *([0.0] * 8)]]])
     plain, exact = simulator(l7.system), sensitivity(l7.system, FREE)
 
     def end(steps: int, how: str = method) -> tuple[Any, Any]:
@@ -76,11 +76,11 @@ def test_trajectories_are_the_same_on_all_back_ends(case: Any) -> None:
 
 def test_closed_loop_is_the_same_on_all_back_ends(l7: Any) -> None:
     policy = Zigzag(n_P=11.85, delta=0.35, psi=0.35, side=-1.0)
-    system = closed_loop(l7.ship, policy)
-    p = np.array(list(_loop_values(l7.ship, policy).values()))
+    system = closed_loop(l7.ship, policy, 0.1)
+    p = np.array(list(loop_values(l7.ship, policy).values()))
     z, m = np.array([[0, 0, 0.3, 1.179, 0, 0.0]]), np.array([[11.85, 0, -1.0, 0.3]])
     given: dict[str, Any] = {"dt": 0.1, "steps": 600}
-    calm = np.zeros((1, 1, 4))
+    calm = np.zeros((1, 1, 8))
     simd, virtual = (
         simulator(system, back_end=b).run(z, calm, p, memory0=m, **given).values[0] for b in ("simd", "virtual")
     )
@@ -187,10 +187,10 @@ def test_infinite_rates_let_the_order_through(l7: Any) -> None:
 
     ship = replace(l7.ship, actuators=Actuators())
     policy = Turning(n_P=11.85, delta=0.5)
-    system, p = closed_loop(ship, policy), np.array(list(_loop_values(ship, policy).values()))
+    system, p = closed_loop(ship, policy, 0.1), np.array(list(loop_values(ship, policy).values()))
     z, m = np.array([[0, 0, 0, 1.179, 0, 0.0]]), np.array([[11.85, 0.5]])
-    closed = simulator(system).run(z, np.zeros((1, 1, 4)), p, memory0=m, dt=0.1, steps=200).values[0, :, :6]
-    held = np.array([[[11.85, 0.5, 0, 0, 0, 0]]])
+    closed = simulator(system).run(z, np.zeros((1, 1, 8)), p, memory0=m, dt=0.1, steps=200).values[0, :, :6]
+    held = np.array([[[11.85, 0.5, *([0.0] * 8)]]])
     opened = simulator(l7.system).run(z, held, l7.parameters, dt=0.1, steps=200).values[0]
     assert closed == pytest.approx(opened, rel=1e-12, abs=1e-12)
 
@@ -203,5 +203,5 @@ def test_unknown_names_are_refused(l7: Any) -> None:
     with pytest.raises(ValueError, match="rk4, euler"):
         simulator(l7.system).run(l7.ahead(1), l7.series(1, 1), l7.parameters, dt=0.1, steps=3, method="rk5")
     with pytest.raises(ValueError, match="open-loop"):
-        sensitivity(closed_loop(l7.ship, Turning(n_P=1.0, delta=0.1)), ())
+        sensitivity(closed_loop(l7.ship, Turning(n_P=1.0, delta=0.1), 0.1), ())
     assert math.isfinite(l7.dt)

@@ -33,7 +33,7 @@ def turn(
     x, actual, track = (0.0, 0.0, 0.0, u, 0.0, 0.0), 0.0, []
     for _ in range(steps + 1):
         track.append(x)
-        acts, end = ship.actuators.rudder.advance(actual, math.radians(order), dt)
+        acts, (end,) = ship.actuators.rudder.advance((actual,), math.radians(order), dt)
         control = (n_P, acts if mean else actual)
         x = rk4(lambda y, c=control: ship.model.derivative(y, c, environment), x, dt)
         actual = end

@@ -37,6 +37,9 @@ class Flow(NamedTuple):
         u_A, v_A: apparent wind, the components it comes from in ship axes [m/s].
         rho: density of the water [kg/m^3].
         L_pp, d: length between perpendiculars and draught [m].
+        wave_u, wave_v: significant wave height, the components it comes from in ship axes [m].
+        wave_T: mean period of the waves [s]; 0 without waves.
+        d_over_h: draught over depth of the water; 0 in deep water.
     """
 
     u: Scalar
@@ -49,6 +52,10 @@ class Flow(NamedTuple):
     rho: Scalar
     L_pp: Scalar
     d: Scalar
+    wave_u: Scalar = 0.0
+    wave_v: Scalar = 0.0
+    wave_T: Scalar = 0.0
+    d_over_h: Scalar = 0.0
 
 
 class Slipstream(NamedTuple):
@@ -66,7 +73,7 @@ class Slipstream(NamedTuple):
 
 
 class ForceModule(Protocol):
-    """A force that depends on the flow alone (hull, wind)."""
+    """A force that depends on the flow alone (hull, wind, waves)."""
 
     mirror_symmetric: ClassVar[bool]
 
@@ -92,4 +99,21 @@ class RudderModule(Protocol):
 
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
         """Force of the rudder, hull interaction included."""
+        ...
+
+
+class ThrusterModule(Protocol):
+    """A thruster with controls of its own (tunnel, azimuth).
+
+    `prefixes` name its controls: a part called ``bow`` with the prefixes ("n",) has the control ``n_bow``.
+    `follows` says, for each, which order of a conventional ship it obeys and with which factor
+    (("n_P", 1.0), ("delta", -1.0) for a stern azimuth); ("", 0.0) for none.
+    """
+
+    mirror_symmetric: ClassVar[bool]
+    prefixes: ClassVar[tuple[str, ...]]
+    follows: ClassVar[tuple[tuple[str, float], ...]]
+
+    def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
+        """Force of the thruster under its own actual controls."""
         ...

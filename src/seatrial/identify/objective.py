@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..data import Array, Trial
 from ..engine.rollout import Sensitivity, Simulator, sensitivity, simulator
 from ..models import STATES
-from ..simulate import open_loop, open_loop_parameters
+from ..systems import open_loop, open_loop_parameters
 from . import Nuisance, Problem
 from .gauss_newton import Block, Normal
 from .windows import Windows, windows
@@ -70,7 +70,7 @@ class TrajectoryObjective:
         window: float, dt: float, every: int, method: str, threads: int | None,
     ) -> TrajectoryObjective:  # fmt: skip
         """Cut the windows and compile the kernels."""
-        cut = windows(trials, problem.loss, sigma, window=window, dt=dt, every=every)
+        cut = windows(trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every)
         groups = Groups.of(problem.nuisance, cut.trial)
         system = open_loop(problem.ship)
         lanewise = CURRENT if groups.current else ()
@@ -133,8 +133,8 @@ class TrajectoryObjective:
     def normal(self, p: Array, eta: Array) -> Normal:
         """Objective and its exact Gauss-Newton normal equations."""
         state0, parameters, arguments, bias = self._arguments(p, eta)
-        Z, slopes = self.slopes.run(state0, self.packed, parameters, **arguments)
-        e, n = self._weighted(Z + bias), p.size
+        run, slopes = self.slopes.run(state0, self.packed, parameters, **arguments)
+        e, n, slopes = self._weighted(run[:, :, : len(STATES)] + bias), p.size, slopes[:, :, : len(STATES)]
         slopes *= self.windows.scale[..., None]
         slopes[self.windows.scale == 0.0] = 0.0
         J = slopes.reshape(-1, slopes.shape[-1])
@@ -151,7 +151,7 @@ class TrajectoryObjective:
         rows, width = D.shape[1] * D.shape[2], len(self.groups.initial)
         N = np.zeros((len(mine), rows, part.stop - part.start))
         own = D[mine].reshape(len(mine), rows, -1)
-        first = own.shape[2] - len(STATES)
+        first = own.shape[2] - self.windows.state0.shape[1]
         for k in range(len(mine)):
             N[k, :, k * width : (k + 1) * width] = own[k][:, first + self.groups.initial]
         at = len(mine) * width

@@ -21,7 +21,7 @@ from ..engine.rollout import is_rk4
 from ..models import STATES
 from ..parameters import Free, specs
 from ..parameters import values as parameter_values
-from ..simulate import open_loop_parameters
+from ..systems import open_loop_parameters
 from . import Fit, FitError, Problem, Progress, StudyError
 from .gauss_newton import State, minimise
 from .objective import TrajectoryObjective

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import resample
-from ..models import STATES
+from ..models import STATES, Model
 from ..replay import inputs
 from . import Loss
 
@@ -23,8 +23,8 @@ class Windows:
     """Windows of all trials, padded to one length.
 
     Attributes:
-        state0: measured state at the start of each window, shape (lanes, 6).
-        series: controls and environment per step, shape (lanes, steps, 6).
+        state0: measured state at the start of each window, shape (lanes, states).
+        series: controls and environment per step, shape (lanes, steps, controls + 8).
         measured: shape (lanes, rows, 6); zero where `scale` is zero.
         scale: root weight over sigma of each entry, same shape; zero marks a gap or padding.
         trial: index of the trial each window comes from, shape (lanes,).
@@ -69,8 +69,9 @@ def even(trial: Trial, dt: float) -> Trial:
 
 
 def windows(
-    trials: Sequence[Trial], loss: Loss, sigma: Mapping[str, float], *, window: float, dt: float, every: int
-) -> Windows:
+    trials: Sequence[Trial], model: Model, loss: Loss, sigma: Mapping[str, float], *,
+    window: float, dt: float, every: int,
+) -> Windows:  # fmt: skip
     """Every trial cut into consecutive windows of `window` seconds, the last one shorter.
 
     A window starts at a complete row; rows with gaps inside it weigh nothing.
@@ -84,7 +85,7 @@ def windows(
     weight = 1.0 if loss.correlation <= 0 else min(every * dt / loss.correlation, 1.0)
     scale = np.array([np.sqrt(weight) / sigma[n] if n in sigma else 0.0 for n in STATES])
     for index, trial in enumerate(trials):
-        found = _cut(even(trial, dt), steps, rows, every, scale)
+        found = _cut(even(trial, dt), model, steps, rows, every, scale)
         if not found:
             raise DataError(f"{trial.name}: no window of {window:g} s with two complete rows of {', '.join(STATES)}")
         parts += [(*part, index) for part in found]
@@ -97,11 +98,13 @@ def windows(
 
 
 def _cut(
-    trial: Trial, steps: int, rows: int, every: int, scale: Array
+    trial: Trial, model: Model, steps: int, rows: int, every: int, scale: Array
 ) -> list[tuple[Array, Array, Array, Array]]:
     state = trial.stack(*STATES)
     state[:, 2] = unwrapped(state[:, 2])
-    series = inputs(trial)
+    series = inputs(trial, model)
+    # States of a model beyond those that are measured begin at rest.
+    unseen = np.zeros(len(model.states) - len(STATES))
     good = np.asarray(np.isfinite(state).all(axis=1))
     out: list[tuple[Array, Array, Array, Array]] = []
     first, last = 0, int(np.max(np.flatnonzero(good), initial=0))
@@ -114,6 +117,6 @@ def _cut(
         measured = state[compared]
         scaled = np.where(np.isfinite(measured) & present[:, None], scale, 0.0)
         if present.sum() > 1:
-            out.append((state[first], series[held], np.where(scaled > 0, measured, 0.0), scaled))
+            out.append((np.append(state[first], unseen), series[held], np.where(scaled > 0, measured, 0.0), scaled))
         first += steps - 1
     return out

@@ -3,15 +3,17 @@
 A policy is a frozen dataclass whose numbers are declared with `spec` (so a campaign can vary them
 lane by lane).  `command` is element-wise like physics and keeps its memory in a tuple that is
 handed through, so ship + actuators + environment + policy compile into one step.
+
+To add a manoeuvre, write a module here: the command line finds every class with a `kind`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, Self, runtime_checkable
 
-from ..data import Trial
+from ..data import Array, Trial
 from ..parameters import Scalar
 
 
@@ -24,8 +26,43 @@ class Index:
     over_L: float | None = None
 
 
+@dataclass(frozen=True)
+class Settings:
+    """What a user asks of a manoeuvre, and what the ship brings; SI and radians.
+
+    Attributes:
+        n_P, speed: revolutions [1/s] and speed [m/s] of the approach.
+        L_pp: length of the ship [m].
+        rudder_limit: greatest rudder angle [rad]; infinite where the ship has no limit.
+        rudder, heading: magnitudes [rad]; None takes the manoeuvre's own.
+        side: +1 starboard, -1 port.
+        seed: of a random manoeuvre.
+    """
+
+    n_P: float
+    speed: float
+    L_pp: float
+    rudder_limit: float
+    rudder: float | None = None
+    heading: float | None = None
+    side: float = 1.0
+    seed: int = 1
+
+    def rudder_or(self, usual: float) -> float:
+        """The rudder asked for, else the usual one as far as the ship's rudder goes [rad]."""
+        return min(usual, self.rudder_limit) if self.rudder is None else self.rudder
+
+    def heading_or(self, usual: float) -> float:
+        """The heading change asked for, else the usual one [rad]."""
+        return usual if self.heading is None else self.heading
+
+
 class Policy(Protocol):
-    """Steers the ship, once per time step."""
+    """Steers the ship, once per time step.
+
+    It orders (n_P [1/s], delta [rad]) unless an attribute `orders` names others; each control of the
+    ship takes the order that `models.follows` says, and rests where nobody orders it.
+    """
 
     memory: ClassVar[tuple[str, ...]]
     """Names of what it remembers between steps."""
@@ -41,10 +78,38 @@ class Policy(Protocol):
         ...
 
 
+@runtime_checkable
+class Scheduled(Protocol):
+    """A policy that is handed values per step, fixed beforehand (random orders, recorded commands).
+
+    Its `command(t, state, memory, given)` gets them as a fourth argument.
+    """
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of the values."""
+        ...
+
+    def schedule(self, dt: float, steps: int) -> Array:
+        """The values per step, shape (steps, len(given)); the same at every call."""
+        ...
+
+
 class Manoeuvre(Policy, Protocol):
-    """A policy with a purpose: it knows when it is over and which figures it yields."""
+    """A policy with a purpose: it knows when it is over and which figures it yields.
+
+    Attributes:
+        kind: its name on the command line and in trial files.
+        takes: which of rudder, heading, side, seed it can be told.
+    """
 
     kind: ClassVar[str]
+    takes: ClassVar[tuple[str, ...]]
+
+    @classmethod
+    def ordered(cls, settings: Settings) -> Self:
+        """The manoeuvre that a user asks for."""
+        ...
 
     def complete(self, trial: Trial) -> bool:
         """Whether the run holds all that the indices need."""

@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
 from ..data import Array, Trial
 from ..parameters import Scalar, spec
 from ..symbolic import where
-from . import Index
-from .turning import after, at, in_lengths, reached, turned
+from . import Index, Settings
+from .reading import after, at, in_lengths, path_length, reached, turned
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth")
 _NEEDED = 3
@@ -30,12 +30,19 @@ class Zigzag:
     """Zigzag with rudder `delta` and heading change `psi`, both magnitudes; `side` is the first."""
 
     kind: ClassVar[str] = "zigzag"
+    takes: ClassVar[tuple[str, ...]] = ("rudder", "heading", "side")
     memory: ClassVar[tuple[str, ...]] = ("side", "psi_0")
 
     n_P: Scalar = spec("1/s", "propeller revolutions, held")
     delta: Scalar = spec("rad", "rudder angle, magnitude", (0.0, math.pi))
     psi: Scalar = spec("rad", "heading change at which the rudder is reversed, magnitude", (0.0, math.pi))
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
+
+    @classmethod
+    def ordered(cls, settings: Settings) -> Self:
+        """10/10 to starboard first unless told otherwise; the modified zigzags take another heading."""
+        ten = math.radians(10.0)
+        return cls(settings.n_P, settings.rudder_or(ten), settings.heading_or(ten), settings.side)
 
     def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
         """The first side, and the heading at execute [rad]."""
@@ -84,8 +91,7 @@ class Zigzag:
             return {}
         out = {"initial_turning_time": Index(at(run.t, moment) - float(run.t[0]), "s")}
         if "x" in run and "y" in run:
-            path = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(run["x"]), np.diff(run["y"])))])
-            out["initial_turning_distance"] = in_lengths(at(path, moment), L_pp)
+            out["initial_turning_distance"] = in_lengths(at(path_length(run), moment), L_pp)
         return out
 
     def _reversals(self, run: Trial, heading: Array) -> list[int]:

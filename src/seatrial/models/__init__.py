@@ -1,14 +1,18 @@
 """Model families: how a ship answers its controls.
 
-A model is a frozen dataclass (numbers declared with `spec`) with the names of its states and
-controls and one method, `derivative`, written for floats and symbols alike: tuples in, tuples out,
-no `if` on a value.  Every model carries the six states of the trial; positions and heading are
-kinematics over ground, velocities are over ground too, forces see the water.
+A model is a frozen dataclass (numbers declared with `spec`, `terms`, `parts`) with the names of its
+states and controls and one method, `derivative`, written for floats and symbols alike: tuples in,
+tuples out, no `if` on a value.  Every model carries the six states of the trial first and may add its
+own after them, which are zero in a straight run.  Positions and heading are kinematics over ground,
+velocities are over ground too, forces see the water.
+
+A family in discrete time (ARX, recurrent networks) is `Sampled`: once per sample it says how fast the
+velocities change until the next one, so it runs in the same engine as the others.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 from ..environment import Environment, to_earth
 from ..parameters import Scalar
@@ -17,19 +21,77 @@ from ..symbolic import cos, sin
 STATES = ("x", "y", "psi", "u", "v_m", "r")
 UNITS = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s",
          "n_P": "1/s", "delta": "rad"}  # fmt: skip
+_PREFIXES = {"n": "1/s", "delta": "rad", "alpha": "rad", "f": "N", "X": "N", "Y": "N", "N": "N m"}
 
 
 class Model(Protocol):
-    """A continuous-time ship model."""
+    """A continuous-time ship model.
+
+    A single-screw ship has the controls n_P [1/s] and delta [rad].  Other controls are named by a
+    prefix that gives the unit and the part they move, port to starboard where numbered: n_bow, delta_1,
+    alpha_2 (direction of a thrust, clockwise from ahead), f_1 (thrust [N]).  `UNITS` and `unit` know them.
+    """
 
     states: ClassVar[tuple[str, ...]]
-    controls: ClassVar[tuple[str, ...]]
+    """Names of the states; the first six are `STATES`."""
+
+    @property
+    def controls(self) -> tuple[str, ...]:
+        """Names of the controls."""
+        ...
 
     def derivative(
         self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
     ) -> tuple[Scalar, ...]:
         """Time derivative of `state` [SI/s] under the actual controls and the environment."""
         ...
+
+
+@runtime_checkable
+class Sampled(Protocol):
+    """A model in discrete time.
+
+    Attributes:
+        dt: sample time [s]; the model runs at no other.
+        memory: names of what it remembers (lagged values, network memory).
+
+    Its `derivative` is the kinematics with held velocities; `advance` gives what changes them.
+    """
+
+    @property
+    def dt(self) -> float:
+        """Sample time [s]."""
+        ...
+
+    @property
+    def memory(self) -> tuple[str, ...]:
+        """Names of what it remembers."""
+        ...
+
+    def begin(self, state: tuple[Scalar, ...], control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+        """Memory as if the ship had been in this state, under these controls, for ever."""
+        ...
+
+    def advance(
+        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment,
+        memory: tuple[Scalar, ...],
+    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample."""
+        ...
+
+
+def unit(name: str) -> str:
+    """SI unit of a state or control by its name; "-" where none follows from it."""
+    return UNITS.get(name) or _PREFIXES.get(name.removesuffix("_cmd").partition("_")[0], "-")
+
+
+def follows(model: Model) -> tuple[tuple[str, float], ...]:
+    """For each control of `model`, the conventional order it obeys (n_P or delta) and its factor.
+
+    A control that obeys none is its own order.  A model says otherwise by an attribute `follows`.
+    """
+    given = getattr(model, "follows", None)
+    return tuple((name, 1.0) for name in model.controls) if given is None else given
 
 
 def kinematics(psi: Scalar, u: Scalar, v_m: Scalar, r: Scalar) -> tuple[Scalar, Scalar, Scalar]:

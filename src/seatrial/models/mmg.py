@@ -1,16 +1,16 @@
-"""The MMG family: hull, propeller, rudder and wind, each a module of its own, on one body."""
+"""The MMG family: hull, propeller, rudder, thrusters, wind and waves, each a module of its own, on one body."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..environment import Environment, to_body, to_earth
+from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body
-from ..parameters import Scalar
-from ..symbolic import cos, sin
+from ..parameters import Parts, Scalar, parts
 from . import STATES
+from .common import Surroundings, thruster_controls, thruster_force, thruster_orders
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,36 +22,38 @@ class Mmg:
     """
 
     states: ClassVar[tuple[str, ...]] = STATES
-    controls: ClassVar[tuple[str, ...]] = ("n_P", "delta")
 
     body: Body
     hull: ForceModule
     propeller: PropellerModule
     rudder: RudderModule
     wind: ForceModule | None = None
+    waves: ForceModule | None = None
+    thrusters: Parts = parts()
+
+    @property
+    def controls(self) -> tuple[str, ...]:
+        """n_P [1/s] and delta [rad], then those of the thrusters."""
+        return ("n_P", "delta", *thruster_controls(self.thrusters))
+
+    @property
+    def follows(self) -> tuple[tuple[str, float], ...]:
+        """The order that each control obeys."""
+        return (("n_P", 1.0), ("delta", 1.0), *thruster_orders(self.thrusters))
 
     def derivative(
         self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
     ) -> tuple[Scalar, ...]:
         """Time derivative of `state` [SI/s] under the actual controls and the environment."""
-        _, _, psi, u, v_m, r = state
-        c, s = cos(psi), sin(psi)
-        u_C, v_C = to_body(environment.current_x, environment.current_y, c, s)
-        u_W, v_W = to_body(environment.wind_x, environment.wind_y, c, s)
-        flow = self.flow(u - u_C, v_m - v_C, r, control, (u_W + u, v_W + v_m))
-        du, dv, dr = self.body.acceleration(self.force(flow), flow.u, flow.v_m, r)
-        north, east = to_earth(u, v_m, c, s)
-        return north, east, r, du + r * v_C, dv - r * u_C, dr
+        around = Surroundings.of(state, environment)
+        flow = around.flow(self.body, control[0], control[1])
+        force = self.force(flow, control[2:])
+        return around.rates(self.body.acceleration(force, flow.u, flow.v_m, flow.r))
 
-    def flow(
-        self, u: Scalar, v_m: Scalar, r: Scalar, control: tuple[Scalar, ...], apparent: tuple[Scalar, Scalar]
-    ) -> Flow:
-        """What the modules feel at velocities through the water and an apparent wind."""
-        n_P, delta = control
-        return Flow(u, v_m, r, n_P, delta, *apparent, self.body.rho, self.body.L_pp, self.body.d)
-
-    def force(self, flow: Flow) -> Force:
-        """Sum of all external forces."""
+    def force(self, flow: Flow, control: tuple[Scalar, ...] = ()) -> Force:
+        """Sum of all external forces; `control` holds those of the thrusters."""
         pull, slipstream = self.propeller.force(flow)
         total = self.hull.force(flow) + pull + self.rudder.force(flow, slipstream)
-        return total if self.wind is None else total + self.wind.force(flow)
+        for module in (self.wind, self.waves):
+            total = total if module is None else total + module.force(flow)
+        return total + thruster_force(self.thrusters, flow, control) if control else total

@@ -16,11 +16,11 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from ..actuators import Actuator, Actuators
-from ..models import UNITS
-from ..parameters import Spec, unknown
+from ..models import unit
+from ..parameters import ParameterError, Parts, Spec, Terms, unknown
 from . import Entry, Ship, ShipError
-from .numbers import ACTUATORS, PARTICULARS, Yardsticks, number
+from .actuation import read_actuators
+from .numbers import PARTICULARS, Yardsticks, number
 from .writing import save, to_toml
 
 __all__ = ["library", "load", "save", "to_toml"]
@@ -102,7 +102,7 @@ class _Reading:
         if length is None:
             raise ShipError(f"{self.path}: particulars.L_pp is missing; every report is in lengths")
         return Ship(
-            name=self.text("name", self.path.stem), model=model, actuators=self.actuators(), L_pp=length,
+            name=self.text("name", self.path.stem), model=model, actuators=read_actuators(self, model), L_pp=length,
             speed=speed, n_P=n_P, validity=self.validity(model), entries=self.entries,
             notes=self.table("notes"),
         )  # fmt: skip
@@ -123,13 +123,13 @@ class _Reading:
 
     def numbers(
         self, dotted: str, known: Mapping[str, Spec], required: set[str],
-        scale: Yardsticks | None = None, prefix: str | None = None,
+        scale: Yardsticks | None = None, prefix: str | None = None, choices: tuple[str, ...] = (),
     ) -> dict[str, float]:  # fmt: skip
         """The numbers of one table; unknown keys and missing numbers are errors."""
         table = self.table(dotted)
         path = f"{dotted}." if prefix is None else prefix
         for key in table:
-            if key not in known and not (key == "type" and required):
+            if key not in known and key not in choices and not (key == "type" and dotted != "particulars"):
                 raise ShipError(f"{self.path}: {dotted}: {unknown(key, known, 'number')}")
         missing = sorted(required - set(table))
         if missing:
@@ -154,28 +154,60 @@ class _Reading:
         hints = typing.get_type_hints(family)
         made: dict[str, Any] = {}
         for f in fields(family):
-            if "spec" in f.metadata:
+            if "spec" in f.metadata or "choice" in f.metadata:
                 continue
             if f.name in self.document:
-                made[f.name] = self.component(f.name, hints[f.name], scale)
+                made[f.name] = self.field(f.name, f, hints[f.name], scale)
             elif f.default is MISSING and f.default_factory is MISSING:
                 raise ShipError(f"{self.path}: table [{f.name}] is missing; {family.__name__} needs it")
         made |= self.parameters("model", family, scale, prefix="")
-        return family(**made)
+        return self.made(family, made, "model")
 
-    def component(self, name: str, hint: Any, scale: Yardsticks) -> Any:
-        table = self.table(name)
+    def field(self, name: str, f: Any, hint: Any, scale: Yardsticks) -> Any:
+        """One table of the model: a component, freely named terms, or freely named components."""
+        if "terms" in f.metadata:
+            return self.terms(name, f.metadata["terms"], scale)
+        if "parts" in f.metadata:
+            names = tuple(self.table(name))
+            return Parts(names, tuple(self.component(f"{name}.{part}", None, scale) for part in names))
+        return self.component(name, hint, scale)
+
+    def terms(self, dotted: str, meaning: Any, scale: Yardsticks) -> Terms:
+        known: dict[str, Spec] = {}
+        for key in self.table(dotted):
+            try:
+                known[key] = meaning(key)
+            except ParameterError as error:
+                raise ShipError(f"{self.path}: {dotted}: {error}") from None
+        found = self.numbers(dotted, known, set(), scale)
+        return Terms(tuple(found), tuple(found.values()))
+
+    def component(self, dotted: str, hint: Any, scale: Yardsticks) -> Any:
+        table = self.table(dotted)
         if "type" in table or not (inspect.isclass(hint) and is_dataclass(hint)):
-            hint = find_class(table.get("type"), "forces", f"{self.path}: {name}.type")
-        return hint(**self.parameters(name, hint, scale, prefix=f"{name}."))
+            hint = find_class(table.get("type"), "forces", f"{self.path}: {dotted}.type")
+        return self.made(hint, self.parameters(dotted, hint, scale, prefix=f"{dotted}."), dotted)
 
-    def parameters(self, dotted: str, cls: type, scale: Yardsticks, prefix: str) -> dict[str, float]:
+    def made(self, cls: type, given: Mapping[str, Any], dotted: str) -> Any:
+        try:
+            return cls(**given)
+        except ParameterError as error:
+            raise ShipError(f"{self.path}: {dotted}: {error}") from None
+
+    def parameters(self, dotted: str, cls: type, scale: Yardsticks, prefix: str) -> dict[str, Any]:
+        """Numbers and choices of one class."""
         declared = {f.name: f for f in fields(cls) if "spec" in f.metadata}
+        choices = {f.name: f.metadata["choice"] for f in fields(cls) if "choice" in f.metadata}
         required = {name for name, f in declared.items() if f.default is MISSING}
         known = {name: f.metadata["spec"] for name, f in declared.items()}
-        if not known and dotted == "model":
+        if not known and not choices and dotted == "model":
             return {}
-        return self.numbers(dotted, known, required, scale, prefix)
+        chosen = {key: self.table(dotted)[key] for key in choices if key in self.table(dotted)}
+        for key, value in chosen.items():
+            if value not in choices[key][1]:
+                spot = f"{self.path}: {dotted}.{key}: '{value}'"
+                raise ShipError(f"{spot} is not one of {', '.join(choices[key][1])}")
+        return {**self.numbers(dotted, known, required, scale, prefix, tuple(choices)), **chosen}
 
     def approach(self) -> tuple[float, float | None]:
         known = {"speed": Spec("m/s", "approach speed", 0.0, 100.0), "n_P": Spec("1/s", "revolutions")}
@@ -183,15 +215,6 @@ class _Reading:
         if "speed" not in found:
             raise ShipError(f"{self.path}: approach: missing speed")
         return found["speed"], found.get("n_P")
-
-    def actuators(self) -> Actuators:
-        for key in self.table("actuators"):
-            if key not in ACTUATORS:
-                raise ShipError(f"{self.path}: actuators: {unknown(key, ACTUATORS, 'actuator')}")
-        return Actuators(
-            **{key: Actuator(**self.numbers(f"actuators.{key}", known, set()))
-               for key, known in ACTUATORS.items()}
-        )  # fmt: skip
 
     def validity(self, model: Any) -> dict[str, tuple[float, float]]:
         found: dict[str, tuple[float, float]] = {}
@@ -201,7 +224,7 @@ class _Reading:
                 raise ShipError(f"{self.path}: validity: {unknown(key, channels, 'channel')}")
             spot = f"{self.path}: validity.{key}"
             if not isinstance(pair, list) or len(pair) != 2:
-                raise ShipError(f"{spot}: an interval is written [low, high], in {UNITS.get(key, 'SI')}")
+                raise ShipError(f"{spot}: an interval is written [low, high], in {unit(key)}")
             low, high = (number({"value": x, "source": "-"}, Spec("", key), spot)[0] for x in pair)
             if not low < high:
                 raise ShipError(f"{spot}: [{low:g}, {high:g}] has no width")

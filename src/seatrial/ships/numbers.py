@@ -16,6 +16,8 @@ FACTORS = {
     ("rpm", "1/s"): 1.0 / 60.0, ("rps", "1/s"): 1.0,
     ("kn", "m/s"): 1852.0 / 3600.0, ("km/h", "m/s"): 1.0 / 3.6,
     ("mm", "m"): 1e-3, ("cm", "m"): 1e-2, ("km", "m"): 1e3,
+    ("kN", "N"): 1e3, ("MN", "N"): 1e6, ("kN m", "N m"): 1e3,
+    ("rpm/s", "1/s^2"): 1.0 / 60.0, ("rps/s", "1/s^2"): 1.0,
     ("t", "kg"): 1e3, ("t/m^3", "kg/m^3"): 1e3, ("t m^2", "kg m^2"): 1e3, ("min", "s"): 60.0,
 }  # fmt: skip
 """Factor from a unit of the field to the one used inside."""
@@ -28,14 +30,6 @@ PARTICULARS = {
     "C_b": Spec("", "block coefficient", 0.0, 1.0),
     "volume": Spec("m^3", "displaced volume", 0.0),
 }
-ACTUATORS = {
-    "rudder": {"low": Spec("rad", "least angle"), "high": Spec("rad", "greatest angle"),
-               "rate": Spec("rad/s", "greatest rate", 0.0)},
-    "propeller": {"low": Spec("1/s", "least revolutions"), "high": Spec("1/s", "greatest revolutions"),
-                  "rate": Spec("1/s^2", "greatest rate", 0.0)},
-}  # fmt: skip
-
-
 @dataclass(frozen=True)
 class Yardsticks:
     """What makes a primed number dimensional: 0.5 rho L d for a mass, 0.5 rho L^4 d for an inertia."""

@@ -7,13 +7,14 @@ import math
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
-from ..parameters import Spec, walk
+from ..parameters import Parts, Terms
 from . import Entry, Ship, ShipError
-from .numbers import ACTUATORS, PARTICULARS, Yardsticks, resolve
+from .actuation import USUAL, listed
+from .numbers import PARTICULARS, Yardsticks, resolve
 
 
 def save(ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = None) -> Path:
@@ -111,19 +112,44 @@ def _particulars(ship: Ship) -> Iterator[str]:
 
 def _model(ship: Ship, scale: Yardsticks) -> Iterator[str]:
     model: Any = ship.model
-    own = {f.name for f in fields(model) if "spec" in f.metadata}
+    own = [f for f in fields(model) if "spec" in f.metadata or "choice" in f.metadata]
     if own:
         yield from ("", "[model]")
-        for path, meaning, value in walk(model):
-            if path in own:
-                yield f"{path} = {_number(ship, path, value, meaning.unit, scale)}"
+        yield from _choices(model)
+        yield from _numbers(ship, "", model, scale)
     for f in fields(model):
         part = getattr(model, f.name)
-        if f.name in own or part is None:
+        if f in own or part is None:
             continue
-        yield from ("", f"[{f.name}]", f"type = {_text(_type(part, 'forces'))}")
-        for path, meaning, value in walk(part, f"{f.name}."):
-            yield f"{path.split('.')[-1]} = {_number(ship, path, value, meaning.unit, scale)}"
+        if isinstance(part, Terms):
+            yield from ("", f"[{f.name}]")
+            for name, value in part.items():
+                yield f"{name} = {_number(ship, f'{f.name}.{name}', value, f.metadata['terms'](name).unit, scale)}"
+        elif isinstance(part, Parts):
+            for name, component in part.items():
+                yield from _component(ship, f"{f.name}.{name}", component, scale)
+        else:
+            yield from _component(ship, f.name, part, scale)
+
+
+def _component(ship: Ship, dotted: str, part: Any, scale: Yardsticks) -> Iterator[str]:
+    yield from ("", f"[{dotted}]", f"type = {_text(_type(part, 'forces'))}")
+    yield from _choices(part)
+    yield from _numbers(ship, f"{dotted}.", part, scale)
+
+
+def _numbers(ship: Ship, prefix: str, thing: Any, scale: Yardsticks) -> Iterator[str]:
+    """The declared numbers of one class, those left out that the file never gave and nobody changed."""
+    for f in fields(thing):
+        value, path = getattr(thing, f.name), prefix + f.name
+        if "spec" in f.metadata and (path in ship.entries or f.default is MISSING or value != f.default):
+            yield f"{f.name} = {_number(ship, path, value, f.metadata['spec'].unit, scale)}"
+
+
+def _choices(thing: Any) -> Iterator[str]:
+    for f in fields(thing):
+        if "choice" in f.metadata:
+            yield f"{f.name} = {_text(getattr(thing, f.name))}"
 
 
 def _approach(ship: Ship) -> Iterator[str]:
@@ -133,19 +159,12 @@ def _approach(ship: Ship) -> Iterator[str]:
 
 
 def _actuators(ship: Ship) -> Iterator[str]:
-    for name, known in ACTUATORS.items():
-        actuator = getattr(ship.actuators, name)
-        given = [(k, v) for k, v in _values(actuator) if abs(v) != float("inf")]
-        if given:
-            yield from ("", f"[actuators.{name}]")
-        for key, value in given:
-            yield f"{key} = {_number(ship, f'actuators.{name}.{key}', value, known[key].unit, None)}"
-
-
-def _values(thing: Any) -> Iterator[tuple[str, float]]:
-    found: Iterator[tuple[str, Spec, float]] = walk(thing)
-    for path, _, value in found:
-        yield path, value
+    for name, kind, numbers in listed(ship):
+        yield from ("", f"[actuators.{name}]")
+        if kind != USUAL:
+            yield f"type = {_text(kind)}"
+        for key, value, unit in numbers:
+            yield f"{key} = {_number(ship, f'actuators.{name}.{key}', value, unit, None)}"
 
 
 def _notes(notes: Mapping[str, Any]) -> str:

@@ -1,0 +1,82 @@
+"""What the hydrodynamic families share: from ground to water and back, and sets of thrusters."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ..environment import Environment, to_body, to_earth
+from ..forces import Flow, Force
+from ..parameters import Parts, Scalar
+from ..symbolic import cos, sin
+
+
+class Surroundings(NamedTuple):
+    """Velocities over ground and through the water, and what wind and waves are in ship axes.
+
+    Attributes:
+        u, v_m, r: velocities over ground at midship [m/s, m/s, rad/s].
+        u_r, v_r: velocities through the water at midship [m/s].
+        cos_psi, sin_psi: of the heading.
+        environment: what surrounds the ship.
+    """
+
+    u: Scalar
+    v_m: Scalar
+    r: Scalar
+    u_r: Scalar
+    v_r: Scalar
+    cos_psi: Scalar
+    sin_psi: Scalar
+    environment: Environment
+
+    @classmethod
+    def of(cls, state: tuple[Scalar, ...], environment: Environment) -> Surroundings:
+        """What a ship in `state` meets."""
+        _, _, psi, u, v_m, r = state[:6]
+        c, s = cos(psi), sin(psi)
+        u_C, v_C = to_body(environment.current_x, environment.current_y, c, s)
+        return cls(u, v_m, r, u - u_C, v_m - v_C, c, s, environment)
+
+    def flow(self, body: Any, n_P: Scalar = 0.0, delta: Scalar = 0.0) -> Flow:
+        """The flow that force modules feel; `body` has rho, L_pp and d."""
+        around = self.environment
+        u_W, v_W = to_body(around.wind_x, around.wind_y, self.cos_psi, self.sin_psi)
+        wave_u, wave_v = to_body(around.wave_x, around.wave_y, self.cos_psi, self.sin_psi)
+        return Flow(
+            self.u_r, self.v_r, self.r, n_P, delta, u_W + self.u, v_W + self.v_m, body.rho, body.L_pp, body.d,
+            wave_u, wave_v, around.wave_T, body.d * around.per_depth,
+        )  # fmt: skip
+
+    def rates(self, acceleration: tuple[Scalar, Scalar, Scalar]) -> tuple[Scalar, ...]:
+        """Rates of the six states, from rates of the velocities through the water.
+
+        The body turns within a uniform current, whose ship-fixed components turn the other way:
+        motion in current is motion in still water plus the drift.
+        """
+        du, dv, dr = acceleration
+        north, east = to_earth(self.u, self.v_m, self.cos_psi, self.sin_psi)
+        u_C, v_C = self.u - self.u_r, self.v_m - self.v_r
+        return north, east, self.r, du + self.r * v_C, dv - self.r * u_C, dr
+
+
+def thruster_controls(thrusters: Parts) -> tuple[str, ...]:
+    """Names of the controls of a set of thrusters: prefix and part, such as n_bow, alpha_1."""
+    return tuple(f"{prefix}_{name}" for name, part in thrusters.items() for prefix in part.prefixes)
+
+
+def thruster_orders(thrusters: Parts) -> tuple[tuple[str, float], ...]:
+    """For each of those controls the order it obeys; itself where it obeys no conventional one."""
+    return tuple(
+        (order, factor) if order else (f"{prefix}_{name}", 1.0)
+        for name, part in thrusters.items()
+        for prefix, (order, factor) in zip(part.prefixes, part.follows, strict=True)
+    )
+
+
+def thruster_force(thrusters: Parts, flow: Flow, control: tuple[Scalar, ...]) -> Force:
+    """Sum of the thrusters' forces under their own controls, in the order of `thruster_controls`."""
+    total, at = Force(0.0, 0.0, 0.0), 0
+    for part in thrusters.components:
+        total = total + part.force(flow, control[at : at + len(part.prefixes)])
+        at += len(part.prefixes)
+    return total
