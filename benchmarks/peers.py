@@ -21,13 +21,13 @@ LANES, DURATION, N_P, DELTA = 128, 200.0, 11.85, math.radians(35.0)
 SHIP: Any = load("kvlcc2_l7")
 SYSTEM, P = open_loop(SHIP), open_loop_parameters(SHIP)
 START = (0.0, 0.0, 0.0, SHIP.speed, 0.0, 0.0)
-HELD = np.tile([N_P, DELTA, 0.0, 0.0, 0.0, 0.0], (LANES, 1, 1))
+HELD = np.tile([N_P, DELTA, *([0.0] * 8)], (LANES, 1, 1))
 ENGINE = simulator(SYSTEM, back_end="simd")
 
 
-def shipmmg(**options: Any) -> Any:
-    """The same ship and turn by shipmmg (in its own wake model)."""
-    from shipmmg.mmg_3dof import Mmg3DofBasicParams, Mmg3DofManeuveringParams, simulate_mmg_3dof
+def shipmmg_ship() -> tuple[Any, Any]:
+    """The same ship as shipmmg wants it (in its own wake model)."""
+    from shipmmg.mmg_3dof import Mmg3DofBasicParams, Mmg3DofManeuveringParams
 
     b, p, r = SHIP.model.body, SHIP.model.propeller, SHIP.model.rudder
     L = b.L_pp
@@ -38,11 +38,17 @@ def shipmmg(**options: Any) -> Any:
     primes = {"R_0": 0.022, "X_vv": -0.04, "X_vr": 0.002, "X_rr": 0.011, "X_vvvv": 0.771, "Y_v": -0.315,
               "Y_r": 0.083, "Y_vvv": -1.607, "Y_vvr": 0.379, "Y_vrr": -0.391, "Y_rrr": 0.008, "N_v": -0.137,
               "N_r": -0.049, "N_vvv": -0.03, "N_vvr": -0.294, "N_vrr": 0.055, "N_rrr": -0.013}  # fmt: skip
+    primed = {f"{k}_dash": v for k, v in primes.items()}
+    return Mmg3DofBasicParams(**basic), Mmg3DofManeuveringParams(k_0=p.k_0, k_1=p.k_1, k_2=p.k_2, **primed)
+
+
+def shipmmg(**options: Any) -> Any:
+    """The same turn by shipmmg."""
+    from shipmmg.mmg_3dof import simulate_mmg_3dof
+
     t = np.linspace(0.0, DURATION, 2001)
     return simulate_mmg_3dof(
-        Mmg3DofBasicParams(**basic),
-        Mmg3DofManeuveringParams(k_0=p.k_0, k_1=p.k_1, k_2=p.k_2, **{f"{k}_dash": v for k, v in primes.items()}),
-        t, np.full(t.size, DELTA), np.full(t.size, N_P), u0=SHIP.speed, ρ=b.rho, **options,
+        *shipmmg_ship(), t, np.full(t.size, DELTA), np.full(t.size, N_P), u0=SHIP.speed, ρ=SHIP.model.body.rho, **options,
     )  # fmt: skip
 
 

@@ -6,41 +6,33 @@ Exit status: 0 done, 1 the run failed, 2 the request was wrong.
 
 from __future__ import annotations
 
-import math
 import sys
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+from .cli_manoeuvres import simulate
+from .cli_ships import design, estimate, imo, models, requirements, ships, show
 from .cli_support import (
-    MANOEUVRES,
-    Settings,
     UsageError,
-    around_ship,
     cautions,
-    check_manoeuvre,
     emit,
-    index_json,
     make_folder,
-    manoeuvre,
     note,
     note_warning,
     positive,
     read_ship,
-    run_manoeuvre,
     separate,
-    show_indices,
-    show_table,
-    vector,
 )  # fmt: skip
 from .data import DataError, Trial
 from .engine import SimulationError
 from .identify import FitError, StudyError
-from .parameters import ParameterError, walk
+from .parameters import ParameterError
 from .ships import ShipError
+from .weather import WeatherError
 
 app = typer.Typer(
     name="seatrial", no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -54,7 +46,7 @@ Restart = Annotated[
     float | None, typer.Option(help="Start anew from the measured state every so many seconds.")
 ]
 
-_WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, UsageError)
+_WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, UsageError, WeatherError)
 _FAILED_RUN = (SimulationError, FitError)
 
 
@@ -104,102 +96,8 @@ def demo(
         sys.stdout.write("\n".join(summary["lines"]) + "\n")
 
 
-@app.command()
-def ships(json: Json = False) -> None:
-    """The library of ships."""
-    from .ships.files import library
-
-    found = [(name, read_ship(name)) for name in library()]
-    if json:
-        emit({"ships": [
-            {"name": name, "title": str(ship.notes.get("title", "")), "L_pp": ship.L_pp, "speed": ship.speed,
-             "family": type(ship.model).__name__, "parameters": sum(1 for _ in walk(ship.model))}
-            for name, ship in found
-        ]})  # fmt: skip
-        return
-    rows = [
-        (name, str(s.notes.get("title", "")), f"{s.L_pp:g}", f"{s.speed:g}", type(s.model).__name__)
-        for name, s in found
-    ]
-    show_table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, right=(2, 3))
-
-
-@app.command()
-def show(
-    ship: ShipName,
-    sources: Annotated[bool, typer.Option("--sources", help="Where each number comes from.")] = False,
-    json: Json = False,
-) -> None:
-    """Every parameter of a ship with value, unit and meaning."""
-    found = read_ship(ship)
-    entries = found.entries
-    if json:
-        emit({"ship": found.name, "L_pp": found.L_pp, "speed": found.speed, "n_P": found.n_P,
-              "parameters": {
-                  path: {"value": value, "unit": meaning.unit, "about": meaning.about,
-                         **({"source": entries[path].source, "given": entries[path].given,
-                             "prime": entries[path].prime, "sigma": entries[path].sigma}
-                            if path in entries else {"source": None})}
-                  for path, meaning, value in walk(found.model)
-              }, "notes": dict(found.notes)})  # fmt: skip
-        return
-    rows = [
-        (path, f"{value:.6g}", meaning.unit,
-         *([entries[path].source if path in entries else "default"] if sources else [meaning.about]))
-        for path, meaning, value in walk(found.model)
-    ]  # fmt: skip
-    show_table(("parameter", "value", "unit", "source" if sources else "meaning"), rows, right=(1,))
-
-
-@app.command()
-def simulate(
-    ship: ShipName,
-    name: Annotated[str, typer.Argument(metavar="MANOEUVRE", help=f"One of: {', '.join(MANOEUVRES)}.")],
-    rudder: Annotated[float | None, typer.Option(help="Rudder angle, magnitude [deg].")] = None,
-    heading: Annotated[float | None, typer.Option(help="Heading change of a zigzag [deg].")] = None,
-    side: Annotated[str, typer.Option(help="First side: port or starboard.")] = "starboard",
-    speed: Annotated[float | None, typer.Option(help="Approach speed [m/s].")] = None,
-    rps: Annotated[float | None, typer.Option(help="Propeller revolutions [1/s].")] = None,
-    duration: Annotated[float | None, typer.Option(help="Length of the run [s]; else until it is over.")] = None,
-    dt: Annotated[float | None, typer.Option(help="Time step [s].")] = None,
-    wind: Annotated[str | None, typer.Option(help="True wind M/S,DEG: where it comes from.")] = None,
-    current: Annotated[str | None, typer.Option(help="Current M/S,DEG: where it goes.")] = None,
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="Trial file to write (.csv).")] = None,
-    json: Json = False,
-) -> None:
-    """A manoeuvre and its indices."""
-    from .simulate import approach, time_step
-
-    check_manoeuvre(name)
-    positive(speed=speed, duration=duration, dt=dt)
-    vessel = read_ship(ship)
-    around = around_ship(vessel, vector("--wind", wind), vector("--current", current))
-    U, n_P = approach(vessel, speed, rps)
-    policy = manoeuvre(name, n_P, Settings(rudder, heading, side), vessel)
-    run, complete = run_manoeuvre(vessel, policy, speed=U, duration=duration, dt=dt, around=around)
-    if not complete:
-        note(f"note: not over after {run.duration:g} s; what the run never reached is left out")
-    if out is not None:
-        _write(run, out)
-    indices = {n: index_json(i) for n, i in policy.indices(run, vessel.L_pp).items()}
-    settings = {"speed": U, "rps": n_P, "rudder": abs(math.degrees(policy.delta)),  # type: ignore[attr-defined]
-                "side": side, "duration": run.duration, "dt": dt or time_step(vessel),
-                "wind": {"speed": around.U_T, "from": math.degrees(around.gamma_T)},
-                "current": {"speed": around.U_C, "towards": math.degrees(around.gamma_C)}}  # fmt: skip
-    if name == "zigzag":
-        settings["heading"] = math.degrees(policy.psi)  # type: ignore[attr-defined]
-    if json:
-        emit({"ship": vessel.name, "manoeuvre": name, "settings": settings, "complete": complete, "indices": indices})
-        return
-    show_indices(f"{vessel.name}, {name}", indices)
-
-
-def _write(run: Any, out: Path) -> None:
-    from .data.trialfile import write_trial
-
-    make_folder(out.parent)
-    write_trial(run, out)
-    note(f"wrote {out}")
+for command in (ships, show, simulate, models, estimate, design, requirements, imo):
+    app.command()(command)
 
 
 @app.command("import")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,20 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .data import DataError, Trial
-from .environment import Uniform
-from .manoeuvres import Index, Manoeuvre
-from .manoeuvres.turning import Turning
-from .manoeuvres.zigzag import Zigzag
-from .models import STATES
-from .parameters import unknown
+from .environment import Environment, Uniform, Weather
+from .manoeuvres import Index
+from .models import STATES, Sampled
 from .ships import Ship
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 DEGREE = math.pi / 180.0
-# A manoeuvre that is not over after this many ship lengths of way never will be.
-_FIRST, _LAST = 30.0, 2000.0
 
 
 class UsageError(ValueError):
@@ -86,66 +81,6 @@ def read_ship(name: str) -> Ship:
     return load(name)
 
 
-@dataclass(frozen=True)
-class Settings:
-    """Set points of a manoeuvre as given: degrees; None takes the manoeuvre's own."""
-
-    rudder: float | None
-    heading: float | None
-    side: str
-
-
-def _turning(n_P: float, settings: Settings) -> Turning:
-    if settings.heading is not None:
-        raise UsageError("turning takes no --heading; it takes --rudder and --side")
-    return Turning(n_P, _sign(settings.side) * _angle("--rudder", settings.rudder, 35.0))
-
-
-def _zigzag(n_P: float, settings: Settings) -> Zigzag:
-    delta = _angle("--rudder", settings.rudder, 10.0)
-    return Zigzag(n_P, delta, _angle("--heading", settings.heading, 10.0), _sign(settings.side))
-
-
-MANOEUVRES: Mapping[str, Callable[[float, Settings], Manoeuvre]] = {"turning": _turning, "zigzag": _zigzag}
-
-
-def _sign(side: str) -> float:
-    return -1.0 if side == "port" else 1.0
-
-
-def _angle(option: str, degrees: float | None, default: float) -> float:
-    value = default if degrees is None else degrees
-    if not 0 < value <= 180:
-        raise UsageError(f"{option} is {value:g} deg; it is a magnitude above 0 (--side gives the side)")
-    return value * DEGREE
-
-
-def manoeuvre(name: str, n_P: float, settings: Settings, ship: Ship) -> Manoeuvre:
-    """The named manoeuvre for a ship with revolutions `n_P` [1/s].
-
-    Raises:
-        UsageError: an unknown manoeuvre or side, an angle that cannot be, a rudder beyond the ship's.
-    """
-    check_manoeuvre(name)
-    if settings.side not in ("port", "starboard"):
-        raise UsageError(f"--side is '{settings.side}'; known: port, starboard")
-    made = MANOEUVRES[name](n_P, settings)
-    rudder = abs(getattr(made, "delta", 0.0))
-    limit = float(ship.actuators.rudder.high)
-    if rudder > limit * (1 + 1e-9):
-        raise UsageError(
-            f"--rudder is {rudder / DEGREE:g} deg; the rudder of {ship.name} goes to {limit / DEGREE:g} deg"
-        )
-    return made
-
-
-def check_manoeuvre(name: str) -> None:
-    """Raise a UsageError that lists the known ones for an unknown manoeuvre."""
-    if name not in MANOEUVRES:
-        near = unknown(name, MANOEUVRES, "manoeuvre").partition(";")[0]
-        raise UsageError(f"{near}; known: {', '.join(MANOEUVRES)}")
-
-
 def positive(**options: float | None) -> None:
     """Raise a UsageError for an option that is given and not a positive number."""
     for name, value in options.items():
@@ -170,26 +105,10 @@ def vector(option: str, text: str | None) -> tuple[float, float]:
     return size, direction * DEGREE
 
 
-def run_manoeuvre(
-    ship: Ship, policy: Manoeuvre, *, speed: float, duration: float | None, dt: float | None, around: Uniform
-) -> tuple[Trial, bool]:
-    """The run and whether it holds all its indices; without a duration it grows until it does."""
-    from .simulate import simulate
-
-    length = duration or _FIRST * ship.L_pp / max(speed, 1e-3)
-    limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
-    while True:
-        run = simulate(ship, policy, speed=speed, duration=length, environment=around, dt=dt)
-        complete = policy.complete(run)
-        if complete or 2 * length > limit:
-            return run, complete
-        length *= 2
-
-
 def index_json(index: Index) -> dict[str, Any]:
     """One figure with its unit; angles in degrees, lengths also in ship lengths."""
-    if index.unit == "rad":
-        return {"value": index.value / DEGREE, "unit": "deg"}
+    if index.unit in ("rad", "rad/s"):
+        return {"value": index.value / DEGREE, "unit": index.unit.replace("rad", "deg")}
     out: dict[str, Any] = {"value": index.value, "unit": index.unit}
     return out if index.over_L is None else {**out, "over_L": index.over_L}
 
@@ -208,11 +127,67 @@ def figure(value: float | None, digits: int = 4) -> str:
     return "–" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
 
 
-def around_ship(ship: Ship, wind: tuple[float, float], current: tuple[float, float]) -> Uniform:
-    """Steady wind and current; a ship that cannot feel the wind refuses one."""
-    if wind[0] and getattr(ship.model, "wind", None) is None:
-        raise UsageError(f"--wind: {ship.name} has no wind force; give its file a [wind] table, or leave --wind out")
-    return Uniform(*wind, *current)
+@dataclass(frozen=True)
+class Around:
+    """What a user put around the ship: the weather, and the settings as they go to the output."""
+
+    weather: Weather
+    settings: Mapping[str, Any]
+
+
+def around_ship(
+    ship: Ship, wind: str | None, gusts: str | None, current: str | None, waves: str | None,
+    depth: float | None, seed: int,
+) -> Around:  # fmt: skip
+    """Wind, gusts, current, waves and depth as given on the command line.
+
+    Raises:
+        UsageError: a figure that cannot be read; something that this ship's model does not feel.
+    """
+    from .weather import Gust
+
+    U_T, gamma_T = vector("--wind", wind)
+    U_C, gamma_C = vector("--current", current)
+    H_S, T_W, gamma_W = _waves(waves)
+    base = Uniform(U_T, gamma_T, U_C, gamma_C, H_S, T_W, gamma_W, depth or math.inf)
+    needs = (("--wind", U_T, "wind_x", "wind"), ("--waves", H_S, "wave_x", "waves"),
+             ("--depth", depth or 0.0, "per_depth", "shallow water"))  # fmt: skip
+    for option, given, channel, what in needs:
+        if given and not feels(ship, channel):
+            raise UsageError(f"{option}: {ship.name} has no force of {what}; see seatrial show {ship.name}")
+    if gusts is not None and not U_T:
+        raise UsageError("--gusts need a mean wind to blow about; give --wind M/S,DEG")
+    settings = {"wind": {"speed": U_T, "from": gamma_T / DEGREE},
+                "current": {"speed": U_C, "towards": gamma_C / DEGREE},
+                "waves": {"height": H_S, "period": T_W, "from": gamma_W / DEGREE},
+                "depth": depth, "gusts": gusts}  # fmt: skip
+    return Around(base if gusts is None else Gust(base, gusts, seed), settings)
+
+
+def _waves(text: str | None) -> tuple[float, float, float]:
+    if text is None:
+        return 0.0, 0.0, 0.0
+    try:
+        height, period, direction = (float(part) for part in text.split(","))
+    except ValueError:
+        raise UsageError(f"--waves is '{text}'; write M,S,DEG such as 2,8,180") from None
+    if not (height >= 0 and period > 0 and all(map(math.isfinite, (height, period, direction)))):
+        raise UsageError(f"--waves is '{text}'; the height is zero or above, the period above zero")
+    return height, period, direction * DEGREE
+
+
+def feels(ship: Ship, channel: str) -> bool:
+    """Whether a channel of the environment changes the motion of a ship under way in a beam sea."""
+    if isinstance(ship.model, Sampled):
+        return False
+    U = max(ship.speed, 1e-3)
+    state = (0.0, 0.0, 0.7, U, 0.1 * U, 0.1 * U / ship.L_pp, *([0.0] * (len(ship.model.states) - 6)))
+    control = tuple(0.1 for _ in ship.model.controls)
+    around = Environment(wave_T=2.0 * math.sqrt(ship.L_pp))
+    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.05 * ship.L_pp))
+    size = {"per_depth": 0.5 / draught}
+    other = around._replace(**{channel: size.get(channel, 0.01 * ship.L_pp)})
+    return ship.model.derivative(state, control, around) != ship.model.derivative(state, control, other)
 
 
 def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
@@ -222,7 +197,7 @@ def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
         length = trial.meta.get("L_pp")
         if isinstance(length, int | float) and abs(length / ship.L_pp - 1) > 0.02:
             lines.append(f"warning: {trial.name} is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m")
-        if getattr(ship.model, "wind", None) is not None and "U_T" not in trial:
+        if feels(ship, "wind_x") and "U_T" not in trial:
             lines.append(f"warning: {trial.name} has no wind (U_T, gamma_T); predicted in still air")
         held = [n for n in ship.model.controls if n in trial and not np.isfinite(trial[n]).all()]
         if held:

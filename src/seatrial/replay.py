@@ -11,7 +11,7 @@ from .engine.rollout import simulator
 from .environment import CHANNELS
 from .models import STATES, Model, Sampled, follows
 from .ships import Ship
-from .systems import open_loop, open_loop_parameters
+from .systems import open_loop, open_loop_memory, open_loop_parameters
 
 
 def inputs(trial: Trial, model: Model) -> Array:
@@ -95,7 +95,7 @@ def replay(
     begun = np.hstack([state[starts], np.zeros((len(starts), len(system.states) - state.shape[1]))])
     run = simulator(system).run(
         begun, lanes, open_loop_parameters(ship), dt=dt, steps=steps, method=method, threads=threads,
-        memory0=_memory(ship, begun, lanes[:, 0]),
+        memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)]),
     )  # fmt: skip
     out = np.empty_like(state)
     for lane, (a, b) in enumerate(zip(starts, ends, strict=True)):
@@ -120,15 +120,6 @@ def _step(ship: Ship, t: Array, trial: Trial) -> float:
             "so resample the trial (data.prepare.resampled) or fit the model at the trial's step"
         )
     return ship.model.dt if isinstance(ship.model, Sampled) else dt
-
-
-def _memory(ship: Ship, state: Array, inputs: Array) -> Array | None:
-    """What a sampled model remembers at each start: as if it had been in that state for ever."""
-    if not isinstance(ship.model, Sampled):
-        return None
-    n = len(ship.model.controls)
-    rows = zip(state.tolist(), inputs[:, :n].tolist(), strict=True)
-    return np.array([ship.model.begin(tuple(x), tuple(c)) for x, c in rows], dtype=np.float64)
 
 
 def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float) -> list[int]:

@@ -14,14 +14,15 @@ from typing import Any
 import numpy as np
 
 from .data import UNITS, Array, Trial
-from .engine import Rollout, SimulationError
+from .engine import Rollout, Scalars, SimulationError
 from .engine.rollout import simulator
+from .engine.trace import over_rows
 from .environment import CALM, CHANNELS, Uniform, Weather
 from .manoeuvres import Policy, Scheduled
 from .models import STATES, Sampled, follows, unit
 from .parameters import unknown, values
 from .ships import Ship, ShipError
-from .systems import closed_loop, loop_memory, loop_values, open_loop, open_loop_parameters
+from .systems import closed_loop, logged, loop_memory, loop_values, open_loop, open_loop_parameters
 
 __all__ = ["approach", "campaign", "closed_loop", "open_loop", "open_loop_parameters", "simulate", "surge_balance",
            "time_step"]  # fmt: skip
@@ -152,22 +153,31 @@ def campaign(
     lanes = len(next(iter(vary.values()))) if vary else 1
     six = (0.0, 0.0, 0.0, speed, 0.0, 0.0) if start is None else start
     state = (*six, *([0.0] * (len(system.states) - 6)))
-    columns = {name: np.asarray(column, dtype=np.float64).tolist() for name, column in vary.items()}
-    # Only what steers needs a look at each lane; everything else begins alike.
-    steering = [name for name in vary if name.startswith("policy.")]
-    memory = [
-        loop_memory(ship, policy, step, shared | {name: columns[name][lane] for name in steering}, state)
-        for lane in range(lanes if steering else 1)
-    ]
+    columns = {name: np.asarray(column, dtype=np.float64) for name, column in vary.items()}
+    memory = _begin(ship, policy, step, {n: v for n, v in columns.items() if n.startswith("policy.")}, state)
     around = _series(policy, environment, step, steps)
     return simulator(system, tuple(vary)).run(
         np.tile(state, (lanes, 1)), np.broadcast_to(around, (lanes, *around.shape)),
         np.array(list(shared.values()), dtype=np.float64),
-        memory0=np.broadcast_to(np.array(memory), (lanes, len(system.memory))),
+        memory0=np.broadcast_to(memory, (lanes, len(system.memory))),
         lanewise=np.column_stack(list(columns.values())) if vary else None,
         dt=step, steps=steps, every=every, method=method, threads=threads,
         validity={k: v for k, v in ship.validity.items() if k in system.states},
     )  # fmt: skip
+
+
+def _begin(
+    ship: Ship, policy: Policy, dt: float, vary: Mapping[str, Array], state: tuple[float, ...]
+) -> Array:  # fmt: skip
+    """Memory at the start, shape (lanes or 1, memory); `vary` holds what differs in how lanes are steered."""
+    shared = {name: value for name, value in loop_values(ship, policy).items() if name.startswith("policy.")}
+    if not vary:
+        return np.array([loop_memory(ship, policy, dt, shared, state)], dtype=np.float64)
+
+    def begin(row: Scalars) -> Scalars:
+        return loop_memory(ship, policy, dt, shared | dict(zip(vary, row, strict=True)), state)
+
+    return over_rows(begin, np.column_stack(list(vary.values())))
 
 
 def _checked_step(ship: Ship, dt: float | None) -> float:
@@ -207,7 +217,7 @@ def simulate(
         raise SimulationError(f"{ship.name}: {run.failures[0]}; it left the finite or the ship's validity range")
     columns = closed_loop(ship, policy, _checked_step(ship, dt)).stored
     controls = ship.model.controls
-    kept = (*STATES, *controls, *(f"{control}_cmd" for control in controls))
+    kept = (*STATES, *controls, *logged(ship, policy))
     channels = {n: run.values[0, :, columns.index(n)].copy() for n in kept}
     kind = getattr(policy, "kind", type(policy).__name__.lower())
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,

@@ -14,7 +14,7 @@ from .engine import Scalars, System
 from .environment import CHANNELS, Environment
 from .manoeuvres import Policy, Scheduled
 from .models import Sampled, follows, kinematics
-from .parameters import unknown, update, values
+from .parameters import Scalar, unknown, update, values
 from .ships import Ship, ShipError
 
 STEERING = ("n_P", "delta")
@@ -105,12 +105,19 @@ def _memory(ship: Ship, dt: float) -> tuple[tuple[str, ...], ...]:
 
 
 def _sources(ship: Ship, policy: Policy) -> tuple[tuple[int, float], ...]:
-    """For each control, which order of the policy it obeys (-1: none) and with which factor."""
-    given, pairs = orders(policy), follows(ship.model)
-    obeyed = {name for name, _ in pairs}
+    """For each control, which order of the policy it obeys (-1: none) and with which factor.
+
+    An order by the control's own name comes before the conventional one that it follows.
+    """
+    given, controls = orders(policy), ship.model.controls
+    pairs = [
+        (control, 1.0) if control in given else pair
+        for control, pair in zip(controls, follows(ship.model), strict=True)
+    ]
+    known = {*controls, *(name for name, _ in follows(ship.model))}
     for name in given:
-        if name not in obeyed:
-            raise ShipError(f"{ship.name}: {unknown(name, sorted(obeyed), 'control')}")
+        if name not in known:
+            raise ShipError(f"{ship.name}: {unknown(name, sorted(known), 'control')}")
     return tuple((given.index(name) if name in given else -1, factor) for name, factor in pairs)
 
 
@@ -144,7 +151,12 @@ class _Loop:
         """The order for each control, and what the policy remembers."""
         steer: Any = update(self.policy, _split(self.names, p, "policy."))
         wanted, memory = steer.command(t, state[:6], memory, *((given,) if self.given else ()))
-        return tuple(factor * wanted[k] if k >= 0 else 0.0 for k, factor in self.sources), memory
+        return (*(factor * wanted[k] if k >= 0 else 0.0 for k, factor in self.sources), *self.own(wanted)), memory
+
+    def own(self, wanted: Scalars) -> Scalars:
+        """Orders under their own names, for those that are no control of the ship."""
+        return tuple(order for name, order in zip(orders(self.policy), wanted, strict=True)
+                     if name not in self.ship.model.controls)  # fmt: skip
 
     def actuate(self, k: int, memory: Scalars, order: Any, step: Any, p: Scalars) -> tuple[Any, Scalars]:
         """What control number `k` does over the step: its mean, and its memory afterwards."""
@@ -170,7 +182,7 @@ class _Loop:
         acting: list[Any] = []
         after: list[Any] = []
         at = 0
-        for k, (group, order) in enumerate(zip(self.held, ordered, strict=True)):
+        for k, (group, order) in enumerate(zip(self.held, ordered, strict=False)):
             mean, end = self.actuate(k, memory[at : at + len(group)], order, step, p)
             acting.append(mean)
             after += end
@@ -202,28 +214,46 @@ def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
     return System(
         states=ship.model.states, memory=(*flat, *loop.lags, *policy.memory), series=(*CHANNELS, *loop.given),
         acting=(*controls, *CHANNELS, *(_VELOCITIES if loop.sampled else ())),
-        logged=tuple(f"{control}_cmd" for control in controls), parameters=loop.names,
+        logged=logged(ship, policy), parameters=loop.names,
         derivative=loop.derivative, before=loop.before,
     )  # fmt: skip
 
 
+def logged(ship: Ship, policy: Policy) -> tuple[str, ...]:
+    """Names of the orders that a closed loop records: of each control, then the policy's own beyond them."""
+    controls = ship.model.controls
+    return tuple(f"{name}_cmd" for name in (*controls, *(o for o in orders(policy) if o not in controls)))
+
+
 def loop_memory(
-    ship: Ship, policy: Policy, dt: float, given: Mapping[str, float], state: tuple[float, ...]
-) -> tuple[float, ...]:
+    ship: Ship, policy: Policy, dt: float, given: Mapping[str, Scalar], state: tuple[float, ...]
+) -> tuple[Scalar, ...]:
     """Memory of `closed_loop` at the start: shafts turn at the policy's revolutions, all else rests.
 
     Args:
-        given: parameters by the names of `closed_loop`.
+        given: parameters of the policy by the names of `closed_loop`; numbers or symbols.
         state: initial state of the ship.
     """
     steer = update(policy, {n[7:]: v for n, v in given.items() if n.startswith("policy.")})
-    turning = {"n_P": float(given.get("policy.n_P", 0.0))}
-    pairs = follows(ship.model)
-    start = tuple(factor * turning.get(order, 0.0) for order, factor in pairs)
-    found: list[float] = []
+    turning = {"n_P": given.get("policy.n_P", 0.0)}
+    start = tuple(factor * turning.get(order, 0.0) for order, factor in follows(ship.model))
+    found: list[Scalar] = []
     for control, group, value in zip(ship.model.controls, _memory(ship, dt), start, strict=True):
         extra = len(ship.actuators.of(control).extra)
         found += [value, *([0.0] * extra), *([value] * (len(group) - 1 - extra))]
     if isinstance(ship.model, Sampled):
-        found += [float(x) for x in ship.model.begin(state, start)]
-    return (*found, *(float(x) for x in steer.begin(state[:6])))
+        found += ship.model.begin(state, start)
+    return (*found, *steer.begin(state[:6]))
+
+
+def open_loop_memory(ship: Ship, state: Array, controls: Array) -> Array | None:
+    """What a sampled model remembers at each start, as if it had been in that state for ever; else None.
+
+    Args:
+        state: shape (lanes, states).
+        controls: shape (lanes, controls).
+    """
+    if not isinstance(ship.model, Sampled):
+        return None
+    rows = zip(state.tolist(), controls.tolist(), strict=True)
+    return np.array([ship.model.begin(tuple(x), tuple(c)) for x, c in rows], dtype=np.float64)

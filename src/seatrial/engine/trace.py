@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
-from . import System
+from . import Array, Scalars, System
 
 
 @dataclass(frozen=True)
@@ -81,3 +83,10 @@ def jacobian(system: System, free: tuple[str, ...]) -> Jacobian:
     parts = [rates, *(A[i, j] for i, j in pattern), *(ca.densify(B[i, :]).T for i in rows)]
     function = ca.Function("slopes", inputs, [ca.cse(ca.densify(ca.vertcat(*parts)))])
     return Jacobian(function, tuple(pattern), tuple(rows), free)
+
+
+def over_rows(f: Callable[[Scalars], Scalars], rows: Array) -> Array:
+    """`f`, written over scalars, of every row; shape (rows, outputs)."""
+    x = ca.SX.sym("x", rows.shape[1])
+    function = ca.Function("f", [x], [_column(f(tuple(x[i] for i in range(rows.shape[1]))))])
+    return np.ascontiguousarray(np.asarray(function.map(rows.shape[0])(rows.T)).T)

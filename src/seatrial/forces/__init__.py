@@ -26,6 +26,9 @@ class Force(NamedTuple):
     def __add__(self, other: Force) -> Force:  # type: ignore[override]
         return Force(self.X + other.X, self.Y + other.Y, self.N + other.N)
 
+    def __sub__(self, other: Force) -> Force:
+        return Force(self.X - other.X, self.Y - other.Y, self.N - other.N)
+
 
 class Flow(NamedTuple):
     """What the ship feels at one instant.
@@ -112,7 +115,11 @@ class ThrusterModule(Protocol):
 
     mirror_symmetric: ClassVar[bool]
     prefixes: ClassVar[tuple[str, ...]]
-    follows: ClassVar[tuple[tuple[str, float], ...]]
+
+    @property
+    def follows(self) -> tuple[tuple[str, float], ...]:
+        """Order and factor of each control."""
+        ...
 
     def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
         """Force of the thruster under its own actual controls."""

@@ -10,7 +10,7 @@ To add a manoeuvre, write a module here: the command line finds every class with
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, Self, runtime_checkable
 
 from ..data import Array, Trial
@@ -37,6 +37,7 @@ class Settings:
         rudder, heading: magnitudes [rad]; None takes the manoeuvre's own.
         side: +1 starboard, -1 port.
         seed: of a random manoeuvre.
+        controls: greatest value of each control of the ship by name, 0 where it has no limit.
     """
 
     n_P: float
@@ -47,6 +48,7 @@ class Settings:
     heading: float | None = None
     side: float = 1.0
     seed: int = 1
+    controls: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def rudder_or(self, usual: float) -> float:
         """The rudder asked for, else the usual one as far as the ship's rudder goes [rad]."""
@@ -101,6 +103,8 @@ class Manoeuvre(Policy, Protocol):
     Attributes:
         kind: its name on the command line and in trial files.
         takes: which of rudder, heading, side, seed it can be told.
+
+    A manoeuvre that begins with the ship at rest says so by an attribute `from_rest = True`.
     """
 
     kind: ClassVar[str]

@@ -8,7 +8,8 @@ from typing import ClassVar
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body
-from ..parameters import Parts, Scalar, parts
+from ..forces.shallow import afloat
+from ..parameters import Parts, Scalar, choice, parts
 from . import STATES
 from .common import Surroundings, thruster_controls, thruster_force, thruster_orders
 
@@ -16,6 +17,10 @@ from .common import Surroundings, thruster_controls, thruster_force, thruster_or
 @dataclass(frozen=True, kw_only=True)
 class Mmg:
     """A single-propeller, single-rudder ship in the horizontal plane.
+
+    Where the resistance was measured on a hull that carried its superstructure, or where a published model
+    without wind is given one, `still_air = "resistance"` takes the drag of air that moves with the water out
+    of the wind force: in calm the ship is the one that was published.
 
     Forces see the velocities through the water; the body turns within a uniform current, so the motion
     in current is the motion in still water plus the drift.
@@ -30,6 +35,10 @@ class Mmg:
     wind: ForceModule | None = None
     waves: ForceModule | None = None
     thrusters: Parts = parts()
+    still_air: str = choice(
+        "whether the wind force holds the drag of still air, or the hull's resistance does",
+        ("wind", "resistance"), "wind",
+    )  # fmt: skip
 
     @property
     def controls(self) -> tuple[str, ...]:
@@ -48,7 +57,8 @@ class Mmg:
         around = Surroundings.of(state, environment)
         flow = around.flow(self.body, control[0], control[1])
         force = self.force(flow, control[2:])
-        return around.rates(self.body.acceleration(force, flow.u, flow.v_m, flow.r))
+        body = afloat(self.body, self.hull, flow)
+        return around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
 
     def force(self, flow: Flow, control: tuple[Scalar, ...] = ()) -> Force:
         """Sum of all external forces; `control` holds those of the thrusters."""
@@ -56,4 +66,6 @@ class Mmg:
         total = self.hull.force(flow) + pull + self.rudder.force(flow, slipstream)
         for module in (self.wind, self.waves):
             total = total if module is None else total + module.force(flow)
+        if self.wind is not None and self.still_air == "resistance":
+            total = total - self.wind.force(flow._replace(u_A=flow.u, v_A=flow.v_m))
         return total + thruster_force(self.thrusters, flow, control) if control else total

@@ -1,0 +1,189 @@
+"""The command that runs a manoeuvre, and how words of the command line become one."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import math
+import pkgutil
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from . import manoeuvres
+from .cli_support import (
+    DEGREE,
+    UsageError,
+    around_ship,
+    emit,
+    index_json,
+    make_folder,
+    note,
+    positive,
+    read_ship,
+    show_indices,
+)  # fmt: skip
+from .data import Trial
+from .environment import Weather
+from .manoeuvres import Manoeuvre, Settings
+from .models import follows
+from .parameters import unknown
+from .ships import Ship
+
+# A manoeuvre that is not over after this many ship lengths of way never will be.
+_FIRST, _LAST = 30.0, 2000.0
+_OPTIONS = ("rudder", "heading", "side", "seed")
+
+
+@cache
+def known() -> dict[str, type[Manoeuvre]]:
+    """Every manoeuvre of the package by its kind."""
+    found: dict[str, type[Manoeuvre]] = {}
+    for module in pkgutil.iter_modules(manoeuvres.__path__, f"{manoeuvres.__name__}."):
+        members: list[tuple[str, Any]] = inspect.getmembers(importlib.import_module(module.name), inspect.isclass)
+        for _, cls in members:
+            if cls.__module__ == module.name and isinstance(getattr(cls, "kind", None), str):
+                found[cls.kind] = cls
+    return dict(sorted(found.items()))
+
+
+def find(name: str) -> type[Manoeuvre]:
+    """A manoeuvre by its kind.
+
+    Raises:
+        UsageError: an unknown one; lists the known ones.
+    """
+    if name not in known():
+        near = unknown(name, known(), "manoeuvre").partition(";")[0]
+        raise UsageError(f"{near}; known: {', '.join(known())}")
+    return known()[name]
+
+
+def rudder_limit(ship: Ship) -> float:
+    """Greatest angle of what obeys the order delta [rad]; infinite without a limit."""
+    servos = [ship.actuators.of(c) for c, (order, _) in zip(ship.model.controls, follows(ship.model), strict=True)
+              if order == "delta"]  # fmt: skip
+    return min((abs(float(getattr(servo, "high", math.inf))) for servo in servos), default=math.inf)
+
+
+def order(name: str, ship: Ship, U: float, n_P: float, given: dict[str, Any]) -> Manoeuvre:
+    """The named manoeuvre as a user wants it; `given` holds the options that were given.
+
+    Raises:
+        UsageError: an option the manoeuvre does not take, an angle that cannot be, a rudder beyond the ship's.
+    """
+    cls = find(name)
+    for option in given:
+        if option not in cls.takes:
+            takes = ", ".join(f"--{one}" for one in cls.takes) or "none of " + ", ".join(f"--{o}" for o in _OPTIONS)
+            raise UsageError(f"{name} takes no --{option}; it takes {takes}")
+    limit = rudder_limit(ship)
+    settings = Settings(
+        n_P, U, ship.L_pp, limit, rudder=_angle("--rudder", given.get("rudder")),
+        heading=_angle("--heading", given.get("heading")), side=_side(given.get("side", "starboard")),
+        seed=int(given.get("seed", 1)), controls=_greatest(ship),
+    )  # fmt: skip
+    if settings.rudder is not None and settings.rudder > limit * (1 + 1e-9):
+        raise UsageError(
+            f"--rudder is {given['rudder']:g} deg; the rudder of {ship.name} goes to {limit / DEGREE:g} deg"
+        )
+    return cls.ordered(settings)
+
+
+def _greatest(ship: Ship) -> dict[str, float]:
+    found = {name: float(getattr(ship.actuators.of(name), "high", math.inf)) for name in ship.model.controls}
+    return {name: high if math.isfinite(high) else 0.0 for name, high in found.items()}
+
+
+def _side(text: str) -> float:
+    if text not in ("port", "starboard"):
+        raise UsageError(f"--side is '{text}'; known: port, starboard")
+    return -1.0 if text == "port" else 1.0
+
+
+def _angle(option: str, degrees: float | None) -> float | None:
+    if degrees is not None and not 0 < degrees <= 360:
+        raise UsageError(f"{option} is {degrees:g} deg; it is a magnitude above 0 (--side gives the side)")
+    return None if degrees is None else degrees * DEGREE
+
+
+def run_manoeuvre(
+    ship: Ship, policy: Manoeuvre, *, speed: float, duration: float | None, dt: float | None, around: Weather
+) -> tuple[Trial, bool]:
+    """The run and whether it holds all its indices; without a duration it grows until it does."""
+    from .simulate import simulate
+
+    length = duration or _FIRST * ship.L_pp / max(speed, 1e-3)
+    limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
+    begin = 0.0 if getattr(policy, "from_rest", False) else speed
+    while True:
+        run = simulate(ship, policy, speed=begin, duration=length, environment=around, dt=dt)
+        complete = policy.complete(run)
+        if complete or 2 * length > limit:
+            return run, complete
+        length *= 2
+
+
+def simulate(
+    ship: Annotated[str, typer.Argument(help="A name of the library (seatrial ships) or a ship file.")],
+    name: Annotated[str, typer.Argument(metavar="MANOEUVRE", help=f"One of: {', '.join(known())}.")],
+    rudder: Annotated[float | None, typer.Option(help="Rudder angle, magnitude [deg].")] = None,
+    heading: Annotated[float | None, typer.Option(help="Heading change, such as of a zigzag [deg].")] = None,
+    side: Annotated[str | None, typer.Option(help="First side: port or starboard.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of a random manoeuvre, and of the gusts.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Approach speed [m/s].")] = None,
+    rps: Annotated[float | None, typer.Option(help="Propeller revolutions [1/s].")] = None,
+    duration: Annotated[float | None, typer.Option(help="Length of the run [s]; else until it is over.")] = None,
+    dt: Annotated[float | None, typer.Option(help="Time step [s].")] = None,
+    wind: Annotated[str | None, typer.Option(help="True wind M/S,DEG: where it comes from.")] = None,
+    gusts: Annotated[str | None, typer.Option(help="Spectrum of the gusts about that wind.")] = None,
+    current: Annotated[str | None, typer.Option(help="Current M/S,DEG: where it goes.")] = None,
+    waves: Annotated[str | None, typer.Option(help="Waves M,S,DEG: height, mean period, where from.")] = None,
+    depth: Annotated[float | None, typer.Option(help="Depth of the water [m]; deep unless given.")] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Trial file to write (.csv).")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
+) -> None:
+    """A manoeuvre and its indices."""
+    from .simulate import approach, time_step
+
+    positive(speed=speed, duration=duration, dt=dt, depth=depth)
+    find(name)
+    vessel = read_ship(ship)
+    around = around_ship(vessel, wind, gusts, current, waves, depth, seed or 1)
+    U, n_P = approach(vessel, speed, rps)
+    given = {"rudder": rudder, "heading": heading, "side": side}
+    if not gusts or "seed" in find(name).takes:
+        given["seed"] = seed
+    policy = order(name, vessel, U, n_P, {k: v for k, v in given.items() if v is not None})
+    run, complete = run_manoeuvre(vessel, policy, speed=U, duration=duration, dt=dt, around=around.weather)
+    if not complete:
+        note(f"note: not over after {run.duration:g} s; what the run never reached is left out")
+    if out is not None:
+        write(run, out)
+    indices = {n: index_json(i) for n, i in policy.indices(run, vessel.L_pp).items()}
+    settings = {"speed": U, "rps": n_P, **_set_points(policy, side), "duration": run.duration,
+                "dt": dt or time_step(vessel), **around.settings}  # fmt: skip
+    if json:
+        emit({"ship": vessel.name, "manoeuvre": name, "settings": settings, "complete": complete, "indices": indices})
+        return
+    show_indices(f"{vessel.name}, {name}", indices)
+
+
+def _set_points(policy: Any, side: str | None) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    if isinstance(getattr(policy, "delta", None), float):
+        found["rudder"] = abs(policy.delta / DEGREE)
+    if isinstance(getattr(policy, "psi", None), float):
+        found["heading"] = policy.psi / DEGREE
+    return {**found, "side": side or "starboard"} if "side" in policy.takes else found
+
+
+def write(run: Trial, out: Path) -> None:
+    """Write a trial file and say so."""
+    from .data.trialfile import write_trial
+
+    make_folder(out.parent)
+    write_trial(run, out)
+    note(f"wrote {out}")

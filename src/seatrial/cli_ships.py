@@ -1,0 +1,112 @@
+"""The commands about ships and models: what there is, what it can do, and one made from particulars."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .cli_support import emit, read_ship, show_table
+from .parameters import walk
+
+ShipName = Annotated[str, typer.Argument(help="A name of the library (seatrial ships) or a ship file.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+Page = Annotated[Path | None, typer.Option("-o", "--out", help="Report to write (.html).")]
+
+
+def ships(json: Json = False) -> None:
+    """The library of ships."""
+    from .ships.files import library
+
+    found = [(name, read_ship(name)) for name in library()]
+    if json:
+        emit({"ships": [
+            {"name": name, "title": str(ship.notes.get("title", "")), "L_pp": ship.L_pp, "speed": ship.speed,
+             "family": type(ship.model).__name__, "parameters": sum(1 for _ in walk(ship.model))}
+            for name, ship in found
+        ]})  # fmt: skip
+        return
+    rows = [
+        (name, str(s.notes.get("title", "")), f"{s.L_pp:g}", f"{s.speed:g}", type(s.model).__name__)
+        for name, s in found
+    ]
+    show_table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, right=(2, 3))
+
+
+def show(
+    ship: ShipName,
+    sources: Annotated[bool, typer.Option("--sources", help="Where each number comes from.")] = False,
+    json: Json = False,
+) -> None:
+    """Every parameter of a ship with value, unit and meaning."""
+    found = read_ship(ship)
+    entries = found.entries
+    if json:
+        emit({"ship": found.name, "L_pp": found.L_pp, "speed": found.speed, "n_P": found.n_P,
+              "parameters": {
+                  path: {"value": value, "unit": meaning.unit, "about": meaning.about,
+                         **({"source": entries[path].source, "given": entries[path].given,
+                             "prime": entries[path].prime, "sigma": entries[path].sigma}
+                            if path in entries else {"source": None})}
+                  for path, meaning, value in walk(found.model)
+              }, "notes": dict(found.notes)})  # fmt: skip
+        return
+    rows = [
+        (path, f"{value:.6g}", meaning.unit,
+         *([entries[path].source if path in entries else "default"] if sources else [meaning.about]))
+        for path, meaning, value in walk(found.model)
+    ]  # fmt: skip
+    show_table(("parameter", "value", "unit", "source" if sources else "meaning"), rows, right=(1,))
+
+
+def models(
+    purpose: Annotated[str | None, typer.Option("--for", help="Recommend for a purpose, such as berthing.")] = None,
+    json: Json = False,
+) -> None:
+    """The families of models: what each can and cannot represent, what it needs and costs."""
+    from .cli_models import models as run
+
+    run(purpose, json)
+
+
+def estimate(
+    particulars: Annotated[Path, typer.Argument(help="A file of particulars (docs/tutorials/estimate.md).")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Ship file to write (.toml).")],
+    json: Json = False,
+) -> None:
+    """A ship from its particulars by regression formulas, each number with its formula and spread."""
+    from .cli_estimate import estimate as run
+
+    run(particulars, out, json)
+
+
+def design(
+    ship: ShipName,
+    free: Annotated[list[str], typer.Option("--free", help="Parameters to be identified, such as 'hull.*'.")],
+    budget: Annotated[float, typer.Option(help="Length of all trials together, T' = T V/L.")] = 60.0,
+    json: Json = False,
+) -> None:
+    """Which manoeuvres tell most about the parameters, by Fisher information."""
+    from .cli_design import design as run
+
+    run(ship, free, budget, json)
+
+
+def requirements(
+    ship: ShipName,
+    scope: Annotated[str, typer.Option(help="collision-avoidance, berthing or functional.")] = "collision-avoidance",
+    out: Page = None,
+    json: Json = False,
+) -> None:
+    """What a simulator for autonomous ships must do (Sawada 2024 section 6), item by item, with evidence."""
+    from .cli_requirements import requirements as run
+
+    run(ship, scope, out, json)
+
+
+def imo(ship: ShipName, out: Page = None, json: Json = False) -> None:
+    """The criteria of IMO MSC.137(76) for a ship."""
+    from .cli_imo import imo as run
+
+    run(ship, out, json)

@@ -1,0 +1,81 @@
+"""Wind forces by the loading functions of Blendermann (1994)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import ClassVar
+
+from ..parameters import ParameterError, Scalar, spec, unknown
+from ..symbolic import atan2, magnitude, speed, where
+from . import Flow, Force
+
+_NAMES = ("C_Dt", "C_Dl_bow", "C_Dl_stern", "delta")
+_SHIP_TYPES = {
+    "car carrier": (0.95, 0.55, 0.60, 0.80),
+    "cargo vessel, loaded": (0.85, 0.65, 0.55, 0.40),
+    "cargo vessel, container on deck": (0.85, 0.55, 0.50, 0.40),
+    "container ship, loaded": (0.90, 0.55, 0.55, 0.40),
+    "destroyer": (0.85, 0.60, 0.65, 0.65),
+    "diving support vessel": (0.90, 0.60, 0.80, 0.55),
+    "drilling vessel": (1.00, 0.85, 0.925, 0.10),
+    "ferry": (0.90, 0.45, 0.50, 0.80),
+    "fishing vessel": (0.95, 0.70, 0.70, 0.40),
+    "lng tanker": (0.70, 0.60, 0.65, 0.50),
+    "offshore supply vessel": (0.90, 0.55, 0.80, 0.55),
+    "passenger liner": (0.90, 0.40, 0.40, 0.80),
+    "research vessel": (0.85, 0.55, 0.65, 0.60),
+    "speed boat": (0.90, 0.55, 0.60, 0.60),
+    "tanker, loaded": (0.70, 0.90, 0.55, 0.40),
+    "tanker, in ballast": (0.70, 0.75, 0.55, 0.40),
+    "tender": (0.85, 0.55, 0.55, 0.65),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Blendermann:
+    """Wind forces of Blendermann (1994), J. Wind Eng. Ind. Aerodyn. 51, 339-351; Fossen (2021) 10.1.2.
+
+    The side force acts at the centroid of the lateral area in a beam wind and moves towards the end
+    that faces the wind, 0.18 L_OA for each radian off the beam.
+    """
+
+    mirror_symmetric: ClassVar[bool] = True
+
+    rho_air: Scalar = spec("kg/m^3", "density of the air", (0.5, 2.0))
+    A_T: Scalar = spec("m^2", "frontal area above water", (1e-6, 1e5))
+    A_L: Scalar = spec("m^2", "lateral area above water", (1e-6, 1e5))
+    L_OA: Scalar = spec("m", "length over all", (1e-3, 1e3))
+    s_L: Scalar = spec("m", "centroid of the lateral area ahead of midship")
+    C_Dt: Scalar = spec("", "drag across the ship, over the lateral area", (0.1, 2.0))
+    C_Dl_bow: Scalar = spec("", "drag along the ship over the frontal area, wind ahead of the beam", (0.0, 2.0))
+    C_Dl_stern: Scalar = spec("", "drag along the ship over the frontal area, wind abaft the beam", (0.0, 2.0))
+    delta: Scalar = spec("", "cross-force parameter", (0.0, 1.0))
+
+    def force(self, flow: Flow) -> Force:
+        """Force of the apparent wind."""
+        U_A = speed(flow.u_A, flow.v_A)
+        c, s = flow.u_A / U_A, flow.v_A / U_A
+        C_Dl_AF = where(flow.u_A < 0, self.C_Dl_stern, self.C_Dl_bow)
+        along = C_Dl_AF * self.A_T / (self.A_L * self.C_Dt)
+        loading = 1.0 - 2.0 * self.delta * (1.0 - along) * (c * s) * (c * s)  # sin^2 2g = 4 sin^2 g cos^2 g
+        pressure = 0.5 * self.rho_air * (flow.u_A * flow.u_A + flow.v_A * flow.v_A) / loading
+        X = -pressure * self.A_T * C_Dl_AF * c
+        Y = -pressure * self.A_L * self.C_Dt * s  # away from the wind: to port for a wind from starboard
+        off_beam = atan2(magnitude(flow.v_A), flow.u_A) - 0.5 * pi
+        return Force(X, Y, (self.s_L - 0.18 * self.L_OA * off_beam) * Y)
+
+
+def blendermann1994(ship_type: str) -> dict[str, float]:
+    """Coefficients of `Blendermann` of one of the seventeen published types of ship.
+
+    Args:
+        ship_type: such as "tanker, loaded", in letters of either case.
+
+    Raises:
+        ParameterError: no such type; names the near ones.
+    """
+    kind = ship_type.strip().lower()
+    if kind not in _SHIP_TYPES:
+        raise ParameterError(unknown(ship_type, _SHIP_TYPES, "ship type of Blendermann"))
+    return dict(zip(_NAMES, _SHIP_TYPES[kind], strict=True))

@@ -1,0 +1,93 @@
+"""What the turns back to one's own track share (IAMSAR Manual volume III: person overboard)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..data import Array, Trial
+from ..parameters import Scalar
+from ..symbolic import both, clip, where
+from . import Index
+from .reading import after, in_lengths, track, turned
+
+MEMORY = ("stage", "psi_0")
+"""0 first rudder, 1 opposite rudder, 2 midships, 3 steered; heading at the execute [rad]."""
+
+# Heading error within which a ship counts as on the reciprocal course, and for what share of the run so far.
+_ON_COURSE, _KEPT = math.radians(2.0), 0.1
+
+
+def staged(
+    change: Scalar, rate: Scalar, stage: Scalar, swing: Scalar, goal: Scalar, short: Scalar, slow: Scalar
+) -> Scalar:
+    """The stage that follows from the heading change and its rate, both positive to the first side.
+
+    Args:
+        swing: heading change at which the rudder goes to the other side [rad].
+        goal: heading change on the reciprocal course, half a turn to either side [rad].
+        short: heading that is left when the rudder goes midships [rad].
+        slow: rate of the free swing at which it counts as over [rad/s].
+    """
+    stage = where(both(stage < 0.5, change >= swing), 1.0, stage)
+    stage = where(both(both(stage > 0.5, stage < 1.5), change <= goal + short), 2.0, stage)
+    over = where(change <= goal, 1.0, where(rate >= -slow, 1.0, 0.0))
+    return where(both(both(stage > 1.5, stage < 2.5), over > 0.5), 3.0, stage)
+
+
+def rudder(stage: Scalar, error: Scalar, rate: Scalar, delta: Scalar, k_P: Scalar, k_D: Scalar) -> Scalar:
+    """Rudder towards the first side [rad]: hard over, hard over against it, midships, then steered.
+
+    Args:
+        error: heading that is missing to the reciprocal course [rad].
+        rate: rate of the heading change [rad/s].
+    """
+    steered = clip(k_P * error - k_D * rate, -delta, delta)
+    return where(stage < 0.5, delta, where(stage < 1.5, -delta, where(stage < 2.5, 0.0, steered)))
+
+
+def on_course(run: Trial, side: float, goal: float) -> int | None:
+    """Row from which the ship stays on the reciprocal course; None where it does not."""
+    off = np.flatnonzero(np.abs(side * turned(run) - goal) > _ON_COURSE)
+    row = int(off[-1]) + 1 if off.size else 0
+    return row if row < len(run) else None
+
+
+def returned(trial: Trial, delta: float, side: float, goal: float) -> bool:
+    """Whether the ship is back on the reciprocal course and has kept it for a while."""
+    run = after(trial, side * delta)
+    row = on_course(run, side, goal)
+    return row is not None and bool(run.t[-1] - run.t[row] >= _KEPT * (run.t[row] - run.t[0]))
+
+
+def way_back(trial: Trial, delta: float, side: float, goal: float, swing: float, L_pp: float) -> dict[str, Index]:
+    """Figures of a turn back, from its execute: lengths [m] positive to the first side and ahead."""
+    run = after(trial, side * delta)
+    along, across = track(run)
+    across = side * across
+    out = {"greatest_advance": in_lengths(float(np.nanmax(along)), L_pp),
+           "greatest_transfer": in_lengths(_furthest(across), L_pp)}  # fmt: skip
+    row = on_course(run, side, goal)
+    if row is not None:
+        out["time_to_reciprocal"] = Index(float(run.t[row] - run.t[0]), "s")
+        out["lateral_offset"] = in_lengths(float(across[row]), L_pp)
+        out["along_track"] = in_lengths(float(along[row]), L_pp)
+    return {**out, **miss(run, side, swing, L_pp)}
+
+
+def miss(run: Trial, side: float, swing: float, L_pp: float) -> dict[str, Index]:
+    """Least distance to the execute point on the way back, after the heading has changed by `swing`."""
+    back = np.flatnonzero(side * turned(run) >= swing)
+    if not back.size:
+        return {}
+    along, across = track(run)
+    distance = np.hypot(along, across)[int(back[0]) :]
+    nearest = int(np.nanargmin(distance))
+    return {"miss_distance": in_lengths(float(distance[nearest]), L_pp),
+            "miss_time": Index(float(run.t[int(back[0]) + nearest] - run.t[0]), "s")}  # fmt: skip
+
+
+def _furthest(across: Array) -> float:
+    """The greatest transfer to either side, with its sign [m]."""
+    return float(across[int(np.nanargmax(np.abs(across)))])

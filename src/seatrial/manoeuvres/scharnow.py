@@ -1,0 +1,135 @@
+"""The Scharnow turn and the single turn: back into the own wake by turning one way round.
+
+Scharnow: rudder hard over; after 240 deg hard over to the other side; 20 deg short of the reciprocal
+course midships; then the ship is steered on that course.  Single turn (Anderson): hard over for
+250 deg, then midships with the engine stopped (IAMSAR Manual volume III).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+
+from ..data import Trial
+from ..parameters import Scalar, spec
+from ..symbolic import larger, where
+from . import Index, Settings
+from .reading import after, at, in_lengths, reached, track, turned
+from .recovery import MEMORY, miss, returned, rudder, staged, way_back
+from .steady import pace
+from .williamson import DAMPING, GAIN, SLOW
+
+_DEGREE = math.radians(1.0)
+
+
+@dataclass(frozen=True)
+class Scharnow:
+    """Rudder `delta` to `side`, against it from a heading change of `swing` on, until the course is reciprocal."""
+
+    kind: ClassVar[str] = "scharnow"
+    takes: ClassVar[tuple[str, ...]] = ("rudder", "heading", "side")
+    memory: ClassVar[tuple[str, ...]] = MEMORY
+
+    n_P: Scalar = spec("1/s", "propeller revolutions, held")
+    delta: Scalar = spec("rad", "rudder hard over, magnitude", (0.0, math.pi))
+    k_D: Scalar = spec("s", "rudder per yaw rate on the reciprocal course", (0.0, math.inf))
+    slow: Scalar = spec("rad/s", "yaw rate at which the free swing is over", (0.0, math.inf))
+    swing: Scalar = spec("rad", "heading change at which the rudder is reversed", (0.0, math.inf), 240.0 * _DEGREE)
+    short: Scalar = spec("rad", "heading left when the rudder goes midships", (0.0, math.pi), 20.0 * _DEGREE)
+    k_P: Scalar = spec("-", "rudder per heading error on the reciprocal course", (0.0, math.inf), GAIN)
+    side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
+
+    @classmethod
+    def ordered(cls, settings: Settings) -> Self:
+        """35 deg, to starboard first, reversed after 240 deg, unless told otherwise."""
+        clock, hard_over = pace(settings), settings.rudder_or(35.0 * _DEGREE)
+        swing = settings.heading_or(240.0 * _DEGREE)
+        return cls(settings.n_P, hard_over, DAMPING * clock, SLOW / clock, swing, side=settings.side)
+
+    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+        """The first stage, and the heading at execute [rad]."""
+        return (0.0, state[2])
+
+    def command(
+        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
+    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+        """Revolutions [1/s] and rudder [rad] of the stage that the heading has come to."""
+        change, rate = self.side * (state[2] - memory[1]), self.side * state[5]
+        stage = staged(change, rate, memory[0], self.swing, math.pi, self.short, self.slow)
+        order = rudder(stage, math.pi - change, rate, self.delta, self.k_P, self.k_D)
+        return (self.n_P, self.side * order), (stage, memory[1])
+
+    def complete(self, trial: Trial) -> bool:
+        """Whether the ship keeps the reciprocal course."""
+        return returned(trial, self.delta, self.side, math.pi)
+
+    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
+        """The figures of `Williamson.indices`: time to the reciprocal course, and where the ship is then.
+
+        Raises:
+            DataError: the rudder never leaves its initial angle, or position or heading is absent.
+        """
+        return way_back(trial, self.delta, self.side, math.pi, self.swing, L_pp)
+
+
+@dataclass(frozen=True)
+class SingleTurn:
+    """Rudder `delta` to `side` for a heading change of `swing`, then midships and engine stopped."""
+
+    kind: ClassVar[str] = "single-turn"
+    takes: ClassVar[tuple[str, ...]] = ("rudder", "heading", "side")
+    memory: ClassVar[tuple[str, ...]] = ("over", "psi_0")
+
+    n_P: Scalar = spec("1/s", "propeller revolutions until the turn is over")
+    delta: Scalar = spec("rad", "rudder hard over, magnitude", (0.0, math.pi))
+    swing: Scalar = spec("rad", "heading change at which the rudder goes midships", (0.0, math.inf), 250.0 * _DEGREE)
+    side: Scalar = spec("-", "+1 starboard, -1 port", (-1.0, 1.0), default=1.0)
+
+    @classmethod
+    def ordered(cls, settings: Settings) -> Self:
+        """35 deg to starboard for 250 deg unless told otherwise."""
+        swing = settings.heading_or(250.0 * _DEGREE)
+        return cls(settings.n_P, settings.rudder_or(35.0 * _DEGREE), swing, settings.side)
+
+    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+        """Whether the turn is over (0 or 1), and the heading at execute [rad]."""
+        return (0.0, state[2])
+
+    def command(
+        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
+    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+        """Revolutions [1/s] and rudder [rad]; neither from the set heading change on."""
+        over = larger(memory[0], where(self.side * (state[2] - memory[1]) >= self.swing, 1.0, 0.0))
+        return ((1.0 - over) * self.n_P, (1.0 - over) * self.side * self.delta), (over, memory[1])
+
+    def complete(self, trial: Trial) -> bool:
+        """Whether the set heading change was passed and the ship is as near to the execute point as it comes."""
+        run = after(trial, self.side * self.delta)
+        moment = reached(self.side * turned(run), self.swing)
+        if moment is None:
+            return False
+        along, across = track(run)
+        distance = np.hypot(along, across)[int(moment) :]
+        return int(np.nanargmin(distance)) < 0.9 * distance.size
+
+    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
+        """Time to the set heading change [s], where the ship is then, and its miss of the execute point [m].
+
+        Raises:
+            DataError: the rudder never leaves its initial angle, or position or heading is absent.
+        """
+        run = after(trial, self.side * self.delta)
+        moment = reached(self.side * turned(run), self.swing)
+        if moment is None:
+            return {}
+        along, across = track(run)
+        return {
+            "turning_time": Index(at(run.t, moment) - float(run.t[0]), "s"),
+            "lateral_offset": in_lengths(self.side * at(across, moment), L_pp),
+            "along_track": in_lengths(at(along, moment), L_pp),
+            **miss(run, self.side, self.swing, L_pp),
+        }

@@ -1,0 +1,42 @@
+"""Waiting for a steady turn, as a policy does it: from one window of time to the next."""
+
+from __future__ import annotations
+
+from ..parameters import Scalar
+from ..symbolic import magnitude, where
+from . import Settings
+
+MEMORY = ("since", "level", "calm")
+"""Start of the window [s], yaw rate there [rad/s], windows in a row in which it hardly changed."""
+
+WINDOW, TOLERANCE = 2.0, 1e-4
+"""Usual window in L/U and usual change of r L/U over it.
+
+What is left to come may be ten times that: in a turn the speed settles slowly, and the yaw rate with it.
+"""
+
+# Slower than this [m/s] a ship gives no sensible L/U.
+_SLOWEST = 1e-3
+# One window alone may lie across the peak of an overshoot.
+_CALM = 2
+
+
+def pace(settings: Settings) -> float:
+    """L/U of the approach [s], the clock of a ship."""
+    return settings.L_pp / max(settings.speed, _SLOWEST)
+
+
+def waited(
+    t: Scalar, r: Scalar, memory: tuple[Scalar, ...], window: Scalar, tolerance: Scalar
+) -> tuple[Scalar, tuple[Scalar, ...]]:
+    """Whether the yaw rate has become steady, and the memory of the next step.
+
+    It is when `r` [rad/s] has changed by `tolerance` or less over each of two windows of `window`
+    seconds.  Who then gives a new order begins a new wait: the count starts again by itself.
+    """
+    since, level, calm = memory
+    over = t - since >= window * (1.0 - 1e-9)
+    count = where(magnitude(r - level) <= tolerance, calm + 1.0, 0.0)
+    calm = where(over, count, calm)
+    steady = calm >= _CALM
+    return steady, (where(over, t, since), where(over, r, level), where(steady, 0.0, calm))

@@ -1,0 +1,152 @@
+"""Auto-regressive models with inputs: the next velocity from the last ones and the last controls.
+
+Sawada 2024 section 4.1.2.  The structure is the list of coefficients of the ship file, so one class is
+AR (no control among them), ARX of the yaw rate, and vector ARX of (u, v_m, r).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+from ..environment import Environment, to_body
+from ..parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..symbolic import cos, sin
+from . import STATES, UNITS, kinematics
+from .common import Surroundings
+
+OUTPUTS = STATES[3:]
+INPUTS = ("n_P", "delta")
+CONSTANT = "constant"
+_NAME = re.compile(r"^(u|v_m|r)_(u|v_m|r|n_P|delta)_([1-9][0-9]*)$|^(u|v_m|r)_constant$")
+
+
+class Lag(NamedTuple):
+    """What a coefficient multiplies: `of` (a velocity, a control, or "constant") `lag` samples before `output`."""
+
+    output: str
+    of: str
+    lag: int
+
+
+def lag_of(name: str) -> Lag:
+    """The meaning of a coefficient's name: ``r_delta_2`` is of delta, two samples back, in the equation of r.
+
+    ``r_constant`` is the constant of that equation.
+
+    Raises:
+        ParameterError: a name that cannot be a coefficient.
+    """
+    found = _NAME.match(name)
+    if found is None:
+        raise ParameterError(
+            f"no coefficient '{name}': it is <output>_<what>_<lag>, such as r_delta_2, with an output of "
+            f"{', '.join(OUTPUTS)}, one of those or {', '.join(INPUTS)}, and a lag from 1; or r_constant"
+        )
+    output, of, lag, alone = found.groups()
+    return Lag(output, of, int(lag)) if output else Lag(alone, CONSTANT, 0)
+
+
+def coefficient(name: str) -> Spec:
+    """Unit and meaning of a coefficient."""
+    output, of, lag = lag_of(name)
+    if of == CONSTANT:
+        return Spec(UNITS[output], f"constant in the equation of {output}")
+    unit = "-" if of == output else f"({UNITS[output]})/({UNITS[of]})"
+    return Spec(unit, f"coefficient of {of}, {lag} sample{'s' if lag > 1 else ''} back, in the equation of {output}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arx:
+    """x(t) = sum a_i x(t - i) + sum b_j c(t - j) + constant, one equation per velocity that has a coefficient.
+
+    x are velocities through the water, c the controls.  A velocity without an equation is held.  The
+    equations are linear: what is even in the rudder, such as the loss of speed in a turn, is beyond them.
+    """
+
+    states: ClassVar[tuple[str, ...]] = STATES
+    controls: ClassVar[tuple[str, ...]] = INPUTS
+
+    dt: Scalar = spec("s", "sample time; the model runs at no other", (1e-6, 1e4))
+    coefficients: Terms = terms(coefficient)
+
+    def __post_init__(self) -> None:
+        for name in self.coefficients.names:
+            lag_of(name)
+
+    @property
+    def lags(self) -> dict[str, int]:
+        """Longest lag of each velocity and control that appears, in samples."""
+        out: dict[str, int] = {}
+        for name in self.coefficients.names:
+            _, of, lag = lag_of(name)
+            if of != CONSTANT:
+                out[of] = max(out.get(of, 1), lag)
+        return {name: out[name] for name in (*OUTPUTS, *INPUTS) if name in out}
+
+    @property
+    def memory(self) -> tuple[str, ...]:
+        """Lagged values: of a control itself, of a velocity the change since (r_back_1 is r(t - 1) - r(t)).
+
+        Changes, because they are zero for a ship that did not accelerate, whatever the current.
+        """
+        return tuple(f"{name}_back_{k}" for name, longest in self.lags.items() for k in range(1, longest))
+
+    def begin(self, state: tuple[Scalar, ...], control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+        """Memory as if the ship had been in this state, under these controls, for ever."""
+        out: list[Scalar] = []
+        for name, longest in self.lags.items():
+            out += [control[INPUTS.index(name)] if name in INPUTS else 0.0] * (longest - 1)
+        return tuple(out)
+
+    def advance(
+        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment,
+        memory: tuple[Scalar, ...],
+    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample."""
+        around = Surroundings.of(state, environment)
+        values = (around.u_r, around.v_r, around.r, *control)
+        now: dict[str, Scalar] = dict(zip((*OUTPUTS, *INPUTS), values, strict=True))
+        past = self._past(now, memory)
+        after = {name: now[name] for name in OUTPUTS}
+        for name in dict.fromkeys(lag_of(n).output for n in self.coefficients.names):
+            after[name] = 0.0
+        for name, number in self.coefficients.items():
+            output, of, lag = lag_of(name)
+            after[output] = after[output] + number * (1.0 if of == CONSTANT else past[of][lag - 1])  # (9)
+        # The ship turns within the current until the next sample; r is linear in between.
+        psi = state[2] + 0.5 * self.dt * (now["r"] + after["r"])
+        u_C, v_C = to_body(environment.current_x, environment.current_y, cos(psi), sin(psi))
+        ground = (after["u"] + u_C, after["v_m"] + v_C, after["r"])
+        rates = tuple((b - a) / self.dt for a, b in zip(state[3:6], ground, strict=True))
+        return rates, self._remembered(now, after, memory)
+
+    def derivative(
+        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
+    ) -> tuple[Scalar, ...]:
+        """Kinematics with held velocities: rates of `state` [SI/s] between samples."""
+        return (*kinematics(*state[2:6]), *(0.0 * x for x in state[3:6]))
+
+    def _past(self, now: dict[str, Scalar], memory: tuple[Scalar, ...]) -> dict[str, list[Scalar]]:
+        """Values of each velocity and control, this sample's first."""
+        out: dict[str, list[Scalar]] = {}
+        at = 0
+        for name, longest in self.lags.items():
+            values = [now[name]]
+            for kept in memory[at : at + longest - 1]:
+                values.append(kept if name in INPUTS else values[-1] + kept)
+            out[name] = values
+            at += longest - 1
+        return out
+
+    def _remembered(
+        self, now: dict[str, Scalar], after: dict[str, Scalar], memory: tuple[Scalar, ...]
+    ) -> tuple[Scalar, ...]:
+        out: list[Scalar] = []
+        at = 0
+        for name, longest in self.lags.items():
+            first = now[name] if name in INPUTS else now[name] - after[name]
+            out += [first, *memory[at : at + longest - 1]][: longest - 1]
+            at += longest - 1
+        return tuple(out)

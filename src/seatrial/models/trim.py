@@ -1,0 +1,210 @@
+"""Steady straight runs of any model: the speed, drift and controls that leave nothing to accelerate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..data import Array
+from ..environment import CALM, Environment
+from ..parameters import ParameterError, Scalar, unknown
+from . import STATES, Model, Sampled, follows
+
+STEERING = ("n_P", "delta")
+_ITERATIONS = 60
+_SHORTEST = 1e-9
+# How far the speed of a ship that cannot change her thrust may be from the one asked for.
+_NEAR = 0.01
+# Accelerations below this count as none [m/s^2, rad/s^2].
+_STEADY = 1e-10
+
+
+@dataclass(frozen=True)
+class Trim:
+    """A point about which a model is linearised.
+
+    Attributes:
+        states: names of `state`; those of the model, and of a sampled model's memory.
+        state, control: their values, SI.
+        environment: what surrounds the ship.
+        orders: the orders behind the controls, by name.
+        residual: largest acceleration left, m/s^2 or rad/s^2.
+    """
+
+    states: tuple[str, ...]
+    state: tuple[float, ...]
+    control: tuple[float, ...]
+    environment: Environment
+    orders: Mapping[str, float]
+    residual: float
+
+    @property
+    def speed(self) -> float:
+        """Speed ahead over ground [m/s]."""
+        return self.state[STATES.index("u")]
+
+
+def trim(
+    model: Model | Sampled, *, speed: float | None = None, orders: Mapping[str, float] | None = None,
+    vary: Sequence[str] | None = None, heading: float = 0.0, environment: Environment = CALM,
+) -> Trim:  # fmt: skip
+    """The steady straight run at a speed, or under given orders.
+
+    The ship may drift (v_m is always free) and holds her course by the orders that vary: in calm water
+    the rudder stays amidships unless the ship is not symmetric.  A model that carries its thrust within
+    (Abkowitz) finds its balance within 1 % of the speed asked for.
+
+    Args:
+        model: any model.
+        speed: u over ground [m/s]; None finds the one that goes with the orders.
+        orders: orders held at given values, SI and radians, by name (n_P, delta, or a control of its own).
+        vary: orders to find; None takes n_P and delta, or every control where the model obeys neither,
+            less those given.
+        heading: psi [rad].
+        environment: wind, current, waves and depth; the run is straight over ground.
+
+    Raises:
+        ParameterError: an unknown order, neither speed nor orders, or no steady run there.
+    """
+    given = dict(orders or {})
+    known = tuple(dict.fromkeys(name for name, _ in follows(_any(model))))
+    usual = [name for name in known if name in STEERING] or list(known)
+    wanted = [name for name in (usual if vary is None else vary) if name not in given]
+    for name in (*given, *wanted):
+        if name not in known:
+            raise ParameterError(unknown(name, known, "order"))
+    if speed is None and not given:
+        raise ParameterError("a steady run needs a speed, or orders such as n_P")
+    search = _Search(model, known, given, tuple(wanted), speed, heading, environment)
+    found = [search.solve(start) for start in search.starts()]
+    steady = [one for one in found if one.residual <= _STEADY]
+    if not steady and speed is not None:
+        near = replace(search, speed=None).solve_near(speed)
+        steady = [near] if near.residual <= _STEADY and abs(near.speed - speed) <= _NEAR * abs(speed) else []
+    if not steady:
+        least = min(one.residual for one in found)
+        told = f"at {speed:g} m/s" if speed is not None else "under the orders given"
+        raise ParameterError(f"no steady straight run {told}: an acceleration of {least:.3g} m/s^2 is left")
+    # Of several balances the one with the propeller turning the way the ship goes.
+    return max(steady, key=lambda one: one.orders.get("n_P", 0.0) * one.speed >= 0.0)
+
+
+def point(
+    model: Model | Sampled, state: Sequence[float], orders: Mapping[str, float], environment: Environment = CALM
+) -> Trim:
+    """Any point, steady or not: the states of the model (those behind the first six zero where left out), and orders.
+
+    Raises:
+        ParameterError: an unknown order.
+    """
+    known = tuple(dict.fromkeys(name for name, _ in follows(_any(model))))
+    for name in orders:
+        if name not in known:
+            raise ParameterError(unknown(name, known, "order"))
+    search = _Search(model, known, dict(orders), (), state[3], state[2], environment)
+    missing = len(search.model.states) - len(state)
+    return search.told((*(float(x) for x in state), *([0.0] * missing)), dict(orders))
+
+
+def next_sample(
+    model: Sampled, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
+) -> tuple[Scalar, ...]:
+    """State of the next sample, memory behind it; heading by the mean of r, position by the rates now."""
+    anything: Any = model
+    n = len(anything.states)
+    x, memory = state[:n], state[n:]
+    rates, remembered = model.advance(x, control, environment, memory)
+    dt = model.dt
+    u, v_m, r = (a + dt * b for a, b in zip(x[3:6], rates, strict=True))
+    slow = anything.derivative(x, control, environment)
+    psi = x[2] + 0.5 * dt * (x[5] + r)
+    own = (a + dt * b for a, b in zip(x[6:], slow[6:], strict=True))
+    return (x[0] + dt * slow[0], x[1] + dt * slow[1], psi, u, v_m, r, *own, *remembered)
+
+
+def _any(model: Any) -> Any:
+    return model
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Newton's method on the accelerations; unknown are v_m, the model's own states, orders, and u where it is free."""
+
+    model: Any
+    known: tuple[str, ...]
+    given: Mapping[str, float]
+    wanted: tuple[str, ...]
+    speed: float | None
+    heading: float
+    environment: Environment
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        free = () if self.speed is not None else ("u",)
+        return (*free, "v_m", *self.model.states[len(STATES) :], *self.wanted)
+
+    def starts(self) -> list[Array]:
+        """First guesses: revolutions from a large propeller's to a small one's, or speeds."""
+        if self.speed is not None:
+            first = [{"n_P": k * self.speed} for k in (1.0, 0.2, 5.0, 25.0, 100.0, 0.0)]
+        else:
+            first = [{"u": u} for u in (5.0, 1.0, 0.2, 20.0, -1.0)]
+        return [np.array([guess.get(name, 0.0) for name in self.unknowns]) for guess in first]
+
+    def split(self, values: Sequence[Scalar]) -> tuple[tuple[Scalar, ...], dict[str, Scalar]]:
+        """State and orders that a vector of unknowns means."""
+        found = dict(zip(self.unknowns, values, strict=True))
+        own = tuple(found[name] for name in self.model.states[len(STATES) :])
+        u = found.get("u", self.speed)
+        orders = {**self.given, **{name: found[name] for name in self.wanted}}
+        return (0.0, 0.0, self.heading, u, found["v_m"], 0.0, *own), orders
+
+    def rates(self, state: tuple[Scalar, ...], orders: Mapping[str, Scalar]) -> tuple[Scalar, ...]:
+        """Rates of u, v_m, r and the model's own states; what nobody orders rests."""
+        control = tuple(factor * orders.get(name, 0.0) for name, factor in follows(self.model))
+        slow = self.model.derivative(state, control, self.environment)[3:]
+        if isinstance(self.model, Sampled):
+            memory = self.model.begin(state, control)
+            return (*self.model.advance(state, control, self.environment, memory)[0], *slow[3:])
+        return slow
+
+    def solve_near(self, speed: float) -> Trim:
+        """The balance nearest to a speed that is free to change."""
+        return self.solve(np.array([speed if name == "u" else 0.0 for name in self.unknowns]))
+
+    def solve(self, start: Array) -> Trim:
+        """The nearest balance, or as near as it gets."""
+        import casadi as ca
+
+        x = ca.SX.sym("x", start.size)
+        y = ca.vertcat(*(ca.SX(rate) for rate in self.rates(*self.split(tuple(ca.vertsplit(x))))))
+        f, slopes = ca.Function("f", [x], [y]), ca.Function("j", [x], [ca.jacobian(y, x)])
+        # What the model does not feel stays at zero.
+        felt = np.array([name == "u" or ca.jacobian(y, x)[:, k].nnz() > 0 for k, name in enumerate(self.unknowns)])
+        here = np.where(felt, start, 0.0)
+        left = np.asarray(f(here)).ravel()
+        for _ in range(_ITERATIONS):
+            step = np.linalg.lstsq(slopes(here).full(), -left, rcond=1e-12)[0]
+            share, there = 1.0, here + step
+            while not np.linalg.norm(np.asarray(f(there))) < np.linalg.norm(left) and share > _SHORTEST:
+                share *= 0.5
+                there = here + share * step
+            if share <= _SHORTEST:
+                break
+            here, left = there, np.asarray(f(there)).ravel()
+        if self.speed is None and not np.any(slopes(here).full()[:, 0]):
+            raise ParameterError("the model keeps whatever speed it starts with; give the speed")
+        return self.told(*self.split(here.tolist()))
+
+    def told(self, state: tuple[float, ...], orders: Mapping[str, float]) -> Trim:
+        """The trim point, memory of a sampled model included."""
+        control = tuple(float(factor * orders.get(name, 0.0)) for name, factor in follows(self.model))
+        names, full = tuple(self.model.states), tuple(float(x) for x in state)
+        residual = max(abs(float(rate)) for rate in self.rates(full, orders))
+        if isinstance(self.model, Sampled):
+            names = (*names, *self.model.memory)
+            full = (*full, *(float(x) for x in self.model.begin(full, control)))
+        return Trim(names, full, control, self.environment, dict(orders), residual)

@@ -1,0 +1,243 @@
+"""A complete MMG ship from its particulars: one formula a number, the others as its uncertainty.
+
+`estimate` reads a file of particulars and returns an `Estimate`; docs/tutorials/estimate.md has the
+keys of the file, and which formula was chosen and why.  The rule for sigma: the larger of the
+standard deviation between formulas that give different values, and the scatter of the chosen one about the
+published sets of KVLCC2 and KCS (`formulas.scatter`); none where neither exists.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from ..actuators import Actuator, Actuators
+from ..forces.body import Body
+from ..forces.hull import Polynomial
+from ..forces.propeller import Standard as Propeller
+from ..forces.rudder import Standard as Rudder
+from ..forces.wind import Fujiwara
+from ..models.mmg import Mmg
+from ..parameters import PRIME, Spec, unknown
+from . import Entry, Ship, ShipError
+from .formulas import Formula, added_mass, hull, propeller, resistance, rudder, wind
+from .formulas.reading import Known, as_table, read_particulars
+from .formulas.scatter import SCATTER
+from .numbers import Yardsticks, number, resolve
+
+FORMULAS: tuple[Formula, ...] = (
+    *added_mass.FORMULAS, *resistance.FORMULAS, *hull.FORMULAS, *propeller.FORMULAS, *rudder.FORMULAS, *wind.FORMULAS,
+)  # fmt: skip
+"""For every number the first that gives it is used; the others make its spread."""
+
+PARTS: Mapping[str, type] = {
+    "body": Body, "hull": Polynomial, "propeller": Propeller, "rudder": Rudder, "wind": Fujiwara,
+}  # fmt: skip
+COPIED = {
+    "body.rho": "rho", "body.L_pp": "L_pp", "body.B": "B", "body.d": "d", "body.x_G": "x_G", "propeller.D_P": "D_P",
+    "rudder.A_R": "A_R",
+}  # fmt: skip
+"""Numbers of the model that stand among the particulars."""
+
+_INERTIA = "assumed: m (0.25 L_pp)^2"
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number of the ship and where it comes from.
+
+    Attributes:
+        path: dotted path in the model.
+        value: as the ship file gives it, in `unit`; primed where that is an apostrophe.
+        formula: name of the formula, "given" or "assumed".
+        outside: the ratios of the ship that leave its range, in words; empty where the range holds.
+        basis: where the range comes from; empty for a number that no formula gave.
+        others: value of every other formula for the same number, by name.
+        spread: standard deviation between the formulas; None where only one gives the number.
+        sigma: what the ship file says, in `unit`.
+    """
+
+    path: str
+    value: float
+    unit: str
+    formula: str
+    outside: tuple[str, ...] = ()
+    basis: str = ""
+    others: Mapping[str, float] = field(default_factory=dict[str, float])
+    spread: float | None = None
+    sigma: float | None = None
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A ship made from its particulars.
+
+    Attributes:
+        ship: the ship, every number with its source.
+        numbers: each estimated, assumed or given number, in the order of the ship file.
+        cautions: what to know before trusting it, in lines.
+    """
+
+    ship: Ship
+    numbers: tuple[Number, ...]
+    cautions: tuple[str, ...]
+
+
+def estimate(path: str | Path) -> Estimate:
+    """The ship that a file of particulars describes.
+
+    Raises:
+        ShipError: a file that cannot be used, or a formula that gives an impossible number.
+    """
+    work = _Work(Path(path), read_particulars(path))
+    return work.run()
+
+
+@dataclass
+class _Work:
+    """One estimate in the making."""
+
+    path: Path
+    known: Known
+    numbers: list[Number] = field(default_factory=list[Number])
+    values: dict[str, float] = field(default_factory=dict[str, float])
+    entries: dict[str, Entry] = field(default_factory=dict[str, Entry])
+
+    def run(self) -> Estimate:
+        parts = {name: cls for name, cls in PARTS.items() if name != "wind" or self.known.ship.air}
+        specs = {f"{part}.{name}": meaning for part, cls in parts.items() for name, meaning in _specs(cls)}
+        self.refuse_unknown(specs)
+        found = self.candidates()
+        for path, meaning in specs.items():
+            self.settle(path, meaning, found.get(path, []))
+        made = {part: cls(**_below(self.values, part)) for part, cls in parts.items()}
+        cautions = tuple(self.cautions())
+        return Estimate(self.ship(Mmg(**made), cautions), tuple(self.numbers), cautions)
+
+    def refuse_unknown(self, specs: Mapping[str, Spec]) -> None:
+        free = [path for path in specs if path not in COPIED and path not in ("body.m", "wind.A_T", "wind.A_L")]
+        for path in self.known.given:
+            if path not in free:
+                hint = f"; {COPIED[path]} stands in [particulars]" if path in COPIED else ""
+                raise ShipError(f"{self.path}: given: {unknown(path, free, 'number')}{hint}")
+
+    def candidates(self) -> dict[str, list[tuple[Formula, float]]]:
+        """Every formula's answer by path, the first to be used."""
+        found: dict[str, list[tuple[Formula, float]]] = {}
+        for formula in FORMULAS:
+            for path, value in formula.gives(self.known.ship).items():
+                found.setdefault(path, []).append((formula, value))
+        return found
+
+    def settle(self, path: str, meaning: Spec, found: list[tuple[Formula, float]]) -> None:
+        if path in self.known.given:
+            self.take_given(path, meaning, found)
+        elif found:
+            self.take_formula(path, meaning, found)
+        else:
+            self.take_particular(path, meaning)
+
+    def take_given(self, path: str, meaning: Spec, found: list[tuple[Formula, float]]) -> None:
+        table = as_table(self.known.given[path], self.path)
+        value, entry = number(table, meaning, f"{self.path}: given.{path}", self.scale)
+        self.values[path], self.entries[path] = value, entry
+        unit = PRIME if entry.prime or meaning.unit == PRIME else entry.unit or meaning.unit
+        others = {formula.name: x for formula, x in found}
+        self.numbers.append(Number(path, entry.given, unit, "given", others=others, sigma=entry.sigma))
+
+    def take_formula(self, path: str, meaning: Spec, found: list[tuple[Formula, float]]) -> None:
+        (formula, value), *rest = found
+        factor = self.scale.factor(meaning.unit)
+        prime = factor == factor
+        if not meaning.low <= value * (factor if prime else 1.0) <= meaning.high:
+            raise ShipError(
+                f"{self.path}: {formula.name} gives {path} = {value:.4g}, which is impossible for the {meaning.about}; "
+                "the ship is too far from its range: give the number in [given]"
+            )
+        outside = formula.outside(self.known.ship)
+        distinct = list(dict.fromkeys(float(f"{x:.9g}") for _, x in found))
+        spread = statistics.stdev(distinct) if len(distinct) > 1 else None
+        known = [x for x in (spread, SCATTER.get(path)) if x is not None]
+        sigma = max(known) if known else None
+        entry = Entry(source=self.wording(formula, found), given=value, prime=prime,
+                      sigma=None if sigma is None else sigma * (factor if prime else 1.0))  # fmt: skip
+        self.entries[path], self.values[path] = entry, resolve(entry, meaning.unit, self.scale) or 0.0
+        self.numbers.append(Number(
+            path, value, PRIME if prime else meaning.unit, formula.name, tuple(outside), formula.basis,
+            {other.name: x for other, x in rest}, spread, sigma,
+        ))  # fmt: skip
+
+    def wording(self, formula: Formula, found: list[tuple[Formula, float]]) -> str:
+        """The source of one number: formula, range, what the others say."""
+        text = f"estimated: {formula.source}"
+        outside = formula.outside(self.known.ship)
+        if outside:
+            text += f"; OUTSIDE its range ({'; '.join(outside)})"
+        others = ", ".join(f"{other.name} {x:.4g}" for other, x in found[1:])
+        return text + (f"; others: {others}" if others else "; no other formula")
+
+    def take_particular(self, path: str, meaning: Spec) -> None:
+        ship, key = self.known.ship, COPIED.get(path, path.partition(".")[2])
+        if path == "body.m":
+            entry = Entry(source=f"rho volume; {self.known.entries['volume'].source}", given=ship.rho * ship.volume)
+        elif path == "body.I_zG":
+            entry = Entry(source=_INERTIA, given=self.values["body.m"] * (0.25 * ship.L_pp) ** 2)
+        elif path == "wind.L_wind":
+            entry = Entry(source="L_pp, as in the authors' code", given=ship.L_pp)
+        else:
+            entry = self.known.air[key] if path.startswith("wind.") else self.known.entries[key]
+        value = resolve(entry, meaning.unit, self.scale)
+        self.entries[path], self.values[path] = entry, value if value is not None else entry.given
+        how = "assumed" if key in self.known.assumed or entry.source == _INERTIA else "given"
+        self.numbers.append(Number(path, self.values[path], meaning.unit, how, sigma=entry.sigma))
+
+    @property
+    def scale(self) -> Yardsticks:
+        ship = self.known.ship
+        return Yardsticks(ship.rho, ship.L_pp, ship.d)
+
+    def cautions(self) -> Iterator[str]:
+        left: dict[str, list[str]] = {}
+        for item in self.numbers:
+            if item.outside:
+                left.setdefault(f"{item.formula}: {'; '.join(item.outside)}", []).append(item.path)
+        for reason, paths in left.items():
+            yield f"outside the range of {reason}: {', '.join(paths)}"
+        if self.known.assumed:
+            yield f"not given, so assumed: {', '.join(self.known.assumed)}"
+        if "hull.R_0" not in self.known.given:
+            yield "R_0 leaves wave resistance out and holds at the approach speed only"
+        if self.known.ship.D_P > self.known.ship.H_R:
+            yield "the propeller is larger than the rudder is high; eta is held at 1"
+        yield "estimated numbers: good for a first look and as the prior of a fit, not as a model of this ship"
+
+    def ship(self, model: Any, cautions: tuple[str, ...]) -> Ship:
+        values, entries = self.known.values, self.known.entries
+        U, L, limit = values["speed"], values["L_pp"], values["delta_max"]
+        self.entries |= {f"particulars.{key}": entries[key] for key in ("C_b", "volume")}
+        self.entries["approach.speed"] = entries["speed"]
+        low = entries["delta_max"]
+        self.entries["actuators.rudder.low"] = Entry(low.source, -low.given, unit=low.unit)
+        self.entries["actuators.rudder.high"] = low
+        self.entries["actuators.rudder.rate"] = entries["delta_rate"]
+        if "n_P" in entries:
+            self.entries["approach.n_P"] = entries["n_P"]
+        return Ship(
+            name=self.known.name, model=model, L_pp=L, speed=U, n_P=values.get("n_P"), entries=self.entries,
+            actuators=Actuators({"rudder": Actuator(low=-limit, high=limit, rate=values["delta_rate"])}),
+            validity={"u": (0.0, 1.2 * U), "v_m": (-0.5 * U, 0.5 * U), "r": (-U / L, U / L), "delta": (-limit, limit)},
+            notes={"title": self.known.title, "cautions": list(cautions), **self.known.notes},
+        )  # fmt: skip
+
+
+def _specs(cls: type) -> Iterator[tuple[str, Spec]]:
+    for f in fields(cls):
+        if "spec" in f.metadata:
+            yield f.name, f.metadata["spec"]
+
+
+def _below(values: Mapping[str, float], part: str) -> dict[str, float]:
+    return {path.removeprefix(f"{part}."): value for path, value in values.items() if path.startswith(f"{part}.")}

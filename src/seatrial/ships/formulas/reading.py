@@ -1,0 +1,221 @@
+"""A file of particulars: what is known of a ship, checked, and what is assumed where it says nothing."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, cast
+
+from ...parameters import Spec, unknown
+from .. import Entry, ShipError
+from ..numbers import number
+from . import Air, Particulars
+from .propeller import straight_wake
+
+SCHEMA = "seatrial-particulars/1"
+TOP = ("schema", "name", "title", "particulars", "wind", "given", "notes")
+
+MEANING = {
+    "L_pp": Spec("m", "length between perpendiculars", 0.1, 1e3),
+    "B": Spec("m", "breadth", 0.01, 200.0),
+    "d": Spec("m", "draught", 1e-3, 50.0),
+    "C_b": Spec("", "block coefficient", 0.3, 0.95),
+    "rho": Spec("kg/m^3", "density of the water", 900.0, 1100.0),
+    "nu": Spec("m^2/s", "kinematic viscosity of the water", 5e-7, 3e-6),
+    "volume": Spec("m^3", "displaced volume", 1e-6, 1e7),
+    "x_G": Spec("m", "centre of gravity ahead of midship", -100.0, 100.0),
+    "C_m": Spec("", "midship section coefficient", 0.3, 1.0),
+    "speed": Spec("m/s", "approach speed", 0.01, 40.0),
+    "n_P": Spec("1/s", "revolutions at the approach speed", 0.01, 100.0),
+    "D_P": Spec("m", "propeller diameter", 1e-3, 20.0),
+    "pitch_ratio": Spec("", "pitch of the propeller over its diameter", 0.3, 2.0),
+    "blades": Spec("", "blades of the propeller", 2.0, 7.0),
+    "area_ratio": Spec("", "expanded blade area ratio A_E/A_0", 0.2, 1.5),
+    "A_R": Spec("m^2", "area of the movable rudder", 1e-6, 500.0),
+    "H_R": Spec("m", "height of the rudder", 1e-3, 30.0),
+    "aspect": Spec("", "aspect ratio of the whole rudder", 0.3, 6.0),
+    "delta_max": Spec("rad", "greatest rudder angle", 0.05, 1.6),
+    "delta_rate": Spec("rad/s", "greatest rate of the rudder", 1e-3, 10.0),
+}
+AIR = {
+    "A_T": Spec("m^2", "frontal area above water", 1e-5, 1e5),
+    "A_L": Spec("m^2", "lateral area above water", 1e-5, 1e5),
+    "A_OD": Spec("m^2", "lateral area of superstructure and deck load", 1e-6, 1e5),
+    "C": Spec("m", "centroid of the lateral area ahead of midship", -500.0, 500.0),
+    "C_BR": Spec("m", "centroid of the superstructure ahead of midship", -500.0, 500.0),
+    "H_BR": Spec("m", "height of the bridge top above water", 1e-3, 100.0),
+    "H_C": Spec("m", "height of the centroid of the lateral area above water", 1e-3, 100.0),
+    "rho_air": Spec("kg/m^3", "density of the air", 0.5, 2.0),
+}
+SENSIBLE = {"L_pp/B": (2.0, 12.0), "B/d": (1.0, 10.0), "D_P/d": (0.1, 1.0), "|x_G|/L_pp": (0.0, 0.2)}
+"""Ratios outside of which no displacement ship with a propeller lies; a judgement."""
+
+_Rule = tuple[str, Callable[[Mapping[str, float]], float], str, float | None]
+ASSUMED: tuple[_Rule, ...] = (
+    ("rho", lambda _: 1025.0, "assumed: sea water", None),
+    ("nu", lambda _: 1.19e-6, "assumed: sea water of 15 deg C", None),
+    ("volume", lambda g: g["C_b"] * g["L_pp"] * g["B"] * g["d"], "C_b L_pp B d", None),
+    ("x_G", lambda _: 0.0, "assumed: centre of gravity midship", None),
+    ("C_m", lambda g: min(1.006 - 0.0056 * g["C_b"] ** -3.56, 0.995), "Kerlen 1970: 1.006 - 0.0056 C_b^-3.56", None),
+    ("speed", lambda g: min(max((1.08 - g["C_b"]) / 1.68, 0.1), 0.35) * math.sqrt(9.80665 * g["L_pp"]),
+     "assumed: Froude number of C_b = 1.08 - 1.68 F_n, a rule of basic ship design for single screws", None),
+    ("D_P", lambda g: 0.54 * g["d"], "assumed: 0.54 d, mean of KVLCC2, KCS and Esso Osaka (0.42 to 0.73)", 0.17),
+    ("pitch_ratio", lambda _: 0.8, "assumed: mean of KVLCC2, KCS and Esso Osaka (0.72 to 1.0)", None),
+    ("blades", lambda _: 4.0, "assumed", None),
+    ("area_ratio", lambda _: 0.55, "assumed", None),
+    ("A_R", lambda g: 0.01 * g["L_pp"] * g["d"] * (1 + 25 * (g["B"] / g["L_pp"]) ** 2),
+     "DNV 1975 rule, as in a public code: L d/100 (1 + 25 (B/L)^2)", 0.15),
+    ("aspect", lambda g: g["H_R"] ** 2 / g["A_R"] if "H_R" in g else 1.8,
+     "H_R^2/A_R; where the height is not given, assumed 1.8, mean of KVLCC2, KCS and Esso Osaka", None),
+    ("H_R", lambda g: min(math.sqrt(g["aspect"] * g["A_R"]), 0.95 * g["d"]), "sqrt(aspect A_R), at most 0.95 d", None),
+    ("delta_max", lambda _: math.radians(35.0), "assumed: 35 deg", None),
+    ("delta_rate", lambda g: math.radians(65.0 / 28.0) * math.sqrt(max(30.0 / g["L_pp"], 1.0)),
+     "assumed: 35 deg to 30 deg of the other side in 28 s (SOLAS II-1/29), faster by Froude's law below 30 m", None),
+)  # fmt: skip
+"""(number, rule, what the ship file says, sigma as a share of the value) in the order they depend on one another."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A file of particulars as read.
+
+    Attributes:
+        values: every number of `MEANING` but n_P that may be absent.
+        entries: provenance of each of them.
+        given: numbers of the model that are known, as entries by dotted path.
+        air: provenance of the shape above water.
+    """
+
+    name: str
+    title: str
+    ship: Particulars
+    values: Mapping[str, float]
+    entries: Mapping[str, Entry]
+    given: Mapping[str, Mapping[str, Any]]
+    air: Mapping[str, Entry]
+    assumed: tuple[str, ...]
+    notes: Mapping[str, Any]
+
+
+def read_particulars(path: str | Path) -> Known:
+    """Read and check a file of particulars.
+
+    Raises:
+        ShipError: an unknown key, a missing or impossible number, wind without its areas, in one line.
+    """
+    path = Path(path)
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ShipError(f"{path}: cannot be read as TOML: {error}") from None
+    if document.get("schema") != SCHEMA:
+        raise ShipError(f"{path}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
+    for key in document:
+        if key not in TOP:
+            raise ShipError(f"{path}: {unknown(key, TOP, 'key')}")
+    values, entries = _numbers(path, document, "particulars", MEANING)
+    missing = [key for key in ("L_pp", "B", "d", "C_b") if key not in values]
+    if missing:
+        raise ShipError(f"{path}: particulars: missing {', '.join(missing)}")
+    assumed = tuple(rule[0] for rule in ASSUMED if rule[0] not in values)
+    _complete(values, entries)
+    _check(path, values)
+    given = dict(_flat(_table(path, document, "given")))
+    made: dict[str, Any] = {f.name: values[f.name] for f in fields(Particulars) if f.name in values}
+    air, air_entries = _air(path, document)
+    if air and "rho_air" not in _table(path, document, "wind"):
+        assumed += ("rho_air",)
+    name, title = (document.get(key, default) for key, default in (("name", path.stem), ("title", "")))
+    if not isinstance(name, str) or not name or not isinstance(title, str):
+        raise ShipError(f"{path}: name and title are texts")
+    ship = Particulars(**made, w_P0=_wake(path, given, values["C_b"]), air=air)
+    return Known(
+        name, title or f"{name}, estimated from its particulars", ship, values, entries, given,
+        air_entries, assumed, _table(path, document, "notes"),
+    )  # fmt: skip
+
+
+def _table(path: Path, document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    found = document.get(key, {})
+    if not isinstance(found, Mapping):
+        raise ShipError(f"{path}: {key} is not a table")
+    return cast("Mapping[str, Any]", found)
+
+
+def _numbers(
+    path: Path, document: Mapping[str, Any], key: str, known: Mapping[str, Spec]
+) -> tuple[dict[str, float], dict[str, Entry]]:
+    """The numbers of a table; one written bare is in SI and its source is the file."""
+    values: dict[str, float] = {}
+    entries: dict[str, Entry] = {}
+    for name, raw in _table(path, document, key).items():
+        if name not in known:
+            raise ShipError(f"{path}: {key}: {unknown(name, known, 'number')}")
+        values[name], entries[name] = number(as_table(raw, path), known[name], f"{path}: {key}.{name}")
+    return values, entries
+
+
+def as_table(raw: Any, path: Path) -> Any:
+    """A number as a table with a source."""
+    if isinstance(raw, Mapping):
+        table = cast("Mapping[str, Any]", raw)
+        return {"source": f"given in {path.name}", **table}
+    return {"value": raw, "source": f"given in {path.name}"}
+
+
+def _complete(values: dict[str, float], entries: dict[str, Entry]) -> None:
+    for name, rule, source, share in ASSUMED:
+        if name not in values:
+            values[name] = rule(values)
+            sigma = None if share is None else share * abs(values[name])
+            entries[name] = Entry(source=source, given=values[name], sigma=sigma)
+
+
+def _check(path: Path, values: Mapping[str, float]) -> None:
+    L, B, d = values["L_pp"], values["B"], values["d"]
+    found = {"L_pp/B": L / B, "B/d": B / d, "D_P/d": values["D_P"] / d, "|x_G|/L_pp": abs(values["x_G"]) / L}
+    for name, (low, high) in SENSIBLE.items():
+        if not low <= found[name] <= high:
+            raise ShipError(
+                f"{path}: particulars: {name} is {found[name]:.3g}; "
+                f"a ship these formulas can speak of has {low:g} to {high:g}"
+            )
+    block = values["volume"] / (L * B * d)
+    if abs(block / values["C_b"] - 1) > 0.05:
+        raise ShipError(
+            f"{path}: particulars: volume makes a block coefficient of {block:.3g}, C_b is {values['C_b']:g}; "
+            "correct one, or leave volume out"
+        )
+    if values["H_R"] > 1.2 * d:
+        raise ShipError(f"{path}: particulars: H_R is {values['H_R']:.3g} m, above the draught of {d:g} m")
+
+
+def _wake(path: Path, given: Mapping[str, Any], C_b: float) -> float:
+    raw = given.get("propeller.w_P0")
+    if raw is None:
+        return straight_wake(C_b)
+    return number(as_table(raw, path), Spec("", "wake fraction", -0.5, 0.95), f"{path}: given.propeller.w_P0")[0]
+
+
+def _air(path: Path, document: Mapping[str, Any]) -> tuple[Air | None, Mapping[str, Entry]]:
+    if "wind" not in document:
+        return None, {}
+    values, entries = _numbers(path, document, "wind", AIR)
+    missing = [key for key in AIR if key not in values and key != "rho_air"]
+    if missing:
+        raise ShipError(f"{path}: wind needs the shape above water: missing {', '.join(missing)}; or leave [wind] out")
+    if "rho_air" not in values:
+        values["rho_air"] = 1.225
+        entries["rho_air"] = Entry(source="assumed: standard air", given=1.225)
+    return Air(**values), entries
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, raw in table.items():
+        if isinstance(raw, Mapping) and not {"value", "prime"} & set(cast("Mapping[str, Any]", raw)):
+            yield from _flat(cast("Mapping[str, Any]", raw), f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", raw

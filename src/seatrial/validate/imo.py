@@ -1,0 +1,249 @@
+"""The IMO standards for ship manoeuvrability, resolution MSC.137(76), as a table of simulated trials.
+
+Every criterion of section 5.3 is run to both sides where it has sides: value, limit, verdict, and the
+reason where nothing can be said.  Definitions are those of section 4.2 and of MSC/Circ.1053.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..data import Trial
+from ..engine import SimulationError
+from ..manoeuvres import Manoeuvre, Settings
+from ..manoeuvres.initial_turning import InitialTurning
+from ..manoeuvres.stopping import CrashAstern
+from ..manoeuvres.turning import Turning
+from ..manoeuvres.zigzag import Zigzag
+from ..models import follows
+from ..ships import Ship
+from ..simulate import approach, simulate, surge_balance
+from .imo_physics import held_speed, no_stop, rudder_limit, scale_note, unreliable_stop
+
+PASS, FAIL, NOT_APPLICABLE = "pass", "fail", "not applicable"
+ADVANCE, TACTICAL_DIAMETER, INITIAL_TURNING = 4.5, 5.0, 2.5  # MSC.137(76) 5.3.1, 5.3.2; in ship lengths
+OVERSHOOT_20 = 25.0  # 5.3.3.3 [deg]
+TRACK_REACH, TRACK_REACH_RELAXED = 15.0, 20.0  # 5.3.4; in ship lengths
+
+_DEGREE = math.degrees(1.0)
+# A run that is not over after this much way never will be; lengths of the first and of the last try.
+_FIRST, _LAST = 15.0, 480.0
+_BESIDE = "the ship slides to the other side of its course: this is no turning circle"
+# Surge acceleration over V^2/L beyond which an approach is not called steady.
+_STEADY = 2e-3
+_SIDES = {1.0: "starboard", -1.0: "port"}
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """One line of the table.
+
+    Attributes:
+        name: what is judged; `side` the side of the first rudder, empty where there is none.
+        value: what the ship does, in `unit`; None where the run did not yield it.
+        limit: the greatest value that passes, in `unit` ("L" ship lengths, or "deg").
+        verdict: "pass", "fail" or "not applicable".
+        reason: why nothing can be judged, or what to know about the verdict.
+    """
+
+    name: str
+    side: str
+    value: float | None
+    unit: str
+    limit: float
+    verdict: str
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class ImoTable:
+    """All criteria for one ship, with the conditions they were run in.
+
+    Attributes:
+        speed: test speed V [m/s]; n_P: revolutions that hold it [1/s].
+        conditions: of the runs, by name.
+        caveats: what the table does not say, the weightiest first.
+    """
+
+    ship: str
+    L_pp: float
+    speed: float
+    n_P: float
+    rows: tuple[Criterion, ...]
+    conditions: Mapping[str, str]
+    caveats: tuple[str, ...]
+
+    @property
+    def L_over_V(self) -> float:
+        """The ship's clock, on which the limits of the 10/10 zigzag depend [s]."""
+        return self.L_pp / self.speed
+
+    def count(self, verdict: str) -> int:
+        """Number of criteria with this verdict."""
+        return sum(row.verdict == verdict for row in self.rows)
+
+    @property
+    def verdict(self) -> str:
+        """One sentence on the whole."""
+        failed = [f"{row.name}{f' ({row.side})' if row.side else ''}" for row in self.rows if row.verdict == FAIL]
+        left = self.count(NOT_APPLICABLE)
+        open_ = f"; {left} of {len(self.rows)} criteria could not be judged" if left else ""
+        if failed:
+            return f"Does not meet: {', '.join(failed)}{open_}."
+        return f"Meets every criterion that could be judged ({self.count(PASS)}){open_}."
+
+
+def overshoot_limits(L_over_V: float) -> tuple[float, float]:
+    """Limits of the first and the second overshoot of the 10/10 zigzag [deg] for L/V [s] (MSC.137(76) 5.3.3)."""
+    if L_over_V < 10.0:
+        return 10.0, 25.0
+    if L_over_V < 30.0:
+        return 5.0 + 0.5 * L_over_V, 17.5 + 0.75 * L_over_V
+    return 20.0, 40.0
+
+
+def imo_table(ship: Ship) -> ImoTable:
+    """Run every trial of the standards from the ship's approach, in calm, deep water.
+
+    Raises:
+        ShipError: no steady approach is found.
+    """
+    V, n_P = approach(ship)
+    settings = Settings(n_P, V, ship.L_pp, rudder_limit(ship))
+    astern = _astern(ship, n_P)
+    rows = (*_steering(ship, settings), _stop(ship, settings, astern))
+    return ImoTable(
+        ship.name, ship.L_pp, V, n_P, rows,
+        {
+            "test speed": f"{V:.4g} m/s ({V * 3600 / 1852:.3g} kn) at {n_P:.4g} revolutions per second",
+            "L/V": f"{ship.L_pp / V:.3g} s",
+            "full astern": f"{astern:.4g} 1/s: the revolutions of the approach reversed, as far as the ship's go"
+            if astern < 0 else "none",
+            "water": "deep, still", "wind and waves": "none", "loading": "that of the ship file",
+        },
+        tuple(_caveats(ship, V, n_P)),
+    )  # fmt: skip
+
+
+def _steering(ship: Ship, settings: Settings) -> Iterator[Criterion]:
+    first, second = overshoot_limits(ship.L_pp / settings.speed)
+    ten, twenty = 10.0 / _DEGREE, 20.0 / _DEGREE
+    hard = Turning.ordered(settings)
+    angle = f"{abs(hard.delta) * _DEGREE:.3g} deg"
+    steered = any(order == "delta" for order, _ in follows(ship.model))
+    for side, word in _SIDES.items():
+        runs: tuple[tuple[Manoeuvre, tuple[tuple[str, str, str, float], ...]], ...] = (
+            (replace(hard, delta=side * hard.delta),
+             ((f"advance, rudder {angle}", "advance", "L", ADVANCE),
+              (f"tactical diameter, rudder {angle}", "tactical_diameter", "L", TACTICAL_DIAMETER))),
+            (InitialTurning(settings.n_P, ten, ten, side),
+             (("way to 10 deg of heading, rudder 10 deg", "initial_turning_distance", "L", INITIAL_TURNING),)),
+            (Zigzag(settings.n_P, ten, ten, side),
+             (("10/10 zigzag, first overshoot", "first_overshoot", "deg", first),
+              ("10/10 zigzag, second overshoot", "second_overshoot", "deg", second))),
+            (Zigzag(settings.n_P, twenty, twenty, side),
+             (("20/20 zigzag, first overshoot", "first_overshoot", "deg", OVERSHOOT_20),)),
+        )  # fmt: skip
+        for policy, figures in runs:
+            reason = "" if steered else "nothing of this ship obeys a rudder order"
+            found, reason = _figures(ship, policy, settings.speed, reason)
+            for name, index, unit, limit in figures:
+                yield _judged(name, word, found.get(index), unit, limit, reason)
+
+
+def _figures(ship: Ship, policy: Manoeuvre, V: float, reason: str) -> tuple[dict[str, float], str]:
+    """Values by index, lengths in L and angles in deg; or why there are none."""
+    if reason:
+        return {}, reason
+    try:
+        run, over = _run(ship, policy, V)
+    except SimulationError as error:
+        return {}, str(error)
+    units = {"rad": _DEGREE}
+    found = {
+        name: units.get(index.unit, 1.0) * (index.value if index.over_L is None else index.over_L)
+        for name, index in policy.indices(run, ship.L_pp).items()
+    }
+    return found, "" if over else _unfinished(ship, run, V)
+
+
+def _unfinished(ship: Ship, run: Trial, V: float) -> str:
+    way = V * run.duration / ship.L_pp
+    return f"the run was not over after the time of {way:.0f} ship lengths at test speed"
+
+
+def _run(ship: Ship, policy: Manoeuvre, V: float) -> tuple[Trial, bool]:
+    lengths = _FIRST
+    while True:
+        run = simulate(ship, policy, speed=V, duration=lengths * ship.L_pp / V)
+        over = policy.complete(run)
+        if over or lengths >= _LAST:
+            return run, over
+        lengths *= 2.0
+
+
+def _judged(name: str, side: str, value: float | None, unit: str, limit: float, reason: str) -> Criterion:
+    if value is None:
+        return Criterion(name, side, None, unit, limit, NOT_APPLICABLE, reason or "the run did not yield it")
+    if value < 0 and unit == "L":
+        return Criterion(name, side, value, unit, limit, NOT_APPLICABLE, reason or _BESIDE)
+    return Criterion(name, side, value, unit, limit, PASS if value <= limit else FAIL, reason)
+
+
+def _astern(ship: Ship, n_P: float) -> float:
+    """Revolutions of full astern [1/s]: those of the approach, reversed, as far as the shaft goes."""
+    return max(-abs(n_P), float(getattr(ship.actuators.of("n_P"), "low", -math.inf)))
+
+
+def _stop(ship: Ship, settings: Settings, astern: float) -> Criterion:
+    """The full astern stop; without a verdict where the model cannot know it, with its value where it has one."""
+    name, unit = "track reach, full astern", "L"
+    missing = no_stop(ship, settings.speed, settings.n_P, astern)
+    if missing:
+        return Criterion(name, "", None, unit, TRACK_REACH, NOT_APPLICABLE, missing)
+    policy, V = CrashAstern(settings.n_P, astern), settings.speed
+    try:
+        run, over = _run(replace(ship, validity={}), policy, V)
+    except SimulationError as error:
+        return _judged(name, "", None, unit, TRACK_REACH, str(error))
+    reach = policy.indices(run, ship.L_pp).get("track_reach")
+    if not over or reach is None:
+        return _judged(name, "", None, unit, TRACK_REACH, _unfinished(ship, run, V))
+    value = reach.value / ship.L_pp
+    doubts = unreliable_stop(ship, astern, _ranges(run, float(policy.end)))
+    if doubts:
+        return Criterion(name, "", value, unit, TRACK_REACH, NOT_APPLICABLE, f"extrapolates: {doubts}")
+    row = _judged(name, "", value, unit, TRACK_REACH, "")
+    relaxed = f"up to {TRACK_REACH_RELAXED:g} L if the Administration allows it for a ship of large displacement"
+    return replace(row, reason=relaxed) if TRACK_REACH < value <= TRACK_REACH_RELAXED else row
+
+
+def _ranges(run: Trial, end: float) -> dict[str, tuple[float, float]]:
+    """Range of each channel until the ship has stopped."""
+    stopped = np.flatnonzero(run["u"] <= end * run["u"][0])
+    part = run.rows(slice(0, int(stopped[0]) if stopped.size else None))
+    return {name: (float(np.min(v)), float(np.max(v))) for name, v in part.channels.items()}
+
+
+def _caveats(ship: Ship, V: float, n_P: float) -> Iterator[str]:
+    yield "These are simulated trials: they carry the errors of the model, which the table does not know."
+    if held_speed(ship, V, n_P):
+        yield (
+            "The model holds its speed and does not drift: a turn loses no speed here, so advance, tactical "
+            "diameter and ways are those of a point that steers, not of the ship."
+        )
+    gaining = surge_balance(ship, V, n_P)
+    if abs(gaining) * ship.L_pp > _STEADY * V * V:
+        yield f"The approach is not steady: straight ahead the speed changes by {gaining:.2g} m/s per second at first."
+    yield (
+        "The test speed is the approach speed of the ship file; the standards ask for at least 90 % of the speed "
+        "at 85 % of the engine's greatest output, which the file does not hold."
+    )
+    note = scale_note(ship)
+    if note:
+        yield note
+    yield "The standards hold for full load on even keel; the loading is that of the ship file, whatever it is."

@@ -1,0 +1,137 @@
+"""Checks of what steers the ship: side thrusters, reversing, delays and limits of the actuators."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...actuators import Servo
+from ...data import unwrapped
+from . import Judgement, Plot, given
+from .probe import Probe
+
+_DEGREE = math.pi / 180.0
+
+
+def side_thrusters(p: Probe) -> Judgement:
+    """A side thruster loses force with headway."""
+    conventional = {*p.steering, *p.propulsion}
+    own = [name for name in p.ship.model.controls if name not in conventional]
+    evidence: dict[str, tuple[float, str]] = {}
+    shares: list[float] = []
+    for name in own:
+        high = float(getattr(p.ship.actuators.of(name), "high", math.inf))
+        order = high if math.isfinite(high) else 1.0
+        forces = [_sideways(p, u, name, order) for u in (0.0, 0.25 * p.U, 0.5 * p.U)]
+        if abs(forces[0]) > 0:
+            share = [f / forces[0] for f in forces]
+            shares.append(share[-1])
+            evidence |= {f"{name}: yaw and sway left at {q:g} U": (s, "of that at rest")
+                         for q, s in zip((0.25, 0.5), share[1:], strict=True)}  # fmt: skip
+    if not shares:
+        return Judgement("not applicable", "the ship's file has no side thruster (a [thrusters.NAME] table of "
+                         "thruster:Tunnel would give it one)")  # fmt: skip
+    return given(
+        max(shares) < 0.95, "side thrusters lose force with headway",
+        "side thrusters keep their force at speed: their file gives no loss", evidence,
+    )  # fmt: skip
+
+
+def _sideways(p: Probe, u: float, name: str, order: float) -> float:
+    """What one control adds to sway and yaw at headway `u`, as one signed acceleration [m/s^2]."""
+    controls = list(p.controls())
+    usual = p.rates(u, 0.0, 0.0, tuple(controls))
+    controls[p.ship.model.controls.index(name)] = order
+    change = p.rates(u, 0.0, 0.0, tuple(controls)) - usual
+    sign = 1.0 if change[1] >= 0 else -1.0
+    return sign * float(np.hypot(change[1], 0.3 * p.ship.L_pp * change[2]))
+
+
+def reversing(p: Probe) -> Judgement:
+    """A reversed propeller swings the bow to the side of its hand."""
+    if not p.propulsion:
+        return Judgement("not applicable", "the ship has no propeller order n_P")
+    if not p.allows("n_P", -0.5 * p.n_P):
+        return Judgement("fail", "the ship's file says that the model is not valid at reversed revolutions: "
+                         "its propeller has no side force astern")  # fmt: skip
+    u = 0.3 * p.U
+    ahead, astern = (p.rates(u, 0.0, 0.0, p.controls(n))[1:] for n in (p.n_P, -p.n_P))
+    unit = p.U**2 / p.ship.L_pp
+    swing = float(np.hypot(astern[0], p.ship.L_pp * astern[1])) / unit
+    run = p.run(-p.n_P, 0.0, 25 * p.unit_time, speed=0.5 * p.U)
+    heading = float(unwrapped(run["psi"])[-1]) / _DEGREE
+    evidence = {"sway and yaw by reversed revolutions": (swing, "U^2/L"),
+                "the same ahead": (float(np.hypot(ahead[0], p.ship.L_pp * ahead[1])) / unit, "U^2/L"),
+                "heading change backing for 25 L/U": (heading, "deg")}  # fmt: skip
+    plot = Plot("Heading while backing", "t U/L", "psi [deg]",
+                (("rudder midships", run.t / p.unit_time, unwrapped(run["psi"]) / _DEGREE),))  # fmt: skip
+    side = "starboard" if heading > 0 else "port"
+    return given(swing > 1e-6, f"backing swings the bow to {side}",
+                 "a reversed propeller makes no side force: the model has no hand", evidence, plot)  # fmt: skip
+
+
+def delay(p: Probe) -> Judgement:
+    """An order takes time to act."""
+    return _delayed(p, (*p.steering, *p.propulsion) or p.ship.model.controls)
+
+
+def delay_of_steering(p: Probe) -> Judgement:
+    """A rudder order takes time to act."""
+    return _delayed(p, p.steering)
+
+
+def delay_of_propulsion(p: Probe) -> Judgement:
+    """A propeller order takes time to act."""
+    return _delayed(p, p.propulsion)
+
+
+def _delayed(p: Probe, controls: tuple[str, ...]) -> Judgement:
+    if not controls:
+        return Judgement("not applicable", "the ship has no such order")
+    run = p.run(0.5 * p.n_P, 0.5 * p.limit, 10 * p.unit_time)
+    evidence: dict[str, tuple[float, str]] = {}
+    for name in controls:
+        wanted = run[f"{name}_cmd"][0] - run[name][0]
+        if wanted:
+            done = (run[name] - run[name][0]) / wanted >= 0.9
+            late = float(run.t[int(np.argmax(done))]) if done.any() else math.inf
+            evidence[f"{name}: nine tenths of the order after"] = (late if _slow(p.ship.actuators.of(name)) else 0.0, "s")
+    slow = [name for name in controls if _slow(p.ship.actuators.of(name))]
+    lines = tuple((label, run.t, run[channel] / (run[f"{name}_cmd"][0] or 1.0))
+                  for name in controls for label, channel in ((name, name), (f"{name} ordered", f"{name}_cmd")))  # fmt: skip
+    at_once = ", ".join(name for name in controls if name not in slow)
+    good = "orders take time to act" + (f"; {at_once} obeys at once, its file says nothing" if at_once else "")
+    steers = [name for name in slow if name in p.steering] or not p.steering
+    return given(
+        bool(slow) and bool(steers or set(controls) <= set(p.propulsion)), good,
+        f"{at_once} obeys at once: the ship's file gives no rate, lag or dead time", evidence,
+        Plot("Answer to a step of the order", "t [s]", "over the order", lines),
+    )  # fmt: skip
+
+
+def _slow(servo: Servo) -> bool:
+    rate, lag = float(getattr(servo, "rate", math.inf)), float(getattr(servo, "lag", 0.0))
+    return math.isfinite(rate) or lag > 0 or float(servo.dead_time) > 0
+
+
+def limits(p: Probe) -> Judgement:
+    """Angle and rate have their greatest values."""
+    if not p.steering:
+        return Judgement("not applicable", "the ship has no steering order; its controls are "
+                         + ", ".join(p.ship.model.controls))  # fmt: skip
+    run = p.run(p.n_P, math.radians(120.0), 15 * p.unit_time)
+    evidence: dict[str, tuple[float, str]] = {}
+    lacking: list[str] = []
+    for name in p.steering:
+        servo = p.ship.actuators.of(name)
+        turns = not hasattr(servo, "high")
+        reached, rate = float(np.abs(run[name]).max()), float(np.abs(np.diff(run[name])).max() / run.dt)
+        evidence[f"{name}: greatest angle when 120 deg are ordered"] = (reached / _DEGREE, "deg")
+        evidence[f"{name}: greatest rate"] = (rate / _DEGREE, "deg/s")
+        if not turns and not math.isfinite(float(getattr(servo, "high", math.inf))):
+            lacking.append(f"{name} has no greatest angle")
+        if not math.isfinite(float(getattr(servo, "rate", math.inf))):
+            lacking.append(f"{name} has no greatest rate")
+    return given(not lacking, "angle and rate stay within their greatest values",
+                 "; ".join(lacking) + " in the ship's file", evidence)  # fmt: skip
