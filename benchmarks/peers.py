@@ -48,7 +48,8 @@ def shipmmg(**options: Any) -> Any:
 
     t = np.linspace(0.0, DURATION, 2001)
     return simulate_mmg_3dof(
-        *shipmmg_ship(), t, np.full(t.size, DELTA), np.full(t.size, N_P), u0=SHIP.speed, ρ=SHIP.model.body.rho, **options,
+        *shipmmg_ship(), t, np.full(t.size, DELTA), np.full(t.size, N_P), u0=SHIP.speed, ρ=SHIP.model.body.rho,
+        **options,
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[1] / "src" / "seatrial"
 ROOMS = (
     "parameters", "symbolic", "engine", "data", "environment", "weather", "forces", "actuators", "models", "ships",
-    "sensors", "manoeuvres", "systems", "simulate", "replay", "identify", "validate", "exchange", "realtime",
+    "sensors", "manoeuvres", "systems", "simulate", "replay", "identify", "validate", "choosing", "exchange", "realtime",
     "cli_support", "cli_runs", "demo", "cli_estimate", "cli_models", "cli_design",
     "cli_imo", "cli_requirements", "cli_ships", "cli_manoeuvres", "cli",
 )  # fmt: skip
@@ -22,7 +22,7 @@ ROOMS = (
 EXEMPT = {"__init__", "__main__"}
 """The package's own door and its `python -m` entry see every room."""
 
-HEAVY = ("torch", "matplotlib", "polars")
+HEAVY = ("torch", "matplotlib", "polars", "control")
 
 
 def room(path: Path) -> str:

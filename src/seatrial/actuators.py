@@ -151,6 +151,12 @@ def queue_length(dead_time: float, dt: float) -> int:
     return math.ceil(dead_time / dt - 1e-9)
 
 
+def at_once(servo: Servo) -> bool:
+    """Whether a servo obeys within the step of the order."""
+    rate, lag = float(getattr(servo, "rate", math.inf)), float(getattr(servo, "lag", 0.0))
+    return math.isinf(rate) and lag == 0.0 and float(servo.dead_time) == 0.0
+
+
 _TABLES = {"n_P": "propeller", "delta": "rudder"}
 _NUMBERED = re.compile(r"_\d+$")
 

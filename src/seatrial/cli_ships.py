@@ -85,12 +85,15 @@ def design(
     ship: ShipName,
     free: Annotated[list[str], typer.Option("--free", help="Parameters to be identified, such as 'hull.*'.")],
     budget: Annotated[float, typer.Option(help="Length of all trials together, T' = T V/L.")] = 60.0,
+    noise: Annotated[str | None, typer.Option(help="Sensor noise such as x=0.5,psi=0.1 (m, m/s, deg, deg/s).")] = None,
+    interval: Annotated[float | None, typer.Option(help="Time between independent readings [s].")] = None,
+    repeats: Annotated[int, typer.Option(help="How often one manoeuvre may be run.")] = 1,
     json: Json = False,
 ) -> None:
     """Which manoeuvres tell most about the parameters, by Fisher information."""
     from .cli_design import design as run
 
-    run(ship, free, budget, json)
+    run(ship, free, budget=budget, noise=noise, interval=interval, repeats=repeats, json=json)
 
 
 def requirements(

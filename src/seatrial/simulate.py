@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from .actuators import at_once
 from .data import UNITS, Array, Trial
 from .engine import Rollout, Scalars, SimulationError
 from .engine.rollout import simulator
@@ -89,6 +90,8 @@ def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -
         def by_speed(u: float) -> float:
             return surge_balance(ship, u, n_P)
 
+        if by_speed(0.5 * ship.speed) == by_speed(ship.speed) == 0.0:
+            return ship.speed, n_P  # a response model keeps whatever speed it is given
         return _balance(by_speed, 1e-3, 5 * ship.speed, ship), n_P
     U = ship.speed if speed is None else speed
     if ship.n_P is not None and speed is None:
@@ -219,6 +222,9 @@ def simulate(
     controls = ship.model.controls
     kept = (*STATES, *controls, *logged(ship, policy))
     channels = {n: run.values[0, :, columns.index(n)].copy() for n in kept}
+    for control in controls:
+        if at_once(ship.actuators.of(control)):  # what acts from a row on, not what acted before it
+            channels[control][:-1] = channels[control][1:]
     kind = getattr(policy, "kind", type(policy).__name__.lower())
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
             "set_points": dict(values(policy)), "source": "simulated by seatrial"}  # fmt: skip

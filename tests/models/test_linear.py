@@ -13,7 +13,7 @@ import pytest
 from seatrial.actuators import Actuators
 from seatrial.environment import CALM, Uniform
 from seatrial.manoeuvres.turning import Turning
-from seatrial.models.linear import Linear, linearise, straight, trim
+from seatrial.models.linear import Linear, course_stability, linearise, straight, trim
 from seatrial.models.trim import point
 from seatrial.parameters import ParameterError
 from seatrial.ships.files import library, load
@@ -74,7 +74,6 @@ def test_kvlcc2_full_scale_from_her_derivatives() -> None:
     bare = np.linalg.solve(np.array([[sway, lever], [lever, yaw]]), hull)
     without = replace(model, rudder=replace(model.rudder, A_R=1e-9))
     np.testing.assert_allclose(straight_at(without, found).A[1:, 1:], bare, rtol=1e-6)
-    assert found.stability()[0] == "unstable"
     assert found.lateral().states == ("v_m", "r")
     assert found.E.shape == (3, 8)
 
@@ -116,8 +115,14 @@ def test_a_kink_has_two_sides_and_a_mean() -> None:
     np.testing.assert_allclose(mean, 0.5 * (port + starboard), atol=1e-14)
     assert np.abs(port - starboard).max() > 0.01
     alike = replace(model, rudder=replace(model.rudder, gamma_Rp=0.5, gamma_Rn=0.5))
-    port, starboard = (straight(alike, 1.179, side=s).A for s in (-1.0, 1.0))
+    port, starboard = (straight(alike, 1.179, side=s).lateral().A for s in (-1.0, 1.0))
     np.testing.assert_allclose(port, starboard, atol=1e-9)
+    word, text = course_stability(model, trim(model, speed=1.179))
+    assert word == "unstable"
+    assert "to starboard stable" in text
+    assert "to port unstable" in text
+    kcs = load("kcs")
+    assert course_stability(kcs.model, trim(kcs.model, speed=kcs.speed))[0] == "stable"
 
 
 def test_control_objects_carry_the_names() -> None:

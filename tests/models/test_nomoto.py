@@ -36,7 +36,7 @@ def run(model: Any, delta: Any, duration: float, dt: float = 0.05, u: float | No
 
 def test_primes_of_the_mariner() -> None:
     K, T = to_prime(0.185, 107.3, 160.93, 7.7175)
-    assert (round(K, 2), round(T, 2)) == (3.86, 5.15)  # 5.1455; FACTS prints 5.14 from unrounded constants
+    assert (round(K, 2), round(T, 2)) == (3.86, 5.15)
     assert from_prime(K, T, 160.93, 7.7175) == pytest.approx((0.185, 107.3), rel=1e-14)
     second = SecondOrder(0.185, 118.0, 7.8, 18.5)
     assert second.to_prime(160.93, 7.7175).from_prime(160.93, 7.7175) == pytest.approx(second, rel=1e-14)

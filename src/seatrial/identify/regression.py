@@ -174,7 +174,7 @@ def _solve(matrix: Array, right: Array, free: Sequence[Free]) -> tuple[Array, Ar
     aim = np.concatenate([right, [f.prior / f.sigma for f in held]])
     size = np.maximum(np.sqrt(np.mean(joined * joined, axis=0)), 1e-300)
     low, high = np.array([f.low for f in free]), np.array([f.high for f in free])
-    found: Any = lsq_linear(joined / size, aim, bounds=(low * size, high * size), tol=1e-14)
+    found: Any = lsq_linear(joined / size, aim, bounds=(low * size, high * size), method="bvls")
     values = np.clip(found.x / size, low, high)
     residual = joined @ values - aim
     return values, joined.T @ joined, float(residual @ residual)

@@ -39,6 +39,7 @@ class Crabbing:
     """
 
     kind: ClassVar[str] = "crabbing"
+    from_rest: ClassVar[bool] = True
     takes: ClassVar[tuple[str, ...]] = ("side",)
     memory: ClassVar[tuple[str, ...]] = ("x_0", "y_0", "psi_0", "error_integral", "t_last")
 

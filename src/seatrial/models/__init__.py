@@ -30,6 +30,8 @@ class Model(Protocol):
     A single-screw ship has the controls n_P [1/s] and delta [rad].  Other controls are named by a
     prefix that gives the unit and the part they move, port to starboard where numbered: n_bow, delta_1,
     alpha_2 (direction of a thrust, clockwise from ahead), f_1 (thrust [N]).  `UNITS` and `unit` know them.
+
+    A family that means nothing at rest says so by an attribute `valid_at_rest = False`.
     """
 
     states: ClassVar[tuple[str, ...]]

@@ -62,9 +62,11 @@ class Arx:
     """x(t) = sum a_i x(t - i) + sum b_j c(t - j) + constant, one equation per velocity that has a coefficient.
 
     x are velocities through the water, c the controls.  A velocity without an equation is held.  The
-    equations are linear: what is even in the rudder, such as the loss of speed in a turn, is beyond them.
+    equations are linear: what is even in the rudder, such as the loss of speed in a turn, is beyond them;
+    and their constants belong to the run they were fitted to, so the model says nothing of a ship at rest.
     """
 
+    valid_at_rest: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = STATES
     controls: ClassVar[tuple[str, ...]] = INPUTS
 

@@ -237,6 +237,14 @@ def straight(
     return linearise(model, trim(model, speed=speed, environment=environment), side=side)
 
 
+def course_stability(model: Model | Sampled, at: Trim) -> tuple[str, str]:
+    """`Linear.stability` of a trim point where the two sides of a kink may disagree: the worse word, and both."""
+    starboard, port = (linearise(model, at, side=side).stability() for side in (1.0, -1.0))
+    if starboard[0] == port[0]:
+        return linearise(model, at).stability() if starboard[1] != port[1] else starboard
+    return "unstable", f"not the same on both sides: to starboard {starboard[1]}; to port {port[1]}"
+
+
 def _control() -> Any:
     try:
         import control

@@ -129,6 +129,24 @@ def convergence(history: Array) -> str:
     return _svg(figure, "convergence")
 
 
+def lines(
+    title: str, x: str, y: str, drawn: Sequence[tuple[str, Array, Array]], *, equal: bool = False
+) -> str:  # fmt: skip
+    """Several lines over named axes; `equal` for tracks, whose axes then have one scale."""
+    figure, (ax,) = _figure(1)
+    for k, (label, along, up) in enumerate(drawn):
+        colour, dashes = _LINES[k % len(_LINES)]
+        width, fade = (1.6, 1.0) if k < len(_LINES) else (1.0, 0.6)
+        ax.plot(along[:: _every(along.size)], up[:: _every(along.size)], color=colour, ls=dashes, lw=width,
+                alpha=fade, label=label)  # fmt: skip
+    ax.set(xlabel=x, ylabel=y)
+    if equal:
+        ax.set_aspect("equal", adjustable="datalim")
+    if len(drawn) > 1:
+        ax.legend()
+    return _svg(figure, title)
+
+
 def _figure(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[Any, ...]]:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -152,7 +170,8 @@ def _svg(figure: Any, salt: str) -> str:
     text = re.sub(r' (?:xmlns(?::xlink)?|version)="[^"]*"', "", text)
     text = re.sub(r'(<svg[^>]*?) width="[^"]*"| height="[^"]*pt"', r"\1", text, count=2)
     text = re.sub(r'<g id="[A-Za-z0-9_.]+_\d+">', "<g>", text)
-    return re.sub(r"(\d+\.\d\d)\d+", r"\1", text)
+    # Coordinates need no more than two decimals; the figures on the axes keep theirs.
+    return re.sub(r'(?:\bd|transform|x|y|points)="[^"]*"', lambda m: re.sub(r"(\d+\.\d\d)\d+", r"\1", m[0]), text)
 
 
 def _every(samples: int) -> int:

@@ -29,6 +29,8 @@ th,td{padding:.28rem .8rem .28rem 0;text-align:right;white-space:nowrap;border-b
 th{color:var(--soft);font-weight:600;vertical-align:bottom}
 th:first-child,td:first-child,td.text,th.text{text-align:left}
 td.best{font-weight:700}
+.wrap td{vertical-align:top}
+.wrap td.text{white-space:normal;min-width:12ch;padding-right:1.4rem}
 .figures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,420px),1fr));gap:1rem;align-items:start}
 figure{margin:0;min-width:0}
 svg{display:block;width:100%;height:auto}

@@ -40,6 +40,7 @@ def _carried(p: Probe, cases: tuple[tuple[str, Environment], ...]) -> Judgement:
             without.append(name)
     return given(
         not without, "carried to leeward or turned by " + " and by ".join(name for name, _ in cases),
-        f"nothing comes of {' and '.join(without)}: the ship's file has no [{'], ['.join(without)}] force", evidence,
-        Plot("Twenty ship lengths of time with wind and waves from the east", "east [m]", "north [m]", tuple(lines), equal=True),
+        f"nothing comes of {' and '.join(without)}: the ship's file has no [{'], ['.join(without)}] force",
+        evidence,
+        Plot("Twenty L/U with wind and waves from the east", "east [m]", "north [m]", tuple(lines), equal=True),
     )  # fmt: skip

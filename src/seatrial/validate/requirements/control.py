@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...actuators import Servo
+from ...actuators import at_once
 from ...data import unwrapped
 from . import Judgement, Plot, given
 from .probe import Probe
@@ -52,6 +52,8 @@ def reversing(p: Probe) -> Judgement:
     """A reversed propeller swings the bow to the side of its hand."""
     if not p.propulsion:
         return Judgement("not applicable", "the ship has no propeller order n_P")
+    if any(name.startswith("alpha") for name in p.steering):
+        return Judgement("not applicable", "its thrusters turn about: they push astern without a reversed propeller")
     if not p.allows("n_P", -0.5 * p.n_P):
         return Judgement("fail", "the ship's file says that the model is not valid at reversed revolutions: "
                          "its propeller has no side force astern")  # fmt: skip
@@ -96,23 +98,22 @@ def _delayed(p: Probe, controls: tuple[str, ...]) -> Judgement:
         if wanted:
             done = (run[name] - run[name][0]) / wanted >= 0.9
             late = float(run.t[int(np.argmax(done))]) if done.any() else math.inf
-            evidence[f"{name}: nine tenths of the order after"] = (late if _slow(p.ship.actuators.of(name)) else 0.0, "s")
-    slow = [name for name in controls if _slow(p.ship.actuators.of(name))]
-    lines = tuple((label, run.t, run[channel] / (run[f"{name}_cmd"][0] or 1.0))
-                  for name in controls for label, channel in ((name, name), (f"{name} ordered", f"{name}_cmd")))  # fmt: skip
-    at_once = ", ".join(name for name in controls if name not in slow)
-    good = "orders take time to act" + (f"; {at_once} obeys at once, its file says nothing" if at_once else "")
+            waits = not at_once(p.ship.actuators.of(name))
+            evidence[f"{name}: nine tenths of the order after"] = (late if waits else 0.0, "s")
+    slow = [name for name in controls if not at_once(p.ship.actuators.of(name))]
+    lines = tuple(
+        (label, run.t, run[channel] / (run[f"{name}_cmd"][0] or 1.0))
+        for name in controls
+        for label, channel in ((name, name), (f"{name} ordered", f"{name}_cmd"))
+    )
+    idle = ", ".join(name for name in controls if name not in slow)
+    good = "orders take time to act" + (f"; {idle} obeys at once, its file says nothing" if idle else "")
     steers = [name for name in slow if name in p.steering] or not p.steering
     return given(
         bool(slow) and bool(steers or set(controls) <= set(p.propulsion)), good,
-        f"{at_once} obeys at once: the ship's file gives no rate, lag or dead time", evidence,
+        f"{idle} obeys at once: the ship's file gives no rate, lag or dead time", evidence,
         Plot("Answer to a step of the order", "t [s]", "over the order", lines),
     )  # fmt: skip
-
-
-def _slow(servo: Servo) -> bool:
-    rate, lag = float(getattr(servo, "rate", math.inf)), float(getattr(servo, "lag", 0.0))
-    return math.isfinite(rate) or lag > 0 or float(servo.dead_time) > 0
 
 
 def limits(p: Probe) -> Judgement:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -72,7 +73,7 @@ def stability(p: Probe) -> Judgement:
 
 
 def _hull(p: Probe) -> Iterator[str]:
-    """Parameters that describe how the hull answers; body, propeller and rudder left aside where they are told apart."""
+    """Parameters of the hull's answer; body, propeller and rudder left aside where they are told apart."""
     paths = [path for path, value in values(p.ship.model).items() if value]
     own = [path for path in paths if path.partition(".")[0] in ("hull", "damping", "derivatives")]
     yield from own or paths
@@ -117,7 +118,7 @@ def plausible(p: Probe) -> Judgement:
         size = float(np.abs(push * (1.0, 1.0, p.ship.L_pp)).max()) * p.ship.L_pp / p.U**2
         evidence["acceleration at rest without orders"] = (size, "U^2/L")
         wrong += ["starts to move from rest without any order"] if size > 1e-9 else []
-    t, runs = _any_orders(p)
+    _, runs = _any_orders(p)
     fastest = float(np.nanmax(np.hypot(runs[:, :, 3], runs[:, :, 4]))) / p.U
     turning = float(np.nanmax(np.abs(runs[:, :, 5]))) * p.unit_time
     evidence |= {"greatest speed under any steady orders": (fastest, "U"), "greatest rate of turn": (turning, "U/L")}
@@ -126,7 +127,7 @@ def plausible(p: Probe) -> Judgement:
     left = _energy_left(p)
     evidence["motion left 20 L/U after the engines stop, at most"] = (left, "of the start")
     wrong += ["gains motion with the engines stopped"] if not left <= 1.0 + 1e-9 else []
-    several = tuple((f"run {k + 1}", runs[k, :, 1], runs[k, :, 0]) for k in range(0, len(runs), max(len(runs) // 6, 1)))
+    several = tuple((f"run {k + 1}", runs[k, :, 1], runs[k, :, 0]) for k in range(0, len(runs), 4))
     plot = Plot("Tracks under steady orders", "east [m]", "north [m]", several, equal=True)
     return given(not wrong, "no motion that physics forbids was found", "; ".join(wrong), evidence, plot)
 
@@ -182,7 +183,7 @@ def turning(p: Probe) -> Judgement:
     tracks = tuple((f"{a / _DEGREE:+.0f} deg", run["y"], run["x"]) for a, run in runs.items())
     plot = Plot("Turning", "east [m]", "north [m]", tracks, equal=True)
     return given(
-        halves[0] > 0 and all(b > a for a, b in zip(halves, halves[1:], strict=False)),
+        halves[0] > 0 and all(b > a for a, b in pairwise(halves)),
         "turns to the side of the rudder, the more the larger the angle; how much follows from the hull's numbers",
         "the rudder does not turn the ship to its own side", evidence, plot,
     )  # fmt: skip
@@ -194,8 +195,10 @@ def lateral(p: Probe) -> Judgement:
     tail = slice(-len(run) // 5, None)
     beta = float(np.mean(np.arctan2(-run["v_m"][tail], run["u"][tail])))
     plot = Plot("Sway speed in a turn", "t U/L", "v_m/U", (("v_m", run.t / p.unit_time, run["v_m"] / p.U),))
-    return given(abs(beta) > 0.5 * _DEGREE, "drifts with its bow inside the turn", "turns without drift: no sway motion",
-                 {"drift angle in the turn": (beta / _DEGREE, "deg")}, plot)  # fmt: skip
+    return given(
+        abs(beta) > 0.5 * _DEGREE, "drifts with its bow inside the turn", "turns without drift: no sway motion",
+        {"drift angle in the turn": (beta / _DEGREE, "deg")}, plot,
+    )  # fmt: skip
 
 
 def speed_by_revolutions(p: Probe) -> Judgement:
@@ -208,7 +211,7 @@ def speed_by_revolutions(p: Probe) -> Judgement:
     evidence = {f"speed at {s:g} of the revolutions": (u, "m/s") for s, u in zip(shares, final, strict=True)}
     lines = tuple((f"{s:g} n_P", t / p.unit_time, runs[k, :, 3]) for k, s in enumerate(shares))
     return given(
-        all(b - a > _NOTICEABLE * p.U for a, b in zip(final, final[1:], strict=False)),
+        all(b - a > _NOTICEABLE * p.U for a, b in pairwise(final)),
         "speed follows the revolutions", "speed does not follow the revolutions: no propeller and no resistance in it",
         evidence, Plot("Speed after a change of revolutions", "t U/L", "u [m/s]", lines),
     )  # fmt: skip
@@ -217,12 +220,14 @@ def speed_by_revolutions(p: Probe) -> Judgement:
 def answer_varies(p: Probe) -> Judgement:
     """The answer to the rudder depends on speed and on revolutions."""
     delta, span = 0.3 * p.limit, 2 * p.unit_time
-    cases = {"usual": (p.U, p.n_P), "half the speed": (0.5 * p.U, p.n_P), "1.3 times the revolutions": (p.U, 1.3 * p.n_P)}
+    cases = {"usual": (p.U, p.n_P), "half the speed": (0.5 * p.U, p.n_P),
+             "1.3 times the revolutions": (p.U, 1.3 * p.n_P)}  # fmt: skip
     t, runs = p.drift([p.state(u=u) for u, _ in cases.values()],
                       [p.controls(n, delta) for _, n in cases.values()], span)  # fmt: skip
     _, straight = p.drift([p.state(u=u) for u, _ in cases.values()], [p.controls(n) for _, n in cases.values()], span)
     gained = unwrapped(runs[:, -1, 2]) - straight[:, -1, 2]
-    evidence = {f"heading after 2 L/U, {name}": (float(g) / _DEGREE, "deg") for name, g in zip(cases, gained, strict=True)}
+    evidence = {f"heading after 2 L/U, {name}": (float(g) / _DEGREE, "deg")
+                for name, g in zip(cases, gained, strict=True)}  # fmt: skip
     differs = [abs(g - gained[0]) > _NOTICEABLE * abs(gained[0]) for g in gained[1:]]
     lines = tuple((name, t / p.unit_time, runs[k, :, 2] / _DEGREE) for k, name in enumerate(cases))
     missing = " and ".join(n for n, d in zip(("speed", "revolutions"), differs, strict=True) if not d)

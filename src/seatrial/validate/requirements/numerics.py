@@ -28,7 +28,7 @@ def step(p: Probe) -> Judgement:
     return given(
         float(apart.max()) < _ALLOWED,
         f"chosen automatically; a hard turn is {float(apart.max()):.1e} L from that at a quarter of the step",
-        f"a hard turn is {float(apart.max()):.1e} L from that at a quarter of the step; below {_ALLOWED:g} L is wanted",
+        f"a hard turn is {float(apart.max()):.1e} L from that at a quarter of the step; wanted below {_ALLOWED:g} L",
         evidence, plot,
     )  # fmt: skip
 
@@ -41,7 +41,9 @@ def real_time(p: Probe) -> Judgement:
     run = p.run(p.n_P, 0.1 * p.limit, length)
     taken = max(p.clock() - begun, 1e-9)
     factor = run.duration / taken
-    evidence = {"real-time factor, one ship": (factor, "times"), "time per step": (1e6 * taken * dt / run.duration, "us"),
-                "step": (1e6 * dt, "us")}  # fmt: skip
+    evidence = {
+        "real-time factor, one ship": (factor, "times"), "step": (1e6 * dt, "us"),
+        "time per step": (1e6 * taken * dt / run.duration, "us"),
+    }  # fmt: skip
     return given(factor > 1.0, f"runs {factor:.3g} times as fast as the clock, everything included",
                  "does not keep up with the clock", evidence)  # fmt: skip

@@ -14,8 +14,8 @@ from .probe import Probe
 def _connection(p: Probe) -> Judgement:
     return Judgement(
         "not applicable",
-        "a matter of interfaces, not of motion: orders go in as rudder angle and revolutions, states come out in SI units; "
-        "the sentences of a bridge (IEC 61162) are not part of this version",
+        "a matter of interfaces, not of motion: orders go in as rudder angle and revolutions, states come out "
+        "in SI units; the sentences of a bridge (IEC 61162) are not part of this version",
     )  # fmt: skip
 
 

@@ -1,0 +1,146 @@
+"""The families beside what the library's ships show of them: findings, inputs, outputs, counts, cost."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+
+from ..engine.rollout import simulator
+from ..environment import CALM
+from ..identify.excitation import TABLE_1, Published
+from ..models import Sampled
+from ..parameters import walk
+from ..ships import Ship
+from ..ships.files import find_class, library, load
+from ..systems import open_loop, open_loop_parameters
+from . import ANSWERS, CAPABILITIES, Family, Finding
+from .families import FAMILIES
+from .probing import Probe, findings, outputs
+
+_LANES, _STEPS, _REPEATS = 128, 300, 5
+_CHANNELS = ("wind", "current", "waves", "shallow")
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """A family as it stands in this library.
+
+    Attributes:
+        ships: names of the library's ships of this family.
+        example: the one of them, or the specimen, that shows most; the cost is hers.
+        controls: controls of those ships, each name once.
+        environment: what of wind, current, waves, shallow water reaches the motion of one of them.
+        outputs: velocities that it moves, and states of its own.
+        coefficients: how many numbers each ship gives it, fewest and most; None where it is only planned.
+        studies: rows of Sawada's Table 1.
+        findings: the answer to each capability.
+        cost: time of one right-hand side (one sample of a sampled model) in one of 128 lanes [ns].
+    """
+
+    family: Family
+    ships: tuple[str, ...]
+    example: str
+    controls: tuple[str, ...]
+    environment: tuple[str, ...]
+    outputs: tuple[str, ...]
+    coefficients: tuple[int, int] | None
+    studies: tuple[Published, ...]
+    findings: Mapping[str, Finding]
+    cost: float | None = None
+
+    @property
+    def length(self) -> tuple[float, float] | None:
+        """Shortest and longest training data that identified it, T' = T V/L (Sawada 2024 Table 1)."""
+        ends = [end for study in self.studies for end in study.length]
+        return (min(ends), max(ends)) if ends else None
+
+    def answer(self, keys: Sequence[str]) -> str:
+        """The worst answer among capabilities."""
+        return max((self.findings[key].answer for key in keys), key=ANSWERS.index, default="yes")
+
+
+def survey(*, costs: bool = True) -> tuple[Assessment, ...]:
+    """Every family, probed on every ship of the library that belongs to it.
+
+    Args:
+        costs: whether to measure the cost; kernels are compiled once and kept.
+    """
+    known = [load(name) for name in library()]
+    return tuple(assess(family, known, costs=costs) for family in FAMILIES)
+
+
+def assess(family: Family, known: Sequence[Ship], *, costs: bool = True) -> Assessment:
+    """One family beside the ships of `known` that belong to it, or its specimen."""
+    classes = tuple(find_class(name, "models", family.name) for name in family.classes)
+    own = [ship for ship in known if isinstance(ship.model, classes) and family.belongs(ship)] if classes else []
+    flown = own or ([family.specimen()] if family.specimen else [])
+    measured = [findings(ship) for ship in flown]
+    found = {c.key: _judged(family, c.key, [m[c.key] for m in measured if c.key in m]) for c in CAPABILITIES}
+    shown = [sum(one.answer == "yes" for one in each.values()) for each in measured]
+    example = flown[shown.index(max(shown))] if flown else None
+    counts = [count(ship, family.counted) for ship in flown]
+    return Assessment(
+        family=family,
+        ships=tuple(ship.name for ship in own),
+        example=example.name if example else "",
+        controls=tuple(dict.fromkeys(name for ship in flown for name in ship.model.controls)),
+        environment=tuple(key for key in _CHANNELS if found[key].answer in ("yes", "part")),
+        outputs=tuple(dict.fromkeys(name for ship in flown for name in outputs(ship))),
+        coefficients=(min(counts), max(counts)) if counts else None,
+        studies=tuple(row for row in TABLE_1 if row.reference in family.studies),
+        findings=found,
+        cost=nanoseconds(example) if costs and example else None,
+    )
+
+
+def _judged(family: Family, key: str, measured: Sequence[Finding]) -> Finding:
+    """The best that a ship shows, lowered by what is declared."""
+    best = min(measured, key=lambda f: ANSWERS.index(f.answer), default=None)
+    said = family.declared.get(key)
+    if best is None or said is None:
+        return best or said or Finding("no", "neither measured nor declared")
+    return said if ANSWERS.index(said.answer) > ANSWERS.index(best.answer) else best
+
+
+def count(ship: Ship, patterns: Sequence[str]) -> int:
+    """Numbers of the model at paths that fit the patterns and that say something: not those left at their default."""
+    usual = _defaults(ship.model)
+    return sum(
+        any(fnmatchcase(path, pattern) for pattern in patterns) and float(value) != usual.get(path)
+        for path, _, value in walk(ship.model)
+    )
+
+
+def _defaults(model: Any, prefix: str = "") -> dict[str, float]:
+    out: dict[str, float] = {}
+    for f in fields(model):
+        value = getattr(model, f.name)
+        if "spec" in f.metadata and f.default is not MISSING:
+            out[prefix + f.name] = float(f.default)
+        elif is_dataclass(value) and "spec" not in f.metadata and not {"terms", "parts"} & set(f.metadata):
+            out |= _defaults(value, f"{prefix}{f.name}.")
+    return out
+
+
+def nanoseconds(ship: Ship) -> float:
+    """Shortest time of a step of Euler's method over 128 lanes on one thread, per lane and step [ns]."""
+    system, probe = open_loop(ship), Probe.of(ship)
+    engine = simulator(system)
+    model: Any = ship.model
+    dt = float(model.dt) if isinstance(model, Sampled) else 0.01 * ship.L_pp / ship.speed
+    control, state = probe.control(1.0, 0.1), probe.state(1.0, 0.0, 0.0)
+    memory = model.begin(state, control) if isinstance(model, Sampled) else ()
+    z, m = np.tile(np.array(state), (_LANES, 1)), np.tile(np.array(memory, dtype=float), (_LANES, 1))
+    series = engine.pack(np.tile(np.array([*control, *CALM], dtype=float), (_LANES, 1, 1)))
+    parameters, best = open_loop_parameters(ship), float("inf")
+    for _ in range(_REPEATS):
+        start = time.perf_counter()
+        engine.run(z, series, parameters, dt=dt, steps=_STEPS, every=_STEPS - 1, memory0=m[:, : len(system.memory)],
+                   method="euler", threads=1)  # fmt: skip
+        best = min(best, time.perf_counter() - start)
+    return 1e9 * best / (_LANES * (_STEPS - 1))

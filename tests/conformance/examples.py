@@ -1,0 +1,74 @@
+"""Force modules and combinations that no ship of the library flies; plausible numbers, nobody's ship."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+from seatrial.forces import thruster, waves, wind_blendermann, wind_isherwood
+from seatrial.forces.azimuth import Azimuth, ThrustAzimuth
+from seatrial.forces.damping import CrossFlowDrag
+from seatrial.forces.hull import Polynomial
+from seatrial.forces.propeller import KoseWake
+from seatrial.forces.rudder_linear import Linear
+from seatrial.forces.shallow import ShallowPolynomial
+from seatrial.models.fossen import Fossen, Inertia, Particulars
+from seatrial.parameters import Parts
+from seatrial.ships import Ship
+from seatrial.ships.files import load
+
+L7: Any = load("kvlcc2_l7")
+
+
+def numbers(cls: type, source: Any) -> dict[str, Any]:
+    """The numbers of `source` that `cls` has too."""
+    return {f.name: getattr(source, f.name) for f in fields(cls) if hasattr(source, f.name)}
+
+
+TUNNEL: dict[str, Any] = {"x": 2.5, "D": 0.06}
+JET = thruster.Tunnel(**TUNNEL, K_T=0.3, loss_form="jet", c_Y=4.0, c_N=7.0, to_port=0.9)
+DRAG = CrossFlowDrag(X_u=-4.0, X_uu=-20.0, Y_v=-60.0, Y_r=5.0, N_v=-20.0, N_r=-150.0, C_D=0.9)
+STERN = {"x": -3.3, "y": 0.3}
+
+MODULES: tuple[Any, ...] = (
+    thruster.Tunnel(**TUNNEL, K_T=0.3),
+    JET,
+    thruster.Tunnel(**TUNNEL, T_0=4.0, n_0=20.0, loss_form="froude", a_Y1=-4.0, a_Y2=5.0, a_N1=-6.0, a_N2=9.0),
+    thruster.Direct(),
+    Azimuth(**STERN, c_0=0.1, c_1=0.5, c_2=1.2, T_nu=0.9, t=0.1, astern=0.7),
+    ThrustAzimuth(**STERN),
+    DRAG,
+    KoseWake(**numbers(KoseWake, L7.model.propeller)),
+    Linear(**numbers(Linear, L7.model.rudder)),
+    ShallowPolynomial(**numbers(Polynomial, L7.model.hull), B=1.27, C_b=0.81),
+    wind_isherwood.Isherwood(rho_air=1.225, A_T=0.4, A_L=1.0, L_OA=7.3, B=1.27, S=9.0, C=3.8, M=2.0, A_SS=0.3),
+    wind_blendermann.Blendermann(
+        rho_air=1.225, A_T=0.4, A_L=1.0, L_OA=7.3, s_L=-0.1, **wind_blendermann.blendermann1994("tanker, loaded")
+    ),
+    waves.MeanDrift(),
+    waves.HeadSea(B=1.27, L_BWL=1.0),
+)
+
+
+def _of(name: str) -> Any:
+    return next(m for m in MODULES if type(m).__name__ == name)
+
+
+def _ship(name: str, model: Any) -> Ship:
+    return replace(L7, name=name, model=model, n_P=None)
+
+
+SHIPS: dict[str, Ship] = {
+    # the MMG family with all that it can carry
+    "dressed": _ship("dressed", replace(
+        L7.model, hull=_of("ShallowPolynomial"), propeller=_of("KoseWake"), wind=_of("Isherwood"),
+        waves=_of("MeanDrift"), thrusters=Parts(("bow",), (JET,)),
+    )),
+    # Fossen's family behind a propeller and a rudder
+    "matrices": _ship("matrices", Fossen(
+        body=Particulars(rho=1000.0, L_pp=7.0, B=1.27, d=0.46),
+        inertia=Inertia(m_11=3330.0, m_22=5800.0, m_33=12000.0, m_23=800.0, m_32=800.0, coriolis="consistent"),
+        damping=DRAG, propeller=L7.model.propeller, rudder=_of("Linear"), wind=_of("Blendermann"),
+        waves=_of("HeadSea"),
+    )),
+}  # fmt: skip

@@ -1,0 +1,176 @@
+"""The requirements of Sawada 2024 section 6: who passes, who must fail, and that each check can fail."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.actuators import Actuator, Actuators
+from seatrial.cli import main
+from seatrial.models.mmg import Mmg
+from seatrial.parameters import Parts, update
+from seatrial.ships import Ship, ShipError
+from seatrial.ships.files import load
+from seatrial.validate.requirements import Judgement
+from seatrial.validate.requirements.page import document
+from seatrial.validate.requirements.probe import Probe
+from seatrial.validate.requirements.scopes import BERTHING, COLLISION_AVOIDANCE, FUNCTIONAL, judge
+
+
+class Clock:
+    """A clock that stands `step` seconds further at each look."""
+
+    def __init__(self, step: float) -> None:
+        self.now, self.step = 0.0, step
+
+    def __call__(self) -> float:
+        self.now += self.step
+        return self.now
+
+
+def item(ship: Ship, number: str, scope: tuple[Any, ...] = BERTHING, clock: Any = None) -> Judgement:
+    probe = Probe.of(ship) if clock is None else Probe.of(ship, clock)
+    return next(i.check(probe) for i in scope if i.number == number)
+
+
+def test_the_scopes_have_the_items_of_the_paper() -> None:
+    assert [len(s) for s in (COLLISION_AVOIDANCE, BERTHING)] == [11, 14]
+    assert [i.number for i in FUNCTIONAL][:6] == ["1a", "1b", "1c", "1d", "1e", "1f"]
+
+
+def test_kvlcc2_meets_all_of_collision_avoidance() -> None:
+    found = judge(load("kvlcc2"), "collision-avoidance")
+    assert found.failed == ()
+    assert found.count("pass") == 11
+
+
+def test_esso_osaka_meets_berthing_but_for_the_thrusters_she_lacks() -> None:
+    found = judge(load("esso_osaka_3m"), "berthing")
+    assert found.failed == ()
+    aside = {i.number: j.reason for i, j in found.rows if j.verdict == "not applicable"}
+    assert list(aside) == ["8"]
+    assert "no side thruster" in aside["8"]
+    assert judge(load("esso_osaka_3m_harbour"), "berthing").count("pass") == 14
+
+
+@pytest.mark.parametrize("name", ["mariner_nomoto", "zeefakkel"])
+def test_a_response_model_fails_exactly_what_it_cannot_represent(name: str) -> None:
+    """No surge and sway resistance, no revolutions, no wind or waves; steering is what it is made for."""
+    assert judge(load(name), "collision-avoidance").failed == ("1", "5", "6", "7")
+    assert judge(load(name), "berthing").failed == ("1", "2", "6", "7", "9", "10")
+
+
+def test_an_expansion_about_a_speed_does_not_come_to_rest() -> None:
+    assert {"1", "4", "6"} <= set(judge(load("mariner"), "berthing").failed)
+
+
+def test_a_hull_without_damping_fails() -> None:
+    ship = load("esso_osaka_3m")
+    slippery = ship.having({"hull.Y_v": 0.0, "hull.C_D": 0.0})
+    assert item(ship, "2").verdict == "pass"
+    found = item(slippery, "2")
+    assert found.verdict == "fail"
+    assert "sway" in found.reason
+
+
+def test_a_hull_that_pushes_is_found_out() -> None:
+    """The wrong sign of the resistance: motion without engines, and never at rest."""
+    ship = load("esso_osaka_3m")
+    pushing = replace(ship.having({"hull.X_0F": -ship.model.hull.X_0F}), validity={})  # type: ignore[attr-defined]
+    probe = Probe(pushing, ship.speed, 10.0)
+    checks = {i.number: i.check for i in BERTHING}
+    assert [checks[n](probe).verdict for n in ("1", "2", "4")] == ["fail"] * 3
+
+
+def test_a_rudder_of_the_wrong_sign_fails() -> None:
+    ship = load("kvlcc2_l7")
+    model: Any = ship.model
+    wrong = replace(ship, model=update(model, {"rudder.x_R": -model.rudder.x_R, "rudder.x_H": -model.rudder.x_H}))
+    assert item(ship, "5").verdict == "pass"
+    assert item(wrong, "5").verdict == "fail"
+
+
+def test_thrusters_without_loss_fail() -> None:
+    ship = load("esso_osaka_3m_harbour")
+    model: Mmg = ship.model  # type: ignore[assignment]
+    lossless = tuple(replace(part, loss_form="none") for part in model.thrusters.components)
+    kept = replace(ship, model=replace(model, thrusters=Parts(model.thrusters.names, lossless)))
+    assert item(kept, "8").verdict == "fail"
+    share = item(ship, "8").evidence["n_bow: yaw and sway left at 0.5 U"][0]
+    assert 0.3 < share < 0.95
+
+
+def test_a_screw_without_a_hand_fails() -> None:
+    ship = load("esso_osaka_3m")
+    sided = [f"propeller.{a}_{k}" for a in "AB" for k in range(1, 9)]
+    assert item(ship, "9").verdict == "pass"
+    assert item(ship.having(dict.fromkeys(sided, 0.0)), "9").verdict == "fail"
+
+
+def test_no_wind_force_fails_and_calm_is_as_published() -> None:
+    ship = load("esso_osaka_3m")
+    model: Mmg = ship.model  # type: ignore[assignment]
+    assert item(replace(ship, model=replace(model, wind=None)), "10").verdict == "fail"
+    kvlcc2: Any = load("kvlcc2")
+    bare = replace(kvlcc2.model, wind=None, waves=None)
+    state, control = (0.0, 0.0, 0.4, 7.0, -0.8, 0.01), (1.7, 0.3)
+    from seatrial.environment import CALM
+
+    assert kvlcc2.model.derivative(state, control, CALM) == pytest.approx(bare.derivative(state, control, CALM), rel=1e-14)
+
+
+def test_a_servo_without_limits_fails() -> None:
+    ship = replace(load("esso_osaka_3m"), actuators=Actuators({"rudder": Actuator(high=0.6)}))
+    assert item(ship, "11").verdict == "fail"
+    found = item(ship, "12")
+    assert found.verdict == "fail"
+    assert "rate" in found.reason
+
+
+def test_real_time_is_judged_by_the_clock() -> None:
+    ship = load("esso_osaka_3m")
+    assert item(ship, "14", clock=Clock(1.0)).verdict == "pass"
+    slow = item(ship, "14", clock=Clock(1e4))
+    assert slow.verdict == "fail"
+    assert slow.evidence["real-time factor, one ship"][0] < 1.0
+
+
+def test_unstable_ships_are_told_and_the_tanker_is_one() -> None:
+    assert "unstable on course" in item(load("tanker_nomoto"), "2", COLLISION_AVOIDANCE).reason
+
+
+def test_the_page_shows_every_item_with_its_figures(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "page.html"
+    assert main(["requirements", "esso_osaka_3m", "--scope", "berthing", "-o", str(out), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    page = out.read_text(encoding="utf-8")
+    assert page.count("<h2>") == 14 == len(told["items"])
+    assert page.count("<svg") >= 9
+    assert "http" not in page.replace("http://www.w3.org", "")
+    for one in told["items"]:
+        assert all(np.isfinite(e["value"]) for e in one["evidence"].values()), one["item"]
+    assert document(judge(load("zeefakkel"), "functional")).count("✗ fail") >= 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["requirements", "kvlcc2", "--scope", "docking"], "known: collision-avoidance, berthing, functional"),
+        (["requirements", "kvlcc2", "-o", "page.json"], "ends in .html"),
+        (["requirements", "kvlcc", "-o", "page.html"], "kvlcc2"),
+    ],
+)
+def test_wrong_requests(arguments: list[str], words: str, capsys, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_unknown_scope_is_named() -> None:
+    with pytest.raises(ShipError, match="near: berthing"):
+        judge(load("kvlcc2_l7"), "berthin")
