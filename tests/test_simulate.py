@@ -13,7 +13,7 @@ from seatrial.engine import SimulationError
 from seatrial.environment import Uniform
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.models import STATES
+from seatrial.models import STATES, Sampled
 from seatrial.parameters import update
 from seatrial.replay import replay
 from seatrial.ships import ShipError
@@ -41,6 +41,9 @@ def test_approach_is_a_balance_and_the_step_suits_the_ship(name: str) -> None:
     assert abs(surge_balance(ship, U, n_P)) < 1e-3 * U * U / ship.L_pp
     if n_P > 0:
         assert approach(ship, n_P=n_P)[0] == pytest.approx(U, rel=1e-2)
+    if isinstance(ship.model, Sampled):
+        assert time_step(ship) == ship.model.dt
+        return
     assert time_step(ship) * 250 * ship.speed / ship.L_pp <= 1.0
     assert 0.4 <= time_step(ship) / min(ship.L_pp / (250 * ship.speed), 0.5 / fastest(ship)) <= 1.0
     assert approach(ship, 1.0, 2.0) == (1.0, 2.0)

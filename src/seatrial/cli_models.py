@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .choosing import CAPABILITIES
-from .choosing.purposes import BERTHING, COLLISION_AVOIDANCE, PURPOSES, Advice, Purpose, recommend, unmet
+from .choosing.purposes import BERTHING, COLLISION_AVOIDANCE, PURPOSES, Advice, Purpose, fittest, recommend, unmet
 from .choosing.survey import Assessment, survey
 from .cli_support import UsageError, emit, figure, show_table
 
@@ -84,19 +84,21 @@ def _span(pair: Sequence[float] | None) -> str:
 
 def _show_advice(purpose: Purpose, advice: Sequence[Advice]) -> None:
     _say(*textwrap.wrap(f"{purpose.title}, by Sawada 2024 (sections in brackets): {purpose.about}", _WIDTH), "")
+    listed = bool(purpose.needs[0].item)
     rows = [
-        (str(k), a.assessment.family.key, a.assessment.family.name, a.verdict, _numbers(a),
+        (str(k), a.assessment.family.key, a.assessment.family.name, a.verdict, *([_numbers(a)] if listed else []),
          _span(a.assessment.coefficients), figure(a.assessment.cost, 2), a.reason)
         for k, a in enumerate(advice, 1)
     ]  # fmt: skip
-    show_table(("", "family", "", "verdict", "items unmet", "numbers", "ns", "what they say of it"), rows, right=(5, 6))
+    head = ("", "family", "", "verdict", *(["items unmet"] if listed else []), "numbers", "ns", "what they say of it")
+    show_table(head, rows, right=(4 + listed, 5 + listed))
     asked = [
-        (str(need.item or ""), need.about if need.item else f"{need.about} [{need.place}]",
-         "must" if need.must else "wish",
-         *(_cell(a.assessment, need.keys) for a in advice))
+        (*([str(need.item or "")] if listed else []), need.about if need.item else f"{need.about} [{need.place}]",
+         "must" if need.must else "wish", *(_cell(a.assessment, need.keys) for a in advice))
         for need in purpose.needs
     ]  # fmt: skip
-    show_table(("6.2" if purpose.needs[0].item else "", "what it asks for", "", *(a.assessment.family.key for a in advice)), asked)
+    head = (*(["6.2"] if listed else []), "what it asks for", "", *(a.assessment.family.key for a in advice))
+    show_table(head, asked)
     _say("part: with a part added to the ship file. any: apart from the family. –: planned. Best family first.")
     if purpose.simplest:
         _say(f"Simplest: {purpose.simplest}")
@@ -116,7 +118,7 @@ def _next(purpose: Purpose, advice: Sequence[Advice]) -> list[str]:
     """Commands to type next: how to get the numbers of the best families, and the check on one of their ships."""
     best = [a.assessment for a in advice[:_BEST]]
     lines = [line for f in best for line in f.family.next]
-    ship = next((f.example for f in best if f.ships), None)
+    ship = next((fittest(purpose, f) for f in best if f.ships), None)
     return [*dict.fromkeys(lines), *([purpose.check.format(ship=ship)] if ship else [])]
 
 

@@ -28,6 +28,31 @@ from seatrial.symbolic import magnitude
 
 SHIPS: dict[str, Ship] = {name: load(name) for name in library()} | examples.SHIPS
 
+
+
+def alternatives() -> dict[str, Ship]:
+    """The first ship of a family for each option of its choices (not those of its force modules) that none has."""
+    seen: set[tuple[type, str, str]] = set()
+    found: dict[str, Ship] = {}
+    flown = [(name, ship, prefix, part) for name, ship in SHIPS.items() for prefix, part in components(ship.model)
+             if type(part).__module__.startswith("seatrial.models")]  # fmt: skip
+    for _, _, _, part in flown:
+        seen |= {(type(part), field, getattr(part, field)) for field in choices(part)}
+    for name, ship, prefix, part in flown:
+        for field, options in choices(part).items():
+            for option in options:
+                if (type(part), field, option) not in seen:
+                    seen.add((type(part), field, option))
+                    changed = with_component(ship.model, prefix, replace(part, **{field: option}))
+                    found[f"{name}[{field}={option}]"] = replace(ship, model=changed)
+    return found
+
+
+def with_component(model: Any, prefix: str, component: Any) -> Any:
+    """`model` with the component at a prefix replaced; one level deep."""
+    return replace(model, **{prefix.removesuffix("."): component}) if prefix else component
+
+
 # What tells port from starboard, by class: first the numbers that must be equal, then those that must vanish.
 PAIRS = (("gamma_Rp", "gamma_Rn"), ("gamma_P", "gamma_N"), ("C_2p", "C_2n"))
 BIASES = {
@@ -248,3 +273,6 @@ def compiled(f: Callable[[Any], tuple[Any, ...]], n: int) -> tuple[ca.Function, 
     x = ca.SX.sym("x", n)
     y = ca.vertcat(*(ca.SX(e) for e in f(tuple(x[i] for i in range(n)))))
     return ca.Function("f", [x], [y]), ca.Function("j", [x], [ca.densify(ca.jacobian(y, x))])
+
+
+SHIPS |= alternatives()

@@ -155,6 +155,7 @@ MISTAKES = {
     "no class": ('"hull:Polynomial"', '"hull"', r"module:Class"),
     "unknown family": ("mmg:Mmg", "mmg:MMG", r"family.*Mmg"),
     "no type": ('type = "hull:Polynomial"\n', "", r"hull\.type"),
+    "no unit": ('x_G = { value = 0.25, unit = "m",', "x_G = { value = 0.25,", r"body\.x_G: no unit.*unit = \"m\""),
     "no source": (re.compile(r"Y_v = .*\n"), "Y_v = { prime = -0.3 }\n", r"hull\.Y_v: no source"),
     "neither": (re.compile(r"Y_v = .*\n"), 'Y_v = { source = "s" }\n', r"either value or prime"),
     "both": (HULL, "Y_v = { prime = -0.315, value = 2, ", r"not both"),
@@ -209,7 +210,7 @@ def test_a_force_of_ones_own_needs_no_registration(tmp_path: Path, monkeypatch: 
         "        return Force(-self.drag * flow.u, 0.0, 0.0)\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path))
-    own = '[hull]\ntype = "my_hull:Brick"\ndrag = { value = 3.0, source = "guess" }\n\n'
+    own = '[hull]\ntype = "my_hull:Brick"\ndrag = { value = 3.0, unit = "kg/s", source = "guess" }\n\n'
     ship = load(write(tmp_path, re.sub(r"\[hull\][^\[]*", own, L7)))
     assert read(ship.model, "hull.drag") == 3.0
     assert load(save(ship, tmp_path / "again.toml")).model == ship.model

@@ -133,7 +133,8 @@ FAMILIES = (
     ),
     Family(
         "tanker", "tanker of van Berlekom and Goddard", ("tanker:Tanker",),
-        "whole ship in the 'bis' system, with a screw", "4.2.1 (whole ship)", "van Berlekom and Goddard 1972", {**_SIGNED, **_TESTED},
+        "whole ship in the 'bis' system, with a screw", "4.2.1 (whole ship)",
+        "van Berlekom and Goddard 1972", {**_SIGNED, **_TESTED},
         {**_said("4.2.1", large_drift=("no", "a whole-ship series for running ahead"),
                  reversing=("partly", "never fitted astern"), unstable_hull=("yes", "depth and speed change it")),
          **_said("5.4", from_particulars=("no", "captive tests or identification"))},

@@ -179,7 +179,7 @@ PURPOSES = (
         "alone (3 [26, 27]). As light as the measurements allow (5).",
         (_must("yaw rate", "3", "turns"), _must("speed over ground beside speed through water", "4.2.2", "current"),
          _must("drift", "3", "drift"), _must("no improbable motion", "6.2", "plausible"),
-         _must("finite at rest", "6.2 berthing 1", "at_rest"), _wish("speed by thrust", "3", "revolutions"),
+         _wish("comes to rest by itself", "6.2 berthing 1", "at_rest"), _wish("speed by thrust", "3", "revolutions"),
          _wish("wind", "4.2.2", "wind"), _wish("affine", "5", "input_affine"),
          _wish("samples as they come", "6.2", "any_step")),
         {"Fossen": "used in extended Kalman filters, for parameters and for states (3 [26, 27])",
@@ -242,6 +242,17 @@ def advise(purpose: Purpose, family: Assessment) -> Advice:
     reason = purpose.reasons.get(family.family.key, f"not named for this (described in {family.family.section})")
     items = unmet(family, purpose.needs)
     return Advice(family, verdict, text["no"], text["partly"], text["part"], misses, items, reason)
+
+
+def fittest(purpose: Purpose, family: Assessment) -> str:
+    """The ship of a family that meets most of what a purpose must have; empty where there is none."""
+    keys = {key for need in purpose.needs if need.must for key in need.keys}
+
+    def short(name: str) -> float:
+        found = family.by_ship[name]
+        return sum(_WEIGHT[found[key].answer] + (found[key].answer == "part") for key in keys if key in found)
+
+    return min(family.ships, key=short, default="")
 
 
 def unmet(family: Assessment, needs: Sequence[Need]) -> tuple[int, ...]:

@@ -39,6 +39,7 @@ class Assessment:
         coefficients: how many numbers each ship gives it, fewest and most; None where it is only planned.
         studies: rows of Sawada's Table 1.
         findings: the answer to each capability.
+        by_ship: what each ship shows by herself, before anything declared lowers it.
         cost: time of one right-hand side (one sample of a sampled model) in one of 128 lanes [ns].
     """
 
@@ -51,6 +52,7 @@ class Assessment:
     coefficients: tuple[int, int] | None
     studies: tuple[Published, ...]
     findings: Mapping[str, Finding]
+    by_ship: Mapping[str, Mapping[str, Finding]]
     cost: float | None = None
 
     @property
@@ -94,6 +96,7 @@ def assess(family: Family, known: Sequence[Ship], *, costs: bool = True) -> Asse
         coefficients=(min(counts), max(counts)) if counts else None,
         studies=tuple(row for row in TABLE_1 if row.reference in family.studies),
         findings=found,
+        by_ship={ship.name: each for ship, each in zip(flown, measured, strict=True)},
         cost=nanoseconds(example) if costs and example else None,
     )
 

@@ -141,7 +141,7 @@ class _Work:
             self.take_particular(path, meaning)
 
     def take_given(self, path: str, meaning: Spec, found: list[tuple[Formula, float]]) -> None:
-        table = as_table(self.known.given[path], self.path)
+        table = as_table(self.known.given[path], meaning.unit, self.path)
         value, entry = number(table, meaning, f"{self.path}: given.{path}", self.scale)
         self.values[path], self.entries[path] = value, entry
         unit = PRIME if entry.prime or meaning.unit == PRIME else entry.unit or meaning.unit

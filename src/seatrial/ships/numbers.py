@@ -60,6 +60,8 @@ def number(
     if ("value" in table) == ("prime" in table):
         raise ShipError(f"{where}: give either value or prime" + (", not both" if "value" in table else ""))
     entry = _entry(table, where)
+    if not entry.prime and not entry.unit and meaning.unit not in ("", "-", PRIME):
+        raise ShipError(f"{where}: no unit; say in what the number is given (unit = \"{meaning.unit}\", ...)")
     found = resolve(entry, meaning.unit, scale)
     if found is None:
         raise ShipError(f"{where}: {_unusable(entry, meaning, scale)}")

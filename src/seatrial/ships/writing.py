@@ -11,7 +11,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
-from ..parameters import Parts, Terms
+from ..parameters import PRIME, Parts, Terms
 from . import Entry, Ship, ShipError
 from .actuation import USUAL, listed
 from .numbers import PARTICULARS, Yardsticks, resolve
@@ -84,15 +84,16 @@ def _number(ship: Ship, path: str, value: float, unit: str, scale: Yardsticks | 
         raise ShipError(f"{path} is {value}: a ship file holds finite numbers only")
     entry = ship.entries.get(path) or Entry(source="not given", given=value)
     sigma = "" if entry.sigma is None else f", sigma = {float(entry.sigma)!r}"
-    source = entry.source
+    source, inside = entry.source, "" if unit in ("", "-", PRIME) else unit
     if resolve(entry, unit, scale) == value:
         key = "prime" if entry.prime else "value"
-        given = f", unit = {_text(entry.unit)}" if entry.unit else ""
+        given = f", unit = {_text(entry.unit or inside)}" if entry.unit or (inside and not entry.prime) else ""
         return f"{{ {key} = {entry.given!r}{given}, source = {_text(source)}{sigma} }}"
     if not source.startswith("changed from "):
         printed = f"{entry.given!r}{chr(39) if entry.prime else ''} {entry.unit}".strip()
         source = f"changed from {printed} ({source})"
-    return f"{{ value = {value!r}, source = {_text(source)}{sigma} }}"
+    given = f", unit = {_text(inside)}" if inside else ""
+    return f"{{ value = {value!r}{given}, source = {_text(source)}{sigma} }}"
 
 
 def _particulars(ship: Ship) -> Iterator[str]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
-from ...parameters import Spec, unknown
+from ...parameters import PRIME, Spec, unknown
 from .. import Entry, ShipError
 from ..numbers import number
 from . import Air, Particulars
@@ -154,16 +154,17 @@ def _numbers(
     for name, raw in _table(path, document, key).items():
         if name not in known:
             raise ShipError(f"{path}: {key}: {unknown(name, known, 'number')}")
-        values[name], entries[name] = number(as_table(raw, path), known[name], f"{path}: {key}.{name}")
+        values[name], entries[name] = number(as_table(raw, known[name].unit, path), known[name], f"{path}: {key}.{name}")
     return values, entries
 
 
-def as_table(raw: Any, path: Path) -> Any:
-    """A number as a table with a source."""
+def as_table(raw: Any, unit: str, path: Path) -> Any:
+    """A number as a table with a source; here, unlike in a ship file, a bare one is in `unit`."""
+    source, inside = f"given in {path.name}", {} if unit in ("", "-", PRIME) else {"unit": unit}
     if isinstance(raw, Mapping):
         table = cast("Mapping[str, Any]", raw)
-        return {"source": f"given in {path.name}", **table}
-    return {"value": raw, "source": f"given in {path.name}"}
+        return {"source": source, **({} if "prime" in table else inside), **table}
+    return {"value": raw, "source": source, **inside}
 
 
 def _complete(values: dict[str, float], entries: dict[str, Entry]) -> None:
@@ -197,7 +198,7 @@ def _wake(path: Path, given: Mapping[str, Any], C_b: float) -> float:
     raw = given.get("propeller.w_P0")
     if raw is None:
         return straight_wake(C_b)
-    return number(as_table(raw, path), Spec("", "wake fraction", -0.5, 0.95), f"{path}: given.propeller.w_P0")[0]
+    return number(as_table(raw, "", path), Spec("", "wake fraction", -0.5, 0.95), f"{path}: given.propeller.w_P0")[0]
 
 
 def _air(path: Path, document: Mapping[str, Any]) -> tuple[Air | None, Mapping[str, Entry]]:
