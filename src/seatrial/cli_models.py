@@ -106,7 +106,8 @@ def _show_advice(purpose: Purpose, advice: Sequence[Advice]) -> None:
 
 
 def _numbers(advice: Advice) -> str:
-    return ", ".join(map(str, advice.items)) or "–"
+    whole, part = (", ".join(map(str, items)) for items in (advice.items, advice.in_part))
+    return " ".join([*([whole] if whole else []), *([f"(partly {part})"] if part else [])]) or "–"
 
 
 def _cell(f: Assessment, keys: Sequence[str]) -> str:
@@ -141,9 +142,9 @@ def _document(f: Assessment) -> dict[str, Any]:
             c.key: {"about": c.about, "answer": f.findings[c.key].answer, "how": f.findings[c.key].how}
             for c in CAPABILITIES
         },
-        "items_unmet": {
-            "collision-avoidance": list(unmet(f, COLLISION_AVOIDANCE)), "berthing": list(unmet(f, BERTHING)),
-        },
+        **{name: {"collision-avoidance": list(unmet(f, COLLISION_AVOIDANCE, answer)),
+                  "berthing": list(unmet(f, BERTHING, answer))}
+           for name, answer in (("items_unmet", "no"), ("items_in_part", "partly"))},
     }  # fmt: skip
 
 
@@ -154,7 +155,8 @@ def _advice_document(purpose: Purpose, advice: Sequence[Advice]) -> dict[str, An
         "ranking": [
             {"family": a.assessment.family.key, "name": a.assessment.family.name, "verdict": a.verdict,
              "lacks": list(a.lacks), "partly": list(a.poor), "to_add": list(a.add), "misses": list(a.misses),
-             "items_unmet": list(a.items), "reason": a.reason, "cost_ns": a.assessment.cost,
+             "items_unmet": list(a.items), "items_in_part": list(a.in_part), "reason": a.reason,
+             "cost_ns": a.assessment.cost,
              "coefficients": list(a.assessment.coefficients or ()), "next": list(a.assessment.family.next)}
             for a in advice
         ],

@@ -184,7 +184,7 @@ def feels(ship: Ship, channel: str) -> bool:
     state = (0.0, 0.0, 0.7, U, 0.1 * U, 0.1 * U / ship.L_pp, *([0.0] * (len(ship.model.states) - 6)))
     control = tuple(0.1 for _ in ship.model.controls)
     around = Environment(wave_T=2.0 * math.sqrt(ship.L_pp))
-    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.05 * ship.L_pp))
+    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0)) or 0.05 * ship.L_pp
     size = {"per_depth": 0.5 / draught}
     other = around._replace(**{channel: size.get(channel, 0.01 * ship.L_pp)})
     return ship.model.derivative(state, control, around) != ship.model.derivative(state, control, other)

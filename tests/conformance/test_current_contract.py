@@ -87,6 +87,25 @@ def test_motion_in_a_current_is_motion_in_still_water_plus_drift(name: str) -> N
     assert np.abs(wanted - still.values)[..., :2].max() > 0.5 * L
 
 
+@pytest.mark.parametrize("name", [name for name in SHIPS if name not in CONTINUOUS])
+def test_a_sampled_ship_keeps_its_velocities_through_the_water(name: str) -> None:
+    """Its positions between samples are those of velocities that run straight; its velocities know no current."""
+    ship = SHIPS[name]
+    model: Any = ship.model
+    U, L = ship.speed, ship.L_pp
+    current = (0.21 * U, -0.13 * U)
+    start = np.array([[0.0, 0.0, 0.3, U, 0.0, 0.0]])
+    still = run(name, start, Environment(), model.dt)
+    start[0, 3:5] += carried(0.3, current)
+    moved = run(name, start, Environment(current_x=current[0], current_y=current[1]), model.dt)
+    wanted = still.values[..., 2:6].copy()
+    u_C, v_C = carried(wanted[..., 0], current)
+    wanted[..., 1] += u_C
+    wanted[..., 2] += v_C
+    assert (np.abs(moved.values[..., 2:6] - wanted) <= 1e-9 * np.array([1.0, U, U, U / L])).all()
+    assert np.abs(wanted[..., 0]).max() > 0.3
+
+
 def run(name: str, start: Any, around: Environment, dt: float) -> Any:
     """Open loop from two starts: what runs at the approach runs, every angle is 0.4 rad."""
     ship = SHIPS[name]
@@ -95,6 +114,9 @@ def run(name: str, start: Any, around: Environment, dt: float) -> Any:
     control = [0.4 if unit(key) == "rad" else x or 0.3 * size for key, x, size in usual]
     series = np.tile([*control, *around], (len(start), 1, 1))
     steps = round(5 * ship.L_pp / ship.speed / dt) + 1
+    memory = None
+    if isinstance(ship.model, Sampled):
+        memory = np.array([ship.model.begin(tuple(state), tuple(control)) for state in start.tolist()])
     return simulator(open_loop(ship)).run(
-        start, series, open_loop_parameters(ship), dt=dt, steps=steps, every=max(steps // 50, 1)
+        start, series, open_loop_parameters(ship), memory0=memory, dt=dt, steps=steps, every=max(steps // 50, 1)
     )

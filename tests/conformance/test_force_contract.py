@@ -19,11 +19,11 @@ every_module = pytest.mark.parametrize("name", list(MODULES))
 
 
 def grid(part: Part) -> list[Any]:
-    """At rest, ahead, astern, sideways; stopped, ahead and reversed; with and without weather and bottom."""
+    """At rest, ahead, astern, sideways; stopped, ahead and reversed; in weather; afloat, touching ground and beyond."""
     own = len(part.prefixes)
     moves = itertools.product(
         (0.0, 0.4, -0.4), (0.0, 0.2, -0.2), (0.0, 0.3, -0.3), (0.0, 1.0, -1.0), (0.0, 0.5, 1.2),
-        ((0, 0), (-1, 0.5)), ((0, 0, 0), (0.8, 0.2, 0.9), (-0.8, 0.2, 0)), (0.0, 0.8, 1.4),
+        ((0, 0), (-1, 0.5)), ((0, 0, 0), (0.8, 0.2, 0.9), (-0.8, 0.2, 0)), (0.0, 0.8, 1.25, 1.4),
     )  # fmt: skip
     rows = [(u, v, r, n, d, *wind, *waves, h, *([n, d, 0.4][:own])) for u, v, r, n, d, wind, waves, h in moves]
     tiny = [(1e-9, 0, 0, 0, 0.3), (0, 1e-7, 1e-9, 1e-6, -0.3, 1e-8), (0.3, 0, 0, 0, math.pi / 1.4), (0, -1e-12)]

@@ -110,6 +110,20 @@ def test_silent_at_rest(name: str) -> None:
 
 
 @every_ship
+def test_all_but_silent_when_it_all_but_rests(name: str) -> None:
+    """At a thousandth of its speed, whatever way it moves, no rate is more than a twentieth of its usual size."""
+    ship = SHIPS[name]
+    model: Any = ship.model
+    if not getattr(model, "valid_at_rest", True):
+        pytest.skip("the model says that it means nothing at rest")
+    for u, v, r in itertools.product((1.0, 0.0, -1.0), repeat=3):
+        way = np.array([u * ship.speed, v * ship.speed, r * ship.speed / ship.L_pp])
+        state = (0.0, 0.0, 0.0, *(1e-3 * way).tolist(), *([0.0] * (len(model.states) - 6)))
+        rates = np.array(model.derivative(state, (0.0,) * len(model.controls), Environment()), dtype=float)
+        assert (np.abs(rates) <= 0.05 * rate_size(ship)).all()
+
+
+@every_ship
 def test_mirrored(name: str) -> None:
     """With its port and starboard coefficients equal and its bias to one side taken away, each ship is symmetric."""
     ship = SHIPS[name]

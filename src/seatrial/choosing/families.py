@@ -55,8 +55,8 @@ def vector_arx() -> Ship:
     return replace(base, name="mariner, linearised", model=model, actuators=Actuators(), entries={})
 
 
-_RUNAWAY = _said("4.1.1", unstable_hull=("partly", "an unstable linear ship turns faster for ever; Eq. 8 holds it"),
-                 plausible=("partly", "linear: large rudder angles turn too fast"),
+_RUNAWAY = _said("4.1.1", unstable_hull=("yes", "by the sign of its constants"),
+                 plausible=("partly", "linear: an unstable ship turns ever faster, which Eq. 8 holds"),
                  from_particulars=("partly", "K, T are sorted by ship type, trim and rudder [51]; no chart here"))
 _LINEAR = _said("4.1.2", unstable_hull=("partly", "linear: an unstable ship turns faster for ever"),
                 plausible=("partly", "linear, and blind beyond the data it was fitted to"),
@@ -136,7 +136,7 @@ FAMILIES = (
         "whole ship in the 'bis' system, with a screw", "4.2.1 (whole ship)",
         "van Berlekom and Goddard 1972", {**_SIGNED, **_TESTED},
         {**_said("4.2.1", large_drift=("no", "a whole-ship series for running ahead"),
-                 reversing=("partly", "never fitted astern"), unstable_hull=("yes", "depth and speed change it")),
+                 unstable_hull=("yes", "depth and speed change it")),
          **_said("5.4", from_particulars=("no", "captive tests or identification"))},
         (), ("d_*", "X_*", "Y_*", "N_*", "screw.*", "body.m_*"),
         next=("seatrial simulate esso_190k_tanker turning --depth 30",),

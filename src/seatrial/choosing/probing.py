@@ -102,7 +102,23 @@ def findings(ship: Ship) -> dict[str, Finding]:
         **_motion(probe), **_propulsion(probe), **_manners(probe), **_low_speed(probe), **_surroundings(probe),
         **_form(probe), **_drives(probe), **_parts(probe),
     }  # fmt: skip
+    found |= _beyond(ship, {key for key, (answer, _) in found.items() if answer == "yes"})
     return {key: Finding(answer, f"{ship.name}: {how}") for key, (answer, how) in found.items()}
+
+
+def _beyond(ship: Ship, able: set[str]) -> dict[str, tuple[str, str]]:
+    """What the ship's file holds for outside of the model's validity, whatever the numbers give there."""
+    u = ship.validity.get("u", (-math.inf, math.inf))[0]
+    turning = [ship.validity[name][0] for name, (order, _) in zip(ship.model.controls, follows(ship.model), strict=True)
+               if order == "n_P" and name in ship.validity]  # fmt: skip
+    out: dict[str, tuple[str, str]] = {}
+    if turning and min(turning) >= 0.0:
+        out |= dict.fromkeys(("reversing", "reversing_turns"), ("no", "not valid astern, by its file"))
+    if u >= 0.0:
+        out["large_drift"] = "no", f"valid from u = {u:g} m/s on, by its file"
+    if u > 0.0:
+        out["at_rest"] = "partly", f"valid from u = {u:g} m/s on, by its file"
+    return {key: answer for key, answer in out.items() if key in able}
 
 
 def outputs(ship: Ship) -> tuple[str, ...]:
@@ -133,8 +149,7 @@ def _motion(probe: Probe) -> dict[str, tuple[str, str]]:
     lateral = max(abs(turned[1] - ahead[1]), abs(probe.rates(r=0.4)[1] - ahead[1]))
     return {
         "turns": _says(steer > _NOTHING, f"yaw acceleration {steer:.2g} by 11 deg of rudder"),
-        "resistance": ("yes" if len(damped) == 3 else "partly" if damped else "no",
-                       f"damped: {', '.join(damped) or 'nothing'}"),
+        "resistance": _says(len(damped) == 3, f"damped: {', '.join(damped) or 'nothing'}"),
         "drift": _says(lateral > _NOTHING, f"sway acceleration up to {lateral:.2g} in a turn"),
         "speed_loss": _says(max(turning) < -_NOTHING, f"surge acceleration {max(turning):.2g} in a turn"),
     }  # fmt: skip
@@ -174,8 +189,8 @@ def _manners(probe: Probe) -> dict[str, tuple[str, str]]:
         except (ZeroDivisionError, OverflowError, ValueError):
             wrong += 1
     found["plausible"] = _says(not wrong, f"{wrong} of {len(_GRID)} states without a finite answer")
-    found["any_step"] = _says(not isinstance(probe.ship.model, Sampled), "the sample time is part of the model"
-                              if isinstance(probe.ship.model, Sampled) else "continuous time")  # fmt: skip
+    sampled = isinstance(probe.ship.model, Sampled)
+    found["any_step"] = ("partly", "runs at its own sample time") if sampled else ("yes", "continuous time")
     try:
         growth, text = linearise(probe.ship.model, probe.at).stability()
     except ParameterError:

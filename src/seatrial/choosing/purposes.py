@@ -202,7 +202,7 @@ class Advice:
         lacks, poor: needs that are not met, and those met in part only, of those that must be.
         add: needs met once a part is added to the ship file.
         misses: what would be good to have and is not there.
-        items: numbers of the section 6.2 list of this purpose that it cannot meet.
+        items, in_part: numbers of the section 6.2 list of this purpose that it cannot meet, or only in part.
         reason: what Sawada et al. (2024) say, with the section.
     """
 
@@ -213,6 +213,7 @@ class Advice:
     add: tuple[str, ...]
     misses: tuple[str, ...]
     items: tuple[int, ...]
+    in_part: tuple[int, ...]
     reason: str
 
 
@@ -240,8 +241,8 @@ def advise(purpose: Purpose, family: Assessment) -> Advice:
     misses = tuple(need.about for need in purpose.needs
                    if not need.must and ANSWERS.index(family.answer(need.keys)) > ANSWERS.index("part"))  # fmt: skip
     reason = purpose.reasons.get(family.family.key, f"not named for this (described in {family.family.section})")
-    items = unmet(family, purpose.needs)
-    return Advice(family, verdict, text["no"], text["partly"], text["part"], misses, items, reason)
+    items, in_part = (unmet(family, purpose.needs, answer) for answer in ("no", "partly"))
+    return Advice(family, verdict, text["no"], text["partly"], text["part"], misses, items, in_part, reason)
 
 
 def fittest(purpose: Purpose, family: Assessment) -> str:
@@ -255,9 +256,6 @@ def fittest(purpose: Purpose, family: Assessment) -> str:
     return min(family.ships, key=short, default="")
 
 
-def unmet(family: Assessment, needs: Sequence[Need]) -> tuple[int, ...]:
-    """Numbers of the items of section 6.2 that a family cannot meet in full; none for one that is only planned."""
-    if not family.family.classes:
-        return ()
-    good = ANSWERS.index("part")
-    return tuple(need.item for need in needs if need.item and ANSWERS.index(family.answer(need.keys)) > good)
+def unmet(family: Assessment, needs: Sequence[Need], answer: str = "no") -> tuple[int, ...]:
+    """Numbers of the items of section 6.2 that a family cannot meet ("no"), or only in part ("partly")."""
+    return tuple(need.item for need in needs if need.item and family.answer(need.keys) == answer)

@@ -1,0 +1,228 @@
+"""Families of models: the table says what the code does, no more, and the ranking follows from it."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from seatrial.choosing import ANSWERS, CAPABILITIES, Finding
+from seatrial.choosing.families import FAMILIES, vector_arx
+from seatrial.choosing.probing import findings, outputs
+from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE, PURPOSES, fittest, recommend, unmet
+from seatrial.choosing.survey import Assessment, assess, nanoseconds, survey
+from seatrial.environment import CALM
+from seatrial.identify.excitation import TABLE_1
+from seatrial.models import STATES
+from seatrial.models.common import Surroundings
+from seatrial.ships.files import library, load
+
+KEYS = {c.key for c in CAPABILITIES}
+NAMES = [family.key for family in FAMILIES]
+
+
+@pytest.fixture(scope="module")
+def families() -> Mapping[str, Assessment]:
+    return {a.family.key: a for a in survey(costs=False)}
+
+
+@pytest.fixture(scope="module")
+def kt() -> Any:
+    return next(family for family in FAMILIES if family.key == "KT")
+
+
+def answers(families: Mapping[str, Assessment], key: str, *names: str) -> set[str]:
+    return {families[name].findings[key].answer for name in names}
+
+
+def test_every_ship_of_the_library_is_of_one_family(families) -> None:
+    placed = [ship for a in families.values() for ship in a.ships]
+    assert sorted(placed) == sorted(library())
+
+
+def test_every_answer_is_known_and_says_how(families) -> None:
+    for a in families.values():
+        assert set(a.findings) == KEYS
+        for key, found in a.findings.items():
+            assert found.answer in ANSWERS
+            assert found.how, key
+            assert "neither measured nor declared" not in found.how, f"{a.family.key}: {key}"
+            assert (found.answer == "planned") == (not a.family.classes)
+
+
+def test_networks_are_planned_and_nothing_is_claimed_of_them(families) -> None:
+    network = families["NN"]
+    assert network.ships == network.controls == network.outputs == ()
+    assert network.coefficients is None
+    assert unmet(network, BERTHING) == ()
+
+
+@pytest.mark.parametrize(
+    ("key", "able", "unable"),
+    [
+        ("speed_loss", ("MMG", "lowMMG", "twinMMG", "Fossen", "tanker", "modAbk"), ("KT", "KT2", "Norrbin", "VARX")),
+        ("drift", ("VARX", "Abkowitz", "MMG"), ("KT", "KT2", "Norrbin", "ARX")),
+        ("revolutions", ("modAbk", "tanker", "MMG", "Fossen"), ("KT", "Norrbin", "VARX", "Abkowitz")),
+        ("wind", ("lowMMG",), ("KT", "Norrbin", "ARX", "VARX", "Abkowitz", "modAbk", "tanker")),
+        ("at_rest", ("lowMMG", "Fossen"), ("KT", "KT2", "Norrbin", "VARX")),
+        ("large_drift", ("lowMMG", "Fossen"), ("MMG", "twinMMG", "Abkowitz", "VARX", "KT")),
+        ("reversing_turns", ("lowMMG",), ("MMG", "KT", "Abkowitz")),
+        ("shallow", ("tanker",), ("KT", "Abkowitz", "modAbk")),
+        ("design_changes", ("MMG", "lowMMG", "twinMMG"), ("KT", "ARX", "Abkowitz")),
+        ("linear", ("KT", "KT2", "ARX", "VARX"), ("Norrbin", "Abkowitz", "MMG", "Fossen")),
+        ("input_affine", ("KT", "Norrbin", "Fossen"), ("MMG", "lowMMG", "Abkowitz", "modAbk", "tanker")),
+        ("any_step", ("KT", "MMG"), ("ARX", "VARX")),
+        ("current", tuple(n for n in NAMES if n != "NN"), ()),
+    ],
+)
+def test_known_abilities(families, key: str, able: tuple[str, ...], unable: tuple[str, ...]) -> None:
+    assert answers(families, key, *able) <= {"yes"}
+    assert answers(families, key, *unable) <= {"no"}
+
+
+def test_parts_that_the_library_does_not_fit_are_found_by_fitting_them(families) -> None:
+    assert answers(families, "wind", "twinMMG", "Fossen") == {"part"}
+    assert answers(families, "side_thrusters", "twinMMG", "Fossen") == {"part"}
+
+
+def test_a_declaration_lowers_an_answer_and_never_raises_one(kt) -> None:
+    ships = [load("mariner_nomoto")]
+    proud = replace(kt, declared={**kt.declared, "wind": Finding("yes", "so it says"), "turns": Finding("no", "shy")})
+    found = assess(proud, ships, costs=False).findings
+    assert found["wind"].answer == "no"
+    assert found["turns"] == Finding("no", "shy")
+
+
+@dataclass(frozen=True)
+class Deaf:
+    """A ship that nothing moves."""
+
+    states: ClassVar[tuple[str, ...]] = STATES
+
+    @property
+    def controls(self) -> tuple[str, ...]:
+        return ("n_P", "delta")
+
+    def derivative(self, state, control, environment):
+        return Surroundings.of(state, environment).rates((0.0, 0.0, 0.0))
+
+
+def test_a_deaf_model_represents_nothing() -> None:
+    deaf = replace(load("mariner_nomoto"), model=Deaf())
+    found = findings(deaf)
+    able = {key for key, finding in found.items() if finding.answer not in ("no",)}
+    assert able <= {"plausible", "any_step", "linear", "input_affine", "current"}
+    assert outputs(deaf) == ()
+
+
+@dataclass(frozen=True)
+class Sick(Deaf):
+    """A ship that divides by her speed."""
+
+    def derivative(self, state, control, environment):
+        return Surroundings.of(state, environment).rates((0.0, 0.0, control[1] / state[3] - state[5]))
+
+
+def test_a_model_without_an_answer_at_rest_is_found_out() -> None:
+    sick = replace(load("mariner_nomoto"), model=Sick())
+    from seatrial.choosing.probing import Probe, _manners
+
+    found = _manners(Probe.of(sick))["plausible"]
+    assert found[0] == "no"
+    assert not found[1].startswith("0 of")
+
+
+def test_counts_are_counted(families) -> None:
+    assert families["KT"].coefficients == (2, 2)
+    assert families["KT2"].coefficients[0] == 4
+    assert families["Fossen"].coefficients == (6, 22)
+    assert families["MMG"].coefficients[0] > 40
+
+
+def test_data_are_those_of_table_1(families) -> None:
+    assert families["KT"].length == (14.0, 14.0)
+    assert families["MMG"].length == (8.8, 50.8)
+    assert families["lowMMG"].length == (258.0, 269.5)
+    assert families["ARX"].length is None
+    placed = sorted(row.reference for a in families.values() for row in a.studies)
+    assert placed == sorted(row.reference for row in TABLE_1)
+
+
+def test_outputs_and_inputs_are_found(families) -> None:
+    assert families["KT"].outputs == ("r",)
+    assert families["KT2"].outputs == ("r", "lead")
+    assert families["VARX"].outputs == ("u", "v_m", "r")
+    assert families["KT"].environment == ("current",)
+    assert {"wind", "current"} <= set(families["lowMMG"].environment)
+
+
+def test_the_specimen_answers_as_the_ship_it_was_made_from() -> None:
+    ship, base = vector_arx(), load("mariner")
+    model: Any = ship.model
+    state = (0.0, 0.0, 0.0, base.speed, 0.01, 1e-5)
+    rates = model.advance(state, (0.0, 1e-3), CALM, model.begin(state, (0.0, 1e-3)))[0]
+    exact = base.model.derivative(state, (0.0, 1e-3), CALM)[3:6]
+    np.testing.assert_allclose(rates, exact, rtol=0.02, atol=2e-6)
+
+
+def test_items_of_section_6_2(families) -> None:
+    assert unmet(families["MMG"], COLLISION_AVOIDANCE) == ()
+    assert unmet(families["lowMMG"], BERTHING) == ()
+    assert {5, 6, 7} <= set(unmet(families["KT"], COLLISION_AVOIDANCE))
+    assert set(unmet(families["MMG"], BERTHING)) == {2, 6, 9}
+    assert 13 in unmet(families["VARX"], BERTHING)
+    assert [need.item for need in COLLISION_AVOIDANCE] == list(range(1, 12))
+    assert [need.item for need in BERTHING] == list(range(1, 15))
+
+
+@pytest.mark.parametrize(
+    ("purpose", "first"),
+    [("berthing", "lowMMG"), ("collision-avoidance", "MMG"), ("hull-design", "MMG"), ("training", "lowMMG"),
+     ("model-based-control", "Fossen"), ("observer", "Fossen")],
+)  # fmt: skip
+def test_the_best_family(families, purpose: str, first: str) -> None:
+    wanted = next(p for p in PURPOSES if p.key == purpose)
+    advice = recommend(wanted, tuple(families.values()))
+    assert advice[0].assessment.family.key == first
+    assert advice[-1].verdict == "planned"
+    assert not advice[0].lacks
+    assert fittest(wanted, advice[0].assessment) in library()
+    costly = tuple(replace(a, cost=1e9 / (1 + k)) for k, a in enumerate(families.values()))
+    assert [a.assessment.family.key for a in recommend(wanted, costly)] == [a.assessment.family.key for a in advice]
+
+
+def test_the_check_is_of_a_ship_that_has_what_it_takes(families) -> None:
+    wanted = next(p for p in PURPOSES if p.key == "berthing")
+    ship = fittest(wanted, families["lowMMG"])
+    assert findings(load(ship))["wind"].answer == "yes"
+
+
+@pytest.mark.parametrize("purpose", PURPOSES, ids=lambda p: p.key)
+def test_purposes_name_what_exists(purpose) -> None:
+    assert set(purpose.reasons) <= set(NAMES)
+    assert set(purpose.used) <= set(NAMES)
+    assert {key for need in purpose.needs for key in need.keys} <= KEYS
+    assert all(need.place for need in purpose.needs)
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda f: f.key)
+def test_next_commands_name_ships_that_exist(family) -> None:
+    for line in family.next:
+        command, verb, *words = shlex.split(line)
+        assert command == "seatrial"
+        if verb in ("simulate", "show", "design"):
+            assert words[0] in library()
+        else:
+            assert verb in ("estimate", "identify")
+            assert words[0].endswith(".toml")
+
+
+def test_the_cost_is_measured() -> None:
+    for name in ("mariner_nomoto", "kvlcc2_l7_arx"):
+        assert math.isfinite(nanoseconds(load(name)))
+        assert nanoseconds(load(name)) > 0
