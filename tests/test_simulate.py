@@ -115,5 +115,5 @@ def test_a_campaign_is_one_run_per_lane(l7: Any) -> None:
 
 def test_leaving_the_validity_names_time_and_state(l7: Any) -> None:
     narrow = replace(l7, validity={"r": (-0.01, 0.01)})
-    with pytest.raises(SimulationError, match=r"kvlcc2_l7: lane 0: r = .* at t = .* s"):
+    with pytest.raises(SimulationError, match=r"kvlcc2_l7: r = .* at t = .* s is outside \[-0.01, 0.01\]"):
         simulate(narrow, Turning(n_P=11.85, delta=0.6), duration=60.0)

@@ -155,6 +155,9 @@ def around_ship(
     for option, given, channel, what in needs:
         if given and not feels(ship, channel):
             raise UsageError(f"{option}: {ship.name} has no force of {what}; see seatrial show {ship.name}")
+    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0))
+    if depth is not None and depth <= draught:
+        raise UsageError(f"--depth is {depth:g} m; {ship.name} draws {draught:g} m and would be aground")
     if gusts is not None and not U_T:
         raise UsageError("--gusts need a mean wind to blow about; give --wind M/S,DEG")
     settings = {"wind": {"speed": U_T, "from": gamma_T / DEGREE},

@@ -15,7 +15,7 @@ import numpy as np
 
 from .actuators import at_once
 from .data import UNITS, Array, Trial
-from .engine import Rollout, Scalars, SimulationError
+from .engine import Failure, Rollout, Scalars, SimulationError
 from .engine.rollout import simulator
 from .engine.trace import over_rows
 from .environment import CALM, CHANNELS, Uniform, Weather
@@ -169,6 +169,14 @@ def campaign(
     )  # fmt: skip
 
 
+def _told(failure: Failure, ship: Ship) -> str:
+    text = f"{failure.state} = {failure.value:.4g} at t = {failure.time:g} s"
+    if not math.isfinite(failure.value):
+        return f"{text}; the model blows up"
+    low, high = ship.validity[failure.state]
+    return f"{text} is outside [{low:g}, {high:g}], where its file says that the model holds ([validity])"
+
+
 def _begin(
     ship: Ship, policy: Policy, dt: float, vary: Mapping[str, Array], state: tuple[float, ...]
 ) -> Array:  # fmt: skip
@@ -217,7 +225,7 @@ def simulate(
         environment=environment, dt=dt, every=every, method=method, threads=1, start=start,
     )  # fmt: skip
     if run.failures:
-        raise SimulationError(f"{ship.name}: {run.failures[0]}; it left the finite or the ship's validity range")
+        raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}")
     columns = closed_loop(ship, policy, _checked_step(ship, dt)).stored
     controls = ship.model.controls
     kept = (*STATES, *controls, *logged(ship, policy))

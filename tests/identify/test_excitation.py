@@ -171,7 +171,7 @@ def test_a_candidate_that_cannot_be_run_is_left_out_with_its_reason(mariner):
     soft = Candidate("soft", Turning(0.0, 0.02), 200.0, U)
     found = plan(narrow, wanted(narrow, ["K"]), [hard, soft], 20.0)
     assert [name for name, _, _ in found.chosen] == ["soft"]
-    assert found.left_out[0].startswith("hard over: mariner_nomoto: lane 0: r = ")
+    assert found.left_out[0].startswith("hard over: mariner_nomoto: r = ")
     with pytest.raises(StudyError, match="no candidate can be run"):
         plan(narrow, wanted(narrow, ["K"]), [hard], 20.0)
 

@@ -45,12 +45,12 @@ def vector_arx() -> Ship:
     dt, kept = 1.0, [line.states.index(n) for n in ("u", "v_m", "r")]
     A = np.eye(3) + dt * line.A[np.ix_(kept, kept)]
     b = dt * line.input("delta")[kept]
-    u_0, delta_0 = line.at.speed, line.at.orders["delta"]
+    at, delta = np.array(line.at.state[3:6]), line.at.orders["delta"]
+    rest = at - A @ at - b * delta
     numbers: dict[str, float] = {}
     for i, output in enumerate(("u", "v_m", "r")):
         numbers |= {f"{output}_{of}_1": float(A[i, j]) for j, of in enumerate(("u", "v_m", "r"))}
-        numbers |= {f"{output}_delta_1": float(b[i])}
-        numbers[f"{output}_constant"] = float((i == 0) * u_0 - A[i, 0] * u_0 - b[i] * delta_0)
+        numbers |= {f"{output}_delta_1": float(b[i]), f"{output}_constant": float(rest[i])}
     model = Arx(dt=dt, coefficients=Terms(tuple(numbers), tuple(numbers.values())))
     return replace(base, name="mariner, linearised", model=model, actuators=Actuators(), entries={})
 

@@ -1,33 +1,26 @@
-"""Probes: what a ship's model represents, found by asking its right-hand side.
-
-Velocities are in units of the approach speed U (yaw rate: U/L_pp), revolutions of those of the straight
-run, so that one threshold holds for ships of every size; rates are in U^2/L_pp and U^2/L_pp^2.
-"""
+"""Probes: what a ship's model represents, found by asking its right-hand side."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass
 from itertools import product
 from typing import Any, ClassVar
 
-from ..environment import CALM, Environment
+from ..environment import Environment
 from ..forces import Flow, Force
 from ..forces.shallow import ShallowPolynomial
 from ..forces.thruster import Tunnel
 from ..models import STATES, Sampled, follows
 from ..models.linear import linearise
-from ..models.trim import Trim, trim
 from ..parameters import ParameterError, Parts
 from ..ships import Ship
 from . import Finding
-
-Rates = tuple[float, float, float]
+from .probe import Probe, Rates
 
 # Below this a rate is rounding; above, an effect.
 _NOTHING = 1e-9
 _RUDDER = 0.2
-_TUNNEL = "n_probe"
 _AROUND = {
     "wind": {"wind_x": 5.0, "wind_y": 5.0}, "current": {"current_x": 0.1, "current_y": 0.1},
     "waves": {"wave_x": 1.0, "wave_y": 1.0}, "shallow": {"per_depth": 1.0},
@@ -47,57 +40,9 @@ class _Push:
         return Force(size * (flow.u_A + flow.wave_u), size * (flow.v_A + flow.wave_v), 0.0)
 
 
-@dataclass(frozen=True)
-class Probe:
-    """A ship to be asked, and her straight run at the approach speed."""
-
-    ship: Ship
-    at: Trim
-
-    @classmethod
-    def of(cls, ship: Ship) -> Probe:
-        """Find the straight run.
-
-        Raises:
-            ParameterError: there is none.
-        """
-        return cls(ship, trim(ship.model, speed=ship.speed))
-
-    def state(self, u: float, v_m: float, r: float) -> tuple[float, ...]:
-        """The states of the model, heading aside."""
-        U, extra = self.ship.speed, len(self.ship.model.states) - len(STATES)
-        return (0.0, 0.0, 0.4, u * U, v_m * U, r * U / self.ship.L_pp, *([0.0] * extra))
-
-    def control(self, n: float, delta: float, tunnel: float = 0.0) -> tuple[float, ...]:
-        """Controls at `n` times the revolutions of the straight run and `delta` off its rudder."""
-        base = self.at.orders
-        given = {"n_P": n * (base.get("n_P", 0.0) or 1.0), "delta": delta + base.get("delta", 0.0),
-                 _TUNNEL: tunnel}  # fmt: skip
-        return tuple(factor * given.get(order, 0.0) for order, factor in follows(self.ship.model))
-
-    def rates(
-        self, u: float = 1.0, v_m: float = 0.0, r: float = 0.0, n: float = 1.0, delta: float = 0.0,
-        environment: Environment = CALM, tunnel: float = 0.0,
-    ) -> Rates:  # fmt: skip
-        """Scaled rates of u, v_m, r."""
-        return self.under(self.state(u, v_m, r), self.control(n, delta, tunnel), environment)
-
-    def under(
-        self, state: tuple[float, ...], control: tuple[float, ...], environment: Environment = CALM
-    ) -> Rates:
-        """The same under given controls."""
-        model: Any = self.ship.model
-        if isinstance(model, Sampled):
-            du, dv, dr = model.advance(state, control, environment, model.begin(state, control))[0]
-        else:
-            du, dv, dr = model.derivative(state, control, environment)[3:6]
-        U, L = self.ship.speed, self.ship.L_pp
-        return du * L / (U * U), dv * L / (U * U), dr * L * L / (U * U)
-
-
-def findings(ship: Ship) -> dict[str, Finding]:
+def findings(probe: Probe) -> dict[str, Finding]:
     """The answer of a ship to every probed capability; without those that this ship cannot settle."""
-    probe = Probe.of(ship)
+    ship = probe.ship
     found: dict[str, tuple[str, str]] = {
         **_motion(probe), **_propulsion(probe), **_manners(probe), **_low_speed(probe), **_surroundings(probe),
         **_form(probe), **_drives(probe), **_parts(probe),
@@ -121,12 +66,11 @@ def _beyond(ship: Ship, able: set[str]) -> dict[str, tuple[str, str]]:
     return {key: answer for key, answer in out.items() if key in able}
 
 
-def outputs(ship: Ship) -> tuple[str, ...]:
+def outputs(probe: Probe) -> tuple[str, ...]:
     """The velocities that the model moves at all, then its own states."""
-    probe = Probe.of(ship)
     seen = [probe.rates(*x[:3], n=x[3], delta=x[4]) for x in _GRID]
     moved = [name for k, name in enumerate(STATES[3:]) if any(abs(rates[k]) > _NOTHING for rates in seen)]
-    return (*moved, *ship.model.states[len(STATES):])  # fmt: skip
+    return (*moved, *probe.ship.model.states[len(STATES):])  # fmt: skip
 
 
 def _says(yes: bool, how: str) -> tuple[str, str]:
@@ -182,12 +126,7 @@ def _propulsion(probe: Probe) -> dict[str, tuple[str, str]]:
 def _manners(probe: Probe) -> dict[str, tuple[str, str]]:
     """Whether it stays finite, and whether a straight course may be unstable."""
     found: dict[str, tuple[str, str]] = {}
-    wrong = 0
-    for u, v_m, r, n, delta in _GRID:
-        try:
-            wrong += not all(map(math.isfinite, probe.rates(u, v_m, r, n, delta)))
-        except (ZeroDivisionError, OverflowError, ValueError):
-            wrong += 1
+    wrong = sum(not all(map(math.isfinite, probe.rates(*x[:3], n=x[3], delta=x[4]))) for x in _GRID)
     found["plausible"] = _says(not wrong, f"{wrong} of {len(_GRID)} states without a finite answer")
     sampled = isinstance(probe.ship.model, Sampled)
     found["any_step"] = ("partly", "runs at its own sample time") if sampled else ("yes", "continuous time")
@@ -205,7 +144,7 @@ def _low_speed(probe: Probe) -> dict[str, tuple[str, str]]:
     def slow(u: float, v_m: float, r: float) -> Rates:
         return probe.under(probe.state(u, v_m, r), still)
 
-    silent = not _changed(slow(0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    silent = all(abs(rate) <= _NOTHING for rate in slow(0.0, 0.0, 0.0))
     settling = {"surge": slow(0.05, 0, 0)[0], "sway": slow(0, 0.05, 0)[1], "yaw": slow(0, 0, 0.05)[2]}
     decays = [name for name, rate in settling.items() if rate < -_NOTHING]
     large = {"sideways": slow(0, 0.5, 0)[1] < -_NOTHING, "on the spot": slow(0, 0, 1.0)[2] < -_NOTHING,
@@ -231,8 +170,8 @@ def _feels(probe: Probe, key: str) -> tuple[str, str]:
     move = {"v_m": 0.1, "r": 0.1}
     if _changed(probe.rates(**move, environment=around), probe.rates(**move, environment=other)):
         return "yes", "changes the motion"
-    if key in ("wind", "waves") and _has(probe.ship, key):
-        pushed = _with(probe, **{key: _Push()})
+    if key in ("wind", "waves") and probe.has(key):
+        pushed = probe.having(**{key: _Push()})
         if _changed(pushed.rates(**move, environment=around), pushed.rates(**move, environment=other)):
             return "part", f"with a [{key}] table in the ship file"
     if key == "shallow" and issubclass(ShallowPolynomial, type(getattr(probe.ship.model, "hull", None))):
@@ -243,16 +182,6 @@ def _feels(probe: Probe, key: str) -> tuple[str, str]:
 def _draught(ship: Ship) -> float:
     given: Any = getattr(ship.model, "body", None)
     return float(getattr(given, "d", 0.0) or 0.05 * ship.L_pp)
-
-
-def _has(ship: Ship, name: str) -> bool:
-    model: Any = ship.model
-    return name in {f.name for f in fields(model)}
-
-
-def _with(probe: Probe, **parts: Any) -> Probe:
-    model: Any = probe.ship.model
-    return replace(probe, ship=replace(probe.ship, model=replace(model, **parts)))
 
 
 def _form(probe: Probe) -> dict[str, tuple[str, str]]:
@@ -281,14 +210,14 @@ def _drives(probe: Probe) -> dict[str, tuple[str, str]]:
     ship, controls = probe.ship, probe.ship.model.controls
     own = [name for name, (order, _) in zip(controls, follows(ship.model), strict=True) if name != order or not order]
     several = ("yes", f"controls {', '.join(controls)}") if len(own) > 1 else ("no", "one propeller and one rudder")
-    if several[0] == "no" and _has(ship, "thrusters"):
+    if several[0] == "no" and probe.has("thrusters"):
         several = "part", "with a [thrusters.*] table in the ship file"
-    if not _has(ship, "thrusters"):
+    if not probe.has("thrusters"):
         return {"several_drives": several, "side_thrusters": ("no", "has no place for thrusters")}
     given: Parts = getattr(ship.model, "thrusters", Parts())
     L = ship.L_pp
     tunnel = Tunnel(x=0.4 * L, D=0.01 * L, K_T=0.4, loss_form="jet", c_Y=1.0, c_N=1.0)
-    moved = _with(probe, thrusters=Parts((*given.names, "probe"), (*given.components, tunnel)))
+    moved = probe.having(thrusters=Parts((*given.names, "probe"), (*given.components, tunnel)))
     pushes = [moved.rates(u=u, tunnel=20.0)[2] - moved.rates(u=u)[2] for u in (0.0, 1.0)]
     fitted = any(isinstance(part, Tunnel) for part in given.components)
     good = pushes[0] > pushes[1] + _NOTHING

@@ -20,7 +20,8 @@ from ..ships.files import find_class, library, load
 from ..systems import open_loop, open_loop_parameters
 from . import ANSWERS, CAPABILITIES, Family, Finding
 from .families import FAMILIES
-from .probing import Probe, findings, outputs
+from .probe import Probe
+from .probing import findings, outputs
 
 _LANES, _STEPS, _REPEATS = 128, 300, 5
 _CHANNELS = ("wind", "current", "waves", "shallow")
@@ -80,23 +81,23 @@ def assess(family: Family, known: Sequence[Ship], *, costs: bool = True) -> Asse
     """One family beside the ships of `known` that belong to it, or its specimen."""
     classes = tuple(find_class(name, "models", family.name) for name in family.classes)
     own = [ship for ship in known if isinstance(ship.model, classes) and family.belongs(ship)] if classes else []
-    flown = own or ([family.specimen()] if family.specimen else [])
-    measured = [findings(ship) for ship in flown]
+    flown = [Probe.of(ship) for ship in own or ([family.specimen()] if family.specimen else [])]
+    measured = [findings(probe) for probe in flown]
     found = {c.key: _judged(family, c.key, [m[c.key] for m in measured if c.key in m]) for c in CAPABILITIES}
     shown = [sum(one.answer == "yes" for one in each.values()) for each in measured]
     example = flown[shown.index(max(shown))] if flown else None
-    counts = [count(ship, family.counted) for ship in flown]
+    counts = [count(probe.ship, family.counted) for probe in flown]
     return Assessment(
         family=family,
         ships=tuple(ship.name for ship in own),
-        example=example.name if example else "",
-        controls=tuple(dict.fromkeys(name for ship in flown for name in ship.model.controls)),
+        example=example.ship.name if example else "",
+        controls=tuple(dict.fromkeys(name for probe in flown for name in probe.ship.model.controls)),
         environment=tuple(key for key in _CHANNELS if found[key].answer in ("yes", "part")),
-        outputs=tuple(dict.fromkeys(name for ship in flown for name in outputs(ship))),
+        outputs=tuple(dict.fromkeys(name for probe in flown for name in outputs(probe))),
         coefficients=(min(counts), max(counts)) if counts else None,
         studies=tuple(row for row in TABLE_1 if row.reference in family.studies),
         findings=found,
-        by_ship={ship.name: each for ship, each in zip(flown, measured, strict=True)},
+        by_ship={probe.ship.name: each for probe, each in zip(flown, measured, strict=True)},
         cost=nanoseconds(example) if costs and example else None,
     )
 
@@ -130,9 +131,9 @@ def _defaults(model: Any, prefix: str = "") -> dict[str, float]:
     return out
 
 
-def nanoseconds(ship: Ship) -> float:
+def nanoseconds(probe: Probe) -> float:
     """Shortest time of a step of Euler's method over 128 lanes on one thread, per lane and step [ns]."""
-    system, probe = open_loop(ship), Probe.of(ship)
+    ship, system = probe.ship, open_loop(probe.ship)
     engine = simulator(system)
     model: Any = ship.model
     dt = float(model.dt) if isinstance(model, Sampled) else 0.01 * ship.L_pp / ship.speed
@@ -141,9 +142,10 @@ def nanoseconds(ship: Ship) -> float:
     z, m = np.tile(np.array(state), (_LANES, 1)), np.tile(np.array(memory, dtype=float), (_LANES, 1))
     series = engine.pack(np.tile(np.array([*control, *CALM], dtype=float), (_LANES, 1, 1)))
     parameters, best = open_loop_parameters(ship), float("inf")
+    steps = _STEPS // 30 if engine.virtual else _STEPS
     for _ in range(_REPEATS):
         start = time.perf_counter()
-        engine.run(z, series, parameters, dt=dt, steps=_STEPS, every=_STEPS - 1, memory0=m[:, : len(system.memory)],
+        engine.run(z, series, parameters, dt=dt, steps=steps, every=steps - 1, memory0=m[:, : len(system.memory)],
                    method="euler", threads=1)  # fmt: skip
         best = min(best, time.perf_counter() - start)
-    return 1e9 * best / (_LANES * (_STEPS - 1))
+    return 1e9 * best / (_LANES * (steps - 1))
