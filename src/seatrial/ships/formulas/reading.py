@@ -154,7 +154,8 @@ def _numbers(
     for name, raw in _table(path, document, key).items():
         if name not in known:
             raise ShipError(f"{path}: {key}: {unknown(name, known, 'number')}")
-        values[name], entries[name] = number(as_table(raw, known[name].unit, path), known[name], f"{path}: {key}.{name}")
+        table = as_table(raw, known[name].unit, path)
+        values[name], entries[name] = number(table, known[name], f"{path}: {key}.{name}")
     return values, entries
 
 
