@@ -12,8 +12,11 @@ from scipy.integrate import solve_ivp
 
 from seatrial.actuators import Actuator, Actuators, Azimuth, Servo, Shaft, queue_length
 from seatrial.manoeuvres.turning import Turning
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.replay import replay
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate import campaign, simulate
+from seatrial.systems import closed_loop
 
 
 def run(servo: Servo, orders: list[float], dt: float, start: tuple[float, ...]) -> tuple[list[float], list[float]]:
@@ -68,7 +71,7 @@ def test_an_azimuth_turns_the_shorter_way(wanted: float) -> None:
 
 def test_a_shaft_stops_and_waits_before_it_reverses() -> None:
     shaft = Shaft(low=-1.0, rate=0.2, rate_down=0.5, pause=3.0)
-    _, n = run(shaft, [-1.5] * 200, 0.1, (2.0, 0.0))
+    _, n = run(shaft, [-1.5] * 200, 0.1, (2.0, 0.0, 0.0))
     stopped = np.flatnonzero(np.array(n) == 0.0)
     assert stopped[0] == pytest.approx(2.0 / 0.5 / 0.1 - 1, abs=1)
     assert stopped.size * 0.1 == pytest.approx(3.0, abs=0.21)
@@ -78,8 +81,50 @@ def test_a_shaft_stops_and_waits_before_it_reverses() -> None:
 
 
 def test_a_shaft_that_keeps_its_sign_never_waits() -> None:
-    _, n = run(Shaft(rate=0.5, rate_down=0.5, pause=9.0), [1.0] * 5 + [0.5] * 30, 0.1, (0.8, 0.0))
+    _, n = run(Shaft(rate=0.5, rate_down=0.5, pause=9.0), [1.0] * 5 + [0.5] * 30, 0.1, (0.8, 0.0, 0.0))
     assert n[-1] == 0.5
+
+
+def test_a_shaft_that_was_first_stopped_waits_all_the_same() -> None:
+    """An order to stop and then one to go astern is a reversal; stopping and going on ahead is not."""
+    shaft = Shaft(rate=1.0, rate_down=1.0, pause=3.0)
+    _, n = run(shaft, [0.0] * 20 + [-1.0] * 60, 0.1, (1.0, 0.0, 0.0))
+    assert np.count_nonzero(np.array(n) == 0.0) * 0.1 == pytest.approx(3.0, abs=0.21)
+    _, n = run(shaft, [0.0] * 20 + [1.0] * 20, 0.1, (1.0, 0.0, 0.0))
+    assert n[20] == pytest.approx(0.1)
+
+
+def test_who_obeys_at_once() -> None:
+    assert Actuator(high=1.0).at_once
+    assert not any(a.at_once for a in (Actuator(rate=1.0), Actuator(lag=1.0), Actuator(dead_time=1.0)))
+    assert not Shaft(rate_down=0.1).at_once
+    assert not Shaft(pause=3.0).at_once
+
+
+def test_a_lane_without_lag_among_lanes_with_one() -> None:
+    ship = replace(load("kvlcc2_l7"), actuators=Actuators({"rudder": Actuator(high=0.6, low=-0.6, lag=2.0)}))
+    run = campaign(ship, Turning(n_P=11.85, delta=0.5), {"rudder.lag": np.array([2.0, 0.0])}, speed=1.0, duration=20.0)
+    assert not run.failures
+    delta = run.values[:, :, closed_loop(ship, Turning(1.0, 0.1), 0.1).stored.index("delta")]
+    assert delta[0, 100] == pytest.approx(0.5 * -math.expm1(-run.t[100] / 2.0), rel=1e-6)
+    assert delta[1, 5] == pytest.approx(0.5)
+
+
+def test_a_replay_of_controls_that_obey_at_once_is_the_run() -> None:
+    ship = replace(load("mariner_nomoto"), actuators=Actuators())
+    trial = simulate(ship, Zigzag(n_P=0.0, delta=0.17, psi=0.17), duration=600.0, dt=0.5)
+    assert trial.meta["held"] == ["n_P", "delta"]
+    for name in ("x", "y", "psi", "r"):
+        assert replay(ship, trial)[name] == pytest.approx(trial[name], abs=1e-9)
+    coarse = simulate(ship, Zigzag(n_P=0.0, delta=0.17, psi=0.17), duration=600.0, dt=0.5, every=20)
+    assert np.array_equal(coarse["delta"], coarse["delta_cmd"])
+
+
+def test_a_sampled_model_replays_what_stood_at_its_samples() -> None:
+    ship = load("kvlcc2_l7_arx")
+    trial = simulate(ship, Zigzag(n_P=11.85, delta=0.17, psi=0.17), duration=100.0)
+    again = replay(ship, trial)
+    assert again["psi"] == pytest.approx(trial["psi"], abs=1e-9)
 
 
 @pytest.mark.parametrize("dead", [0.0, 0.3, 0.5, 0.65, 2.0])

@@ -1,8 +1,8 @@
 """Actuators between order and force: limits, rates, lag, dead time, reversal, as states of the plant.
 
-An actuator's answer over one time step is integrated exactly, once per step: what acts over the step
-is the mean of that answer, and the state is its end point.  So the right-hand side of the ship stays
-smooth within the step, whatever the integrator.  A dead time is a queue of orders whose length
+An actuator answers once per time step: its end point is exact, and what acts over the step is the mean
+of that answer (of a plain ramp: of its two ends).  So the right-hand side of the ship stays smooth
+within the step, whatever the integrator.  A dead time is a queue of orders whose length
 follows from the step.
 """
 
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
 from .parameters import Scalar, spec
-from .symbolic import atan2, both, clip, cos, exp, is_symbol, larger, magnitude, sin, where
+from .symbolic import atan2, both, clip, cos, exp, is_symbol, larger, magnitude, sign, sin, where
 
 _SLOWEST, _AT_ONCE = 1e-9, 1e300
 
@@ -28,6 +28,11 @@ class Servo(Protocol):
     @property
     def dead_time(self) -> Scalar:
         """Time before an order begins to act [s]."""
+        ...
+
+    @property
+    def at_once(self) -> bool:
+        """Whether it obeys within the step of the order."""
         ...
 
     def advance(
@@ -43,15 +48,15 @@ def approach(actual: Scalar, target: Scalar, rate: Scalar, lag: Scalar, dt: Scal
     The mean of a plain ramp is that of its ends, also in the step in which it arrives: a replay knows the
     ends only, and so meets the same mean.  Without a rate the target acts at once.
     """
-    error = target - actual
+    error, lag_ = target - actual, larger(lag, _SLOWEST)
     if not is_symbol(lag) and lag == 0.0:
         end = clip(target, actual - rate * dt, actual + rate * dt)
         return where(rate < _AT_ONCE, 0.5 * (actual + end), end), end
-    linear = clip(error, -rate * lag, rate * lag)
+    linear = clip(error, -rate * lag_, rate * lag_)
     ramped = clip(error - linear, -rate * dt, rate * dt)
     t = magnitude(ramped) / larger(rate, _SLOWEST)
-    left, decay = error - ramped, exp(-(dt - t) / lag)
-    mean = actual + ramped * (1.0 - 0.5 * t / dt) + left * (1.0 - (t + lag * (1.0 - decay)) / dt)
+    left, decay = error - ramped, exp(-(dt - t) / lag_)
+    mean = actual + ramped * (1.0 - 0.5 * t / dt) + left * (1.0 - (t + lag_ * (1.0 - decay)) / dt)
     return mean, target - left * decay
 
 
@@ -66,6 +71,11 @@ class Actuator:
     rate: Scalar = spec("1/s", "greatest rate of change", (0.0, math.inf), default=math.inf)
     lag: Scalar = spec("s", "time constant of the answer", (0.0, 1e4), default=0.0)
     dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
+
+    @property
+    def at_once(self) -> bool:
+        """Whether it has neither rate nor lag nor dead time."""
+        return math.isinf(self.rate) and self.lag == 0.0 and self.dead_time == 0.0
 
     def advance(
         self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
@@ -89,6 +99,11 @@ class Azimuth:
     lag: Scalar = spec("s", "time constant of the answer", (0.0, 1e4), default=0.0)
     dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
 
+    @property
+    def at_once(self) -> bool:
+        """Whether it has neither rate nor lag nor dead time."""
+        return math.isinf(self.rate) and self.lag == 0.0 and self.dead_time == 0.0
+
     def advance(
         self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
     ) -> tuple[Scalar, tuple[Scalar, ...]]:
@@ -103,11 +118,11 @@ class Azimuth:
 class Shaft:
     """Propeller revolutions of a ship that must stop its engine to reverse it.
 
-    Speeding up and slowing down have rates of their own; before the revolutions change sign the shaft
-    stands still for `pause` seconds.
+    Speeding up and slowing down have rates of their own; before it turns the other way than it last did,
+    the shaft has stood still for `pause` seconds.
     """
 
-    extra: ClassVar[tuple[str, ...]] = ("pause_left",)
+    extra: ClassVar[tuple[str, ...]] = ("pause_left", "last_side")
 
     low: Scalar = spec("1/s", "greatest revolutions astern, as a negative number", default=-math.inf)
     high: Scalar = spec("1/s", "greatest revolutions ahead", default=math.inf)
@@ -116,18 +131,25 @@ class Shaft:
     pause: Scalar = spec("s", "standstill before a reversal", (0.0, 1e3), default=0.0)
     dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
 
+    @property
+    def at_once(self) -> bool:
+        """Whether it has neither rates nor pause nor dead time."""
+        return math.isinf(self.rate) and math.isinf(self.rate_down) and self.pause == self.dead_time == 0.0
+
     def advance(
         self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
     ) -> tuple[Scalar, tuple[Scalar, ...]]:
-        """Mean revolutions over the next `dt` seconds, and revolutions and pause left at their end."""
-        n, left = memory
+        """Mean revolutions over the next `dt` seconds, and revolutions, pause left and last side at their end."""
+        n, left, last = memory
         wanted = clip(order, self.low, self.high)
-        reversing = wanted * n < 0
-        standing = both(magnitude(n) <= 0, left > 0)
-        target = where(reversing, 0.0, where(standing, 0.0, wanted))
+        turning = magnitude(n) > 0
+        side = where(turning, sign(n), last)
+        # A reversal first stops the shaft, then waits; the same way as before it may start again at once.
+        held = both(wanted * side < 0, where(turning, 1.0, left) > 0)
+        target = where(held, 0.0, wanted)
         rate = where(magnitude(target) > magnitude(n), self.rate, self.rate_down)
         mean, end = approach(n, target, rate, 0.0, dt)
-        return mean, (end, where(reversing, self.pause, where(standing, left - dt, 0.0)))
+        return mean, (end, where(turning, self.pause, larger(left - dt, 0.0)), side)
 
 
 def queued(
@@ -149,12 +171,6 @@ def queued(
 def queue_length(dead_time: float, dt: float) -> int:
     """How many orders wait at a time."""
     return math.ceil(dead_time / dt - 1e-9)
-
-
-def at_once(servo: Servo) -> bool:
-    """Whether a servo obeys within the step of the order."""
-    rate, lag = float(getattr(servo, "rate", math.inf)), float(getattr(servo, "lag", 0.0))
-    return math.isinf(rate) and lag == 0.0 and float(servo.dead_time) == 0.0
 
 
 _TABLES = {"n_P": "propeller", "delta": "rudder"}

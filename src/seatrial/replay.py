@@ -17,10 +17,10 @@ from .systems import open_loop, open_loop_memory, open_loop_parameters
 def inputs(trial: Trial, model: Model) -> Array:
     """What acts from each row to the next, shape (rows, controls + 8): controls and environment.
 
-    Controls act with the mean of the two rows, which is exact for the ramp of an actuator; the
-    environment holds.  Gaps hold the last value before them.  A control that the trial lacks is taken
-    from the order it follows (alpha_1 from delta); waves and current that were not logged are none, and
-    water without a depth is deep.
+    Controls act with the mean of the two rows, which is exact for the ramp of an actuator; those that the
+    trial's `meta["held"]` names, and the environment, hold from row to row.  Gaps hold the last value
+    before them.  A control that the trial lacks is taken from the order it follows (alpha_1 from delta);
+    waves and current that were not logged are none, and water without a depth is deep.
 
     Raises:
         DataError: the trial lacks a control.
@@ -44,8 +44,9 @@ def inputs(trial: Trial, model: Model) -> Array:
     if "depth" in trial:
         series[:, around["per_depth"]] = 1.0 / trial["depth"]
     series = held(series)
-    if not isinstance(model, Sampled):
-        series[:-1, :n] = 0.5 * (series[:-1, :n] + series[1:, :n])
+    kept = trial.meta.get("held", ())
+    ramps = [k for k, name in enumerate(model.controls) if name not in kept and not isinstance(model, Sampled)]
+    series[:-1, ramps] = 0.5 * (series[:-1, ramps] + series[1:, ramps])
     return series
 
 

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from .actuators import at_once
 from .data import UNITS, Array, Trial
 from .engine import Failure, Rollout, Scalars, SimulationError
 from .engine.rollout import simulator
@@ -115,9 +114,16 @@ def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -
 
 
 def surroundings(environment: Weather | Array | None, dt: float, steps: int) -> Array:
-    """Environment channels as series, shape (steps or 1, 8)."""
+    """Environment channels as series, shape (steps or 1, 8).
+
+    Raises:
+        ShipError: an array of another shape.
+    """
     if isinstance(environment, np.ndarray):
-        return environment.reshape(-1, len(CHANNELS))
+        if environment.ndim != 2 or environment.shape[1] != len(CHANNELS) or len(environment) not in (1, steps):
+            wanted = f"(1 or {steps}, {len(CHANNELS)})"
+            raise ShipError(f"environment: an array of shape {environment.shape}; {steps} samples take {wanted}")
+        return environment
     return (environment or Uniform()).series(dt, steps)
 
 
@@ -152,6 +158,8 @@ def campaign(
     for name in vary:
         if name not in shared:
             raise ShipError(f"{ship.name}: {unknown(name, shared, 'parameter')}")
+        if name.startswith("ship.") and _steers(ship, name[5:]):
+            raise ShipError(f"{ship.name}: {name} decides how orders are followed; it cannot differ from lane to lane")
     system = closed_loop(ship, policy, step)
     lanes = len(next(iter(vary.values()))) if vary else 1
     six = (0.0, 0.0, 0.0, speed, 0.0, 0.0) if start is None else start
@@ -189,6 +197,13 @@ def _begin(
         return loop_memory(ship, policy, dt, shared | dict(zip(vary, row, strict=True)), state)
 
     return over_rows(begin, np.column_stack(list(vary.values())))
+
+
+def _steers(ship: Ship, path: str) -> bool:
+    """Whether a parameter changes which order a control follows, or by which factor."""
+    value = values(ship.model)[path]
+    others = (ship.having({path: other}).model for other in (2.0 * value + 1.0, -value))
+    return any(follows(other) != follows(ship.model) for other in others)
 
 
 def _checked_step(ship: Ship, dt: float | None) -> float:
@@ -230,11 +245,15 @@ def simulate(
     controls = ship.model.controls
     kept = (*STATES, *controls, *logged(ship, policy))
     channels = {n: run.values[0, :, columns.index(n)].copy() for n in kept}
-    for control in controls:
-        if at_once(ship.actuators.of(control)):  # what acts from a row on, not what acted before it
-            channels[control][:-1] = channels[control][1:]
+    held = tuple(control for control in controls if ship.actuators.of(control).at_once)
+    for control in held:  # what acts from a row on, not what acted before it
+        servo = ship.actuators.of(control)
+        channels[control] = np.clip(
+            channels[f"{control}_cmd"], getattr(servo, "low", -math.inf), getattr(servo, "high", math.inf)
+        )
     kind = getattr(policy, "kind", type(policy).__name__.lower())
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
-            "set_points": dict(values(policy)), "source": "simulated by seatrial"}  # fmt: skip
+            "set_points": dict(values(policy)), "source": "simulated by seatrial",
+            **({"held": list(held)} if held else {})}  # fmt: skip
     units = {n: unit(n) for n in kept if n not in UNITS}
     return Trial(name or f"{ship.name}_{kind}", run.t, channels, units=units, meta=meta)

@@ -36,7 +36,7 @@ def _rates(model: Any, state: Scalars, acting: Scalars) -> Scalars:
 
 def open_loop(ship: Ship) -> System:
     """The ship under given controls and environment; parameters are those of its model."""
-    names, n = tuple(values(ship.model)), len(ship.model.controls)
+    names, n = tuple(_free_values(ship.model)), len(ship.model.controls)
     sampled = ship.model if isinstance(ship.model, Sampled) else None
 
     def model_of(parameters: Scalars) -> Any:
@@ -70,7 +70,12 @@ def open_loop(ship: Ship) -> System:
 
 def open_loop_parameters(ship: Ship) -> Array:
     """Values of `open_loop(ship).parameters`."""
-    return np.array([*values(ship.model).values(), 0.0, 0.0], dtype=np.float64)
+    return np.array([*_free_values(ship.model).values(), 0.0, 0.0], dtype=np.float64)
+
+
+def _free_values(model: Any) -> dict[str, float]:
+    """Parameters of a model; the step of one in discrete time is the engine's own and none of them."""
+    return {path: v for path, v in values(model).items() if not (path == "dt" and isinstance(model, Sampled))}
 
 
 def orders(policy: Policy) -> tuple[str, ...]:
@@ -87,7 +92,7 @@ def loop_values(ship: Ship, policy: Policy) -> dict[str, float]:
 
     A dead time sets how long the queue of orders is, and no lag at all spares the exponential.
     """
-    out = {f"ship.{path}": value for path, value in values(ship.model).items()}
+    out = {f"ship.{path}": value for path, value in _free_values(ship.model).items()}
     for name, servo in _servos(ship).items():
         own = {k: v for k, v in values(servo).items() if k != "dead_time" and not (k == "lag" and v == 0.0)}
         out |= {f"{name}.{limit}": value for limit, value in own.items()}
@@ -184,7 +189,9 @@ class _Loop:
         at = 0
         for k, (group, order) in enumerate(zip(self.held, ordered, strict=False)):
             mean, end = self.actuate(k, memory[at : at + len(group)], order, step, p)
-            acting.append(mean)
+            # A model in discrete time is fitted to what stood at its samples, not to means between them.
+            at_sample = self.sampled is not None and not self.ship.actuators.of(self.ship.model.controls[k]).at_once
+            acting.append(memory[at] if at_sample else mean)
             after += end
             at += len(group)
         rates: Scalars = ()

@@ -124,6 +124,39 @@ def test_no_wind_force_fails_and_calm_is_as_published() -> None:
     assert kvlcc2.model.derivative(state, control, CALM) == pytest.approx(published, rel=1e-14)
 
 
+def test_a_wind_that_blows_to_windward_is_found_out() -> None:
+    ship = load("esso_osaka_3m")
+    wind = [f"wind.{name}" for name in ("Y_1", "Y_3", "Y_5")]
+    model: Any = ship.model
+    wrong = ship.having({name: -getattr(model.wind, name[5:]) for name in wind})
+    assert item(wrong, "10").verdict == "fail"
+
+
+class Sliding(Probe):
+    """A ship whose bow points out of its turning circle."""
+
+    def run(self, *args: Any, **kwargs: Any) -> Any:
+        trial = super().run(*args, **kwargs)
+        return trial.having(v_m=-trial["v_m"])
+
+
+def test_a_bow_outside_the_turn_is_found_out() -> None:
+    ship = load("esso_osaka_3m")
+    check = next(i.check for i in FUNCTIONAL if i.number == "1f")
+    assert check(Probe(ship, ship.speed, 10.0)).verdict == "pass"
+    assert check(Sliding(ship, ship.speed, 10.0)).verdict == "fail"
+
+
+def test_what_orders_are_followed_by_cannot_differ_from_lane_to_lane() -> None:
+    from seatrial.manoeuvres.turning import Turning
+    from seatrial.simulate import campaign
+
+    ship = load("milliampere")
+    vary = {"ship.thrusters.bow.f_per_n": np.array([10.0, 30.0])}
+    with pytest.raises(ShipError, match="cannot differ from lane to lane"):
+        campaign(ship, Turning(10.0, 0.1), vary, speed=1.0, duration=1.0)
+
+
 def test_a_servo_without_limits_fails() -> None:
     ship = replace(load("esso_osaka_3m"), actuators=Actuators({"rudder": Actuator(high=0.6)}))
     assert item(ship, "11").verdict == "fail"

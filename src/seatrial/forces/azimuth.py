@@ -36,7 +36,7 @@ class Azimuth:
 
     T = c_0 + c_1 n + c_2 n^2 + ... + c_5 n^5 ahead (You 2023 Eq. 20); c_2 alone is T_|n|n |n| n (Sawada 2024
     Eq. 25).  A bollard pull says nothing of n < 0: there the polynomial is turned round and multiplied by
-    `astern`.  c_0, a fit's error at rest, fades out below 0.1 1/s; beyond `n_max` the thrust holds.
+    `astern`.  c_0, a fit's error at rest, fades out below some 0.03 1/s; beyond `n_max` the thrust holds.
     """
 
     mirror_symmetric: ClassVar[bool] = True

@@ -128,9 +128,15 @@ def m_sequence(levels: int, degree: int) -> Array:
     found = list(itertools.islice(_recurrence(coefficients, levels), levels**degree - 1))
     half = levels // 2
     if levels == LEVELS[0]:
-        return 2.0 * np.array(found, dtype=np.float64) - 1.0
+        return _fixed(2.0 * np.array(found, dtype=np.float64) - 1.0)
     # Residues about zero: 3 of 5 is -2, so that the other sign of a residue is the other side.
-    return (np.mod(np.array(found) + half, levels) - half).astype(np.float64) / half
+    return _fixed((np.mod(np.array(found) + half, levels) - half).astype(np.float64) / half)
+
+
+def _fixed(sequence: Array) -> Array:
+    """The sequence, which is kept for the next caller, against writing."""
+    sequence.setflags(write=False)
+    return sequence
 
 
 def _recurrence(coefficients: tuple[int, ...], levels: int) -> Iterator[int]:

@@ -242,7 +242,8 @@ def course_stability(model: Model | Sampled, at: Trim) -> tuple[str, str]:
     starboard, port = (linearise(model, at, side=side).stability() for side in (1.0, -1.0))
     if starboard[0] == port[0]:
         return linearise(model, at).stability() if starboard[1] != port[1] else starboard
-    return "unstable", f"not the same on both sides: to starboard {starboard[1]}; to port {port[1]}"
+    worse = max((starboard[0], port[0]), key=("stable", "neutral", "unstable").index)
+    return worse, f"not the same on both sides: to starboard {starboard[1]}; to port {port[1]}"
 
 
 def _control() -> Any:

@@ -8,6 +8,7 @@ from typing import ClassVar
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body
+from ..forces.shallow import afloat
 from ..parameters import Parts, Scalar, choice, parts, spec
 from . import STATES
 from .common import Surroundings, thruster_controls, thruster_force, thruster_orders
@@ -57,7 +58,8 @@ class TwinMmg:
         around = Surroundings.of(state, environment)
         flow = around.flow(self.body)
         force = self.force(flow, control)
-        return around.rates(self.body.acceleration(force, flow.u, flow.v_m, flow.r))
+        body = afloat(self.body, self.hull, flow)
+        return around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
 
     def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
         """Sum of all external forces under the controls of `controls`."""

@@ -36,11 +36,15 @@ def _carried(p: Probe, cases: tuple[tuple[str, Environment], ...]) -> Judgement:
         turned = math.degrees(float(run[-1, 2] - calm[-1, 2]))
         evidence |= {f"{name}: way to leeward in 20 L/U": (away, "L"), f"{name}: turned": (turned, "deg")}
         lines.append((name, run[:, 1], run[:, 0]))
-        if not (away > 1e-3 or abs(turned) > 0.1) or not np.isfinite(run).all():
+        u = start[3]
+        push = float((p.rates(u, 0.0, 0.0, control, around) - p.rates(u, 0.0, 0.0, control))[1])
+        evidence[f"{name}: first push to leeward"] = (-push * p.ship.L_pp / p.U**2, "U^2/L")
+        if not (push < 0 and (away > 1e-3 or abs(turned) > 0.1)) or not np.isfinite(run).all():
             without.append(name)
     return given(
         not without, "carried to leeward or turned by " + " and by ".join(name for name, _ in cases),
-        f"nothing comes of {' and '.join(without)}: the ship's file has no [{'], ['.join(without)}] force",
+        f"{' and '.join(without)}: not carried to leeward; no [{'], ['.join(without)}] force in the ship's file, or a "
+        "wrong one",
         evidence,
         Plot("Twenty L/U with wind and waves from the east", "east [m]", "north [m]", tuple(lines), equal=True),
     )  # fmt: skip

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from ...actuators import at_once
 from ...data import unwrapped
 from . import Judgement, Plot, given
 from .probe import Probe
@@ -98,9 +97,9 @@ def _delayed(p: Probe, controls: tuple[str, ...]) -> Judgement:
         if wanted:
             done = (run[name] - run[name][0]) / wanted >= 0.9
             late = float(run.t[int(np.argmax(done))]) if done.any() else math.inf
-            waits = not at_once(p.ship.actuators.of(name))
+            waits = not p.ship.actuators.of(name).at_once
             evidence[f"{name}: nine tenths of the order after"] = (late if waits else 0.0, "s")
-    slow = [name for name in controls if not at_once(p.ship.actuators.of(name))]
+    slow = [name for name in controls if not p.ship.actuators.of(name).at_once]
     lines = tuple(
         (label, run.t, run[channel] / (run[f"{name}_cmd"][0] or 1.0))
         for name in controls

@@ -159,7 +159,7 @@ def rest_is_stable(p: Probe) -> Judgement:
     motion = np.sqrt(runs[:, :, 3] ** 2 + runs[:, :, 4] ** 2 + (0.3 * p.ship.L_pp * runs[:, :, 5]) ** 2)
     share = motion / motion[:, :1]
     half, end = float(np.nanmax(share[:, share.shape[1] // 2])), float(np.nanmax(share[:, -1]))
-    holds = bool(np.isfinite(share).all()) and end < 0.75 and end < half
+    holds = bool(np.isfinite(share).all()) and end < 0.5 and end < half
     evidence = {"motion left after 150 L/U, at most": (half, "of the start"),
                 "after 300 L/U": (end, "of the start")}  # fmt: skip
     lines = tuple((f"start {k + 1}", t / p.unit_time, share[k]) for k in range(0, 32, 4))
@@ -191,13 +191,14 @@ def turning(p: Probe) -> Judgement:
 
 def lateral(p: Probe) -> Judgement:
     """A turning ship drifts."""
-    run = p.run(p.n_P, p.limit, 25 * p.unit_time)
+    run, mirrored = (p.run(p.n_P, side * p.limit, 25 * p.unit_time) for side in (1.0, -1.0))
     tail = slice(-len(run) // 5, None)
-    beta = float(np.mean(np.arctan2(-run["v_m"][tail], run["u"][tail])))
+    beta, other = (float(np.mean(np.arctan2(-one["v_m"][tail], one["u"][tail]))) for one in (run, mirrored))
     plot = Plot("Sway speed in a turn", "t U/L", "v_m/U", (("v_m", run.t / p.unit_time, run["v_m"] / p.U),))
     return given(
-        abs(beta) > 0.5 * _DEGREE, "drifts with its bow inside the turn", "turns without drift: no sway motion",
-        {"drift angle in the turn": (beta / _DEGREE, "deg")}, plot,
+        beta > 0.5 * _DEGREE and other < -0.5 * _DEGREE, "drifts with its bow inside the turn",
+        "turns without drift, or with its bow outside the turn",
+        {"drift angle to starboard": (beta / _DEGREE, "deg"), "to port": (other / _DEGREE, "deg")}, plot,
     )  # fmt: skip
 
 
