@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
 
 import numpy as np
 
 from ..data import Array, Trial
-from ..parameters import Scalar
+from ..parameters import Scalar, spec
 from ..symbolic import both, clip, where
-from . import Index
+from . import Index, Settings
 from .reading import after, in_lengths, track, turned
+from .steady import pace
+
+_DEGREE = math.radians(1.0)
+GAIN, DAMPING, SLOW = 1.0, 2.0, 0.05
+"""Steering on the reciprocal course: rudder per heading, per r L/U; r L/U at which a free swing is over."""
 
 MEMORY = ("stage", "psi_0")
 """0 first rudder, 1 opposite rudder, 2 midships, 3 steered; heading at the execute [rad]."""
@@ -91,3 +99,63 @@ def miss(run: Trial, side: float, swing: float, L_pp: float) -> dict[str, Index]
 def _furthest(across: Array) -> float:
     """The greatest transfer to either side, with its sign [m]."""
     return float(across[int(np.nanargmax(np.abs(across)))])
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """Rudder `delta` to `side`, against it from a heading change of `swing` on, until the course is reciprocal.
+
+    Attributes:
+        goal: heading change to the reciprocal course, positive to the first side [rad].
+        usual_swing: heading change at which the rudder is usually reversed [rad].
+    """
+
+    takes: ClassVar[tuple[str, ...]] = ("rudder", "heading", "side")
+    memory: ClassVar[tuple[str, ...]] = MEMORY
+    goal: ClassVar[float]
+    usual_swing: ClassVar[float]
+
+    n_P: Scalar = spec("1/s", "propeller revolutions, held")
+    delta: Scalar = spec("rad", "rudder hard over, magnitude", (0.0, math.pi))
+    k_D: Scalar = spec("s", "rudder per yaw rate on the reciprocal course", (0.0, math.inf))
+    slow: Scalar = spec("rad/s", "yaw rate at which the free swing is over", (0.0, math.inf))
+    swing: Scalar = spec("rad", "heading change at which the rudder is reversed", (0.0, math.inf))
+    short: Scalar = spec("rad", "heading left when the rudder goes midships", (0.0, math.pi), 20.0 * _DEGREE)
+    k_P: Scalar = spec("-", "rudder per heading error on the reciprocal course", (0.0, math.inf), GAIN)
+    side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
+
+    @classmethod
+    def ordered(cls, settings: Settings) -> Self:
+        """35 deg, to starboard first, reversed after the usual swing, unless told otherwise."""
+        clock, hard_over = pace(settings), settings.rudder_or(35.0 * _DEGREE)
+        swing = settings.heading_or(cls.usual_swing)
+        return cls(settings.n_P, hard_over, DAMPING * clock, SLOW / clock, swing, side=settings.side)
+
+    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+        """The first stage, and the heading at execute [rad]."""
+        return (0.0, state[2])
+
+    def command(
+        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
+    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+        """Revolutions [1/s] and rudder [rad] of the stage that the heading has come to."""
+        change, rate = self.side * (state[2] - memory[1]), self.side * state[5]
+        stage = staged(change, rate, memory[0], self.swing, self.goal, self.short, self.slow)
+        order = rudder(stage, self.goal - change, rate, self.delta, self.k_P, self.k_D)
+        return (self.n_P, self.side * order), (stage, memory[1])
+
+    def complete(self, trial: Trial) -> bool:
+        """Whether the ship keeps the reciprocal course."""
+        return returned(trial, self.delta, self.side, self.goal)
+
+    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
+        """Time [s] to the reciprocal course (within 2 deg for good) and where the ship is then [m].
+
+        `lateral_offset` is the distance from the original track line, positive to the first side,
+        `along_track` that ahead of the execute point; `miss_distance` the least distance to the execute
+        point on the way back, at `miss_time`.
+
+        Raises:
+            DataError: the rudder never leaves its initial angle, or position or heading is absent.
+        """
+        return way_back(trial, self.delta, self.side, self.goal, self.swing, L_pp)
