@@ -68,7 +68,7 @@ class Actuator:
 
     low: Scalar = spec("", "least value", default=-math.inf)
     high: Scalar = spec("", "greatest value", default=math.inf)
-    rate: Scalar = spec("1/s", "greatest rate of change", (0.0, math.inf), default=math.inf)
+    rate: Scalar = spec("1/s", "greatest rate of change", (1e-9, math.inf), default=math.inf)
     lag: Scalar = spec("s", "time constant of the answer", (0.0, 1e4), default=0.0)
     dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
 
@@ -95,7 +95,7 @@ class Azimuth:
 
     extra: ClassVar[tuple[str, ...]] = ()
 
-    rate: Scalar = spec("1/s", "rate of turn of the thruster, K_alpha [rad/s]", (0.0, math.inf), default=math.inf)
+    rate: Scalar = spec("1/s", "rate of turn of the thruster, K_alpha [rad/s]", (1e-9, math.inf), default=math.inf)
     lag: Scalar = spec("s", "time constant of the answer", (0.0, 1e4), default=0.0)
     dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
 
@@ -126,8 +126,8 @@ class Shaft:
 
     low: Scalar = spec("1/s", "greatest revolutions astern, as a negative number", default=-math.inf)
     high: Scalar = spec("1/s", "greatest revolutions ahead", default=math.inf)
-    rate: Scalar = spec("1/s^2", "rate of speeding up", (0.0, math.inf), default=math.inf)
-    rate_down: Scalar = spec("1/s^2", "rate of slowing down", (0.0, math.inf), default=math.inf)
+    rate: Scalar = spec("1/s^2", "rate of speeding up", (1e-9, math.inf), default=math.inf)
+    rate_down: Scalar = spec("1/s^2", "rate of slowing down", (1e-9, math.inf), default=math.inf)
     pause: Scalar = spec("s", "standstill before a reversal", (0.0, 1e3), default=0.0)
     dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
 

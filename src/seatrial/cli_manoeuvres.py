@@ -6,10 +6,12 @@ import importlib
 import inspect
 import math
 import pkgutil
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from . import manoeuvres
@@ -18,6 +20,7 @@ from .cli_support import (
     UsageError,
     around_ship,
     emit,
+    finite,
     index_json,
     make_folder,
     note,
@@ -26,11 +29,13 @@ from .cli_support import (
     show_indices,
 )  # fmt: skip
 from .data import Trial
+from .engine import SimulationError
 from .environment import Weather
 from .manoeuvres import Manoeuvre, Settings
 from .models import follows
 from .parameters import unknown
 from .ships import Ship
+from .simulate import surge_balance
 
 # A manoeuvre that is not over after this many ship lengths of way never will be.
 _FIRST, _LAST = 30.0, 2000.0
@@ -84,6 +89,7 @@ def order(name: str, ship: Ship, U: float, n_P: float, given: dict[str, Any]) ->
         n_P, U, ship.L_pp, limit, rudder=_angle("--rudder", given.get("rudder")),
         heading=_angle("--heading", given.get("heading")), side=_side(given.get("side", "starboard")),
         seed=int(given.get("seed", 1)), controls=_greatest(ship),
+        astern=ship.validity.get("n_P", (-math.inf, 0.0))[0] < 0.0 and ship.validity.get("u", (-1.0, 0.0))[0] < 0.0,
     )  # fmt: skip
     if settings.rudder is not None and settings.rudder > limit * (1 + 1e-9):
         raise UsageError(
@@ -119,11 +125,47 @@ def run_manoeuvre(
     limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
     begin = 0.0 if getattr(policy, "from_rest", False) else speed
     while True:
-        run = simulate(ship, policy, speed=begin, duration=length, environment=around, dt=dt)
+        try:
+            run = simulate(ship, policy, speed=begin, duration=length, environment=around, dt=dt)
+        except SimulationError as error:
+            return _until(ship, policy, begin, around, dt, error)
         complete = policy.complete(run)
         if complete or 2 * length > limit:
             return run, complete
         length *= 2
+
+
+def _until(
+    ship: Ship, policy: Manoeuvre, speed: float, around: Weather, dt: float | None, error: SimulationError
+) -> tuple[Trial, bool]:
+    """The run up to where it left the ship's validity, if the manoeuvre was over by then.
+
+    Raises:
+        SimulationError: it was not.
+    """
+    from .simulate import simulate, time_step
+
+    end = 0.0 if error.time is None else error.time - (dt or time_step(ship))
+    run = simulate(ship, policy, speed=speed, duration=end, environment=around, dt=dt) if end > 0 else None
+    if run is None or not policy.complete(run):
+        raise error
+    return run, True
+
+
+def unfelt(ship: Ship, U: float, rps: float | None) -> Iterator[str]:
+    """What a user gave that the ship's model does not look at."""
+    if rps is not None and surge_balance(ship, U, rps) == surge_balance(ship, U, 2 * rps + 1):
+        yield f"note: --rps: revolutions do not enter the model of {ship.name}"
+
+
+def left(ship: Ship, run: Trial) -> Iterator[str]:
+    """Where the controls went beyond what the ship's file calls valid."""
+    for name in ship.model.controls:
+        low, high = ship.validity.get(name, (-math.inf, math.inf))
+        least, most = float(np.min(run[name])), float(np.max(run[name]))
+        if least < low - 1e-9 or most > high + 1e-9:
+            yield (f"note: {name} went from {least:.4g} to {most:.4g}; the file of {ship.name} claims to hold "
+                   f"within [{low:g}, {high:g}] ([validity])")  # fmt: skip
 
 
 def simulate(
@@ -149,15 +191,20 @@ def simulate(
     from .simulate import approach, time_step
 
     positive(speed=speed, duration=duration, dt=dt, depth=depth)
+    finite(rps=rps)
+    if seed is not None and seed < 0:
+        raise UsageError(f"--seed is {seed}; it is zero or above")
     find(name)
     vessel = read_ship(ship)
-    around = around_ship(vessel, wind, gusts, current, waves, depth, seed or 1)
+    around = around_ship(vessel, wind, gusts, current, waves, depth, 1 if seed is None else seed)
     U, n_P = approach(vessel, speed, rps)
     given = {"rudder": rudder, "heading": heading, "side": side}
     if not gusts or "seed" in find(name).takes:
         given["seed"] = seed
     policy = order(name, vessel, U, n_P, {k: v for k, v in given.items() if v is not None})
     run, complete = run_manoeuvre(vessel, policy, speed=U, duration=duration, dt=dt, around=around.weather)
+    for line in (*unfelt(vessel, U, rps), *left(vessel, run)):
+        note(line)
     if not complete:
         note(f"note: not over after {run.duration:g} s; what the run never reached is left out")
     if out is not None:

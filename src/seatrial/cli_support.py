@@ -14,6 +14,7 @@ import numpy as np
 
 from .data import DataError, Trial
 from .environment import Environment, Uniform, Weather
+from .forces.shallow import SHALLOWEST
 from .manoeuvres import Index
 from .models import STATES, Sampled
 from .ships import Ship
@@ -88,6 +89,13 @@ def positive(**options: float | None) -> None:
             raise UsageError(f"--{name} is {value:g}; it must be above zero")
 
 
+def finite(**options: float | None) -> None:
+    """Raise a UsageError for an option that is given and no finite number."""
+    for name, value in options.items():
+        if value is not None and not math.isfinite(value):
+            raise UsageError(f"--{name} is {value:g}; it must be a finite number")
+
+
 def vector(option: str, text: str | None) -> tuple[float, float]:
     """Magnitude [m/s] and direction [rad] from ``M/S,DEG``.
 
@@ -158,6 +166,8 @@ def around_ship(
     draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0))
     if depth is not None and depth <= draught:
         raise UsageError(f"--depth is {depth:g} m; {ship.name} draws {draught:g} m and would be aground")
+    if depth is not None and depth < SHALLOWEST * draught:
+        note(f"note: --depth: h/d is {depth / draught:.3g}; corrections end at {SHALLOWEST:g}, whose factors are used")
     if gusts is not None and not U_T:
         raise UsageError("--gusts need a mean wind to blow about; give --wind M/S,DEG")
     settings = {"wind": {"speed": U_T, "from": gamma_T / DEGREE},

@@ -84,9 +84,9 @@ def terms(meaning: Callable[[str], Spec]) -> Any:
     return field(default_factory=Terms, metadata={"terms": meaning})
 
 
-def parts() -> Any:
-    """Declare a field of type `Parts`; none by default."""
-    return field(default_factory=Parts, metadata={"parts": True})
+def parts(role: str) -> Any:
+    """Declare a field of type `Parts`, none by default; `role` is what its components are, such as "thruster"."""
+    return field(default_factory=Parts, metadata={"parts": role})
 
 
 def choice(about: str, options: tuple[str, ...], default: str) -> Any:

@@ -17,7 +17,7 @@ from .data import UNITS, Array, Trial
 from .engine import Failure, Rollout, Scalars, SimulationError
 from .engine.rollout import simulator
 from .engine.trace import over_rows
-from .environment import CALM, CHANNELS, Uniform, Weather
+from .environment import CALM, CHANNELS, Environment, Uniform, Weather
 from .manoeuvres import Policy, Scheduled
 from .models import STATES, Sampled, follows, unit
 from .parameters import unknown, values
@@ -27,6 +27,8 @@ from .systems import closed_loop, logged, loop_memory, loop_values, open_loop, o
 __all__ = ["approach", "campaign", "closed_loop", "open_loop", "open_loop_parameters", "simulate", "surge_balance",
            "time_step"]  # fmt: skip
 
+_ROWS = 2e6
+"""Rows of one run that are kept in memory at most."""
 # A step this fraction of L/U keeps RK4 errors of a turn far below its indices' last digit.
 _STEP = 1.0 / 250.0
 # RK4 is stable up to 2.8; a fifth of that keeps the fastest motion accurate as well.
@@ -145,7 +147,7 @@ def campaign(
 
     Args:
         vary: value per lane of each parameter that differs, by the names of `systems.closed_loop`.
-        speed: initial speed straight ahead [m/s]; other arguments as in `simulate`.
+        speed: initial speed straight ahead through the water [m/s]; other arguments as in `simulate`.
 
     Returns:
         The stored rows; a lane that fails is named in `failures`, the others go on.
@@ -154,7 +156,7 @@ def campaign(
         ShipError: a policy that orders what the ship has not; a step that the model does not run at.
     """
     step = _checked_step(ship, dt)
-    steps, shared = round(duration / step) + 1, loop_values(ship, policy)
+    steps, shared = _checked_steps(ship, duration, step, every), loop_values(ship, policy)
     for name in vary:
         if name not in shared:
             raise ShipError(f"{ship.name}: {unknown(name, shared, 'parameter')}")
@@ -162,11 +164,13 @@ def campaign(
             raise ShipError(f"{ship.name}: {name} decides how orders are followed; it cannot differ from lane to lane")
     system = closed_loop(ship, policy, step)
     lanes = len(next(iter(vary.values()))) if vary else 1
-    six = (0.0, 0.0, 0.0, speed, 0.0, 0.0) if start is None else start
+    around = _series(policy, environment, step, steps)
+    six = _under_way(speed, around[0]) if start is None else start
+    if len(six) != len(STATES):
+        raise ShipError(f"start: {len(six)} numbers; give x, y, psi, u, v_m, r")
     state = (*six, *([0.0] * (len(system.states) - 6)))
     columns = {name: np.asarray(column, dtype=np.float64) for name, column in vary.items()}
     memory = _begin(ship, policy, step, {n: v for n, v in columns.items() if n.startswith("policy.")}, state)
-    around = _series(policy, environment, step, steps)
     return simulator(system, tuple(vary)).run(
         np.tile(state, (lanes, 1)), np.broadcast_to(around, (lanes, *around.shape)),
         np.array(list(shared.values()), dtype=np.float64),
@@ -175,6 +179,31 @@ def campaign(
         dt=step, steps=steps, every=every, method=method, threads=threads,
         validity={k: v for k, v in ship.validity.items() if k in system.states},
     )  # fmt: skip
+
+
+def _under_way(speed: float, around: Array) -> tuple[float, ...]:
+    """Heading north at `speed` through the water: over ground the current comes on top."""
+    here = Environment(*around[: len(CHANNELS)].tolist())
+    return (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0)
+
+
+_VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
+
+
+def _surrounded(around: Array, rows: int) -> dict[str, Array]:
+    """Wind, current, waves and depth as channels of a trial, those that are not nil."""
+    columns = dict(zip(CHANNELS, np.broadcast_to(around, (rows, len(CHANNELS))).T, strict=True))
+    found: dict[str, Array] = {}
+    for name, size, direction in _VECTORS:
+        north, east = columns[f"{name}_x"], columns[f"{name}_y"]
+        if np.any(north) or np.any(east):
+            found |= {size: np.hypot(north, east), direction: np.arctan2(east, north)}
+    if "H_S" in found:
+        found["T_W"] = columns["wave_T"].copy()
+    if np.any(columns["per_depth"]):
+        with np.errstate(divide="ignore"):
+            found["depth"] = 1.0 / columns["per_depth"]
+    return found
 
 
 def _told(failure: Failure, ship: Ship) -> str:
@@ -199,6 +228,17 @@ def _begin(
     return over_rows(begin, np.column_stack(list(vary.values())))
 
 
+def _checked_steps(ship: Ship, duration: float, step: float, every: int) -> int:
+    """Samples of a run; one without a step, or with more rows than memory holds, is refused."""
+    steps = duration / step
+    if not 0.5 <= steps < math.inf:
+        raise ShipError(f"{ship.name}: a run of {duration:g} s has no step of {step:g} s in it")
+    if steps / every > _ROWS:
+        wanted = f"store fewer than {_ROWS:.0e}, by a longer step or a shorter run"
+        raise ShipError(f"{ship.name}: {steps / every:.3g} rows; {wanted}")
+    return round(steps) + 1
+
+
 def _steers(ship: Ship, path: str) -> bool:
     """Whether a parameter changes which order a control follows, or by which factor."""
     value = values(ship.model)[path]
@@ -221,16 +261,17 @@ def simulate(
 
     Args:
         policy: a manoeuvre or any other policy.
-        speed: initial speed straight ahead, heading north [m/s]; None takes the ship's.
+        speed: initial speed straight ahead through the water, heading north [m/s]; None takes the ship's.
         duration: length of the run [s].
         environment: steady wind, current and waves, any other `Weather`, or series of the channels of
             `environment.CHANNELS` per step, shape (steps, 8); None is still air and still, deep water.
         dt: time step [s]; None chooses one by `time_step`.
         every: record every so many steps.
-        start: initial (x, y, psi, u, v_m, r) in place of `speed`.
+        start: initial (x, y, psi, u, v_m, r) over ground, in place of `speed`.
 
     Returns:
-        The states, each control as it acts and as it was ordered (``<control>_cmd``).
+        The states, each control as it acts and as it was ordered (``<control>_cmd``), and what surrounded
+        the ship where it was not calm.
 
     Raises:
         SimulationError: the state blows up or leaves the ship's validity; names time and state.
@@ -240,7 +281,7 @@ def simulate(
         environment=environment, dt=dt, every=every, method=method, threads=1, start=start,
     )  # fmt: skip
     if run.failures:
-        raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}")
+        raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}", run.failures[0].time)
     columns = closed_loop(ship, policy, _checked_step(ship, dt)).stored
     controls = ship.model.controls
     kept = (*STATES, *controls, *logged(ship, policy))
@@ -255,5 +296,8 @@ def simulate(
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
             "set_points": dict(values(policy)), "source": "simulated by seatrial",
             **({"held": list(held)} if held else {})}  # fmt: skip
+    step = _checked_step(ship, dt)
+    around = surroundings(environment, step, round(duration / step) + 1)
+    channels |= _surrounded(around[::every], len(run.t))
     units = {n: unit(n) for n in kept if n not in UNITS}
     return Trial(name or f"{ship.name}_{kind}", run.t, channels, units=units, meta=meta)

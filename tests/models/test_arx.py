@@ -60,13 +60,13 @@ def test_closed_loop_runs_at_its_own_step_only() -> None:
     ship = load("kvlcc2_l7_arx")
     zigzag = Zigzag(n_P=ship.n_P, delta=math.radians(10), psi=math.radians(10))
     trial = simulate(ship, zigzag, duration=120.0)
-    assert trial.dt == pytest.approx(0.5)
+    assert trial.dt == pytest.approx(0.25)
     found = zigzag.indices(trial, ship.L_pp)
     mother = load("kvlcc2_l7")
     real = zigzag.indices(simulate(mother, zigzag, speed=ship.speed, duration=120.0), 7.0)
     for name, tolerance in (("first_overshoot", 0.1), ("period", 0.12)):
         assert found[name].value == pytest.approx(real[name].value, rel=tolerance)
-    with pytest.raises(ShipError, match=r"0\.5 s"):
+    with pytest.raises(ShipError, match=r"0\.25 s"):
         simulate(ship, zigzag, duration=10.0, dt=0.1)
 
 
@@ -100,7 +100,7 @@ def test_ship_file_round_trip(tmp_path: Any) -> None:
     ship = load("kvlcc2_l7_arx")
     again: Ship = load(save(ship, tmp_path / "again.toml"))
     assert again.model == ship.model
-    assert again.model.dt == 0.5
+    assert again.model.dt == 0.25
     text = (tmp_path / "again.toml").read_text().replace("r_delta_3", "r_delta_x")
     (tmp_path / "bad.toml").write_text(text)
     with pytest.raises(ShipError, match="r_delta_x"):

@@ -28,7 +28,15 @@ class EngineNotice(UserWarning):
 
 
 class SimulationError(RuntimeError):
-    """A run that left the finite or the valid; the text names time, state and lane."""
+    """A run that left the finite or the valid; the text names time, state and lane.
+
+    Attributes:
+        time: when it did [s], where known.
+    """
+
+    def __init__(self, text: str, time: float | None = None) -> None:
+        super().__init__(text)
+        self.time = time
 
 
 @dataclass(frozen=True)

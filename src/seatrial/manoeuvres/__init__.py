@@ -37,6 +37,7 @@ class Settings:
         rudder, heading: magnitudes [rad]; None takes the manoeuvre's own.
         side: +1 starboard, -1 port.
         seed: of a random manoeuvre.
+        astern: whether the ship's file holds for going astern.
         controls: greatest value of each control of the ship by name, 0 where it has no limit.
     """
 
@@ -48,6 +49,7 @@ class Settings:
     heading: float | None = None
     side: float = 1.0
     seed: int = 1
+    astern: bool = True
     controls: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def rudder_or(self, usual: float) -> float:

@@ -122,7 +122,7 @@ class Crabbing:
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
         """How fast the ship goes sideways and what it does besides.
 
-        `lateral_distance` at the end and `forward_drift` [m], over the whole run and largest in magnitude;
+        Over the way that was set: `lateral_distance` and `forward_drift` [m], largest in magnitude;
         `heading_deviation`, largest [rad]; `time` until the distance is gone [s]; `lateral_speed`, the mean
         over the second half of that way, and `lateral_speed_max` [m/s].
         """
@@ -131,10 +131,10 @@ class Crabbing:
         moment, half = (reached(across, share * self.distance) for share in (1.0, 0.5))
         end = len(trial) if moment is None else int(moment) + 2
         out = {
-            "lateral_distance": in_lengths(float(across[-1]), L_pp),
+            "lateral_distance": in_lengths(float(across[:end][-1]), L_pp),
             "forward_drift": in_lengths(float(along[:end][np.argmax(np.abs(along[:end]))]), L_pp),
-            "heading_deviation": Index(float(np.nanmax(np.abs(turned(trial)))), "rad"),
-            "lateral_speed_max": Index(float(np.nanmax(np.gradient(across, trial.t))), "m/s"),
+            "heading_deviation": Index(float(np.nanmax(np.abs(turned(trial)[:end]))), "rad"),
+            "lateral_speed_max": Index(float(np.nanmax(np.gradient(across, trial.t)[:end])), "m/s"),
         }
         if moment is not None and half is not None:
             time, midway = at(trial.t, moment), at(trial.t, half)

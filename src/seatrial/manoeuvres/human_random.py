@@ -60,9 +60,10 @@ class HumanRandom:
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """Up to 35 deg of rudder, the approach's revolutions ahead and astern, a hundred ship lengths."""
+        """Up to 35 deg of rudder, the approach's revolutions ahead and (where the ship's file holds) astern."""
         delta, unit = settings.side * settings.rudder_or(math.radians(35.0)), settings.L_pp / settings.speed
-        return cls(settings.n_P, delta, 1.0, _HOLD * unit, _TRAVEL * unit, _LENGTH * unit, settings.seed)
+        astern = 1.0 if settings.astern else 0.0
+        return cls(settings.n_P, delta, astern, _HOLD * unit, _TRAVEL * unit, _LENGTH * unit, settings.seed)
 
     def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
         """Nothing to remember."""

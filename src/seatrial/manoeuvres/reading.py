@@ -99,6 +99,15 @@ def yaw_rate(run: Trial) -> Array:
     return run["r"] if "r" in run else np.gradient(unwrapped(run["psi"]), run.t)
 
 
+def through_water(run: Trial) -> tuple[Array, Array]:
+    """Velocities u and v_m through the water [m/s]: over ground less the current that the run has on record."""
+    u, v_m = run["u"], run["v_m"]
+    if "U_C" not in run or "gamma_C" not in run:
+        return u, v_m
+    relative = run["gamma_C"] - run["psi"]
+    return u - run["U_C"] * np.cos(relative), v_m - run["U_C"] * np.sin(relative)
+
+
 def path_length(run: Trial) -> Array:
     """Way along the track since the first sample [m]; from the positions, else from the speed.
 

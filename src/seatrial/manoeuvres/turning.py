@@ -16,7 +16,7 @@ import numpy as np
 from ..data import Array, Trial
 from ..parameters import Scalar, spec
 from . import Index, Settings
-from .reading import after, at, in_lengths, reached, track, turned
+from .reading import after, at, in_lengths, reached, through_water, track, turned
 
 _QUARTER = 0.5 * math.pi
 # The steady part is read off the last quarter turn of a run that went round at least once.
@@ -86,10 +86,11 @@ class Turning:
         if not all(name in run for name in ("u", "v_m", "r")) or np.nanmax(change) < _STEADY_AFTER:
             return {}
         last = change >= np.nanmax(change) - _QUARTER
-        U = np.hypot(run["u"], run["v_m"])
+        u, v_m = through_water(run)
+        U = np.hypot(u, v_m)
         U_end = float(np.nanmean(U[last]))
         r_end = abs(float(np.nanmean(run["r"][last])))
-        drift = float(np.nanmean(np.arctan2(-run["v_m"][last], run["u"][last])))
+        drift = float(np.nanmean(np.arctan2(-v_m[last], u[last])))
         start = U[np.isfinite(U)][0]
         out = {"speed_loss": Index(1.0 - U_end / float(start), "-")} if start > 0 else {}
         out["drift"] = Index(self._side * drift, "rad")

@@ -131,7 +131,7 @@ class Fossen:
     rudder: RudderModule | None = None
     wind: ForceModule | None = None
     waves: ForceModule | None = None
-    thrusters: Parts = parts()
+    thrusters: Parts = parts("thruster")
 
     def __post_init__(self) -> None:
         if self.rudder is not None and self.propeller is None:

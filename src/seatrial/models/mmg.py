@@ -18,6 +18,8 @@ from .common import Surroundings, thruster_controls, thruster_force, thruster_or
 class Mmg:
     """A single-propeller, single-rudder ship in the horizontal plane.
 
+    `extras` are further forces of one's own, such as a skeg.
+
     Where the resistance was measured on a hull that carried its superstructure, or where a published model
     without wind is given one, `still_air = "resistance"` takes the drag of air that moves with the water out
     of the wind force: in calm the ship is the one that was published.
@@ -34,7 +36,8 @@ class Mmg:
     rudder: RudderModule
     wind: ForceModule | None = None
     waves: ForceModule | None = None
-    thrusters: Parts = parts()
+    thrusters: Parts = parts("thruster")
+    extras: Parts = parts("force")
     still_air: str = choice(
         "whether the wind force holds the drag of still air, or the hull's resistance does",
         ("wind", "resistance"), "wind",
@@ -64,7 +67,7 @@ class Mmg:
         """Sum of all external forces; `control` holds those of the thrusters."""
         pull, slipstream = self.propeller.force(flow)
         total = self.hull.force(flow) + pull + self.rudder.force(flow, slipstream)
-        for module in (self.wind, self.waves):
+        for module in (self.wind, self.waves, *self.extras.components):
             total = total if module is None else total + module.force(flow)
         if self.wind is not None and self.still_air == "resistance":
             total = total - self.wind.force(flow._replace(u_A=flow.u, v_A=flow.v_m))

@@ -38,7 +38,7 @@ class TwinMmg:
     pair: str = choice("starboard side: mirror image of the port side, or as it is", ("opposite", "alike"), "opposite")
     wind: ForceModule | None = None
     waves: ForceModule | None = None
-    thrusters: Parts = parts()
+    thrusters: Parts = parts("thruster")
 
     @property
     def controls(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import pkgutil
+import re
 import tomllib
 import typing
 from collections.abc import Mapping
@@ -26,6 +27,7 @@ from .writing import save, to_toml
 __all__ = ["library", "load", "save", "to_toml"]
 
 SCHEMA = "seatrial-ship/1"
+_NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
 FOLDER = Path(__file__).parent
 TOP = ("schema", "name", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
 
@@ -65,7 +67,7 @@ def _find(name_or_path: str | Path) -> Path:
 
 def find_class(name: Any, room: str, where: str) -> type:
     """The dataclass ``module:Class`` in a room of seatrial, or in any module by its full name."""
-    if not isinstance(name, str) or name.count(":") != 1:
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise ShipError(f"{where}: a type is written 'module:Class'; got {name!r}")
     module, _, cls = name.partition(":")
     package = importlib.import_module(f"seatrial.{room}")
@@ -76,8 +78,29 @@ def find_class(name: Any, room: str, where: str) -> type:
         raise ShipError(f"{where}: {unknown(module, inside, 'module')}") from None
     classes = {n: c for n, c in vars(found).items() if inspect.isclass(c) and is_dataclass(c)}
     if cls not in classes:
-        raise ShipError(f"{where}: {unknown(cls, classes, f'class in {module}')}")
+        raise ShipError(f"{where}: {unknown(cls, classes or ['none'], f'class in {module}')}")
     return classes[cls]
+
+
+ROLES = {"ForceModule": "force", "PropellerModule": "propeller", "RudderModule": "rudder"}
+
+
+def _one(hint: Any) -> Any:
+    """The protocol of a field, whether or not it may be absent."""
+    return next((a for a in typing.get_args(hint) if a is not type(None)), hint)
+
+
+def role_of(cls: type) -> str:
+    """What a class of the forces room is, by what its `force` takes and gives; "" where it has none."""
+    force = getattr(cls, "force", None)
+    if force is None:
+        return ""
+    signature = inspect.signature(force)
+    if "slipstream" in signature.parameters:
+        return "rudder"
+    if "control" in signature.parameters:
+        return "thruster"
+    return "propeller" if "Slipstream" in str(signature.return_annotation) else "force"
 
 
 @dataclass
@@ -169,8 +192,9 @@ class _Reading:
             return self.terms(name, f.metadata["terms"], scale)
         if "parts" in f.metadata:
             names = tuple(self.table(name))
-            return Parts(names, tuple(self.component(f"{name}.{part}", None, scale) for part in names))
-        return self.component(name, hint, scale)
+            role = f.metadata["parts"]
+            return Parts(names, tuple(self.component(f"{name}.{part}", None, scale, role) for part in names))
+        return self.component(name, hint, scale, ROLES.get(str(getattr(_one(hint), "__name__", "")), ""))
 
     def terms(self, dotted: str, meaning: Any, scale: Yardsticks) -> Terms:
         known: dict[str, Spec] = {}
@@ -182,10 +206,13 @@ class _Reading:
         found = self.numbers(dotted, known, set(), scale)
         return Terms(tuple(found), tuple(found.values()))
 
-    def component(self, dotted: str, hint: Any, scale: Yardsticks) -> Any:
+    def component(self, dotted: str, hint: Any, scale: Yardsticks, role: str = "") -> Any:
         table = self.table(dotted)
         if "type" in table or not (inspect.isclass(hint) and is_dataclass(hint)):
-            hint = find_class(table.get("type"), "forces", f"{self.path}: {dotted}.type")
+            hint, wanted = find_class(table.get("type"), "forces", f"{self.path}: {dotted}.type"), role
+            if wanted and (found := role_of(hint)) and found != wanted:
+                spot = f"{self.path}: {dotted}.type"
+                raise ShipError(f"{spot}: {hint.__name__} is a {found}; [{dotted}] takes a {wanted}")
         return self.made(hint, self.parameters(dotted, hint, scale, prefix=f"{dotted}."), dotted)
 
     def made(self, cls: type, given: Mapping[str, Any], dotted: str) -> Any:
@@ -210,7 +237,7 @@ class _Reading:
         return {**self.numbers(dotted, known, required, scale, prefix, tuple(choices)), **chosen}
 
     def approach(self) -> tuple[float, float | None]:
-        known = {"speed": Spec("m/s", "approach speed", 0.0, 100.0), "n_P": Spec("1/s", "revolutions")}
+        known = {"speed": Spec("m/s", "approach speed", 1e-3, 100.0), "n_P": Spec("1/s", "revolutions", -1e3, 1e3)}
         found = self.numbers("approach", known, set())
         if "speed" not in found:
             raise ShipError(f"{self.path}: approach: missing speed")

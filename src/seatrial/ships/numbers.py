@@ -10,6 +10,8 @@ from typing import Any
 from ..parameters import PRIME, Spec, unknown
 from . import Entry, ShipError
 
+_ABSURD = 1e16
+_PRIME_LIMIT = 1e4
 KEYS = ("value", "prime", "unit", "source", "sigma")
 FACTORS = {
     ("deg", "rad"): math.pi / 180.0, ("deg/s", "rad/s"): math.pi / 180.0,
@@ -65,6 +67,8 @@ def number(
     found = resolve(entry, meaning.unit, scale)
     if found is None:
         raise ShipError(f"{where}: {_unusable(entry, meaning, scale)}")
+    if entry.prime and abs(entry.given) > _PRIME_LIMIT:
+        raise ShipError(f"{where}: {entry.given:g}' is no primed number of a ship; it is below {_PRIME_LIMIT:g}")
     if bounded and not meaning.low <= found <= meaning.high:
         raise ShipError(
             f"{where}: {found:g} {meaning.unit} is outside the physical range "
@@ -86,12 +90,16 @@ def resolve(entry: Entry, unit: str, scale: Yardsticks | None) -> float | None:
 
 def _entry(table: Mapping[str, Any], where: str) -> Entry:
     source, unit = table.get("source"), table.get("unit", "")
+    if "prime" in table and unit:
+        raise ShipError(f"{where}: a primed number has no unit; give value with '{unit}', or leave the unit out")
     if not isinstance(source, str) or not source.strip():
         raise ShipError(f"{where}: no source; say where the number comes from (source = ...)")
     if not isinstance(unit, str):
         raise ShipError(f"{where}: unit is not a text")
     given = _finite(table.get("value", table.get("prime")), where)
     sigma = None if "sigma" not in table else _finite(table["sigma"], f"{where}.sigma")
+    if sigma is not None and sigma < 0:
+        raise ShipError(f"{where}.sigma: {sigma:g}; a standard uncertainty is zero or above")
     return Entry(source=source, given=given, prime="prime" in table, unit=unit, sigma=sigma)
 
 
@@ -100,6 +108,8 @@ def _finite(raw: Any, where: str) -> float:
         raise ShipError(f"{where}: {raw!r} is not a number")
     if not math.isfinite(raw):
         raise ShipError(f"{where}: {raw} is not finite")
+    if abs(raw) > _ABSURD:
+        raise ShipError(f"{where}: {raw:g} is no number of a ship; it is below {_ABSURD:g}")
     return float(raw)
 
 

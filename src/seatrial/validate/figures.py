@@ -45,7 +45,7 @@ def line_styles(labels: Sequence[str], baseline: str) -> dict[str, tuple[str, An
 
 def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
     """North over east of one trial, measured and predicted, at equal scale."""
-    figure, (ax,) = _figure(1)
+    figure, (ax,) = canvas(1)
     measured = max(comparisons, key=lambda c: len(c.measured)).measured
     x, y = measured["x"], measured["y"]
     for c in comparisons:
@@ -62,12 +62,12 @@ def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
     ax.set_xlabel("east y [m]")
     ax.set_ylabel("north x [m]")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, frameon=False)
-    return _svg(figure, f"track {name}")
+    return svg(figure, f"track {name}")
 
 
 def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
     """Heading, speeds and rate of turn of one trial over time."""
-    figure, axes = _figure(len(_STATES))
+    figure, axes = canvas(len(_STATES))
     measured = max(comparisons, key=lambda c: len(c.measured)).measured
     for ax, (channel, label) in zip(axes, _STATES, strict=True):
         factor = math.degrees(1.0) if channel in ("psi", "r") else 1.0
@@ -89,14 +89,14 @@ def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")
     figure.align_ylabels(axes)
-    return _svg(figure, f"series {name}")
+    return svg(figure, f"series {name}")
 
 
 def horizon(
     curves: Mapping[str, Mapping[float, float]], styles: Styles, what: str
 ) -> str:
     """One error over the time since the restart, a line for each label; both axes logarithmic."""
-    figure, (ax,) = _figure(1, (5.2, 3.4))
+    figure, (ax,) = canvas(1, (5.2, 3.4))
     largest = max(max(points.values()) for points in curves.values())
     for label, points in curves.items():
         # What is nil but for rounding would stretch the axis over many decades.
@@ -112,12 +112,12 @@ def horizon(
     ax.set_xlabel("time since restart, each point from the one before to [s]")
     ax.set_ylabel(what)
     ax.legend(loc="best", frameon=False)
-    return _svg(figure, f"horizon {what}")
+    return svg(figure, f"horizon {what}")
 
 
 def convergence(history: Array) -> str:
     """Objective, and validation where there is one, over the iterations of a fit."""
-    figure, (ax,) = _figure(1, (5.2, 3.4))
+    figure, (ax,) = canvas(1, (5.2, 3.4))
     ax.plot(history[:, 0], history[:, 1], color=_LINES[0][0], lw=1.6, label="objective")
     if np.isfinite(history[:, 2]).any():
         ax.plot(history[:, 0], history[:, 2], color=_LINES[1][0], ls=_LINES[1][1], lw=1.6, label="validation")
@@ -126,14 +126,14 @@ def convergence(history: Array) -> str:
     ax.set_xlabel("iteration")
     ax.set_ylabel("loss [-]")
     ax.legend(loc="best", frameon=False)
-    return _svg(figure, "convergence")
+    return svg(figure, "convergence")
 
 
 def lines(
     title: str, x: str, y: str, drawn: Sequence[tuple[str, Array, Array]], *, equal: bool = False
 ) -> str:  # fmt: skip
     """Several lines over named axes; `equal` for tracks, whose axes then have one scale."""
-    figure, (ax,) = _figure(1)
+    figure, (ax,) = canvas(1)
     for k, (label, along, up) in enumerate(drawn):
         colour, dashes = _LINES[k % len(_LINES)]
         width, fade = (1.6, 1.0) if k < len(_LINES) else (1.0, 0.6)
@@ -144,10 +144,11 @@ def lines(
         ax.set_aspect("equal", adjustable="datalim")
     if len(drawn) > 1:
         ax.legend()
-    return _svg(figure, title)
+    return svg(figure, title)
 
 
-def _figure(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[Any, ...]]:
+def canvas(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[Any, ...]]:
+    """A figure in the style of the reports, and its axes one above the other over one abscissa."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -157,7 +158,8 @@ def _figure(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[An
     return figure, tuple(axes[:, 0])
 
 
-def _svg(figure: Any, salt: str) -> str:
+def svg(figure: Any, salt: str) -> str:
+    """The figure as it goes into a page; `salt` keeps the names within it the same from run to run."""
     from matplotlib import rc_context
 
     out = io.StringIO()

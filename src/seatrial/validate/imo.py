@@ -97,6 +97,9 @@ class ImoTable:
         return f"Meets every criterion that could be judged ({self.count(PASS)}){open_}."
 
 
+_UNFINISHED = "the run was not over"
+
+
 def overshoot_limits(L_over_V: float) -> tuple[float, float]:
     """Limits of the first and the second overshoot of the 10/10 zigzag [deg] for L/V [s] (MSC.137(76) 5.3.3)."""
     if L_over_V < 10.0:
@@ -173,7 +176,7 @@ def _figures(ship: Ship, policy: Manoeuvre, V: float, reason: str) -> tuple[dict
 
 def _unfinished(ship: Ship, run: Trial, V: float) -> str:
     way = V * run.duration / ship.L_pp
-    return f"the run was not over after the time of {way:.0f} ship lengths at test speed"
+    return f"{_UNFINISHED} after the time of {way:.0f} ship lengths at test speed"
 
 
 def _run(ship: Ship, policy: Manoeuvre, V: float) -> tuple[Trial, bool]:
@@ -188,7 +191,9 @@ def _run(ship: Ship, policy: Manoeuvre, V: float) -> tuple[Trial, bool]:
 
 def _judged(name: str, side: str, value: float | None, unit: str, limit: float, reason: str) -> Criterion:
     if value is None:
-        return Criterion(name, side, None, unit, limit, NOT_APPLICABLE, reason or "the run did not yield it")
+        # A ship that is still swinging after so long never gives the figure: that is no matter of the model.
+        verdict = FAIL if reason.startswith(_UNFINISHED) else NOT_APPLICABLE
+        return Criterion(name, side, None, unit, limit, verdict, reason or "the run did not yield it")
     if value < 0 and unit == "L":
         return Criterion(name, side, value, unit, limit, NOT_APPLICABLE, reason or _BESIDE)
     return Criterion(name, side, value, unit, limit, PASS if value <= limit else FAIL, reason)
@@ -236,6 +241,8 @@ def _caveats(ship: Ship, V: float, n_P: float) -> Iterator[str]:
             "The model holds its speed and does not drift: a turn loses no speed here, so advance, tactical "
             "diameter and ways are those of a point that steers, not of the ship."
         )
+    for caution in ship.notes.get("cautions", ()):
+        yield f"The ship's file cautions: {caution}"
     gaining = surge_balance(ship, V, n_P)
     if abs(gaining) * ship.L_pp > _STEADY * V * V:
         yield f"The approach is not steady: straight ahead the speed changes by {gaining:.2g} m/s per second at first."

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from ..environment import CALM
 from ..forces.propeller import KoseWake, Standard
 from ..models import Sampled, follows
+from ..parameters import values
 from ..ships import Ship
 from ..simulate import straight, surge_balance
 
@@ -27,7 +28,7 @@ def rudder_limit(ship: Ship) -> float:
 def held_speed(ship: Ship, V: float, n_P: float) -> bool:
     """Whether nothing changes the surge velocity: neither speed, nor revolutions, nor turning."""
     if isinstance(ship.model, Sampled):
-        return False
+        return not any(path.rpartition(".")[2].startswith("u_") for path in values(ship.model))
     rest = [0.0] * (len(ship.model.states) - 6)
     motions = ((V, 0.0), (0.5 * V, 0.0), (V, 0.3 * V))  # at speed, slow, turning
     rates = [

@@ -56,11 +56,12 @@ class Item:
 
 @dataclass(frozen=True)
 class Table:
-    """The items of a scope, judged for one ship."""
+    """The items of a scope, judged for one ship, and under which conditions."""
 
     ship: str
     scope: str
     rows: tuple[tuple[Item, Judgement], ...]
+    conditions: Mapping[str, str] = field(default_factory=dict[str, str])
 
     def count(self, verdict: Verdict) -> int:
         """How many items have this verdict."""

@@ -27,13 +27,15 @@ def _carried(p: Probe, cases: tuple[tuple[str, Environment], ...]) -> Judgement:
     moving = not p.allows("u", 0.0)
     start, control = p.state(u=p.U if moving else 0.0), p.controls(p.n_P if moving else 0.0)
     _, (calm,) = p.drift([start], [control], 20 * p.unit_time)
-    evidence: dict[str, tuple[float, str]] = {}
+    evidence: dict[str, tuple[float, str]] = {"speed when it begins": (p.U if moving else 0.0, "m/s")}
     lines = [("calm", calm[:, 1], calm[:, 0])]
     without: list[str] = []
     for name, around in cases:
         _, (run,) = p.drift([start], [control], 20 * p.unit_time, around)
         away = float(calm[-1, 1] - run[-1, 1]) / p.ship.L_pp
         turned = math.degrees(float(run[-1, 2] - calm[-1, 2]))
+        size = math.hypot(around.wind_y, around.wave_y)
+        evidence[f"{name} from the beam"] = (size, "m/s" if around.wind_y else "m significant height")
         evidence |= {f"{name}: way to leeward in 20 L/U": (away, "L"), f"{name}: turned": (turned, "deg")}
         lines.append((name, run[:, 1], run[:, 0]))
         u = start[3]

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ...data import unwrapped
+from ...models import unit
 from . import Judgement, Plot, given
 from .probe import Probe
 
@@ -127,8 +128,9 @@ def limits(p: Probe) -> Judgement:
         servo = p.ship.actuators.of(name)
         turns = not hasattr(servo, "high")
         reached, rate = float(np.abs(run[name]).max()), float(np.abs(np.diff(run[name])).max() / run.dt)
-        evidence[f"{name}: greatest angle when 120 deg are ordered"] = (reached / _DEGREE, "deg")
-        evidence[f"{name}: greatest rate"] = (rate / _DEGREE, "deg/s")
+        scale, of = (_DEGREE, "deg") if unit(name) == "rad" else (1.0, unit(name))
+        evidence[f"{name}: greatest value when 120 deg of rudder are ordered"] = (reached / scale, of)
+        evidence[f"{name}: greatest rate"] = (rate / scale, f"{of}/s")
         if not turns and not math.isfinite(float(getattr(servo, "high", math.inf))):
             lacking.append(f"{name} has no greatest angle")
         if not math.isfinite(float(getattr(servo, "rate", math.inf))):

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...data import Array, unwrapped
+from ...data import Array, Trial, unwrapped
 from ...parameters import ParameterError, update, values
 from . import Judgement, Plot, given
 from .probe import Probe
@@ -127,16 +127,26 @@ def plausible(p: Probe) -> Judgement:
     left = _energy_left(p)
     evidence["motion left 20 L/U after the engines stop, at most"] = (left, "of the start")
     wrong += ["gains motion with the engines stopped"] if not left <= 1.0 + 1e-9 else []
-    several = tuple((f"run {k + 1}", runs[k, :, 1], runs[k, :, 0]) for k in range(0, len(runs), 4))
+    several = tuple((label, runs[k, :, 1], runs[k, :, 0]) for k, label in _some(p))
     plot = Plot("Tracks under steady orders", "east [m]", "north [m]", several, equal=True)
     return given(not wrong, "no motion that physics forbids was found", "; ".join(wrong), evidence, plot)
 
 
-def _any_orders(p: Probe) -> tuple[Array, Array]:
+def _pairs(p: Probe) -> list[tuple[float, float]]:
+    """Revolutions and rudder over those of the approach and the limit."""
     lowest = -1.0 if p.allows("n_P", -p.n_P) and p.allows("u", -0.1 * p.U) else 0.3
-    pairs = [(n, d) for n in np.linspace(lowest, 1.0, 5) for d in np.linspace(-1.0, 1.0, 5)]
-    controls = [p.controls(n * p.n_P, d * p.limit) for n, d in pairs]
-    return p.drift([p.state(u=p.U)] * len(pairs), controls, 60 * p.unit_time)
+    return [(float(n), float(d)) for n in np.linspace(lowest, 1.0, 5) for d in np.linspace(-1.0, 1.0, 5)]
+
+
+def _some(p: Probe) -> Iterator[tuple[int, str]]:
+    """Every fourth of those runs, and what was ordered in it."""
+    for k, (n, d) in list(enumerate(_pairs(p)))[::4]:
+        yield k, f"{n:+.2f} n_P, {d * p.limit / _DEGREE:+.0f} deg"
+
+
+def _any_orders(p: Probe) -> tuple[Array, Array]:
+    controls = [p.controls(n * p.n_P, d * p.limit) for n, d in _pairs(p)]
+    return p.drift([p.state(u=p.U)] * len(controls), controls, 60 * p.unit_time)
 
 
 def _energy_left(p: Probe) -> float:
@@ -175,18 +185,26 @@ def turning(p: Probe) -> Judgement:
     """The rudder turns the ship, to its own side, and more of it turns more."""
     angles = [f * p.limit for f in (0.3, 0.6, 1.0)]
     runs = {a: p.run(p.n_P, a, 25 * p.unit_time) for one in angles for a in (one, -one)}
-    rates = {a: float(np.mean(run["r"][-len(run) // 5 :])) for a, run in runs.items()}
-    halves = [0.5 * (rates[a] - rates[-a]) for a in angles]
-    evidence = {f"steady rate of turn at {a / _DEGREE:.0f} deg": (h * p.unit_time, "U/L")
+    bends = {a: _curvature(run) * p.ship.L_pp for a, run in runs.items()}
+    halves = [0.5 * (bends[a] - bends[-a]) for a in angles]
+    evidence = {f"steady circle at {a / _DEGREE:.0f} deg, mean of both sides": (2.0 / h if h else math.inf, "L")
                 for a, h in zip(angles, halves, strict=True)}  # fmt: skip
-    evidence["difference of the sides"] = ((rates[angles[-1]] + rates[-angles[-1]]) * p.unit_time, "U/L")
+    evidence["difference of the sides"] = (bends[angles[-1]] + bends[-angles[-1]], "1/L")
     tracks = tuple((f"{a / _DEGREE:+.0f} deg", run["y"], run["x"]) for a, run in runs.items())
     plot = Plot("Turning", "east [m]", "north [m]", tracks, equal=True)
+    to_side = halves[0] > 0
     return given(
-        halves[0] > 0 and all(b > a for a, b in pairwise(halves)),
-        "turns to the side of the rudder, the more the larger the angle; how much follows from the hull's numbers",
-        "the rudder does not turn the ship to its own side", evidence, plot,
+        to_side and all(b > a for a, b in pairwise(halves)),
+        "turns to the side of the rudder, the tighter the larger the angle; how much follows from the hull's numbers",
+        "more rudder does not turn tighter" if to_side else "the rudder does not turn the ship to its own side",
+        evidence, plot,
     )  # fmt: skip
+
+
+def _curvature(run: Trial) -> float:
+    """Mean curvature of the track over the last fifth of a run, positive to starboard [1/m]."""
+    tail = slice(-len(run) // 5, None)
+    return float(np.mean(run["r"][tail]) / max(float(np.mean(np.hypot(run["u"][tail], run["v_m"][tail]))), 1e-12))
 
 
 def lateral(p: Probe) -> Judgement:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ... import __version__
 from .. import figures
 from ..page import figure, number, page, table, text
 from . import Item, Judgement, Table
@@ -34,8 +35,16 @@ def document(found: Table) -> str:
         f"<p class=\"soft\">{text(_SOURCES[found.scope])}. Each item is judged by what the ship does in simulation; "
         "agreement with a real ship is another matter (seatrial validate).</p>"
         + f'<div class="wrap">{table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3))}</div>'
-        + "".join(_section(item, judgement) for item, judgement in found.rows),
+        + "".join(_section(item, judgement) for item, judgement in found.rows)
+        + f"<h2>Conditions</h2><dl>{_conditions(found)}</dl>",
     )  # fmt: skip
+
+
+def _conditions(found: Table) -> str:
+    """How it was judged: at which speed and step, by which version, and where the limits of each check stand."""
+    told = {**found.conditions, "limits of each check": "docs/decisions.md, requirements", "version": __version__,
+            "command": f"seatrial requirements {found.ship} --scope {found.scope}"}  # fmt: skip
+    return "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in told.items())
 
 
 def _section(item: Item, found: Judgement) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from ...parameters import unknown
 from ...ships import Ship, ShipError
+from ...simulate import time_step
 from . import Item, Judgement, Table, around, control, motion, numerics
 from .probe import Probe
 
@@ -26,7 +28,7 @@ def _simplicity(p: Probe) -> Judgement:
     sourced = len([path for path in values(p.ship.model) if path in p.ship.entries])
     return Judgement(
         "pass", f"the equations are open; {sourced} of {count} numbers of this ship are given with their source "
-        "(seatrial show SHIP --sources), the rest are defaults that leave a term out",
+        "(seatrial show SHIP --sources), the rest are constants of a published formula or leave a term out",
         {"parameters": (float(count), "-"), "with a source": (float(sourced), "-")},
     )  # fmt: skip
 
@@ -86,4 +88,10 @@ def judge(ship: Ship, scope: str, probe: Probe | None = None) -> Table:
     if scope not in SCOPES:
         raise ShipError(unknown(scope, SCOPES, "scope"))
     examined = probe or Probe.of(ship)
-    return Table(ship.name, scope, tuple((item, item.check(examined)) for item in SCOPES[scope]))
+    conditions = {
+        "approach": f"{examined.U:.4g} m/s, {examined.n_P:.4g} 1/s {examined.balanced}".strip(),
+        "ship length": f"{ship.L_pp:g} m, so L/U is {examined.unit_time:.4g} s",
+        "steering limit used": f"{math.degrees(examined.limit):.3g} deg",
+        "time step": f"{time_step(ship):g} s, RK4",
+    }
+    return Table(ship.name, scope, tuple((item, item.check(examined)) for item in SCOPES[scope]), conditions)
