@@ -10,7 +10,7 @@ demo: .venv/core.stamp
 	$(BIN)/seatrial demo -o demo
 
 test: .venv/test.stamp
-	$(BIN)/python -m pytest -q -m "not long"
+	$(BIN)/python -m pytest -q -n auto -m "not long"
 
 test-all: .venv/test.stamp
 	$(BIN)/python -m pytest -q

@@ -8,111 +8,27 @@ feeds a trial's own controls and wind to the model.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
+from .approach import approach, fastest, straight, surge_balance, time_step
 from .data import UNITS, Array, Trial
 from .engine import Failure, Rollout, Scalars, SimulationError
 from .engine.rollout import simulator
 from .engine.trace import over_rows
-from .environment import CALM, CHANNELS, Environment, Uniform, Weather
+from .environment import CHANNELS, Environment, Uniform, Weather
 from .manoeuvres import Policy, Scheduled
 from .models import STATES, Sampled, follows, unit
 from .parameters import unknown, values
 from .ships import Ship, ShipError
 from .systems import closed_loop, logged, loop_memory, loop_values, open_loop, open_loop_parameters
 
-__all__ = ["approach", "campaign", "closed_loop", "open_loop", "open_loop_parameters", "simulate", "surge_balance",
-           "time_step"]  # fmt: skip
+__all__ = ["approach", "campaign", "closed_loop", "fastest", "open_loop", "open_loop_parameters", "simulate",
+           "straight", "surge_balance", "time_step"]  # fmt: skip
 
 _ROWS = 2e6
 """Rows of one run that are kept in memory at most."""
-# A step this fraction of L/U keeps RK4 errors of a turn far below its indices' last digit.
-_STEP = 1.0 / 250.0
-# RK4 is stable up to 2.8; a fifth of that keeps the fastest motion accurate as well.
-_STIFF = 0.5
-
-
-def time_step(ship: Ship) -> float:
-    """A step that suits the ship's size, speed and stiffness [s].
-
-    1, 2 or 5 times a power of ten, at most L/(250 U), and so short that the fastest motion of the ship at
-    its approach decays by less than `_STIFF` within a step; a model in discrete time has its own.
-    """
-    if isinstance(ship.model, Sampled):
-        return float(ship.model.dt)
-    wanted = min(_STEP * ship.L_pp / max(ship.speed, 1e-3), _STIFF / max(fastest(ship), 1e-9))
-    decade = 10.0 ** math.floor(math.log10(wanted))
-    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= wanted * (1 + 1e-9))
-
-
-def fastest(ship: Ship) -> float:
-    """Greatest magnitude of the eigenvalues of (u, v_m, r) at the approach speed, rudder midships [1/s]."""
-    state = np.array([0.0, 0.0, 0.0, ship.speed, 0.0, 0.0, *([0.0] * (len(ship.model.states) - 6))])
-    control, h = straight(ship, ship.n_P or 0.0), 1e-6 * max(ship.speed, 1e-3)
-    matrix = np.empty((state.size - 3, state.size - 3))
-    for k in range(3, state.size):
-        aside = np.zeros(state.size)
-        aside[k] = h
-        up, down = (ship.model.derivative(tuple((state + s * aside).tolist()), control, CALM) for s in (1, -1))
-        matrix[:, k - 3] = (np.array(up[3:], dtype=float) - np.array(down[3:], dtype=float)) / (2 * h)
-    return float(np.abs(np.linalg.eigvals(matrix)).max())
-
-
-def straight(ship: Ship, n_P: float) -> tuple[float, ...]:
-    """Controls of a straight run: what follows n_P turns at it, all else rests."""
-    return tuple(factor * n_P if order == "n_P" else 0.0 for order, factor in follows(ship.model))
-
-
-def surge_balance(ship: Ship, u: float, n_P: float) -> float:
-    """Surge acceleration straight ahead in calm at `u` [m/s] and `n_P` [1/s]; [m/s^2]."""
-    state = (0.0, 0.0, 0.0, u, *([0.0] * (len(ship.model.states) - 4)))
-    if isinstance(ship.model, Sampled):
-        control = straight(ship, n_P)
-        return float(ship.model.advance(state, control, CALM, ship.model.begin(state, control))[0][0])
-    return float(ship.model.derivative(state, straight(ship, n_P), CALM)[3])
-
-
-def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -> tuple[float, float]:
-    """Speed [m/s] and revolutions [1/s] of a steady straight run.
-
-    Without either, the ship file's speed and the revolutions that hold it; with one, the other that
-    goes with it; with both, both as given.
-
-    Raises:
-        ShipError: the model finds no balance in the range searched.
-    """
-    if speed is not None and n_P is not None:
-        return speed, n_P
-    if n_P is not None:
-
-        def by_speed(u: float) -> float:
-            return surge_balance(ship, u, n_P)
-
-        if by_speed(0.5 * ship.speed) == by_speed(ship.speed) == 0.0:
-            return ship.speed, n_P  # a response model keeps whatever speed it is given
-        return _balance(by_speed, 1e-3, 5 * ship.speed, ship), n_P
-    U = ship.speed if speed is None else speed
-    if ship.n_P is not None and speed is None:
-        return U, ship.n_P
-    if surge_balance(ship, U, 0.0) >= 0.0:
-        return U, ship.n_P or 0.0  # a response model: nothing to hold
-
-    def by_revolutions(n: float) -> float:
-        return surge_balance(ship, U, n)
-
-    return U, _balance(by_revolutions, 0.1 * U / ship.L_pp, 2000 * U / ship.L_pp, ship)
-
-
-def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -> float:
-    from scipy.optimize import brentq
-
-    if f(low) * f(high) > 0:
-        raise ShipError(f"{ship.name}: no steady run between {low:g} and {high:g}; give --speed and --rps")
-    found: Any = brentq(f, low, high, xtol=1e-14, rtol=1e-14)  # type: ignore[arg-type]
-    return float(found)
 
 
 def surroundings(environment: Weather | Array | None, dt: float, steps: int) -> Array:
