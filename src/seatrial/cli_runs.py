@@ -25,28 +25,34 @@ PAGE, CHECKPOINT = "report.html", "checkpoint.npz"
 
 def identify(path: Path, out: Path, json: bool) -> None:
     """Lint, fit with a checkpoint, save, report; a finished run is only told about."""
+    from .cli_tuning import tune
+    from .identify.fine_tuning import FineTuning
     from .identify.lint import lint, raise_on_errors
     from .identify.store import SUMMARY, claim, load_fit_summary, save_fit
     from .identify.study import read_study
 
     study = read_study(path)
-    issues = lint(study.problem)
+    if isinstance(study.estimator, FineTuning):
+        tune(study, study.estimator, out, json)
+        return
+    kept_back = bool(study.problem.validation or study.test)
+    issues = lint(study.problem, study.test)
+    raise_on_errors(issues)
     for line in (*study.notes, *_warnings(issues)):
         note(line)
-    raise_on_errors(issues)
     if out.exists() and not out.is_dir():
         raise UsageError(f"{out}: is a file; -o takes a folder")
     claim(out, study.digest, study.name)
     if (out / SUMMARY).exists() and (out / PAGE).exists():
         note(f"{out}: this study is done already, with the same data and settings; nothing was run")
-        _tell_summary(load_fit_summary(out), out, json)
+        _tell_summary(load_fit_summary(out), out, json, kept_back)
         return
     with _progress() as progress:
         fit = study.estimator.fit(study.problem, progress=progress, checkpoint=out / CHECKPOINT)
     save_fit(fit, out, study.problem, study=study.name, text=path.read_text(encoding="utf-8"))
     standardised = _report(study, fit, out)
     (out / CHECKPOINT).unlink(missing_ok=True)
-    _tell_summary({**load_fit_summary(out), "standardised": standardised}, out, json)
+    _tell_summary({**load_fit_summary(out), "standardised": standardised}, out, json, kept_back)
 
 
 def validate(model: str, paths: Sequence[Path], out: Path | None, restart: float | None, json: bool) -> None:
@@ -81,9 +87,9 @@ def validate(model: str, paths: Sequence[Path], out: Path | None, restart: float
 
 
 def compared(
-    ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float]
+    ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float], base: Ship | None = None
 ) -> tuple[tuple[Comparison, ...], int]:
-    """Each trial beside the ship, the published ship it was fitted from, and constant velocity.
+    """Each trial beside the ship, the ship it was fitted from (`base`, or as its file says), and constant velocity.
 
     Returns:
         The comparisons and how many predictions blew up; those are left out and told.
@@ -95,7 +101,7 @@ def compared(
     failed = 0
     for trial in trials:
         rows = slice(0, 0)
-        for label, model in _models(ship).items():
+        for label, model in _models(ship, base).items():
             try:
                 predicted = replay(model, trial, restart=restart)
             except SimulationError as error:
@@ -129,9 +135,12 @@ def _provenance(ship: Ship) -> Mapping[str, Any]:
     return found if isinstance(found, Mapping) else {}
 
 
-def _models(ship: Ship) -> dict[str, Ship]:
-    """Who predicts, by label: the model, and the published one that it was fitted from."""
+def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
+    """Who predicts, by label: the model, and the one that it was fitted from."""
     from .ships.files import library
+
+    if fitted_from is not None:
+        return {"fitted": ship, "published" if fitted_from.name in library() else "untuned": fitted_from}
 
     base = _provenance(ship).get("ship")
     if base is None:
@@ -147,7 +156,8 @@ def _report(study: Study, fit: Fit, out: Path) -> dict[str, float]:
 
     problem = study.problem
     trials = (*problem.validation, *study.test) or problem.trials
-    comparisons, _ = compared(read_ship(str(out / MODEL)), trials, study.restart, scales(trials, study.sigma))
+    tuned = read_ship(str(out / MODEL))
+    comparisons, _ = compared(tuned, trials, study.restart, scales(trials, study.sigma), problem.ship)
     report = Report(
         f"{fit.ship.name}: study {study.name}", comparisons, fit, tuple(t.name for t in problem.trials),
         tuple(str(f) for t in (*problem.trials, *trials) for f in check(t) if f.severity == "error"),
@@ -180,7 +190,7 @@ def _warnings(issues: Iterable[Issue]) -> list[str]:
     return [f"{issue.severity}: {issue.where}: {issue.text}" for issue in issues if issue.severity != "error"]
 
 
-def _tell_summary(summary: Mapping[str, Any], out: Path, json: bool) -> None:
+def _tell_summary(summary: Mapping[str, Any], out: Path, json: bool, kept_back: bool) -> None:
     if json:
         emit({**summary, "run": str(out)})
         return
@@ -192,7 +202,8 @@ def _tell_summary(summary: Mapping[str, Any], out: Path, json: bool) -> None:
     ]  # fmt: skip
     show_table(("parameter", "start", "fitted", "sigma", "from data", "verdict"), rows, right=(1, 2, 3, 4))
     for label, value in summary.get("standardised", {}).items():
-        sys.stdout.write(f"standardised error on trials kept back, {label}: {figure(value)}\n")
+        of = "trials kept back" if kept_back else "the training trials (none was kept back)"
+        sys.stdout.write(f"standardised error on {of}, {label}: {figure(value)}\n")
     sys.stdout.write(f"{summary['status']}; {summary['seconds']:.1f} s; wrote {out}/model.toml, {out}/{PAGE}\n")
 
 

@@ -11,6 +11,7 @@ from seatrial.forces.damping import CrossFlowDrag
 from seatrial.forces.hull import Polynomial
 from seatrial.forces.propeller import KoseWake
 from seatrial.forces.rudder_linear import Linear
+from seatrial.forces.rudder_neutral import OffCentre
 from seatrial.forces.shallow import ShallowPolynomial
 from seatrial.models.fossen import Fossen, Inertia, Particulars
 from seatrial.parameters import Parts
@@ -40,6 +41,7 @@ MODULES: tuple[Any, ...] = (
     DRAG,
     KoseWake(**numbers(KoseWake, L7.model.propeller)),
     Linear(**numbers(Linear, L7.model.rudder)),
+    OffCentre(**numbers(OffCentre, L7.model.rudder), delta_0=0.02),
     ShallowPolynomial(**numbers(Polynomial, L7.model.hull), B=1.27, C_b=0.81),
     wind_isherwood.Isherwood(rho_air=1.225, A_T=0.4, A_L=1.0, L_OA=7.3, B=1.27, S=9.0, C=3.8, M=2.0, A_SS=0.3),
     wind_blendermann.Blendermann(

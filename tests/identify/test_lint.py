@@ -7,10 +7,16 @@ import pytest
 from seatrial.data import Trial
 from seatrial.identify import Loss, Problem, StudyError
 from seatrial.identify.lint import lint, raise_on_errors
+from seatrial.manoeuvres.straight import Straight
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.parameters import Free, near
 from seatrial.ships.files import load
 from seatrial.simulate import approach, simulate
+
+MANY = ("body.m_x", "body.m_y", "body.J_z", "hull.R_0", "hull.X_vv", "hull.X_rr", "hull.Y_v", "hull.Y_r", "hull.Y_vvv",
+        "hull.Y_vvr", "hull.Y_vrr", "hull.N_v", "hull.N_r", "hull.N_vvv", "hull.N_vvr", "hull.N_vrr", "hull.N_rrr",
+        "propeller.t_P", "propeller.w_P0", "propeller.k_0", "rudder.t_R", "rudder.a_H", "rudder.epsilon",
+        "rudder.kappa", "rudder.gamma_Rp", "rudder.gamma_Rn")  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -57,3 +63,36 @@ def test_white_noise_and_measured_starts_make_sigma_too_small(problem: Problem) 
     sure = replace(problem, loss=Loss(correlation=0.0))
     assert any("sigma comes out too small" in i.text and i.severity == "warning" for i in lint(sure))
     assert not any("too small" in i.text for i in lint(problem))
+
+
+def test_test_trials_that_overlap_are_refused(problem: Problem) -> None:
+    again = replace(problem.trials[0], name="b")
+    for trials, words in ((problem.trials, "in training and in test"), ((again,), "training and test share")):
+        assert any(i.severity == "error" and words in i.text for i in lint(problem, trials))
+    watched = replace(problem, validation=(again,), trials=())
+    assert any("in validation and in test" in i.text for i in lint(watched, (again,)))
+
+
+def test_a_part_of_the_recording_is_the_recording(problem: Problem) -> None:
+    part = replace(problem.trials[0].rows(slice(100, 400)), name="later")
+    assert any(i.severity == "error" and "share a recording" in i.text for i in lint(problem, (part,)))
+
+
+def test_fewer_samples_than_parameters_is_a_warning(problem: Problem) -> None:
+    short = replace(problem.trials[0].rows(slice(0, 25)), name="short")
+    many = replace(problem, trials=(short,), free=near(problem.ship.model, *MANY, ratio=0.3))
+    found = [i for i in lint(many) if "complete samples" in i.text]
+    assert [i.severity for i in found] == ["warning"]
+    assert "25 complete samples for 26 free parameters" in found[0].text
+
+
+def test_parameters_that_no_trial_feels_are_named(problem: Problem) -> None:
+    straight = simulate(problem.ship, Straight(approach(problem.ship)[1]), duration=60, dt=0.1, name="straight")
+    paths = ("hull.R_0", "hull.N_v")
+    loss = Loss({"psi": 0.03, "u": 0.02, "v_m": 0.01, "r": 0.003})
+    boxed = replace(problem, trials=(straight,), free=near(problem.ship.model, *paths, ratio=0.3), loss=loss)
+    found = [i for i in lint(boxed) if "feels" in i.text]
+    assert [(i.severity, i.where) for i in found] == [("error", "hull.N_v")]
+    softly = replace(boxed, free=tuple(replace(f, prior=f.start, sigma=0.1) for f in boxed.free))
+    found = [i for i in lint(softly) if "feels" in i.text]
+    assert [(i.severity, i.where) for i in found] == [("warning", "hull.N_v")]

@@ -37,6 +37,22 @@ iterations = 60
 """
 
 
+EVOLUTION = STUDY[: STUDY.index("[estimator]")].replace('"hull.*"', '"hull.N_*"') + """[estimator]
+type = "evolution:Evolution"
+window = 20.0
+runs = 3
+agree = 3
+generations = 120
+"""
+
+
+@pytest.fixture(scope="module")
+def evolution(study):
+    path = study.with_name("evolution.toml")
+    path.write_text(EVOLUTION.format(root=study.parent / "trials"))
+    return path
+
+
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
@@ -82,6 +98,21 @@ def test_killed_at_random_moments_it_ends_with_the_same_numbers(study, tmp_path)
         assert killed_after(identify(study, tmp_path / "killed"), int(np.random.default_rng().integers(1, 9)))
         assert not (tmp_path / "killed" / "fit.json").exists()
     last = identify(study, tmp_path / "killed")
+    last.communicate()
+    assert last.returncode == 0
+    assert values(tmp_path / "killed") == values(tmp_path / "whole")
+
+
+def test_a_search_by_generations_killed_twenty_times_ends_with_the_same_numbers(evolution, tmp_path):
+    whole = identify(evolution, tmp_path / "whole")
+    whole.communicate()
+    assert whole.returncode == 0
+    rng = np.random.default_rng()
+    for _ in range(20):
+        assert killed_after(identify(evolution, tmp_path / "killed"), int(rng.integers(1, 16)))
+        assert not (tmp_path / "killed" / "fit.json").exists()
+        assert not list((tmp_path / "killed").glob("*.partial*"))
+    last = identify(evolution, tmp_path / "killed")
     last.communicate()
     assert last.returncode == 0
     assert values(tmp_path / "killed") == values(tmp_path / "whole")

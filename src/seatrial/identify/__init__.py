@@ -8,9 +8,11 @@ simulate and a digest of its problem, never the problem itself.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
+
+import numpy as np
 
 from ..data import Array, Trial
 from ..parameters import Free
@@ -84,6 +86,7 @@ class Fit:
         seconds, evaluations: what it cost.
         status: why it stopped, in words.
         digest: fingerprint of the problem.
+        ends: where each run of the search ended, shape (runs, 1 + free): objective and values.
     """
 
     ship: Ship
@@ -100,6 +103,7 @@ class Fit:
     evaluations: int
     status: str
     digest: str
+    ends: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 Progress = Callable[[int, float, float], None]

@@ -72,10 +72,14 @@ def _entry(pattern: str, entry: Any) -> Mapping[str, float]:
 def _free(path: str, value: float, meaning: Spec, entry: Mapping[str, float]) -> Free | None:
     """The parameter as the entry frees it; None where a relative width of zero leaves no room."""
     low, high = entry.get("low", meaning.low), entry.get("high", meaning.high)
+    _within(path, meaning, low, high, "give low and high within it")
     if "ratio" in entry:
         half = entry["ratio"] * abs(value)
         if not half:
             return None
+        room = min(meaning.high - value, value - meaning.low) / abs(value)
+        remedy = f"a ratio up to {math.floor(100.0 * min(room, 9.0)) / 100.0:g} stays within, or give low and high too"
+        _within(path, meaning, entry.get("low", value - half), entry.get("high", value + half), remedy)
         low, high = max(low, value - half), min(high, value + half)
     sigma = entry.get("sigma", math.inf)
     if "prior" in entry:
@@ -84,3 +88,12 @@ def _free(path: str, value: float, meaning: Spec, entry: Mapping[str, float]) ->
             return None
     prior = value if math.isfinite(sigma) else math.nan
     return Free(path, entry.get("start", value), low, high, prior, sigma)
+
+
+def _within(path: str, meaning: Spec, low: float, high: float, remedy: str) -> None:
+    """Refuse a range that leaves what the parameter can be, rather than cut it in silence."""
+    if low < meaning.low or high > meaning.high:
+        raise StudyError(
+            f"free: {path}: the range [{low:g}, {high:g}] leaves what it can be, "
+            f"[{meaning.low:g}, {meaning.high:g}]; {remedy}"
+        )

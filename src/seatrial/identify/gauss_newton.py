@@ -1,8 +1,7 @@
 """Bounded Levenberg-Marquardt on normal equations, nuisances eliminated by a Schur complement.
 
 The objective hands over normal equations, not residuals, so that a million samples cost one
-small matrix.  Bounds are kept by an active set: a parameter on its bound that wants to leave is
-held, the step is solved for the others.
+small matrix.  Each step is the best point of the damped quadratic within the bounds (`box_steps`).
 """
 
 from __future__ import annotations
@@ -14,10 +13,13 @@ from typing import Protocol
 import numpy as np
 
 from ..data import Array
+from .box_steps import steps
 
 # Damping of Marquardt's diagonal: start, ratio up after a failed step, down after a good one.
 _DAMPING, _UP, _DOWN, _LEAST = 1e-2, 4.0, 0.2, 1e-9
 _TRIES = 12
+# Keeps a direction that the data do not see at all from making the step's matrix singular.
+_NUDGE = np.full(1, 1e-12)
 
 
 @dataclass(frozen=True)
@@ -125,18 +127,8 @@ def _iterate(objective: Objective, state: State, low: Array, high: Array, tolera
 
 def _step(normal: Normal, state: State, damping: float, low: Array, high: Array) -> tuple[Array, Array]:
     H, g = normal.reduced(damping)
-    step = np.zeros_like(state.p)
-    moving = np.ones(state.p.shape, dtype=np.bool_)
-    while moving.any():
-        index = np.flatnonzero(moving)
-        step[:] = 0.0
-        step[index] = -np.linalg.lstsq(H[np.ix_(index, index)], g[index], rcond=None)[0]
-        pushing = moving & (
-            ((state.p + step < low) & (state.p <= low)) | ((state.p + step > high) & (state.p >= high))
-        )
-        if not pushing.any():
-            break
-        moving &= ~pushing
+    everything = np.ones((1, g.size), dtype=np.bool_)
+    (step,), _ = steps(H[None], g[None], (low - state.p)[None], (high - state.p)[None], everything, _NUDGE)
     p = np.clip(state.p + step, low, high)
     eta = state.eta.copy()
     for block in normal.blocks:

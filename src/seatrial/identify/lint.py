@@ -6,15 +6,18 @@ An interval without width and bounds that exclude the start never get here: `Fre
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ..data import Trial
+from ..data import DataError, Trial
 from ..data.check import check, check_set
-from ..models import STATES
+from ..models import STATES, Sampled
 from ..parameters import specs, unknown
-from . import Issue, Problem, StudyError
+from . import Issue, Nuisance, Problem, StudyError
+from .objective import TrajectoryObjective
+from .windows import spread
 
 # Findings of `check` that make a fit wrong rather than poor: signs, frames and units.
 _FATAL = ("sign", "velocities north", "velocities east", "counts to port", "counterclockwise", "x is east",
@@ -23,9 +26,20 @@ _FATAL = ("sign", "velocities north", "velocities east", "counts to port", "coun
 _LENGTH = 0.02
 
 
-def lint(problem: Problem) -> tuple[Issue, ...]:
-    """All that forbids a run or should be known before it, errors first."""
-    found = [*_free(problem), *_scales(problem), *_trials(problem), *_sets(problem)]
+# Length and stride of the predictions by which a parameter is felt [s].
+_WINDOW, _EVERY = 100.0, 1.0
+
+
+def lint(problem: Problem, test: Sequence[Trial] = ()) -> tuple[Issue, ...]:
+    """All that forbids a run or should be known before it, errors first.
+
+    Args:
+        problem: what is to be fitted to what.
+        test: trials that nothing but the report will see.
+    """
+    found = [*_free(problem), *_scales(problem), *_trials(problem, test), *_sets(problem, test)]
+    if not any(issue.severity == "error" for issue in found):
+        found += _felt(problem)
     return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
 
 
@@ -71,11 +85,11 @@ def _scales(problem: Problem) -> Iterator[Issue]:
         yield Issue("error", "loss.correlation", f"is {problem.loss.correlation:g} s; it must be zero or above")
 
 
-def _trials(problem: Problem) -> Iterator[Issue]:
+def _trials(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
     if not problem.trials:
         yield Issue("error", "trials", "no trial to train on")
     rows = 0
-    for trial in (*problem.trials, *problem.validation):
+    for trial in (*problem.trials, *problem.validation, *test):
         needed = (*STATES, *problem.ship.model.controls)
         absent = [name for name in needed if name not in trial]
         if absent:
@@ -92,7 +106,7 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
     ship = problem.ship
     length, name = trial.meta.get("L_pp"), trial.meta.get("ship")
     if isinstance(length, int | float) and abs(length / ship.L_pp - 1) > _LENGTH:
-        remedy = "scale it with data.prepare.froude_scaled, or take the ship it belongs to"
+        remedy = 'scale it (scale_to = "ship" in [data], data.prepare.froude_scaled), or take the ship it belongs to'
         yield Issue("error", trial.name, f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m; {remedy}")
     elif name is not None and name != ship.name:
         yield Issue("warning", trial.name, f"is of ship '{name}', the study is of '{ship.name}'")
@@ -104,13 +118,45 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
             yield Issue(severity, finding.where, f"{finding.what} ({finding.evidence}); {finding.remedy}")
 
 
-def _sets(problem: Problem) -> Iterator[Issue]:
-    names = {trial.name for trial in problem.trials}
-    for trial in problem.validation:
-        if trial.name in names:
-            yield Issue("error", trial.name, "is in training and in validation; keep it in one")
-    apart = [trial for trial in problem.validation if trial.name not in names]
-    for finding in check_set(problem.trials, apart):
-        yield Issue("error", finding.where, f"{finding.what} ({finding.evidence}); {finding.remedy}")
-    if not problem.validation:
+def _sets(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
+    sets = (("training", problem.trials), ("validation", problem.validation), ("test", test))
+    for k, (earlier, mine) in enumerate(sets):
+        names = {trial.name for trial in mine}
+        for later, yours in sets[k + 1 :]:
+            for trial in yours:
+                if trial.name in names:
+                    yield Issue("error", trial.name, f"is in {earlier} and in {later}; keep it in one")
+            apart = [trial for trial in yours if trial.name not in names]
+            for finding in check_set(mine, apart):
+                what = finding.what.replace("training and test", f"{earlier} and {later}")
+                remedy = finding.remedy.replace("test", later).replace("training", earlier)
+                yield Issue("error", finding.where, f"{what} ({finding.evidence}); {remedy}")
+    if not (problem.validation or test):
         yield Issue("warning", "validation", "no trial is kept back; the fit says nothing about unseen manoeuvres")
+
+
+def _felt(problem: Problem) -> Iterator[Issue]:
+    """Parameters whose change moves no prediction of the training trials, at the start of the search."""
+    if isinstance(problem.ship.model, Sampled):
+        return
+    dt = float(np.median([trial.dt for trial in problem.trials]))
+    bare = replace(problem, nuisance=Nuisance())
+    try:
+        objective = TrajectoryObjective.build(
+            bare, bare.trials, dict(bare.loss.sigma) or spread(bare.trials), window=max(_WINDOW, dt), dt=dt,
+            every=max(round(_EVERY / dt), 1), method="euler", threads=None,
+        )  # fmt: skip
+    except DataError as error:
+        yield Issue("error", "trials", str(error))
+        return
+    normal = objective.normal(np.array([free.start for free in bare.free]), np.zeros(0))
+    if not np.isfinite(normal.H).all():
+        return  # the model blows up there, which the estimator tells by trial and state
+    prior = np.array([free.sigma**-2.0 for free in bare.free])
+    for free, felt in zip(bare.free, np.diag(normal.H) - prior, strict=True):
+        if not felt > 1e-12 * free.scale**-2.0:
+            alone = "only its prior would decide" if np.isfinite(free.sigma) else "nothing would decide"
+            yield Issue(
+                "warning" if np.isfinite(free.sigma) else "error", free.path,
+                f"no training trial feels it at {free.start:g}: {alone}; leave it out of [free], or add a manoeuvre",
+            )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Where a fit stands, on disk: written whole after every iteration, read back after a kill."""
+"""Where a fit stands, on disk: written whole every so often, read back after a kill."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from .gauss_newton import State
+
+# A kill loses no more than this [s]; quick iterations do not wait for the disk.
+_PAUSE = 0.2
 
 
 class ResumeError(ValueError):
@@ -26,6 +29,7 @@ class Resume:
         began: start of the clock, seconds already spent included.
         states: last state of each start.
         history: rows (iteration, objective, validation, seconds).
+        current, written: the start at work; when the file was last written [s].
     """
 
     path: Path | None
@@ -34,6 +38,7 @@ class Resume:
     states: dict[int, State] = field(default_factory=dict[int, State])
     history: list[tuple[float, float, float, float]] = field(default_factory=list[tuple[float, float, float, float]])
     current: int = 0
+    written: float = 0.0
 
     @staticmethod
     def open(path: Path | None, digest: str, began: float) -> Resume:
@@ -75,7 +80,8 @@ class Resume:
         """Note an iteration, and write it."""
         self.states[self.current] = state
         self.history.append((len(self.history) + 1.0, state.cost, validation, time.perf_counter() - self.began))
-        self._write()
+        if time.perf_counter() - self.written > _PAUSE:
+            self._write()
 
     def end(self, start: int, state: State) -> None:
         """Note the outcome of a start, and write it."""
@@ -90,6 +96,7 @@ class Resume:
     def _write(self) -> None:
         if self.path is None:
             return
+        self.written = time.perf_counter()
         states = self.states
         arrays = {f"p{k}": s.p for k, s in states.items()} | {f"eta{k}": s.eta for k, s in states.items()}
         rows = [(s.cost, s.damping, s.iteration, s.evaluations) for s in states.values()]

@@ -84,7 +84,11 @@ class Trajectory:
         print_ = digest(problem, self)
         resume = Resume.open(checkpoint, print_, began)
         best = self._descend(objective, problem.free, resume, watch, progress)
-        return self._fit(problem, objective, best, resume, print_, time.perf_counter() - resume.began)
+        fit = finished(
+            problem, objective, best.p, best.eta, np.array(resume.history), best.evaluations, best.done, print_
+        )
+        ends = np.array([[s.cost, *s.p] for s in resume.states.values()])
+        return replace(fit, objective=best.cost, seconds=time.perf_counter() - resume.began, ends=ends)
 
     def _descend(
         self, objective: TrajectoryObjective, free: Sequence[Free], resume: Resume,
@@ -118,23 +122,23 @@ class Trajectory:
         first = np.array([f.start for f in free])
         return [first, *(np.array([_draw(f, rng) for f in free]) for _ in range(self.starts - 1))]
 
-    def _fit(
-        self, problem: Problem, objective: TrajectoryObjective, best: State, resume: Resume,
-        print_: str, seconds: float,
-    ) -> Fit:  # fmt: skip
-        normal = objective.normal(best.p, best.eta)
-        covariance, shrinkage = posterior(normal, problem.free, objective.variance(best.p, best.eta))
-        at_bound = tuple(
-            f.path for f, v in zip(problem.free, best.p, strict=True) if v <= f.low or v >= f.high
-        )
-        ship = problem.ship.having({f.path: float(v) for f, v in zip(problem.free, best.p, strict=True)})
-        return Fit(
-            ship=ship, free=problem.free, values=best.p, sigma=np.sqrt(np.diag(covariance)),
-            covariance=covariance, shrinkage=shrinkage, at_bound=at_bound,
-            verdicts=verdicts(problem.free, best.p, covariance, shrinkage, at_bound),
-            history=np.array(resume.history, dtype=np.float64).reshape(-1, 4), objective=best.cost,
-            seconds=seconds, evaluations=best.evaluations, status=best.done, digest=print_,
-        )  # fmt: skip
+
+def finished(
+    problem: Problem, objective: TrajectoryObjective, p: Array, eta: Array, history: Array,
+    evaluations: int, status: str, print_: str,
+) -> Fit:  # fmt: skip
+    """The fit at `p`: covariance and verdicts from the exact normal equations there, whoever searched."""
+    normal = objective.normal(p, eta)
+    covariance, shrinkage = posterior(normal, problem.free, objective.variance(p, eta))
+    at_bound = tuple(f.path for f, v in zip(problem.free, p, strict=True) if v <= f.low or v >= f.high)
+    ship = problem.ship.having({f.path: float(v) for f, v in zip(problem.free, p, strict=True)})
+    return Fit(
+        ship=ship, free=problem.free, values=p, sigma=np.sqrt(np.diag(covariance)),
+        covariance=covariance, shrinkage=shrinkage, at_bound=at_bound,
+        verdicts=verdicts(problem.free, p, covariance, shrinkage, at_bound),
+        history=np.asarray(history, dtype=np.float64).reshape(-1, 4), objective=normal.cost,
+        seconds=0.0, evaluations=evaluations, status=status, digest=print_,
+    )  # fmt: skip
 
 
 def _draw(f: Free, rng: np.random.Generator) -> float:

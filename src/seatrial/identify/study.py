@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
-import fnmatch
 import hashlib
-import os
-import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -20,13 +16,9 @@ from ..ships.files import find_class, load
 from ..ships.writing import to_toml
 from . import Estimator, Loss, Nuisance, Problem, StudyError
 from .freedom import freedom
+from .study_data import chosen, read_data
 
 SCHEMA = "seatrial-study/1"
-DATA = "SEATRIAL_DATA"
-"""Variable that names the folder of the public data sets; unset, it is ../shared/data beside the
-root of the repository (a folder with a pyproject.toml) that holds the study, or the working folder."""
-
-_SUFFIXES = (".csv", ".dat", ".parquet")
 
 
 @dataclass(frozen=True)
@@ -38,6 +30,7 @@ class Study:
         restart: seconds between restarts in the report, or None.
         digest: fingerprint of ship, freedom, loss, estimator and data.
         notes: what a reader should know: parameters that a pattern fits and that stay fixed.
+        title: heading of the report; empty where the study gives none.
     """
 
     name: str
@@ -48,6 +41,7 @@ class Study:
     restart: float | None
     digest: str
     notes: tuple[str, ...] = ()
+    title: str = ""
 
     @property
     def sigma(self) -> Mapping[str, float] | None:
@@ -66,7 +60,7 @@ def read_study(path: str | Path) -> Study:
     document = _document(here)
     said = _checked(here, document)
     ship = _ship(here, said.ship)
-    train, validation, test = _data(here, said.data)
+    train, validation, test = read_data(here, said.data, ship) if said.virtual is None else _made(here, said)
     try:
         free, fixed = freedom(ship.model, said.free)
     except StudyError as error:
@@ -78,7 +72,8 @@ def read_study(path: str | Path) -> Study:
     estimator = _estimator(here, said.estimator)
     notes = (f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()
     return Study(
-        here.stem, here, problem, estimator, test, said.report.restart, digest(problem, estimator), notes
+        here.stem, here, problem, estimator, test, said.report.restart, digest(problem, estimator), notes,
+        said.title,
     )  # fmt: skip
 
 
@@ -137,75 +132,21 @@ def _ship(path: Path, name: str) -> Ship:
         raise StudyError(f"{path}: ship: {error}") from None
 
 
-def _root(path: Path, root: str) -> Path:
-    """Folder of the data: variables expanded, relative to the study file."""
-    around = (*path.resolve().parents, Path.cwd(), *Path.cwd().parents)
-    home = next((p for p in around if (p / "pyproject.toml").exists()), path.resolve().parent)
-    known = {DATA: str(home.parent / "shared" / "data"), **os.environ}
-    for name in re.findall(r"\$\{?(\w+)", root):
-        if name not in known:
-            raise StudyError(f"{path}: data.root: the variable {name} is not set")
-    text = re.sub(r"\$(?:\{(\w+)\}|(\w+))", lambda m: known[m[1] or m[2]], root)
-    found = path.parent / Path(text).expanduser()
-    if not found.is_dir():
-        raise StudyError(
-            f"{path}: data.root: no folder {found}; set {DATA} to the folder of the public data sets "
-            "(README.md, Data, says where each can be had)"
-        )
-    return found
+def _made(path: Path, said: Any) -> tuple[tuple[Trial, ...], ...]:
+    """The same of a study that makes its trials: training, validation and test, chosen by their names."""
+    from .virtual_trials import virtual_trials
 
-
-def _data(path: Path, data: Any) -> tuple[tuple[Trial, ...], ...]:
-    """Trials of training, validation and test; what is listed for the later is taken out of the earlier."""
-    root = _root(path, data.root)
-    every = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in _SUFFIXES)
-    names = {f.relative_to(root).as_posix(): f for f in every}
-    excluded = _chosen(path, "exclude", data.exclude, names)
-    parts: list[list[str]] = []
-    taken = set(excluded)
-    for key in ("test", "validation", "train"):
-        found = [name for name in _chosen(path, key, getattr(data, key), names) if name not in taken]
-        taken |= set(found)
-        parts.append(found)
-    if not parts[2]:
+    try:
+        made = {trial.name: trial for trial in virtual_trials(said.virtual)}
+    except (StudyError, ShipError) as error:
+        raise StudyError(f"{path}: {error}") from None
+    parts = [chosen(path, f"data.{key}", getattr(said.data, key), made) for key in ("train", "validation", "test")]
+    if not parts[0]:
         raise StudyError(f"{path}: data.train: nothing is left to train on")
-    read = _reader(path, data.format, data.mapping)
-    test, validation, train = (tuple(_shortened(read(names[name])) for name in found) for found in parts)
-    return train, validation, test
-
-
-def _chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) -> list[str]:
-    every = list(names)
-    found: dict[str, None] = {}
-    for pattern in patterns:
-        fits = [n for n in every if fnmatch.fnmatchcase(n, pattern) or n.rpartition(".")[0] == pattern]
-        if not fits:
-            near = difflib.get_close_matches(pattern, every, n=3, cutoff=0.3) or every[:3]
-            raise StudyError(f"{path}: data.{key}: '{pattern}' fits no file; near: {', '.join(near)}")
-        found.update(dict.fromkeys(fits))
-    return list(found)
-
-
-def _reader(path: Path, format: str | None, mapping: str | None) -> Callable[[Path], Trial]:
-    from ..data import frt_esso, simman
-    from ..data.mapping import read, read_mapping
-    from ..data.trialfile import read_trial
-
-    if format == "csv":
-        if mapping is None:
-            raise StudyError(f"{path}: data.mapping is missing; the format csv needs it")
-        table = read_mapping(path.parent / mapping)
-        return lambda file: read(file, table)
-    formats = {None: read_trial, "frt-esso": frt_esso.read, "simman": simman.read}
-    if format not in formats:
-        raise StudyError(f"{path}: data.format: {unknown(str(format), ('frt-esso', 'simman', 'csv'), 'format')}")
-    return formats[format]
-
-
-def _shortened(trial: Trial) -> Trial:
-    from ..data.prepare import drop_trailing_gaps
-
-    return drop_trailing_gaps(trial)
+    twice = [name for name in made if sum(name in part for part in parts) > 1]
+    if twice:
+        raise StudyError(f"{path}: data: {twice[0]} is in two of train, validation and test; keep it in one")
+    return tuple(tuple(made[name] for name in part) for part in parts)
 
 
 def _estimator(path: Path, table: Mapping[str, Any]) -> Estimator:

@@ -65,7 +65,7 @@ def posterior(normal: Normal, free: Sequence[Free], variance: float) -> tuple[Ar
     """
     H, _ = normal.reduced(0.0)
     prior = np.array([f.sigma**-2.0 for f in free])
-    data = (H - np.diag(prior)) / max(variance, 1e-300)
+    data = (H - np.diag(prior)) / max(variance, 1e-200)
     before = prior_variance(free)
     scale = np.where(np.isfinite(before), np.sqrt(before), 1.0)
     scaled = scale[:, None] * (data + np.diag(prior)) * scale[None, :]

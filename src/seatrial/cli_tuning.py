@@ -1,0 +1,128 @@
+"""The run of a fine-tuning study: what `identify` does where the estimator is `FineTuning`."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from . import __version__
+from .cli_support import UsageError, emit, figure, note, show_table
+from .data import Trial
+from .identify import Fit, Problem
+from .identify.fine_tuning import FineTuning, Told
+from .identify.study import Study
+
+PAGE, CHECKPOINT = "report.html", "checkpoint.npz"
+# A line for every so many iterations of a fit, where nobody watches a terminal.
+_EVERY = 250
+
+
+def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool) -> None:
+    """Lint, go through the ranges with checkpoints, save the chosen fit, report; a finished run is only told about."""
+    from .identify.lint import lint, raise_on_errors
+    from .identify.store import claim, save_fit
+    from .validate.tuning_page import write
+
+    tests = (*study.problem.validation, *study.test)
+    problem = replace(study.problem, validation=tests)
+    issues = lint(study.problem, study.test)
+    for line in (*study.notes, *(f"{i.severity}: {i.where}: {i.text}" for i in issues if i.severity != "error")):
+        note(line)
+    raise_on_errors(issues)
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"{out}: is a file; -o takes a folder")
+    digest = _digest(study)
+    claim(out, digest, study.name)
+    if (out / PAGE).exists():
+        note(f"{out}: this study is done already, with the same data and settings; nothing was run")
+    else:
+        with _progress() as told:
+            tuning = estimator.tune(study.problem, tests, told=told, checkpoint=out / CHECKPOINT)
+        save_fit(tuning.fit, out, problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
+        note("what the data determine: profiles, repetitions, bands")
+        write(
+            out / PAGE, tuning, title=study.title or f"{problem.ship.name}: fine-tuning", method=estimator.method,
+            provenance={"study": str(study.path), "digest": digest, "version": f"seatrial {__version__}",
+                        "data": "; ".join(dict.fromkeys(str(t.meta.get("source", "")) for t in problem.trials)),
+                        "command": f"seatrial identify {study.path} -o {out}"},
+            sections=_identifiability(tuning.fit, study.problem, tests, estimator),
+        )  # fmt: skip
+        for file in out.glob(f"{Path(CHECKPOINT).stem}.*"):
+            file.unlink()
+    _tell(json.loads((out / PAGE).with_suffix(".json").read_text(encoding="utf-8")), out, as_json)
+
+
+def _identifiability(
+    fit: Fit, problem: Problem, tests: Sequence[Trial], estimator: FineTuning
+) -> list[tuple[str, str]]:  # fmt: skip
+    """Sections on the chosen fit: profiles, correlations, restarts, residuals, and bands on the test trials."""
+    from .identify.ensemble import bands, ensemble
+    from .identify.misfit import misfit
+    from .identify.profile import profiles
+    from .validate.comparison import manoeuvre
+    from .validate.identifiability_page import sections
+
+    settings, chosen = estimator.evolution(), replace(problem, free=fit.free)
+    group = ensemble(fit, chosen, settings)
+    return sections(
+        fit, profiles(fit, chosen, settings), group=group, left=misfit(fit, chosen, settings),
+        predicted=[bands(group, trial, manoeuvre(trial)) for trial in tests],
+    )  # fmt: skip
+
+
+def _digest(study: Study) -> str:
+    """Fingerprint of the study, of its test trials too: they are in the report."""
+    found = hashlib.sha256(study.digest.encode())
+    for trial in study.test:
+        found.update(trial.name.encode() + trial.t.tobytes())
+        for name in sorted(trial.channels):
+            found.update(name.encode() + trial[name].tobytes())
+    return found.hexdigest()[:16]
+
+
+@contextmanager
+def _progress() -> Generator[Told, None, None]:
+    """Live state of the fits on a terminal, a line now and then elsewhere."""
+    if not sys.stderr.isatty():
+
+        def told(what: str, iteration: int, objective: float) -> None:
+            if iteration == 1 or iteration % _EVERY == 0:
+                note(_words(what, iteration, objective))
+
+        yield told
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("compiling") as status:
+        yield lambda what, iteration, objective: status.update(_words(what, iteration, objective))
+
+
+def _words(what: str, iteration: int, objective: float) -> str:
+    return f"{what}: iteration {iteration}: objective {objective:.6g}"
+
+
+def _tell(found: Mapping[str, Any], out: Path, as_json: bool) -> None:
+    if as_json:
+        emit({**found, "run": str(out)})
+        return
+    before = [figure(sum(found["untuned"][key].values())) for key in ("tune", "test")]
+    rows: list[tuple[str, ...]] = [("untuned", *before, "", "", "", "")]
+    for r in found["ranges"]:
+        totals = [figure(sum(r[key].values())) for key in ("tune", "test", "left_out")]
+        stuck = sum(p["at_bound"] for p in r["parameters"].values())
+        chosen = " chosen" if r["ratio"] == found["chosen"] else ""
+        seconds = " + ".join(f"{m['seconds']:.1f}" for m in r["methods"].values())
+        bounds = f"{stuck} of {len(r['parameters'])}"
+        rows.append((f"{r['ratio']:g}{chosen}", *totals, bounds, figure(r["apart"], 2), seconds))
+    head = ("a_r", "J tuning", "J test", "J left out", "at a bound", "methods apart", "seconds, CMA-ES + gradient")
+    show_table(head, rows, right=(1, 2, 3, 4, 5, 6))
+    for issue in found["findings"]:
+        mark = "warning: " if issue["severity"] == "warning" else ""
+        sys.stdout.write(f"{mark}{issue['where']}: {issue['text']}\n")
+    sys.stdout.write(f"wrote {out}/model.toml, {out}/{PAGE}\n")

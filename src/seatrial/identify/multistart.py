@@ -1,0 +1,85 @@
+"""The gradient search from many starts at once."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..data import Array
+from ..parameters import Free
+from . import Fit, FitError, Problem, Progress
+from .batch import Many, cut_as
+from .objective import TrajectoryObjective
+from .shooting import Trajectory, digest, finished
+
+
+@dataclass(frozen=True)
+class MultiStart:
+    """`Trajectory` from many starts at once; the same optimum, in fewer seconds.
+
+    Attributes:
+        window, every, dt, method, threads: as in `Trajectory`; None for the window runs each trial through.
+        starts: the first is the declared one, others are drawn within bounds (or the prior) from `seed`.
+        iterations, tolerance: stop after so many, or when two steps decrease by less than this (relative).
+    """
+
+    window: float | None = None
+    every: int = 1
+    dt: float | None = None
+    method: str = "euler"
+    starts: int = 20
+    seed: int = 0
+    iterations: int = 60
+    tolerance: float = 1e-10
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        Trajectory(
+            self.window or 100.0, self.every, self.dt, self.method, self.iterations, self.tolerance, self.starts
+        )
+
+    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
+        """Estimate the free parameters of `problem`; see `Estimator`.
+
+        A fit takes about a second, so nothing is kept in `checkpoint`: a killed run starts anew.
+
+        Raises:
+            StudyError: the problem has nuisances.
+            FitError: the model blows up at every start.
+        """
+        began, history = time.perf_counter(), list[tuple[float, float, float, float]]()
+        sigma, arguments = cut_as(problem, self)
+        many = Many.build(problem, problem.trials, sigma, **arguments)
+
+        def each(costs: Array) -> None:
+            history.append((len(history) + 1.0, float(costs.min()), float("nan"), time.perf_counter() - began))
+            if progress:
+                progress(len(history), history[-1][1], float("nan"))
+
+        starts = drawn(problem.free, self.starts, np.random.default_rng(self.seed))
+        ends = many.descend(starts, iterations=self.iterations, tolerance=self.tolerance, each=each)
+        objective = TrajectoryObjective.build(problem, problem.trials, sigma, **arguments)
+        best = int(np.argmin(ends.normals.costs))
+        if not np.isfinite(ends.normals.costs[best]):
+            raise FitError("the model blows up at every start; " + objective.failure(starts[0]))
+        status = f"{int(ends.converged.sum())} of {self.starts} starts converged"
+        fit = finished(
+            problem, objective, ends.values[best], np.zeros(0), np.array(history), int(ends.iterations.sum()),
+            status, digest(problem, self),
+        )  # fmt: skip
+        table = np.column_stack([ends.normals.costs, ends.values])
+        return replace(fit, seconds=time.perf_counter() - began, ends=table)
+
+
+def drawn(free: Sequence[Free], count: int, rng: np.random.Generator) -> Array:
+    """The declared start, and others drawn within the bounds, or from start and scale where there are none."""
+    out = np.array([[f.start for f in free]] * count)
+    for k, f in enumerate(free):
+        boxed = np.isfinite(f.high - f.low)
+        others = rng.uniform(f.low, f.high, count) if boxed else rng.normal(f.start, f.scale, count)
+        out[1:, k] = np.clip(others[1:], f.low, f.high)
+    return out

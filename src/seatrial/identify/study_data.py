@@ -1,0 +1,141 @@
+"""The table [data] of a study: files into trials, from one folder or from several sets.
+
+A set of another scale is brought to the ship's only where it says so.
+"""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import os
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ..data import Trial
+from ..parameters import unknown
+from ..ships import Ship
+from . import StudyError
+
+DATA = "SEATRIAL_DATA"
+"""Variable that names the folder of the public data sets; unset, it is ../shared/data beside the
+root of the repository (a folder with a pyproject.toml) that holds the study, or the working folder."""
+
+_SUFFIXES = (".csv", ".dat", ".parquet")
+_KINDS = ("test", "validation", "train")
+
+Split = tuple[tuple[Trial, ...], tuple[Trial, ...], tuple[Trial, ...]]
+"""Trials of training, validation and test."""
+
+
+def read_data(path: Path, data: Any, ship: Ship) -> Split:
+    """Trials of training, validation and test; what is listed for the later is taken out of the earlier.
+
+    Args:
+        path: the study file; folders are relative to it, and errors begin with it.
+        data: its table [data], checked: one folder with its lists, or `set`, several of those.
+        ship: whose scale ``scale_to = "ship"`` means.
+
+    Raises:
+        StudyError, DataError: naming file and key, or trial, and what would be right.
+    """
+    sets: Sequence[Any] = data.set
+    if not sets:
+        if not data.train:
+            raise StudyError(f"{path}: data.train is missing")
+        found = _one(path, "data", data, ship)
+    else:
+        alone = [key for key in type(data).model_fields if key != "set" and key in data.model_fields_set]
+        if alone:
+            raise StudyError(f"{path}: data.{alone[0]} stands beside [[data.set]]; write it in each set")
+        parts = [_one(path, f"data.set {k}", one, ship) for k, one in enumerate(sets, start=1)]
+        found = tuple(tuple(t for part in parts for t in part[k]) for k in range(3))
+    if not found[2]:
+        raise StudyError(f"{path}: data.train: nothing is left to train on")
+    return found[2], found[1], found[0]
+
+
+def chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) -> list[str]:
+    """Names that fit the patterns of `key`, in the order of the patterns; each fits at least one."""
+    every = list(names)
+    found: dict[str, None] = {}
+    for pattern in patterns:
+        fits = [n for n in every if fnmatch.fnmatchcase(n, pattern) or n.rpartition(".")[0] == pattern]
+        if not fits:
+            near = difflib.get_close_matches(pattern, every, n=3, cutoff=0.3) or every[:3]
+            raise StudyError(f"{path}: {key}: '{pattern}' fits no file; near: {', '.join(near)}")
+        found.update(dict.fromkeys(fits))
+    return list(found)
+
+
+def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ...], ...]:
+    """Test, validation and training of one folder."""
+    root = _root(path, where, data.root)
+    every = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in _SUFFIXES)
+    names = {f.relative_to(root).as_posix(): f for f in every}
+    taken = set(chosen(path, f"{where}.exclude", data.exclude, names))
+    read = _reader(path, where, data.format, data.mapping)
+    parts: list[tuple[Trial, ...]] = []
+    for kind in _KINDS:
+        found = [name for name in chosen(path, f"{where}.{kind}", getattr(data, kind), names) if name not in taken]
+        taken |= set(found)
+        parts.append(tuple(_prepared(path, where, read(names[name]), data.scale_to, ship) for name in found))
+    return tuple(parts)
+
+
+def _root(path: Path, where: str, root: str) -> Path:
+    """Folder of the data: variables expanded, relative to the study file."""
+    around = (*path.resolve().parents, Path.cwd(), *Path.cwd().parents)
+    home = next((p for p in around if (p / "pyproject.toml").exists()), path.resolve().parent)
+    known = {DATA: str(home.parent / "shared" / "data"), **os.environ}
+    for name in re.findall(r"\$\{?(\w+)", root):
+        if name not in known:
+            raise StudyError(f"{path}: {where}.root: the variable {name} is not set")
+    text = re.sub(r"\$(?:\{(\w+)\}|(\w+))", lambda m: known[m[1] or m[2]], root)
+    found = path.parent / Path(text).expanduser()
+    if not found.is_dir():
+        raise StudyError(
+            f"{path}: {where}.root: no folder {found}; set {DATA} to the folder of the public data sets "
+            "(README.md, Data, says where each can be had)"
+        )
+    return found
+
+
+def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> Callable[[Path], Trial]:
+    from ..data import frt_esso, simman
+    from ..data.mapping import read, read_mapping
+    from ..data.trialfile import read_trial
+
+    if format == "csv":
+        if mapping is None:
+            raise StudyError(f"{path}: {where}.mapping is missing; the format csv needs it")
+        table = read_mapping(path.parent / mapping)
+        return lambda file: read(file, table)
+    formats = {None: read_trial, "frt-esso": frt_esso.read, "simman": simman.read}
+    if format not in formats:
+        raise StudyError(f"{path}: {where}.format: {unknown(str(format), ('frt-esso', 'simman', 'csv'), 'format')}")
+    return formats[format]
+
+
+def _prepared(path: Path, where: str, trial: Trial, scale_to: str | None, ship: Ship) -> Trial:
+    """The trial without its empty end, at the scale of the ship where the set says so."""
+    from ..data.prepare import drop_trailing_gaps, froude_scaled
+
+    whole = drop_trailing_gaps(trial)
+    if scale_to is None:
+        return whole
+    length = whole.meta.get("L_pp")
+    if isinstance(length, bool) or not isinstance(length, int | float) or not length > 0:
+        raise StudyError(
+            f"{path}: {where}.scale_to: {trial.name} does not say of what length its ship is; give L_pp in its sidecar"
+        )
+    scaled = froude_scaled(whole, ship.L_pp / length)
+    lost = [name for name in whole.channels if name not in scaled]
+    if lost:
+        scaled = scaled.noting(f"left out, as the density of the water would scale them too: {', '.join(lost)}")
+    recorded = f"recorded as of {whole.meta.get('ship', 'a ship')}, L_pp {length:g} m"
+    # From here on it is a trial of the study's ship; what it was is in its processing.
+    renamed = replace(scaled, meta={**scaled.meta, "ship": ship.name})
+    return renamed.noting(f"taken as a trial of {ship.name}, L_pp {ship.L_pp:g} m; {recorded}")

@@ -1,0 +1,176 @@
+"""Virtual trials: a truth that a study does not see, its weather, its sensors, and what they log.
+
+A study with a table [virtual] has no files: its trials are made from a ship of the library, given what the
+model under study lacks (wind with gusts, a lag of the rudder), and then recorded with noise.  Everything
+random follows from one seed and the order of the trials, so a study is the same wherever it is run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+
+from ..actuators import Actuators
+from ..data import DataError, Trial
+from ..environment import Uniform, Weather
+from ..manoeuvres import Manoeuvre, Settings
+from ..models import STATES
+from ..parameters import unknown
+from ..sensors import SensorError, Sensors
+from ..ships import Ship, ShipError
+from ..ships.files import find_class, load
+from ..simulate import approach, simulate
+from ..weather import Gust, WeatherError
+from . import StudyError
+
+_ANGLES = ("psi", "r")
+
+
+@dataclass(frozen=True)
+class VirtualTrials:
+    """Runs of a truth, as a logger on board would have recorded them.
+
+    Attributes:
+        ship: the truth, with every force and actuator that it has.
+        policies: manoeuvre of each trial by its name.
+        wind: mean wind; gusts blow on it, other in every trial.
+        gusts: name of a spectrum of `weather.Gust`; empty leaves the wind steady.
+        sensors: what the log adds to the states, the first sample included.
+        seed: of gusts and noise.
+        duration, sample, step: length, time between samples and time step of the truth [s]; Runge-Kutta.
+        speed: at the execute point [m/s]; None takes the ship's.
+        orders: whether the log holds the controls as ordered, so that the lag of an actuator stays hidden.
+    """
+
+    ship: Ship
+    policies: Mapping[str, Manoeuvre]
+    wind: Uniform = field(default_factory=Uniform)
+    gusts: str = ""
+    sensors: Sensors = field(default_factory=Sensors)
+    seed: int = 1
+    duration: float = 600.0
+    sample: float = 1.0
+    step: float = 0.1
+    speed: float | None = None
+    orders: bool = True
+
+    def run(self) -> tuple[Trial, ...]:
+        """The trials, recorded, in the order of `policies`.
+
+        Raises:
+            SimulationError: the truth blows up or leaves its validity.
+            SensorError: a sensor of a channel that is not there.
+        """
+        return tuple(self._trial(k, name) for k, name in enumerate(self.policies))
+
+    def weather(self, number: int) -> Weather:
+        """What blows in trial `number`."""
+        if not self.gusts:
+            return self.wind
+        return Gust(self.wind, self.gusts, int(np.random.SeedSequence([self.seed, number]).generate_state(1)[0]))
+
+    def _trial(self, number: int, name: str) -> Trial:
+        run = simulate(
+            self.ship, self.policies[name], speed=self.speed, duration=self.duration, dt=self.step,
+            every=round(self.sample / self.step), environment=self.weather(number), name=name,
+        )  # fmt: skip
+        controls = self.ship.model.controls
+        if self.orders:
+            run = run.having(**{c: run[f"{c}_cmd"] for c in controls if f"{c}_cmd" in run})
+        kept = {n: run[n] for n in (*STATES, *controls)}
+        logged = "ordered" if self.orders else "acting"
+        told = f"virtual trial of {self.ship.name}, seed {self.seed}; controls as {logged}"
+        meta = {k: v for k, v in run.meta.items() if k != "ship"} | {"source": told}
+        return self.sensors.read(
+            replace(run, channels=kept, meta=meta), np.random.default_rng([self.seed, number, 1])
+        )  # fmt: skip
+
+
+def virtual_trials(table: Any) -> tuple[Trial, ...]:
+    """The trials of the table [virtual] of a study (`study_schema.VirtualTable`), whose angles are in degrees.
+
+    Raises:
+        StudyError: naming the key and what would be right.
+    """
+    try:
+        return read(table).run()
+    except (SensorError, WeatherError, DataError) as error:
+        raise StudyError(f"virtual: {error}") from None
+
+
+def read(table: Any) -> VirtualTrials:
+    """The document behind [virtual], with the truth made but nothing run; for other seeds use `replace`."""
+    ship = _truth(table)
+    U, n_P = approach(ship)
+    for key in ("duration", "sample", "step"):
+        if not getattr(table, key) > 0:
+            raise StudyError(f"virtual.{key} is {getattr(table, key):g} s; it must be above zero")
+    ratio = table.sample / table.step
+    if ratio < 1 or abs(ratio - round(ratio)) > 1e-9:
+        raise StudyError(f"virtual.sample is {table.sample:g} s; a whole number of steps of {table.step:g} s is needed")
+    policies = {name: _policy(name, one, ship, table.speed or U, n_P) for name, one in table.trials.items()}
+    noise = {n: math.radians(v) if n in _ANGLES else v for n, v in table.noise.items()}
+    for name in noise:
+        if name not in STATES:
+            raise StudyError(f"virtual.noise: {unknown(name, STATES, 'channel')}")
+    wind = Uniform(table.wind.speed, math.radians(table.wind.from_))
+    return VirtualTrials(
+        ship, policies, wind, table.wind.gusts, Sensors(noise=noise), table.seed, table.duration, table.sample,
+        table.step, table.speed, table.orders,
+    )  # fmt: skip
+
+
+def _truth(table: Any) -> Ship:
+    ship = load(table.ship)
+    if table.wind_force:
+        if not hasattr(ship.model, "wind"):
+            raise StudyError(f"virtual.wind_force: the model of {ship.name} takes no force of wind")
+        model: Any = ship.model
+        ship = replace(ship, model=replace(model, wind=_wind_force(dict(table.wind_force))))
+    elif table.wind.speed and getattr(ship.model, "wind", None) is None:
+        raise StudyError(f"virtual.wind: {ship.name} has no force of wind; give [virtual.wind_force]")
+    servos: dict[str, Any] = dict(ship.actuators.by_name)
+    for name, seconds in table.lag.items():
+        if name not in servos:
+            raise StudyError(f"virtual.lag: {unknown(name, servos, 'actuator')}")
+        servos[name] = replace(servos[name], lag=seconds)
+    return replace(ship, actuators=Actuators(servos))
+
+
+def _wind_force(given: dict[str, Any]) -> Any:
+    try:
+        cls: Any = find_class(given.pop("type", None), "forces", "virtual.wind_force.type")
+    except ShipError as error:
+        raise StudyError(str(error)) from None
+    known = {f.name: f for f in fields(cls)}
+    for key, value in given.items():
+        if key not in known:
+            raise StudyError(f"virtual.wind_force: {unknown(key, known, 'key')}")
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise StudyError(f"virtual.wind_force.{key} is {value!r}; it must be a number, in SI units")
+    try:
+        return cls(**{key: float(value) for key, value in given.items()})
+    except TypeError as error:
+        raise StudyError(f"virtual.wind_force: {error}") from None
+
+
+def _policy(name: str, one: Any, ship: Ship, speed: float, n_P: float) -> Manoeuvre:
+    where = f"virtual.trials.{name}"
+    try:
+        cls: Any = find_class(one.type, "manoeuvres", f"{where}.type")
+    except ShipError as error:
+        raise StudyError(str(error)) from None
+    if not hasattr(cls, "ordered"):
+        raise StudyError(f"{where}.type: {cls.__name__} is no manoeuvre")
+    limit = float(getattr(ship.actuators.rudder, "high", math.inf))
+    rudder = None if one.rudder is None else math.radians(abs(one.rudder))
+    if rudder is not None and rudder > limit * (1 + 1e-9):
+        most = math.degrees(limit)
+        raise StudyError(f"{where}.rudder is {one.rudder:g} deg; the rudder of {ship.name} goes to {most:g} deg")
+    heading = None if one.heading is None else math.radians(one.heading)
+    side = -1.0 if (one.rudder or 0.0) < 0 else 1.0
+    return cls.ordered(Settings(n_P, speed, ship.L_pp, limit, rudder, heading, side, one.seed))

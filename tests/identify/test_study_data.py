@@ -1,0 +1,137 @@
+"""Several sets of trials in one study, scaled to its ship where they say so."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatrial.data.prepare import froude_scaled
+from seatrial.data.trialfile import write_trial
+from seatrial.identify import StudyError
+from seatrial.identify.lint import lint
+from seatrial.identify.study import read_study
+from seatrial.manoeuvres.turning import Turning
+from seatrial.ships.files import load
+from seatrial.simulate import approach, simulate
+
+STUDY = """
+schema = "seatrial-study/1"
+ship = "kvlcc2_l7"
+[[data.set]]
+root = "tank"
+train = ["*"]
+test = ["tank_b*"]
+[[data.set]]
+root = "sea"
+train = ["sea_a*"]
+validation = ["sea_b*"]
+scale_to = "ship"
+[free]
+"hull.Y_v" = { prior = 0.3 }
+"""
+RATIO = 320.0 / 7.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four turns of the model; two of them written as the ship at sea would have made them."""
+    ship, root = load("kvlcc2_l7"), tmp_path_factory.mktemp("study")
+    for k, (place, name) in enumerate((p, n) for p in ("tank", "sea") for n in "ab"):
+        (root / place).mkdir(exist_ok=True)
+        policy = Turning(approach(ship)[1], (-1) ** k * (0.2 + 0.05 * k))
+        run = simulate(ship, policy, duration=60, dt=0.1, name=f"{place}_{name}")
+        run = run.having(thrust=np.ones(len(run)))
+        run = replace(run, units={**run.units, "thrust": "N"}, meta={**run.meta, "L_pp": 7.0, "scale": RATIO})
+        if place == "sea":
+            run = replace(froude_scaled(run, RATIO), units={**run.units, "thrust": "N"})
+            run = run.having(thrust=np.ones(len(run)))
+            run = replace(run, meta={**run.meta, "ship": "kvlcc2"})
+        write_trial(run, root / place / f"{run.name}.csv")
+    return root
+
+
+def study(folder: Path, text: str):
+    path = folder / "study.toml"
+    path.write_text(text)
+    return read_study(path)
+
+
+def test_sets_are_joined_each_with_its_own_lists(folder: Path) -> None:
+    found = study(folder, STUDY)
+    assert [t.name for t in found.problem.trials] == ["tank_a", "sea_a"]
+    assert [t.name for t in found.problem.validation] == ["sea_b"]
+    assert [t.name for t in found.test] == ["tank_b"]
+
+
+def test_scaling_is_by_froude_and_recorded(folder: Path) -> None:
+    trial = study(folder, STUDY).problem.trials[1]
+    assert trial.meta["L_pp"] == pytest.approx(7.0)
+    assert trial.meta["ship"] == "kvlcc2_l7"
+    assert trial.dt == pytest.approx(0.1)
+    assert trial["u"][0] == pytest.approx(1.179, abs=0.01)
+    assert trial["n_P"][-1] == pytest.approx(approach(load("kvlcc2_l7"))[1], rel=1e-9)
+    assert "thrust" not in trial  # a force scales with the density too
+    steps = " | ".join(trial.meta["processing"])
+    assert "equal Froude number" in steps
+    assert "thrust" in steps
+    assert "recorded as of kvlcc2, L_pp 320 m" in steps
+    assert "thrust" in study(folder, STUDY).test[0]
+
+
+def test_without_the_step_lint_refuses_the_other_scale(folder: Path) -> None:
+    found = study(folder, STUDY.replace('scale_to = "ship"', ""))
+    errors = [i for i in lint(found.problem, found.test) if i.severity == "error"]
+    assert {i.where for i in errors} == {"sea_a", "sea_b"}
+    assert "320 m, kvlcc2_l7 has 7 m" in errors[0].text
+    assert "scale_to" in errors[0].text
+    assert not [i for i in lint(study(folder, STUDY).problem) if i.severity == "error"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('root = "tank"', 'rot = "tank"', "near: root"),
+        ('scale_to = "ship"', 'scale_to = "model"', "scale_to"),
+        ('[[data.set]]\nroot = "tank"', '[data]\ntrain = ["*"]\n[[data.set]]\nroot = "tank"', "beside [[data.set]]"),
+        ('root = "sea"', 'root = "see"', "data.set 2.root"),
+        ('["sea_b*"]', '["see_b*"]', "data.set 2.validation: 'see_b*' fits no file; near: sea_b.csv"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_named(folder: Path, old: str, new: str, words: str) -> None:
+    with pytest.raises(StudyError) as caught:
+        study(folder, STUDY.replace(old, new))
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_trial_without_a_length_cannot_be_scaled(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "sea").mkdir()
+    run = simulate(load("kvlcc2_l7"), Turning(10.0, 0.3), duration=20, dt=0.1, name="sea_a")
+    write_trial(replace(run, meta={}), tmp_path / "sea" / "sea_a.csv")
+    text = STUDY[: STUDY.index("[[data")] + STUDY[STUDY.rindex("[[data") :].replace('validation = ["sea_b*"]', "")
+    with pytest.raises(StudyError, match="sea_a does not say of what length"):
+        study(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ("{ ratio = 2.0 }", r"\[-0.387, 1.161\] leaves what it can be, \[-1, 1\]; a ratio up to 1.58"),
+        ("{ low = 0.1, high = 1.5 }", r"leaves what it can be, \[-1, 1\]; give low and high within it"),
+    ],
+)
+def test_a_range_beyond_physics_is_refused(folder: Path, entry: str, words: str) -> None:
+    with pytest.raises(StudyError, match=words):
+        study(folder, STUDY + f'"rudder.t_R" = {entry}\n')
+
+
+def test_lengths_and_angles_of_the_scaled_turn_are_the_models(folder: Path) -> None:
+    scaled = study(folder, STUDY).problem.trials[1]
+    policy = Turning(approach(load("kvlcc2_l7"))[1], 0.3)
+    model = simulate(load("kvlcc2_l7"), policy, duration=60, dt=0.1)
+    assert np.max(np.abs(scaled["psi"] - model["psi"])) < math.radians(0.01)
+    assert np.max(np.abs(scaled["x"] - model["x"])) < 1e-3

@@ -1,0 +1,72 @@
+"""Identifiability as sections of a page: complete, self-contained, well formed, honest about misfit."""
+
+import re
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
+from suzaku_turns import GNSS, PATHS, TRUTH, manoeuvre, problem, turn
+
+from seatrial.identify.ensemble import bands, ensemble
+from seatrial.identify.misfit import Misfit, Remainder, misfit
+from seatrial.identify.multistart import MultiStart
+from seatrial.identify.profile import profiles
+from seatrial.sensors import Sensors
+from seatrial.validate.identifiability_page import html, sections
+from seatrial.validate.page import page
+
+ESTIMATOR = MultiStart(starts=4)
+
+
+@pytest.fixture(scope="module")
+def parts():
+    told = problem()
+    fit = ESTIMATOR.fit(told)
+    group = ensemble(fit, told, ESTIMATOR, members=20)
+    seen = Sensors(GNSS).read(turn(TRUTH, 20), np.random.default_rng(1))
+    return (fit, profiles(fit, told, ESTIMATOR), group, [bands(group, seen, manoeuvre(20))],
+            misfit(fit, told, ESTIMATOR))  # fmt: skip
+
+
+def test_all_sections_are_there_and_well_formed(parts):
+    fit, known, group, predicted, left = parts
+    made = sections(fit, known, group=group, predicted=predicted, left=left)
+    assert [title for title, _ in made] == [
+        "What the data determine", "Where the searches ended", "What the residuals say", "How sure the predictions are",
+    ]  # fmt: skip
+    whole = page("Identifiability", html(made))
+    ElementTree.fromstring(f"<x>{html(made)}</x>")
+    assert "http" not in whole.replace("http-equiv", "")
+    assert "nan" not in whole.lower().replace("unantic", "")
+    for path in PATHS:
+        assert f"Profile of {path}" in whole
+    assert "tactical diameter" in whole
+    assert whole.count("<svg") == 12 + 1 + 1 + 3
+    assert len(whole) < 500_000
+
+
+def test_drawings_stay_within_their_frames(parts):
+    fit, known, _, predicted, _ = parts
+    for _, body in sections(fit, known, predicted=predicted):
+        for svg in re.findall(r"<svg.*?</svg>", body, re.DOTALL):
+            width, height = map(float, re.search(r'viewBox="0 0 (\S+) (\S+)"', svg).groups())
+            for pairs in re.findall(r'points="([^"]*)"', svg):
+                xy = np.array([pair.split(",") for pair in pairs.split()], dtype=float).reshape(-1, 2)
+                assert np.all((xy >= -1) & (xy <= [width + 1, height + 1]))
+
+
+def test_only_what_is_given_is_shown(parts):
+    fit, known, *_ = parts
+    assert [title for title, _ in sections(fit, known)] == ["What the data determine", "Where the searches ended"]
+
+
+def test_a_lacking_model_is_said_first(parts):
+    fit, known, *_ = parts
+    left = Misfit((Remainder("x", 3.0, 0.8, -20.0, 900),))
+    body = dict(sections(fit, known, left=left))["What the residuals say"]
+    assert body.startswith('<div class="note">The model lacks something')
+    assert "3 times the sensor noise" in body
