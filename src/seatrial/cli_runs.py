@@ -28,7 +28,7 @@ def identify(path: Path, out: Path, json: bool) -> None:
     from .cli_tuning import tune
     from .identify.fine_tuning import FineTuning
     from .identify.lint import lint, raise_on_errors
-    from .identify.store import SUMMARY, claim, load_fit_summary, save_fit
+    from .identify.store import SUMMARY, claim, kept, load_fit_summary, save_fit
     from .identify.study import read_study
 
     study = read_study(path)
@@ -42,12 +42,12 @@ def identify(path: Path, out: Path, json: bool) -> None:
         note(line)
     if out.exists() and not out.is_dir():
         raise UsageError(f"{out}: is a file; -o takes a folder")
-    claim(out, study.digest, study.name)
+    fresh = claim(out, study.digest, study.name)
     if (out / SUMMARY).exists() and (out / PAGE).exists():
         note(f"{out}: this study is done already, with the same data and settings; nothing was run")
         _tell_summary(load_fit_summary(out), out, json, kept_back)
         return
-    with _progress() as progress:
+    with kept(out, fresh), _progress() as progress:
         fit = study.estimator.fit(study.problem, progress=progress, checkpoint=out / CHECKPOINT)
     save_fit(fit, out, study.problem, study=study.name, text=path.read_text(encoding="utf-8"))
     standardised = _report(study, fit, out)

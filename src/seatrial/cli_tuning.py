@@ -19,6 +19,8 @@ from .identify.fine_tuning import FineTuning, Told
 from .identify.study import Study
 
 PAGE, CHECKPOINT = "report.html", "checkpoint.npz"
+# The advice to free the starts is none for an estimator that takes no nuisances; its ensemble draws them anew.
+_NUISANCE = "nuisance.initial"
 # A line for every so many iterations of a fit, where nobody watches a terminal.
 _EVERY = 250
 
@@ -26,23 +28,23 @@ _EVERY = 250
 def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool) -> None:
     """Lint, go through the ranges with checkpoints, save the chosen fit, report; a finished run is only told about."""
     from .identify.lint import lint, raise_on_errors
-    from .identify.store import claim, save_fit
+    from .identify.store import claim, kept, save_fit
     from .validate.tuning_page import write
 
     tests = (*study.problem.validation, *study.test)
     problem = replace(study.problem, validation=tests)
     issues = lint(study.problem, study.test)
-    for line in (*study.notes, *(f"{i.severity}: {i.where}: {i.text}" for i in issues if i.severity != "error")):
-        note(line)
     raise_on_errors(issues)
+    for line in (*study.notes, *(f"{i.severity}: {i.where}: {i.text}" for i in issues if i.where != _NUISANCE)):
+        note(line)
     if out.exists() and not out.is_dir():
         raise UsageError(f"{out}: is a file; -o takes a folder")
     digest = _digest(study)
-    claim(out, digest, study.name)
+    fresh = claim(out, digest, study.name)
     if (out / PAGE).exists():
         note(f"{out}: this study is done already, with the same data and settings; nothing was run")
     else:
-        with _progress() as told:
+        with kept(out, fresh), _progress() as told:
             tuning = estimator.tune(study.problem, tests, told=told, checkpoint=out / CHECKPOINT)
         save_fit(tuning.fit, out, problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
         note("what the data determine: profiles, repetitions, bands")

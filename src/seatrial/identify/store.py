@@ -6,7 +6,8 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -54,8 +55,11 @@ def load_fit_summary(path: str | Path) -> dict[str, Any]:
     return _read(where, "seatrial-fit/1")
 
 
-def claim(folder: str | Path, digest: str, study: str) -> None:
+def claim(folder: str | Path, digest: str, study: str) -> bool:
     """Mark `folder` as the run of one problem, so that another cannot go on in it by mistake.
+
+    Returns:
+        Whether the folder was free until now.
 
     Raises:
         StudyError: the folder holds the run of another problem.
@@ -68,10 +72,24 @@ def claim(folder: str | Path, digest: str, study: str) -> None:
                 f"{folder}: holds a run of study '{held.get('study')}' with other settings or data "
                 f"({held.get('digest')}, this is {digest}); choose another folder with -o"
             )
-        return
+        return False
     document = {"schema": "seatrial-run/1", "study": study, "digest": digest}
     where.parent.mkdir(parents=True, exist_ok=True)
     replace_file(where, json.dumps(document) + "\n")
+    return True
+
+
+@contextmanager
+def kept(folder: str | Path, fresh: bool) -> Generator[None, None, None]:
+    """Give a folder that was only just claimed free again where the estimator refuses the study."""
+    try:
+        yield
+    except StudyError:
+        if fresh:
+            (Path(folder) / RUN).unlink(missing_ok=True)
+            with suppress(OSError):  # something else is in it
+                Path(folder).rmdir()
+        raise
 
 
 def replace_file(path: Path, content: str) -> None:

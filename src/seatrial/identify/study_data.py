@@ -71,15 +71,21 @@ def chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) 
 
 
 def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ...], ...]:
-    """Test, validation and training of one folder."""
+    """Test, validation and training of one folder: a pattern gives way to the later list, a name is refused in two."""
     root = _root(path, where, data.root)
     every = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in _SUFFIXES)
     names = {f.relative_to(root).as_posix(): f for f in every}
     taken = set(chosen(path, f"{where}.exclude", data.exclude, names))
     read = _reader(path, where, data.format, data.mapping)
     parts: list[tuple[Trial, ...]] = []
+    held: dict[str, str] = {}
     for kind in _KINDS:
         found = [name for name in chosen(path, f"{where}.{kind}", getattr(data, kind), names) if name not in taken]
+        plain = chosen(path, f"{where}.{kind}", [p for p in getattr(data, kind) if not set(p) & set("*?[")], names)
+        twice = [name for name in plain if name in held]
+        if twice:
+            raise StudyError(f"{path}: {where}.{kind}: {twice[0]} is in {held[twice[0]]} too; keep it in one")
+        held |= dict.fromkeys(found, kind)
         taken |= set(found)
         parts.append(tuple(_prepared(path, where, read(names[name]), data.scale_to, ship) for name in found))
     return tuple(parts)

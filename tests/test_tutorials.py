@@ -1,0 +1,120 @@
+"""The tutorials run as they are printed, and print what they say."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from seatrial.cli import main
+
+ROOT = Path(__file__).parents[1]
+TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+BLOCK = re.compile(r"^```(sh|console|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+NAMED = re.compile(r"# (\S+\.toml)\n")
+QUICK = "population = 4\nlargest = 4\nagree = 1\nstarts = 1\nfold_starts = 1\n"
+ROWS = 90
+
+every_tutorial = pytest.mark.parametrize("path", TUTORIALS, ids=lambda p: p.stem)
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command with what it prints, or a file with what is in it."""
+
+    command: str
+    text: str
+    file: str = ""
+
+
+def steps(path: Path) -> list[Step]:
+    """Files and commands of a tutorial, in order."""
+    found: list[Step] = []
+    for kind, body in BLOCK.findall(path.read_text(encoding="utf-8")):
+        if kind == "toml":
+            name = NAMED.match(body)
+            found += [Step("", body, name[1])] if name else []
+            continue
+        for line in body.splitlines():
+            if kind == "sh" or line.startswith("$ "):
+                found.append(Step(line.removeprefix("$ "), ""))
+            else:
+                found[-1] = Step(found[-1].command, found[-1].text + line + "\n")
+    return found
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder that looks like the root of the repository to whoever only reads."""
+    for name in ("examples", "studies"):
+        (tmp_path / name).symlink_to(ROOT / name, target_is_directory=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(step: Step, more: str = "") -> None:
+    path = Path(step.file)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(step.text + more, encoding="utf-8")
+
+
+@every_tutorial
+def test_the_commands_run(path: Path, place: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    """In this process, on shorter logs and with a hasty search."""
+    for step in steps(path):
+        if step.file:
+            write(step, QUICK if "fine_tuning:FineTuning" in step.text else "")
+            continue
+        program, *arguments = shlex.split(step.command)
+        if program == "seatrial":
+            assert main(arguments) == 0, (step.command, capsys.readouterr().err)
+        elif program == "python":
+            monkeypatch.setattr(sys, "argv", arguments)
+            runpy.run_path(arguments[0], run_name="__main__")
+            for log in place.glob("*/logs/*.csv"):
+                log.write_text("\n".join(log.read_text().splitlines()[: ROWS + 1]) + "\n")
+        else:
+            subprocess.run(step.command, shell=True, check=True, capture_output=True)
+
+
+def numbers(line: str) -> list[float]:
+    """Numbers of a line that stand alone; those that are zero but for rounding are left out."""
+    found = [float(word) for word in re.findall(r"(?<![\w.])-?\d+\.?\d*(?:e[+-]?\d+)?(?![\w.])", line)]
+    return [value for value in found if value == 0 or abs(value) > 1e-6]
+
+
+def words(line: str) -> str:
+    return " ".join(re.findall(r"[A-Za-z_]{3,}", line))
+
+
+@pytest.mark.long
+@every_tutorial
+def test_they_print_what_they_say(path: Path, place: Path) -> None:
+    """As printed, in a shell; numbers within a hundredth."""
+    around = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    for step in steps(path):
+        if step.file:
+            write(step)
+            continue
+        done = subprocess.run(step.command, shell=True, env=around, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, (step.command, done.stderr)
+        printed = done.stdout.splitlines()
+        for line in step.text.splitlines():
+            same = [one for one in printed if words(one).startswith(words(line))] if line != "..." else []
+            wanted = numbers(line)
+            assert line == "..." or any(
+                all(math.isclose(a, b, rel_tol=0.01) for a, b in zip(numbers(one), wanted, strict=False))
+                and len(numbers(one)) >= len(wanted) for one in same
+            ), f"{step.command}: no line such as {line!r} in\n{done.stdout}"  # fmt: skip
+
+
+def test_every_tutorial_is_found() -> None:
+    assert {path.stem for path in TUTORIALS} >= {"estimate", "fine-tuning"}
