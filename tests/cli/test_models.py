@@ -84,6 +84,7 @@ def test_an_unknown_purpose(capsys: pytest.CaptureFixture[str]) -> None:
     assert all(p.key in said.err for p in PURPOSES)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_every_command_of_the_guide_runs(tmp_path: Path, monkeypatch, capsys) -> None:
     (tmp_path / "examples").symlink_to(ROOT / "examples")

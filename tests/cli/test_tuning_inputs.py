@@ -144,6 +144,7 @@ def test_refused_in_one_line(case: str, study: Path, capsys) -> None:
         assert word in said
 
 
+@pytest.mark.long
 def test_a_study_that_was_refused_can_be_put_right_and_run_in_the_same_folder(study: Path, capsys) -> None:
     changed(study, ('["a", "b"]', '["a"]'))
     refused(capsys)
@@ -151,6 +152,7 @@ def test_a_study_that_was_refused_can_be_put_right_and_run_in_the_same_folder(st
     warned(capsys)
 
 
+@pytest.mark.long
 def test_another_scale_needs_the_step_that_says_so(study: Path, capsys) -> None:
     for name in TURNS:
         rewritten(name, lambda t: replace(froude_scaled(t, 1.0 / 20.0), meta={**t.meta, "L_pp": 4.15}))
@@ -168,6 +170,7 @@ def test_a_set_without_a_length_cannot_be_scaled(study: Path, capsys) -> None:
     assert "give L_pp in its sidecar" in refused(capsys)
 
 
+@pytest.mark.long
 def test_another_ship_of_the_same_length_is_warned_of(study: Path, capsys) -> None:
     rewritten("a", lambda t: replace(t, meta={**t.meta, "ship": "hayabusa"}))
     assert "a: is of ship 'hayabusa', the study is of 'suzaku'" in warned(capsys)
@@ -185,6 +188,7 @@ def test_a_part_of_a_recording_is_refused_too(study: Path, turns, capsys) -> Non
     assert "training and test share a recording" in refused(capsys)
 
 
+@pytest.mark.long
 def test_few_samples_are_warned_of(study: Path, capsys) -> None:
     def nearly_empty(trial: Trial) -> Trial:
         hole = np.where(np.arange(len(trial)) % 10 == 0, trial["psi"], np.nan)
@@ -251,6 +255,7 @@ def test_other_estimators_refuse_in_one_line_too(kind: str, study: Path, capsys)
     assert words in refused(capsys)
 
 
+@pytest.mark.long
 def test_the_papers_loss_brings_no_advice_that_would_be_refused(study: Path, capsys) -> None:
     changed(study, ("[loss]", "[loss]\ncorrelation = 0.0"))
     assert "nuisance" not in warned(capsys)

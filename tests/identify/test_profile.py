@@ -39,6 +39,7 @@ def test_where_the_model_is_nearly_linear_a_profile_is_the_parabola_of_the_covar
         np.testing.assert_allclose(one.rise, curved, rtol=0.05, atol=1e-6)
 
 
+@pytest.mark.long
 def test_four_turns_leave_a_valley_that_is_flat_to_nine_digits_over_more_than_six_tenths_of_the_box():
     """Without noise: rudder and hull share the rudder's force, and nothing in a turn tells them apart."""
     told = problem(SHIP, noise={})
