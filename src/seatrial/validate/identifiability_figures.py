@@ -32,6 +32,9 @@ def profile(one: Profile) -> str:
     a, b = (frame.at(v, 0.0)[0] for v in one.interval)
     steps = [(v, r) for v, r in zip(one.values, rise, strict=True) if frame.holds(float(v), float(r))]
     colour = _WORD[one.status]
+    # The word stands in the upper corner that the curve leaves free.
+    near = x <= frame.x[0] + 0.3 * (frame.x[1] - frame.x[0])
+    left = not np.any((y > 0.6 * _TOP) & near & (x >= frame.x[0]))
     return frame.svg([
         f'<rect x="{a:.1f}" y="{frame.top}" width="{max(b - a, 1.0):.1f}" height="{frame.height}" fill="{colour}" '
         'opacity=".14"/>',
@@ -39,7 +42,8 @@ def profile(one: Profile) -> str:
         frame.line(x[inside], y[inside], colour, width=1.8),
         *(frame.dot(float(v), float(r), colour, 2.0) for v, r in steps),
         frame.dot(one.best, 0.0, _INK, 3.0),
-        _text(frame.left + 4, frame.top + 10, one.status, colour, weight=600),
+        _text(frame.left + 4 if left else frame.left + frame.width - 4, frame.top + 10, one.status, colour,
+              weight=600, anchor="start" if left else "end"),
     ], one.free.path, "rise")  # fmt: skip
 
 

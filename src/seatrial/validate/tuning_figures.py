@@ -88,8 +88,8 @@ def positions(ranges: Sequence[Range]) -> str:
     ax.set_ylim(len(paths) - 0.5, -0.5)
     ax.set_xlim(-1.05, 1.05)
     ax.set_xlabel("place in the range (filled: at its end)")
-    ax.legend(loc="upper center", bbox_to_anchor=(0.4, -0.09), ncols=5, handletextpad=0.1, columnspacing=1.0,
-              frameon=False)  # fmt: skip
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=5, handletextpad=0.1,
+                  columnspacing=1.0, frameon=False)  # fmt: skip
     return svg(figure, "positions")
 
 
