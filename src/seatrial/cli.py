@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from .cli_manoeuvres import simulate
-from .cli_ships import design, estimate, imo, models, requirements, ships, show
+from .cli_ships import design, estimate, export, imo, models, requirements, servo, ships, show, thrust_map
 from .cli_support import (
     UsageError,
     cautions,
@@ -96,7 +96,7 @@ def demo(
         sys.stdout.write("\n".join(summary["lines"]) + "\n")
 
 
-for command in (ships, show, simulate, models, estimate, design, requirements, imo):
+for command in (ships, show, simulate, models, estimate, design, requirements, imo, export, thrust_map, servo):
     app.command()(command)
 
 

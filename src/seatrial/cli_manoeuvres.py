@@ -19,6 +19,7 @@ from .cli_support import (
     DEGREE,
     UsageError,
     around_ship,
+    doubts,
     emit,
     finite,
     index_json,
@@ -196,6 +197,9 @@ def simulate(
         raise UsageError(f"--seed is {seed}; it is zero or above")
     find(name)
     vessel = read_ship(ship)
+    _tested(vessel, rps)
+    for line in doubts(vessel):
+        note(f"warning: {line}")
     around = around_ship(vessel, wind, gusts, current, waves, depth, 1 if seed is None else seed)
     U, n_P = approach(vessel, speed, rps)
     given = {"rudder": rudder, "heading": heading, "side": side}
@@ -216,6 +220,17 @@ def simulate(
         emit({"ship": vessel.name, "manoeuvre": name, "settings": settings, "complete": complete, "indices": indices})
         return
     show_indices(f"{vessel.name}, {name}", indices)
+
+
+def _tested(ship: Ship, rps: float | None) -> None:
+    """Refuse revolutions for which the thrust of the ship was never measured."""
+    from .identify.plant_lint import tested
+
+    for control, (low, high) in tested(ship).items():
+        if rps is not None and not low <= rps <= high:
+            raise UsageError(
+                f"--rps is {rps:g}; thrust by {control} of {ship.name} was tested from {low:g} to {high:g} 1/s"
+            )
 
 
 def _set_points(policy: Any, side: str | None) -> dict[str, Any]:

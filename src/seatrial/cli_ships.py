@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .cli_support import emit, read_ship, show_table
+from .cli_support import doubts, emit, note, read_ship, show_table
 from .parameters import walk
 
 ShipName = Annotated[str, typer.Argument(help="A name of the library (seatrial ships) or a ship file.")]
@@ -41,7 +41,9 @@ def show(
 ) -> None:
     """Every parameter of a ship with value, unit and meaning."""
     found = read_ship(ship)
-    entries = found.entries
+    entries, doubtful = found.entries, doubts(found)
+    for line in doubtful:
+        note(f"warning: {line}")
     if json:
         emit({"ship": found.name, "L_pp": found.L_pp, "speed": found.speed, "n_P": found.n_P,
               "parameters": {
@@ -50,7 +52,7 @@ def show(
                              "prime": entries[path].prime, "sigma": entries[path].sigma}
                             if path in entries else {"source": None})}
                   for path, meaning, value in walk(found.model)
-              }, "notes": dict(found.notes)})  # fmt: skip
+              }, "doubts": doubtful, "notes": dict(found.notes)})  # fmt: skip
         return
     rows = [
         (path, f"{value:.6g}", meaning.unit,
@@ -113,3 +115,45 @@ def imo(ship: ShipName, out: Page = None, json: Json = False) -> None:
     from .cli_imo import imo as run
 
     run(ship, out, json)
+
+
+def export(
+    model: ShipName,
+    casadi: Annotated[Path | None, typer.Option(help="CasADi function; its step and names go beside it.")] = None,
+    c: Annotated[Path | None, typer.Option("--c", help="Folder for a C99 source file and its header.")] = None,
+    python: Annotated[Path | None, typer.Option(help="Python file that needs the standard library only.")] = None,
+    actuators: Annotated[
+        float | None, typer.Option(metavar="S", help="Also a step of S seconds from orders, through the actuators.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """The plant of a ship for controllers: a CasADi function, C, a Python file."""
+    from .cli_export import export as run
+
+    run(model, casadi, c, python, actuators, json)
+
+
+def thrust_map(
+    table: Annotated[Path, typer.Argument(help="Bollard pull, columns such as n [1/s],T_1 [N],T_2 [N].")],
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Tables of a ship file to write (.toml).")] = None,
+    thrusters: Annotated[str | None, typer.Option(help="Names of the ship's thrusters, such as 1,2.")] = None,
+    together: Annotated[bool, typer.Option("--together", help="One column is the thrust of all of them.")] = False,
+    order: Annotated[int | None, typer.Option(help="Highest power of n; else by cross-validation.")] = None,
+    json: Json = False,
+) -> None:
+    """Thrust by revolutions from a bollard pull, per thruster, with the range that was tested."""
+    from .cli_thrusters import thrust_map as run
+
+    run(table, out, thrusters, together, order, json)
+
+
+def servo(
+    trials: Annotated[list[Path], typer.Argument(help="Trial files, or folders of them.")],
+    control: Annotated[list[str] | None, typer.Option(help="Such as alpha_1; else all that have an order.")] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Tables of a ship file to write (.toml).")] = None,
+    json: Json = False,
+) -> None:
+    """Rate, lag and dead time of azimuth thrusters or rudders, from their ordered and actual angles."""
+    from .cli_thrusters import servo as run
+
+    run(trials, control or (), out, json)

@@ -82,6 +82,12 @@ def read_ship(name: str) -> Ship:
     return load(name)
 
 
+def doubts(ship: Ship) -> list[str]:
+    """What is physically doubtful about the mass matrix of a ship that has one, in lines."""
+    ask = getattr(getattr(ship.model, "inertia", None), "doubts", None)
+    return [] if ask is None else [f"{ship.name}: {text}" for text in ask()]
+
+
 def positive(**options: float | None) -> None:
     """Raise a UsageError for an option that is given and not a positive number."""
     for name, value in options.items():
@@ -205,8 +211,11 @@ def feels(ship: Ship, channel: str) -> bool:
 
 def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
     """What a user should know before trusting a prediction of these trials by this ship."""
+    from .identify.plant_lint import untested
+
     lines: list[str] = []
     for trial in trials:
+        lines += [f"warning: {trial.name}: {text}; extrapolated" for text in untested(ship, trial)]
         length = trial.meta.get("L_pp")
         if isinstance(length, int | float) and abs(length / ship.L_pp - 1) > 0.02:
             lines.append(f"warning: {trial.name} is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m")

@@ -48,6 +48,8 @@ FAULTS = {
     "degrees psi": (lambda t: t.having(psi=np.degrees(t["psi"])), "error", "psi is in degrees"),
     "degrees r": (lambda t: t.having(r=np.degrees(t["r"])), "error", "r is in degrees"),
     "mirror": (lambda t: t.having(r=-t["r"]), "error", "opposite signs"),
+    "uneven": (lambda t: replace(t, t=t.t + 0.04 * (np.arange(len(t)) % 2)), "warning", "uneven steps"),
+    "degrees alpha": (lambda t: t.having(alpha_1=10 * np.sign(np.sin(t.t / 9))), "error", "thrust is in degrees"),
     "short": (lambda t: t.rows(slice(0, 5)), "error", "too short"),
 }  # fmt: skip
 
@@ -112,3 +114,21 @@ def test_a_held_rudder_is_judged_by_the_turn_it_makes(delta):
     assert not [f for f in check(trial) if "rudder sign" in f.what]
     wrong = [f for f in check(trial.having(delta=-rudder)) if "rudder sign" in f.what]
     assert [f.severity for f in wrong] == ["error"]
+
+
+def turning(t: Trial, degrees: bool, rate: float = 0.3, most: float = 9.0) -> Trial:
+    """A thruster that turns to and fro at a steady rate [rad/s] up to `most` [rad]."""
+    angle = most * (1 - np.abs((rate * t.t / most) % 2 - 1))
+    return t.having(alpha_1=np.degrees(angle) if degrees else angle)
+
+
+def test_a_thruster_that_goes_round_is_not_in_degrees(made):
+    [finding] = [f for f in check(turning(made, degrees=False)) if "alpha_1" in f.where]
+    assert (finding.severity, finding.what) == ("info", "direction beyond one turn")
+    for most in (0.2, 0.5, 9.0):
+        found = [f for f in check(turning(made, True, most=most)) if "alpha_1" in f.where]
+        assert [f.severity for f in found] == ["error"]
+    declared = replace(turning(made, True), units={"alpha_1": "deg"})
+    assert [f for f in check(declared) if "alpha_1" in f.where] == []
+    steps = made.having(alpha_1_cmd=np.pi * np.sign(np.sin(made.t / 9)))
+    assert [f for f in check(steps) if "alpha_1" in f.where] == []

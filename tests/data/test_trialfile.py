@@ -144,3 +144,14 @@ def test_bad_parquet(tmp_path):
     (tmp_path / "a.parquet").write_bytes(b"PAR1 no")
     with pytest.raises(DataError, match="not a readable Parquet"):
         read_trial(tmp_path / "a.parquet")
+
+
+def test_channels_of_thrusters_come_out_in_si(tmp_path):
+    path = tmp_path / "log.csv"
+    head = "t [s],alpha_1 [deg],alpha_1_cmd [deg],n_bow [rpm],f_2 [kN],n_cells [-]"
+    path.write_text(f"{head}\n0,90,45,60,2,3\n1,0,0,0,0,3\n")
+    trial = read_trial(path)
+    assert trial["alpha_1"][0] == pytest.approx(np.pi / 2)
+    assert trial["alpha_1_cmd"][0] == pytest.approx(np.pi / 4)
+    assert (trial["n_bow"][0], trial["f_2"][0], trial["n_cells"][0]) == (1.0, 2000.0, 3.0)
+    assert [trial.unit(n) for n in ("alpha_1", "n_bow", "f_2", "n_cells")] == ["rad", "1/s", "N", "-"]

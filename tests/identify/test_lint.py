@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from seatrial.data import Trial
@@ -96,3 +97,56 @@ def test_parameters_that_no_trial_feels_are_named(problem: Problem) -> None:
     softly = replace(boxed, free=tuple(replace(f, prior=f.start, sigma=0.1) for f in boxed.free))
     found = [i for i in lint(softly) if "feels" in i.text]
     assert [(i.severity, i.where) for i in found] == [("warning", "hull.N_v")]
+
+
+@pytest.fixture(scope="module")
+def tug() -> Problem:
+    ship = load("qiuxin5")
+    run = simulate(ship, Zigzag(approach(ship)[1], 0.35, 0.35), speed=ship.speed, duration=60, dt=0.2, name="a")
+    return Problem(ship, (run,), near(ship.model, "damping.Y_v", ratio=0.3))
+
+
+def _said(problem: Problem, severity: str) -> str:
+    return "\n".join(f"{i.where}: {i.text}" for i in lint(problem) if i.severity == severity)
+
+
+def test_a_mass_matrix_of_no_body_is_accepted_with_a_warning(tug: Problem) -> None:
+    assert _said(tug, "error") == ""
+    words = "inertia: M is not symmetric (m_23 = 1.1254, m_32 = -16.0598): no body has such a mass"
+    assert words in _said(tug, "warning")
+    indefinite = replace(tug, ship=tug.ship.having({"inertia.m_23": 60.0, "inertia.m_32": 60.0}))
+    assert "not positive definite: some motion has no kinetic energy" in _said(indefinite, "warning")
+
+
+def test_commands_beyond_the_thrust_map_are_refused_unless_asked(tug: Problem) -> None:
+    (trial,) = tug.trials
+    fast = replace(tug, trials=(trial.having(n_1=trial["n_1"] + 5.0),))
+    assert "a: n_1 goes from 12.03 to 12.03 1/s, thrust was tested from 0 to 10 1/s" in _said(fast, "error")
+    assert "extrapolated, as asked" in _said(replace(fast, extrapolate=True), "warning")
+    assert "thrust was tested" not in _said(replace(fast, extrapolate=True), "error")
+    back = replace(tug, trials=(trial.having(n_2=-trial["n_2"]),))
+    assert "n_2 goes from -7.03" in _said(back, "error")
+    noisy = replace(tug, trials=(trial.having(n_1=trial["n_1"] * 10.05 / trial["n_1"].max()),))
+    assert "thrust was tested" not in _said(noisy, "error")
+
+
+def test_more_columns_than_thrusters(tug: Problem) -> None:
+    (trial,) = tug.trials
+    spare = replace(tug, trials=(trial.having(n_3=trial["n_1"], alpha_3=trial["alpha_1"]),))
+    assert "commands thrusters by n_3, alpha_3 that qiuxin5 has not (it has 1, 2)" in _said(spare, "error")
+    still = replace(tug, trials=(trial.having(n_3=0 * trial["n_1"]),))
+    assert _said(still, "error") == ""
+
+
+def test_uneven_sampling_is_told(tug: Problem) -> None:
+    (trial,) = tug.trials
+    kept = [k for k in range(len(trial)) if k % 7 != 3]
+    uneven = replace(tug, trials=(trial.rows(np.array(kept, dtype=np.intp)),))
+    assert "steps differ from 0.2 s (from 0.2 to 0.4 s)" in _said(uneven, "warning")
+    assert "steps differ" not in _said(tug, "warning")
+
+
+def test_directions_in_degrees_are_refused(tug: Problem) -> None:
+    (trial,) = tug.trials
+    wrong = replace(tug, trials=(trial.having(alpha_1=np.degrees(trial["alpha_1"])),))
+    assert "direction of the thrust is in degrees" in _said(wrong, "error")

@@ -102,3 +102,15 @@ def test_a_zero_needs_an_absolute_width() -> None:
     free, fixed = freedom(model, {"body.J*": {"prior": 0.3}})
     assert (free, fixed) == ((), ("body.J_z",))
     assert freedom(model, {"body.J_z": {"sigma": 0.1}})[0][0].sigma == 0.1
+
+
+def test_a_trial_shorter_than_the_window_is_named(study) -> None:
+    with pytest.raises(StudyError, match=r"turn_a lasts 60 s, estimator\.window is 90 s"):
+        read_study(study(STUDY.replace("window = 30", "window = 90")))
+    # A window that the study leaves to us adapts.
+    assert read_study(study(STUDY.replace("window = 30", ""))).problem.trials
+
+
+def test_extrapolation_is_asked_for_in_the_data(study) -> None:
+    assert not read_study(study(STUDY)).problem.extrapolate
+    assert read_study(study(STUDY.replace("[data]", "[data]\nextrapolate = true"))).problem.extrapolate

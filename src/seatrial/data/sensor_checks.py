@@ -15,6 +15,8 @@ from .prepare import complete
 
 _MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
 _DIRECTIONS = ("gamma_T", "gamma_A", "gamma_C")
+# No thruster turns faster than this [rad/s]; read as radians, one in degrees does.
+_SPIN = 4.0
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,13 @@ def _time_faults(trial: Trial) -> Iterator[Fault]:
             f"{leaps.size} leaps, up to {steps.max():.3g} s, the first at t = {trial.t[k]:g} s",
             "prepare.segments ends a run at each leap",
         )  # fmt: skip
+    elif (off := np.abs(steps - middle) > 0.1 * middle).mean() > 0.05:
+        yield Fault(
+            "warning", "t", "uneven steps",
+            f"{int(off.sum())} of {steps.size} steps differ by over 10 % from {middle:.3g} s, "
+            f"from {steps.min():.3g} to {steps.max():.3g} s",
+            "a fit takes them at even steps (prepare.resample); log faster where that is too coarse",
+        )  # fmt: skip
 
 
 def _angle_faults(trial: Trial) -> Iterator[Fault]:
@@ -103,6 +112,8 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
             yield Fault(
                 "error", name, "rudder is in degrees", f"up to {largest:.3g} rad", "convert it to radians"
             )
+        elif name.split("_")[0] == "alpha" and largest > 6.3 and trial.unit(name) in ("rad", "-"):
+            yield _turned(trial, name, largest)
         elif name in _DIRECTIONS and largest > 6.3:
             # a continuous direction may pass a turn; one that leaps in degrees does not
             yield Fault("error" if largest > 30 else "info", name, "direction beyond one turn",
@@ -116,6 +127,22 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
             yield Fault("warning" if unit == "rad" else "error", "psi", "heading wraps",
                         f"{wraps} leaps of about {turn:.4g} {unit}",
                         "make it continuous with data.unwrapped")  # fmt: skip
+
+
+def _turned(trial: Trial, name: str, largest: float) -> Fault:
+    """A thruster beyond one turn: it may have gone round, but it neither leaps by a turn nor spins."""
+    good = np.isfinite(trial[name])
+    moves, steps = np.abs(np.diff(trial[name][good])), np.diff(trial.t[good])
+    moving = moves > 1e-3
+    usual = float(np.median(moves[moving] / steps[moving])) if moving.any() else 0.0
+    if largest > 30 or moves.max(initial=0.0) > 6.5 or usual > _SPIN:
+        return Fault(
+            "error", name, "direction of the thrust is in degrees",
+            f"up to {largest:.3g} rad, by up to {moves.max(initial=0.0):.3g} rad a row, at {usual:.3g} rad/s as a rule",
+            "convert it to radians, or declare its unit: deg",
+        )  # fmt: skip
+    return Fault("info", name, "direction beyond one turn", f"up to {largest:.4g} rad",
+                 "if it is in degrees, convert it to radians")  # fmt: skip
 
 
 def _step_faults(trial: Trial, name: str) -> Iterator[Fault]:

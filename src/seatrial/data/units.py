@@ -40,6 +40,8 @@ KNOWN: Mapping[str, tuple[str, float]] = MappingProxyType({
 })  # fmt: skip
 """Unit symbols that a header may name: the SI symbol and the factor to it."""
 
+# What the names of a thruster's channels begin with (docs/conventions.md), such as n_1, alpha_bow, f_2.
+_THRUSTERS = {"n": "1/s", "alpha": "rad", "f": "N", "X": "N", "Y": "N", "N": "N m"}
 _DERIVED = re.compile(r"_(sd|cmd|\d+)$")
 
 
@@ -59,8 +61,9 @@ def standard_unit(name: str) -> str | None:
 def conversion(name: str, unit: str) -> tuple[str, float]:
     """Unit a channel is kept in, and the factor to it.
 
-    Standard channels come out in SI.  Other channels keep the unit they have: nothing here
-    computes with them, and what was read is written back unchanged.
+    Standard channels come out in SI, and so do channels named like those of thrusters (`n_1`, `alpha_1`)
+    whose unit is of that kind.  Others keep the unit they have: nothing here computes with them, and
+    what was read is written back unchanged.
 
     Raises:
         DataError: an unknown unit, or one that cannot measure this channel.
@@ -69,7 +72,8 @@ def conversion(name: str, unit: str) -> tuple[str, float]:
         raise DataError(f"column '{name}': {unknown(unit, KNOWN, 'unit')}")
     wanted = standard_unit(name)
     if wanted is None:
-        return unit, 1.0
+        stem, named, _ = name.partition("_")
+        return KNOWN[unit] if named and KNOWN[unit][0] == _THRUSTERS.get(stem) else (unit, 1.0)
     si, factor = KNOWN[unit]
     if si != wanted:
         fitting = ", ".join(symbol for symbol, (to, _) in KNOWN.items() if to == wanted)

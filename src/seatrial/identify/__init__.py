@@ -34,7 +34,10 @@ class FitError(RuntimeError):
 
 @dataclass(frozen=True)
 class Problem:
-    """Which parameters of which ship are to explain which trials; `validation` is only watched."""
+    """Which parameters of which ship are to explain which trials; `validation` is only watched.
+
+    `extrapolate` lets commands leave the tested range of a thrust map, which `lint` refuses otherwise.
+    """
 
     ship: Ship
     trials: tuple[Trial, ...]
@@ -42,6 +45,7 @@ class Problem:
     loss: Loss = Loss()
     nuisance: Nuisance = Nuisance()
     validation: tuple[Trial, ...] = ()
+    extrapolate: bool = False
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from ..models import STATES, Sampled
 from ..parameters import specs, unknown
 from . import Issue, Nuisance, Problem, StudyError
 from .objective import TrajectoryObjective
+from .plant_lint import commands, mass, sampling
 from .windows import spread
 
 # Findings of `check` that make a fit wrong rather than poor: signs, frames and units.
@@ -37,7 +38,7 @@ def lint(problem: Problem, test: Sequence[Trial] = ()) -> tuple[Issue, ...]:
         problem: what is to be fitted to what.
         test: trials that nothing but the report will see.
     """
-    found = [*_free(problem), *_scales(problem), *_trials(problem, test), *_sets(problem, test)]
+    found = [*_free(problem), *_scales(problem), *mass(problem), *_trials(problem, test), *_sets(problem, test)]
     if not any(issue.severity == "error" for issue in found):
         found += _felt(problem)
     return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
@@ -112,6 +113,8 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
         yield Issue("warning", trial.name, f"is of ship '{name}', the study is of '{ship.name}'")
     if getattr(ship.model, "wind", None) is not None and not ("U_T" in trial and "gamma_T" in trial):
         yield Issue("warning", trial.name, "has no wind (U_T, gamma_T), which the model could use; taken as still air")
+    yield from commands(problem, trial)
+    yield from sampling(trial)
     for finding in check(trial):
         if finding.severity == "error":
             severity = "error" if any(words in finding.what for words in _FATAL) else "warning"
@@ -149,7 +152,8 @@ def _felt(problem: Problem) -> Iterator[Issue]:
     except DataError as error:
         yield Issue("error", "trials", str(error))
         return
-    normal = objective.normal(np.array([free.start for free in bare.free]), np.zeros(0))
+    with np.errstate(over="ignore", invalid="ignore"):
+        normal = objective.normal(np.array([free.start for free in bare.free]), np.zeros(0))
     if not np.isfinite(normal.H).all():
         return  # the model blows up there, which the estimator tells by trial and state
     prior = np.array([free.sigma**-2.0 for free in bare.free])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,8 @@ from .freedom import freedom
 from .study_data import chosen, read_data
 
 SCHEMA = "seatrial-study/1"
+# A trial fills a window with this share of its length.
+_FILLED = 0.9
 
 
 @dataclass(frozen=True)
@@ -67,9 +69,10 @@ def read_study(path: str | Path) -> Study:
         raise StudyError(f"{here}: {error}") from None
     problem = Problem(
         ship, train, free, Loss(said.loss.sigma, said.loss.correlation),
-        Nuisance(said.nuisance.initial, said.nuisance.current, said.nuisance.bias), validation,
+        Nuisance(said.nuisance.initial, said.nuisance.current, said.nuisance.bias), validation, said.data.extrapolate,
     )  # fmt: skip
     estimator = _estimator(here, said.estimator)
+    _long_enough(here, train, said.estimator)
     notes = (f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()
     return Study(
         here.stem, here, problem, estimator, test, said.report.restart, digest(problem, estimator), notes,
@@ -130,6 +133,17 @@ def _ship(path: Path, name: str) -> Ship:
         return load(beside if name.endswith(".toml") and beside.is_file() else name)
     except ShipError as error:
         raise StudyError(f"{path}: ship: {error}") from None
+
+
+def _long_enough(path: Path, trials: Iterable[Trial], estimator: Mapping[str, Any]) -> None:
+    """Refuse a window that the study asks for and a trial cannot fill; one that it leaves to us adapts."""
+    window = float(estimator.get("window") or 0.0)
+    for trial in trials:
+        if trial.duration + trial.dt < _FILLED * window:
+            raise StudyError(
+                f"{path}: {trial.name} lasts {trial.duration:g} s, estimator.window is {window:g} s; shorten the "
+                "window, or leave the trial out (data.exclude)"
+            )
 
 
 def _made(path: Path, said: Any) -> tuple[tuple[Trial, ...], ...]:

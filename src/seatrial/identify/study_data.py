@@ -47,7 +47,8 @@ def read_data(path: Path, data: Any, ship: Ship) -> Split:
             raise StudyError(f"{path}: data.train is missing")
         found = _one(path, "data", data, ship)
     else:
-        alone = [key for key in type(data).model_fields if key != "set" and key in data.model_fields_set]
+        alone = [key for key in type(data).model_fields
+                 if key not in ("set", "extrapolate") and key in data.model_fields_set]  # fmt: skip
         if alone:
             raise StudyError(f"{path}: data.{alone[0]} stands beside [[data.set]]; write it in each set")
         parts = [_one(path, f"data.set {k}", one, ship) for k, one in enumerate(sets, start=1)]

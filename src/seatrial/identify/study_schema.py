@@ -29,6 +29,7 @@ class DataTable(DataSetTable):
     """One folder, or several as [[data.set]]."""
 
     set: list[DataSetTable] = []
+    extrapolate: bool = False
 
 
 class LossTable(_Table):

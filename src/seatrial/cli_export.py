@@ -1,0 +1,54 @@
+"""The command export: the plant of a ship as files for controllers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .cli_support import UsageError, emit, make_folder, note, read_ship
+from .exchange import plant, save_c, save_casadi, save_python
+from .exchange.casadi_function import description
+
+
+def export(
+    model: str, casadi: Path | None, c: Path | None, python: Path | None, actuators: float | None, json: bool
+) -> None:
+    """Write the plant in each form that is asked for.
+
+    Raises:
+        UsageError: none is asked for, or a path that cannot be written to.
+        ShipError: a ship that has no right-hand side; a file that cannot be written.
+    """
+    _check(casadi, c, python)
+    ship = read_ship(model)
+    made = plant(ship, actuators)
+    written: list[Path] = []
+    if casadi is not None:
+        written += save_casadi(made, casadi)
+    if c is not None:
+        make_folder(c)
+        written += save_c(made, c)
+    if python is not None:
+        written.append(save_python(made, python))
+    for caution in ship.notes.get("cautions", ()):
+        note(f"note: {ship.name}: {caution}")
+    if json:
+        emit({**description(made), "written": [str(path) for path in written]})
+    else:
+        for path in written:
+            note(f"wrote {path}")
+
+
+def _check(casadi: Path | None, c: Path | None, python: Path | None) -> None:
+    """Refuse what cannot be written before anything is."""
+    files = {path.resolve(): path for path in (casadi, python) if path is not None}
+    if not files and c is None:
+        raise UsageError("export to what? give --casadi FILE, --c FOLDER or --python FILE")
+    if casadi is not None and python is not None and len(files) == 1:
+        raise UsageError(f"{casadi}: --casadi and --python name one file")
+    if python is not None and python.suffix != ".py":
+        raise UsageError(f"{python}: a Python file ends in .py")
+    for path in files.values():
+        if not path.parent.is_dir():
+            raise UsageError(f"{path}: no such folder: {path.parent}")
+        if path.is_dir():
+            raise UsageError(f"{path}: is a folder; name a file")

@@ -1,0 +1,160 @@
+"""The plant as C99: one header, one source file, the C mathematics library and nothing else."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from .listing import Language, listing
+from .plant import Number, Plant, Variable
+from .writing import write
+
+
+def save_c(plant: Plant, folder: str | Path) -> tuple[Path, Path]:
+    """Write ``<name>.h`` and ``<name>.c`` into a folder that is there.
+
+    Raises:
+        ShipError: a folder that is not there, or a file that cannot be written.
+    """
+    where = Path(folder)
+    header, source = where / f"{plant.name}.h", where / f"{plant.name}.c"
+    write({header: header_text(plant), source: source_text(plant)})
+    return header, source
+
+
+def _constant(value: float) -> str:
+    if math.isnan(value):
+        return "NAN"
+    if math.isinf(value):
+        return "INFINITY" if value > 0 else "(-INFINITY)"
+    return repr(value) if value >= 0 else f"({value!r})"
+
+
+FORMS = {
+    "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0} * {0}", "OP_TWICE": "2.0 * {0}", "OP_INV": "1.0 / {0}",
+    "OP_LT": "{0} < {1}", "OP_LE": "{0} <= {1}", "OP_EQ": "{0} == {1}", "OP_NE": "{0} != {1}", "OP_NOT": "!{0}",
+    "OP_AND": "{0} && {1}", "OP_OR": "{0} || {1}", "OP_IF_ELSE_ZERO": "{0} ? {1} : 0.0",
+    "OP_SIGN": "({0} > 0.0) - ({0} < 0.0)", "OP_FMIN": "{0} < {1} ? {0} : {1}", "OP_FMAX": "{0} > {1} ? {0} : {1}",
+}  # fmt: skip
+C = Language(FORMS, _constant)
+
+
+def plain(text: str) -> str:
+    """Text that may stand in any comment: ASCII, without the marks of one."""
+    ascii_ = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode("ascii")
+    return ascii_.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").replace("\\", "/")
+
+
+def _elements(letter: str, variables: Sequence[Variable]) -> Iterable[str]:
+    for k, one in enumerate(variables):
+        bounds = f", {one.low:g} to {one.high:g}" if math.isfinite(one.low) or math.isfinite(one.high) else ""
+        yield f"     {letter}[{k}]  {one.name} [{one.unit}]  {one.about}{bounds}"
+
+
+def _numbers(title: str, numbers: Sequence[Number]) -> Iterable[str]:
+    yield from ("", f"   {title}, in SI units, with their sources:")
+    for n in numbers:
+        yield f"     {n.path} = {n.value!r} {n.unit}  {n.about}; {n.source}"
+
+
+_STEP = "const double x[], const double u[], const double e[], double dt, double x_next[]"
+_ACTUATE = "const double a[], const double o[], double u[], double a_next[]"
+_ORDERED = "const double x[], const double a[], const double o[], const double e[], double x_next[], double a_next[]"
+
+
+def header_text(plant: Plant) -> str:
+    """The header: what each element means, the sizes, the functions."""
+    upper, name = plant.name.upper(), plant.name
+    text = [f"   {plant.title}", "", "   State x:", *_elements("x", plant.states), "   Controls u, actual values:",
+            *_elements("u", plant.controls), "   Environment e, all zero in calm deep water:",
+            *_elements("e", plant.environment)]  # fmt: skip
+    sizes = {"NX": len(plant.states), "NU": len(plant.controls), "NE": len(plant.environment)}
+    if plant.servos is not None:
+        sizes["NA"] = len(plant.servos.memory)
+        text += ["   Memory a of the actuators:", *_elements("a", plant.servos.memory)]
+        text += ["   Orders o: one a control, in the order of u."]
+    text += _numbers("Numbers of the model", plant.numbers)
+    if plant.servos is not None:
+        text += _numbers("Numbers of the actuators", plant.servos.numbers)
+    lines = [
+        "/*", *map(plain, text), "",
+        "   No allocation, no state, no side effects: every function may run in several threads.",
+        "   Infinity is a number here (a rate without limit): compile without -ffast-math.", "*/",
+        f"#ifndef {upper}_H", f"#define {upper}_H", "", "#ifdef __cplusplus", 'extern "C" {', "#endif", "",
+        *(f"#define {upper}_{key} {size}" for key, size in sizes.items()), "",
+        "/* Where each state stands in x, and each control in u. */",
+        _places(upper, "X", plant.states), _places(upper, "U", plant.controls), "",
+        "/* Time derivative dx of the state x, in the units of x per second. */",
+        f"void {name}_rates(const double x[], const double u[], const double e[], double dx[]);", "",
+        "/* x after dt seconds by the Runge-Kutta method of fourth order, u and e held; x_next may be x. */",
+        f"void {name}_step({_STEP});",
+    ]  # fmt: skip
+    if plant.servos is not None:
+        lines += [
+            "", f"/* One step of {name}_ordered_step and {name}_actuate [s]. */",
+            f"#define {upper}_DT {plant.servos.dt!r}", "",
+            "/* The actuators under the orders o: u acts over the step, a_next (may be a) is left at its end. */",
+            f"void {name}_actuate({_ACTUATE});", "",
+            "/* State and actuators after one step under the orders o; x_next may be x, a_next may be a. */",
+            f"void {name}_ordered_step({_ORDERED});",
+        ]  # fmt: skip
+    return "\n".join([*lines, "", "#ifdef __cplusplus", "}", "#endif", "", "#endif", ""])
+
+
+def _places(upper: str, letter: str, variables: Sequence[Variable]) -> str:
+    names = [re.sub(r"\W", "_", one.name, flags=re.ASCII) for one in variables]
+    apart = (name if names.count(name) == 1 else f"{name}_{k}" for k, name in enumerate(names))
+    return f"enum {{ {', '.join(f'{upper}_{letter}_{name} = {k}' for k, name in enumerate(apart))} }};"
+
+
+def _function(head: str, f: Any, letters: str, targets: Sequence[str]) -> list[str]:
+    """A C function of arrays: elements read once, then terms, then the outputs."""
+    listed = listing(f, lambda i, j: f"{letters[i]}{j}", C)
+    idle = [letter for i, letter in enumerate(letters) if not any(place[0] == i for place in listed.reads)]
+    return [
+        head, "{",
+        *(f"    const double {letters[i]}{j} = {letters[i]}[{j}];" for i, j in sorted(listed.reads)),
+        *(f"    const double {name} = {text};" for name, text in listed.statements),
+        *(f"    (void){letter};" for letter in idle),
+        *(f"    {targets[i]}[{j}] = {text};" for (i, j), text in sorted(listed.outputs.items())),
+        "}", "",
+    ]  # fmt: skip
+
+
+def source_text(plant: Plant) -> str:
+    """The source: the terms of the right-hand side one by one, then the step."""
+    name, nx = plant.name, f"{plant.name.upper()}_NX"
+    rates = f"void {name}_rates(const double x[], const double u[], const double e[], double dx[])"
+    lines = [f"/* {plain(plant.title)}: see {name}.h */", f'#include "{name}.h"', "", "#include <math.h>", "",
+             *_function(rates, plant.rates, "xue", ("dx",)),
+             *_STEP_BODY.format(name=name, head=_STEP, nx=nx).splitlines()]  # fmt: skip
+    if plant.servos is not None:
+        lines += ["", *_function(f"void {name}_actuate({_ACTUATE})", plant.servos.baked, "ao", ("u", "a_next"))]
+        lines += _ORDERED_BODY.format(name=name, head=_ORDERED, upper=name.upper()).splitlines()
+    return "\n".join([*lines, ""])
+
+
+_STEP_BODY = """void {name}_step({head})
+{{
+    double k[{nx}], sum[{nx}], z[{nx}];
+    int i;
+    {name}_rates(x, u, e, k);
+    for (i = 0; i < {nx}; i++) {{ sum[i] = k[i]; z[i] = x[i] + 0.5 * dt * k[i]; }}
+    {name}_rates(z, u, e, k);
+    for (i = 0; i < {nx}; i++) {{ sum[i] += 2.0 * k[i]; z[i] = x[i] + 0.5 * dt * k[i]; }}
+    {name}_rates(z, u, e, k);
+    for (i = 0; i < {nx}; i++) {{ sum[i] += 2.0 * k[i]; z[i] = x[i] + dt * k[i]; }}
+    {name}_rates(z, u, e, k);
+    for (i = 0; i < {nx}; i++) x_next[i] = x[i] + dt / 6.0 * (sum[i] + k[i]);
+}}"""
+
+_ORDERED_BODY = """void {name}_ordered_step({head})
+{{
+    double u[{upper}_NU];
+    {name}_actuate(a, o, u, a_next);
+    {name}_step(x, u, e, {upper}_DT, x_next);
+}}"""

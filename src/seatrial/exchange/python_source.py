@@ -1,0 +1,188 @@
+"""The plant as one readable Python file that needs the standard library only."""
+
+from __future__ import annotations
+
+import json
+import keyword
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from .listing import Language, Place, listing
+from .plant import Number, Plant, Variable, one_line
+from .writing import write
+
+FORMS = {
+    "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0} * {0}", "OP_TWICE": "2.0 * {0}", "OP_INV": "1.0 / {0}",
+    "OP_LT": "{0} < {1}", "OP_LE": "{0} <= {1}", "OP_EQ": "{0} == {1}", "OP_NE": "{0} != {1}", "OP_NOT": "not {0}",
+    "OP_AND": "{0} and {1}", "OP_OR": "{0} or {1}", "OP_IF_ELSE_ZERO": "{1} if {0} else 0.0",
+    "OP_SIGN": "({0} > 0.0) - ({0} < 0.0)", "OP_FMIN": "{0} if {0} < {1} else {1}",
+    "OP_FMAX": "{0} if {0} > {1} else {1}",
+}  # fmt: skip
+_MATH = ("sin", "cos", "exp", "log", "tanh", "asin", "acos", "atan", "atan2", "pow", "fabs", "sqrt", "inf", "nan")
+_TAKEN = {*_MATH, *keyword.kwlist, "p", "dt", "rates", "step", "actuate", "ordered_step", "zip", "tuple"}
+
+
+def save_python(plant: Plant, path: str | Path) -> Path:
+    """Write the plant as a module with `rates(x, u, e)` and `step(x, u, e, dt)`.
+
+    Raises:
+        ShipError: a folder that is not there, or a file that cannot be written.
+    """
+    target = Path(path)
+    write({target: module_text(plant)})
+    return target
+
+
+def _constant(value: float) -> str:
+    if math.isnan(value):
+        return "nan"
+    if math.isinf(value):
+        return "inf" if value > 0 else "(-inf)"
+    return repr(value) if value >= 0 else f"({value!r})"
+
+
+PYTHON = Language(FORMS, _constant)
+
+
+def module_text(plant: Plant) -> str:
+    """The whole module: what each element means, the numbers, the right-hand side, the step."""
+    body = [*_numbers("NUMBERS", "Numbers of the model, in SI units; a change here changes the ship.", plant.numbers)]
+    if plant.servos is not None:
+        about = "Numbers of the actuators; lags of 0 and dead times are part of the formulas."
+        body += ["", *_numbers("ACTUATORS", about, plant.servos.numbers), f"DT = {plant.servos.dt!r}  # step [s]"]
+    body += ["", "", *_rates(plant), *_STEP.splitlines()]
+    if plant.servos is not None:
+        body += ["", "", *_actuate(plant), *_ORDERED.splitlines()]
+    used = [name for name in _MATH if re.search(rf"(?<![\w.\"]){name}\b", "\n".join(body))]
+    wide = [*_exp()] if "exp" in used else []
+    imports = [f"from math import {', '.join(n for n in used if n != 'exp')}"] if set(used) - {"exp"} else []
+    head = [*_docstring(plant), "", *(["import math"] if wide else []), *imports, ""]
+    names = [f"{what} = {_tuple([one.name for one in group])}" for what, group in (
+        ("STATES", plant.states), ("CONTROLS", plant.controls), ("ENVIRONMENT", plant.environment))]  # fmt: skip
+    return "\n".join([*head, *names, "CALM = (0.0,) * len(ENVIRONMENT)", "", *body, *wide, ""])
+
+
+def _exp() -> list[str]:
+    return ["", "", "def exp(x):", '    """e to the power x, infinite where that is too large for a number."""',
+            "    return math.exp(x) if x < 709.0 else math.inf"]  # fmt: skip
+
+
+def _tuple(names: Sequence[str]) -> str:
+    return f"({', '.join(map(_quoted, names))}{',' if len(names) == 1 else ''})"
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text)
+
+
+def _elements(letter: str, variables: Sequence[Variable]) -> list[str]:
+    bounds = {
+        one.name: f", {one.low:g} to {one.high:g}" if math.isfinite(one.low) or math.isfinite(one.high) else ""
+        for one in variables
+    }
+    return [f"    {letter}[{k}]  {one.name} [{one.unit}]  {one.about}{bounds[one.name]}"
+            for k, one in enumerate(variables)]  # fmt: skip
+
+
+def _docstring(plant: Plant) -> list[str]:
+    text = [
+        plant.title, "",
+        "rates(x, u, e) is the time derivative of the state, step(x, u, e, dt) the state after dt seconds.",
+        "", "State x:", *_elements("x", plant.states), "Controls u, actual values:", *_elements("u", plant.controls),
+        "Environment e, all zero in calm deep water:", *_elements("e", plant.environment),
+    ]  # fmt: skip
+    if plant.servos is not None:
+        text += ["Memory a of the actuators:", *_elements("a", plant.servos.memory),
+                 "Orders o: one a control, in the order of u."]  # fmt: skip
+    safe = [line.replace("\\", "/").replace('"', "'") for line in text]
+    return [f'"""{safe[0]}', *safe[1:], '"""']
+
+
+def _meaning(n: Number) -> str:
+    return one_line(f"{n.unit or '-'}, {n.about}")
+
+
+def _numbers(name: str, about: str, numbers: Sequence[Number]) -> list[str]:
+    rows = [
+        f"    {_quoted(n.path)}: {_constant(n.value).strip('()')},  # {_meaning(n)}; {n.source}"
+        for n in numbers
+    ]
+    return [f"# {about}", f"{name} = {{", *rows, "}"]
+
+
+def _locals(*groups: Sequence[Variable]) -> list[list[str]]:
+    """A name of its own for each element, the variable's where that is free."""
+    taken, found = set(_TAKEN), list[list[str]]()
+    for group in groups:
+        found.append([])
+        for one in group:
+            name = re.sub(r"\W", "_", one.name, flags=re.ASCII)
+            while name in taken or re.fullmatch(r"w\d+", name):
+                name += "_"
+            taken.add(name)
+            found[-1].append(name)
+    return found
+
+
+def _body(
+    f: Any, names: Sequence[Sequence[str]], numbers: Sequence[Number]
+) -> tuple[list[str], list[list[str]], set[Place]]:
+    """Statements, the expressions of each output, and which elements they read."""
+
+    def leaf(i: int, j: int) -> str:
+        return names[i][j] if i < len(names) else f"p[{_quoted(numbers[j].path)}]"
+
+    listed = listing(f, leaf, PYTHON)
+    outputs = [[listed.outputs[i, j] for j in range(f.size1_out(i))] for i in range(f.n_out())]
+    return [f"    {name} = {text}" for name, text in listed.statements], outputs, listed.reads
+
+
+def _group(names: Sequence[str]) -> str:
+    return f"({', '.join(names)}{',' if len(names) == 1 else ''})"
+
+
+def _rates(plant: Plant) -> list[str]:
+    names = _locals(plant.states, plant.controls, plant.environment)
+    statements, (rates,), reads = _body(plant.open, names, plant.numbers)
+    return [
+        "def rates(x, u, e=CALM, p=NUMBERS):",
+        '    """Time derivative of the state x under the controls u in the environment e."""',
+        *(f"    {names[2][j]} = e[{j}]" for i, j in sorted(reads) if i == 2),
+        f"    {_group(names[0])}, {_group(names[1])} = x, u", *statements, "    return (",
+        *(f"        {text},  # {one.name} [{one.unit}/s]" for text, one in zip(rates, plant.states, strict=True)),
+        "    )", "", "",
+    ]  # fmt: skip
+
+
+def _actuate(plant: Plant) -> list[str]:
+    servos: Any = plant.servos
+    names = [[f"a{k}" for k in range(len(servos.memory))], [f"o{k}" for k in range(len(plant.controls))]]
+    statements, (acting, after), _ = _body(servos.open, names, servos.numbers)
+    return [
+        "def actuate(a, o, p=ACTUATORS):",
+        '    """What acts on the ship over the next DT seconds under the orders o, and the memory at their end."""',
+        f"    {_group(names[0])}, {_group(names[1])} = a, o", *statements, "    u = (",
+        *(f"        {text},  # {one.name}" for text, one in zip(acting, plant.controls, strict=True)),
+        "    )", "    a_next = (",
+        *(f"        {text},  # {one.name}" for text, one in zip(after, servos.memory, strict=True)),
+        "    )", "    return u, a_next", "", "",
+    ]  # fmt: skip
+
+
+_STEP = '''\
+def step(x, u, e=CALM, dt=1.0, p=NUMBERS):
+    """State after dt seconds by the Runge-Kutta method of fourth order, u and e held."""
+    a = rates(x, u, e, p)
+    b = rates([z + 0.5 * dt * k for z, k in zip(x, a)], u, e, p)
+    c = rates([z + 0.5 * dt * k for z, k in zip(x, b)], u, e, p)
+    d = rates([z + dt * k for z, k in zip(x, c)], u, e, p)
+    return tuple(z + dt / 6.0 * (k + 2.0 * l + 2.0 * m + n) for z, k, l, m, n in zip(x, a, b, c, d))'''
+
+_ORDERED = '''\
+def ordered_step(x, a, o, e=CALM):
+    """State and memory of the actuators after DT seconds under the orders o."""
+    u, a_next = actuate(a, o)
+    return step(x, u, e, DT), a_next'''

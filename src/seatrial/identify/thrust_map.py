@@ -1,0 +1,264 @@
+"""Thrust by revolutions, per thruster, from bollard-pull data: the polynomial of `forces.azimuth.Azimuth`.
+
+Which terms are kept is decided by cross-validation: all rows of one level of revolutions are left out
+at a time, except the greatest, since to predict that one is to extrapolate, which a map refuses.  Of
+the sets whose error is not significantly above the least, the one with fewest terms is taken; a
+polynomial that falls anywhere within the tested range is none of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..data import Array, DataError
+from ..forces.azimuth import Azimuth
+
+GREATEST = 5
+"""Highest power of n that an azimuth thruster knows."""
+
+_GRID = np.linspace(0.0, 1.0, 401)
+# A table or a polynomial may fall by these shares of the greatest thrust and still count as monotone.
+_NOISE, _RIPPLE = 0.02, 1e-3
+# Levels of revolutions from which on the table itself tells its noise.
+_MANY = 16
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One set of terms that was tried.
+
+    Attributes:
+        powers: the powers of n, 0 for the offset.
+        error: root mean square error on levels left out [N].
+        monotone: whether the polynomial of all rows rises over the whole range.
+    """
+
+    powers: tuple[int, ...]
+    error: float
+    monotone: bool
+
+
+@dataclass(frozen=True)
+class ThrustMap:
+    """Thrust of one thruster at bollard pull: c_0 + c_1 n + ... + c_5 n^5 ahead, the same turned round astern.
+
+    Attributes:
+        name: of the thruster.
+        coefficients: c_0 to c_5 [N s^k], shape (6,); zero where the term is left out.
+        covariance: of the coefficients, shape (6, 6), from the scatter of the rows.
+        astern: thrust astern over that ahead at the same |n|; 1, an assumption, where none was tested.
+        n_low, n_max: revolutions tested, from the least (negative astern) to the greatest [1/s].
+        R2: share of the variance of the thrust that the map explains.
+        rmse: root mean square misfit of the rows [N].
+        candidates: the sets of terms that were tried, the one taken included.
+        rows: rows of the table.
+    """
+
+    name: str
+    coefficients: Array
+    covariance: Array
+    astern: float
+    n_low: float
+    n_max: float
+    R2: float
+    rmse: float
+    candidates: tuple[Candidate, ...]
+    rows: int
+
+    @property
+    def powers(self) -> tuple[int, ...]:
+        """Powers of n that the map has."""
+        return tuple(int(k) for k in np.flatnonzero(np.diag(self.covariance) > 0))
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviation of each coefficient, shape (6,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def thrust(self, n: Array | float, *, extrapolate: bool = False) -> Array:
+        """Thrust [N] at revolutions [1/s], of any shape.
+
+        Args:
+            extrapolate: let the thrust hold beyond the tested revolutions, as `Azimuth` does, rather than refuse.
+
+        Raises:
+            DataError: revolutions that were not tested.
+        """
+        asked = np.asarray(n, dtype=np.float64)
+        beyond = asked[(asked > self.n_max * (1 + 1e-9)) | (asked < self.n_low * (1 + 1e-9))]
+        if beyond.size and not extrapolate:
+            raise DataError(
+                f"thruster {self.name}: {beyond.flat[0]:g} 1/s was not tested, the map holds from {self.n_low:g} to "
+                f"{self.n_max:g} 1/s; stay within, test further, or ask for extrapolation"
+            )
+        held = np.clip(asked, -self.n_max, self.n_max)
+        ahead = _design(np.abs(held), range(GREATEST + 1)) @ self.coefficients
+        return np.where(held < 0, -self.astern, np.where(held > 0, 1.0, 0.0)) * ahead
+
+    def azimuth(self, x: float, y: float) -> Azimuth:
+        """The thruster at x ahead of midship and y to starboard [m]."""
+        numbers = {f"c_{k}": float(c) for k, c in enumerate(self.coefficients)}
+        return Azimuth(x=x, y=y, **numbers, n_max=self.n_max, astern=self.astern)
+
+
+def fit_thrust(
+    n: Array, thrust: Array, *, name: str = "1", order: int | None = None, offset: bool | None = None,
+    tolerance: float = _NOISE,
+) -> ThrustMap:  # fmt: skip
+    """The thrust map of one thruster from a table of its bollard pull.
+
+    Args:
+        n: revolutions [1/s], shape (rows,); below zero astern.
+        thrust: pull [N], shape (rows,); below zero astern.
+        name: of the thruster.
+        order: highest power of n; None lets cross-validation decide.
+        offset: whether thrust at rest, such as a load cell's zero, is a term; None lets cross-validation decide.
+        tolerance: how far the mean thrust may fall from one level to the next, over the greatest thrust; four times
+            the scatter of a table of many levels is allowed as well.
+
+    Raises:
+        DataError: gaps, too few revolutions for a map, or a table that is not monotone; names the revolutions.
+    """
+    n, thrust = np.asarray(n, dtype=np.float64), np.asarray(thrust, dtype=np.float64)
+    where = f"thruster {name}"
+    if n.shape != thrust.shape or n.ndim != 1:
+        raise DataError(f"{where}: {n.size} revolutions and {thrust.size} thrusts; give one of each a row")
+    if not (np.isfinite(n).all() and np.isfinite(thrust).all()):
+        raise DataError(f"{where}: a row has no number; leave the row out")
+    if order is not None and not 1 <= order <= GREATEST:
+        raise DataError(f"{where}: order is {order}; it is from 1 to {GREATEST}")
+    _rising(where, n, thrust, tolerance)
+    ahead = n >= 0
+    a, T = n[ahead], thrust[ahead]
+    levels = np.unique(a[a > 0])
+    if levels.size < 3:
+        raise DataError(f"{where}: {levels.size} different revolutions ahead; a map needs at least 3")
+    powers, candidates = _choose(where, a, T, order, offset, levels.size)
+    c, covariance = _least_squares(a, T, powers)
+    coefficients, full = np.zeros(GREATEST + 1), np.zeros((GREATEST + 1, GREATEST + 1))
+    coefficients[list(powers)] = c
+    full[np.ix_(powers, powers)] = covariance
+    back = _design(-n[~ahead], powers) @ c
+    astern = float(-thrust[~ahead] @ back / (back @ back)) if back.size else 1.0
+    if not 0.0 <= astern <= 2.0:
+        raise DataError(f"{where}: {astern:.3g} times the thrust ahead astern; check the signs of n and of the thrust")
+    misfit = np.concatenate([T - _design(a, powers) @ c, thrust[~ahead] + astern * back])
+    return ThrustMap(
+        name, coefficients, full, astern, min(float(n.min()), 0.0), float(a.max()),
+        1.0 - float(misfit @ misfit) / float(((thrust - thrust.mean()) ** 2).sum()),
+        float(np.sqrt(np.mean(misfit**2))), candidates, n.size,
+    )  # fmt: skip
+
+
+def shared(name: str, both: ThrustMap, thrusters: int) -> ThrustMap:
+    """The map of one of several like thrusters that were tested together (You 2023 Eq. 20, whose /2 this is)."""
+    k = float(thrusters)
+    return ThrustMap(
+        name, both.coefficients / k, both.covariance / k**2, both.astern, both.n_low, both.n_max, both.R2,
+        both.rmse / k, tuple(Candidate(one.powers, one.error / k, one.monotone) for one in both.candidates), both.rows,
+    )  # fmt: skip
+
+
+def fit_thrusters(
+    table: Mapping[str, tuple[Array, Array]], thrusters: Sequence[str] | None = None, *,
+    order: int | None = None, offset: bool | None = None,
+) -> tuple[ThrustMap, ...]:  # fmt: skip
+    """A map for each thruster of a table, by name; each row of it (revolutions, thrust).
+
+    Raises:
+        DataError: more columns than thrusters, a thruster without a column, or what `fit_thrust` raises.
+    """
+    names = tuple(table) if thrusters is None else tuple(thrusters)
+    spare = [name for name in table if name not in names]
+    if spare:
+        raise DataError(
+            f"the table has thrust of {len(table)} thrusters ({', '.join(table)}), the ship has {len(names)} "
+            f"({', '.join(names)}); leave out {', '.join(spare)} or name it"
+        )
+    absent = [name for name in names if name not in table]
+    if absent:
+        raise DataError(f"no thrust of {', '.join(absent)}; the table has that of {', '.join(table)}")
+    return tuple(fit_thrust(*table[name], name=name, order=order, offset=offset) for name in names)
+
+
+def _design(n: Array, powers: Sequence[int]) -> Array:
+    return np.stack([n**k for k in powers], axis=-1)
+
+
+def _least_squares(n: Array, thrust: Array, powers: Sequence[int]) -> tuple[Array, Array]:
+    """Coefficients and their covariance; revolutions scaled to 1, so that n^5 and n are of one size."""
+    top = float(n.max())
+    scale = top ** np.array(powers, dtype=np.float64)
+    A = _design(n / top, powers)
+    c, *_ = np.linalg.lstsq(A, thrust, rcond=None)
+    spare = max(n.size - len(powers), 1)
+    noise = float(((thrust - A @ c) ** 2).sum()) / spare
+    # A perfect table still has terms: their variance is tiny, not zero.
+    covariance = max(noise, 1e-24 * float(thrust @ thrust)) * np.linalg.pinv(A.T @ A)
+    return c / scale, covariance / np.outer(scale, scale)
+
+
+def _rising(where: str, n: Array, thrust: Array, tolerance: float) -> None:
+    """Refuse a table whose mean thrust falls from one level of revolutions to the next."""
+    levels, index = np.unique(n, return_inverse=True)
+    count = np.bincount(index)
+    means = np.bincount(index, thrust) / count
+    allowed = tolerance * float(np.abs(thrust).max())
+    if levels.size >= _MANY:
+        # Third differences leave a smooth curve out; their median does not mind a wrong row.
+        scatter = 1.4826 * float(np.median(np.abs(np.diff(means, 3)))) / np.sqrt(20.0)
+        allowed = max(allowed, 4.0 * np.sqrt(2.0) * scatter)
+    for k in range(levels.size - 1):
+        if means[k + 1] - means[k] < -allowed:
+            raise DataError(
+                f"{where}: thrust is not monotone: {means[k]:.4g} N at {levels[k]:g} 1/s, {means[k + 1]:.4g} N at "
+                f"{levels[k + 1]:g} 1/s; correct the table, or leave out the revolutions beyond which it falls"
+            )
+
+
+def _choose(
+    where: str, n: Array, thrust: Array, order: int | None, offset: bool | None, levels: int
+) -> tuple[tuple[int, ...], tuple[Candidate, ...]]:
+    """The powers to keep, and all that were tried."""
+    orders = range(1, GREATEST + 1) if order is None else (order,)
+    full = [tuple(range(1, k + 1)) for k in orders]
+    tried = [(0, *powers) if o else powers for powers in full for o in ((False, True) if offset is None else (offset,))]
+    if order is None and not offset:
+        tried.append((2,))  # Sawada 2024 Eq. 25
+    tried = sorted((p for p in tried if len(p) <= levels), key=lambda p: (len(p), sum(p)))
+    if not tried:
+        raise DataError(f"{where}: {levels} different revolutions ahead; order {order} needs more than {order}")
+    squares = [_left_out(n, thrust, powers) for powers in tried]
+    monotone = [_monotone(_least_squares(n, thrust, powers)[0], powers, float(n.max())) for powers in tried]
+    found = tuple(
+        Candidate(p, float(np.sqrt(np.mean(e))), m) for p, e, m in zip(tried, squares, monotone, strict=True)
+    )
+    usable = [k for k, m in enumerate(monotone) if m]
+    if not usable:
+        raise DataError(f"{where}: every polynomial falls within the tested range; check the table, or lower the order")
+    best = min(usable, key=lambda k: found[k].error)
+    for k in usable:
+        worse = squares[k] - squares[best]
+        if worse.mean() <= worse.std(ddof=1) / np.sqrt(worse.size):
+            return found[k].powers, found
+    return found[best].powers, found
+
+
+def _left_out(n: Array, thrust: Array, powers: tuple[int, ...]) -> Array:
+    """Squared error of each row whose level was left out of the fit; the greatest level never is."""
+    levels = [level for level in np.unique(n) if level < n.max()]
+    errors: list[Array] = []
+    for level in levels:
+        out = n == level
+        c, _ = _least_squares(n[~out], thrust[~out], powers)
+        errors.append((thrust[out] - _design(n[out], powers) @ c) ** 2)
+    return np.concatenate(errors)
+
+
+def _monotone(c: Array, powers: tuple[int, ...], top: float) -> bool:
+    """Whether the polynomial rises from rest to the greatest revolutions, ripples apart."""
+    curve = _design(_GRID * top, powers) @ c
+    return bool((np.maximum.accumulate(curve) - curve).max() <= _RIPPLE * np.abs(curve).max() and curve[-1] > 0)
