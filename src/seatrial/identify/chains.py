@@ -1,0 +1,122 @@
+"""Trials cut into chains of windows for multiple shooting: each window goes on where the one before ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data import Array, DataError, Trial, unwrapped
+from ..models import STATES, Model
+from ..replay import inputs
+from .loss import Loss
+from .windows import even
+
+Index = NDArray[np.intp]
+Part = tuple[Array, Array, Array, Array, Array, Index]
+
+
+@dataclass(frozen=True)
+class Chains:
+    """Windows of all trials, one lane each, padded to one length.
+
+    The first row of a window is the last one of the window before and counts there only; the first row of a
+    trial counts in its first window.
+
+    Attributes:
+        nodes: measured state at the start of each window, gaps bridged, shape (lanes, states).
+        series: controls and environment per step, shape (lanes, steps, controls + 8).
+        measured: shape (lanes, rows, 6); zero where `scale` is zero.
+        scale: root weight over sigma of each entry, same shape; zero marks a gap or padding.
+        motion: measured states with gaps bridged, shape (lanes, rows, 6).
+        length: rows of each window that lie before its end or the trial's, shape (lanes,).
+        trial: index of the trial of each lane.
+        levels: lanes of the first windows of all trials, of the second ones, and so on.
+        samples: entries that count.
+        weight: share of a compared row that counts as independent.
+        dt, steps, every: time step [s], samples of a window, stride of the compared rows.
+    """
+
+    nodes: Array
+    series: Array
+    measured: Array
+    scale: Array
+    motion: Array
+    length: Index
+    trial: Index
+    levels: tuple[Index, ...]
+    samples: int
+    weight: float
+    dt: float
+    steps: int
+    every: int
+
+    @property
+    def trials(self) -> int:
+        """Number of chains."""
+        return self.levels[0].size
+
+
+def chains(
+    trials: Sequence[Trial], model: Model, loss: Loss, sigma: Mapping[str, float], *,
+    window: float, dt: float, every: int, weights: Mapping[str, float],
+) -> Chains:  # fmt: skip
+    """Every trial cut into windows of `window` seconds, the last one shorter.
+
+    Args:
+        weights: what the squared residuals of a trial are multiplied by, by its name; 1 where it is not named.
+
+    Raises:
+        DataError: a trial lacks a channel, or is shorter than two complete rows or one window.
+    """
+    jump = every * max(round(window / (dt * every)), 1)
+    share = 1.0 if loss.correlation <= 0 else min(every * dt / loss.correlation, 1.0)
+    base = np.array([np.sqrt(share) / sigma[n] if n in sigma else 0.0 for n in STATES])
+    parts: list[Part] = []
+    trial_of: list[int] = []
+    level_of: list[int] = []
+    for index, trial in enumerate(trials):
+        cut = _cut(even(trial, dt), model, jump, every, base * np.sqrt(weights.get(trial.name, 1.0)))
+        parts += cut
+        trial_of += [index] * len(cut)
+        level_of += range(len(cut))
+    nodes, series, measured, scale, motion, length = (np.stack(x) for x in zip(*parts, strict=True))
+    level = np.array(level_of, dtype=np.intp)
+    return Chains(
+        nodes, series, measured, scale, motion, length, np.array(trial_of, dtype=np.intp),
+        tuple(np.flatnonzero(level == k) for k in range(int(level.max()) + 1)),
+        int((scale > 0).sum()), share, dt, jump + 1, every,
+    )  # fmt: skip
+
+
+def _cut(trial: Trial, model: Model, jump: int, every: int, scale: Array) -> list[Part]:
+    absent = [name for name in STATES if name not in trial]
+    if absent:
+        raise DataError(f"{trial.name}: no channel {', '.join(absent)}; shooting needs {', '.join(STATES)}")
+    state = trial.stack(*STATES)
+    state[:, 2] = unwrapped(state[:, 2])
+    good = np.flatnonzero(np.isfinite(state).all(axis=1))
+    if good.size < 2:
+        raise DataError(f"{trial.name}: no two rows with all of {', '.join(STATES)}")
+    first, last = int(good[0]), int(good[-1])
+    if len(trial) <= jump:
+        wanted = f"the {jump + 1} of one window; shorten the window"
+        raise DataError(f"{trial.name}: {len(trial)} samples are fewer than {wanted}")
+    series = inputs(trial, model)
+    rows = np.arange(len(state), dtype=np.float64)
+    bridged = np.column_stack([np.interp(rows, rows[good], column[good]) for column in state.T])
+    out: list[Part] = []
+    for begin in range(first, last, jump):
+        at = np.minimum(np.arange(begin, begin + jump + 1), last)
+        compared = np.arange(begin, begin + jump + 1, every)
+        counts = (compared <= last) & ((compared > begin) | (begin == first))
+        measured = state[np.minimum(compared, last)]
+        scaled = np.where(np.isfinite(measured) & counts[:, None], scale, 0.0)
+        # States of a model beyond those that are measured begin at rest.
+        node = np.append(bridged[begin], np.zeros(len(model.states) - len(STATES)))
+        length = np.array(np.count_nonzero(compared[:-1] < last), dtype=np.intp)
+        motion = bridged[np.minimum(compared, last)]
+        out.append((node, series[at], np.where(scaled > 0, measured, 0.0), scaled, motion, length))
+    return out

@@ -1,0 +1,155 @@
+"""The shooting estimator: schedules agree, derivatives are exact, constraints hold, bad input is told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tug_trials import COLD, NAMES, TRUE, TRUTH, problem
+
+from seatrial.data import DataError
+from seatrial.identify import Loss, Nuisance, StudyError
+from seatrial.identify.chains import chains
+from seatrial.identify.condensed import Condensed, Point
+from seatrial.identify.constraints import Inequalities, Penalty
+from seatrial.identify.logo import Shooting
+from seatrial.identify.momentum import smoothed
+from seatrial.parameters import Free
+from seatrial.ships.files import load
+
+
+@pytest.fixture(scope="module")
+def told():
+    return problem()
+
+
+@pytest.fixture(scope="module")
+def fit(told):
+    return Shooting().fit(told)
+
+
+def objective(told, *, count, freed, window=5.0):
+    part = replace(told, trials=told.trials[4 : 4 + count])
+    cut = chains(part.trials, TRUTH.model, part.loss, part.loss.sigma, window=window, dt=0.2, every=1, weights={})
+    none = Penalty(Inequalities.none(part), 1.0, np.zeros(0))
+    return Condensed.build(part, cut, anchor=np.array([TRUE, np.zeros(22)]), penalty=none, freed=freed,
+                           span=np.array(list(part.loss.sigma.values())), method="rk4", threads=2)  # fmt: skip
+
+
+def test_the_chains_hold_every_sample_once(told):
+    cut = objective(told, count=8, freed=True).chains
+    assert cut.samples == 6 * sum(len(t) for t in told.trials[4:])
+    lane = np.flatnonzero(cut.trial == 1)
+    np.testing.assert_allclose(cut.nodes[lane[1:]], cut.motion[lane[:-1], -1])
+
+
+def test_condensed_slopes_are_those_of_the_objective(told):
+    """Along a step that closes gaps, half the objective changes as the condensed gradient says."""
+    o = objective(told, count=2, freed=True)
+    point = Point(TRUE * 1.05, o.chains.nodes)
+    linear, wide = o.linear(point), np.full(22, np.inf)
+    d = o.step(linear, point.p, 1e-3, -wide, wide)
+    t = 1e-5
+    up, down = (o.cost(o.moved(linear, point, d, s, -wide, wide)) for s in (t, -t))
+    nothing = np.zeros_like(linear.gaps)
+    assert 0.25 * (up[0] - down[0]) / t == pytest.approx(linear.slope(d, nothing), rel=1e-5)
+    # Gaps shrink by the share of the step.
+    np.testing.assert_allclose(up[1], (1 - t) * linear.gaps, atol=1e-7)
+
+
+def test_windows_that_join_are_one_trajectory(told, fit):
+    """Cutting does not change the optimum: windows of 5 s and of 20 s end at the same place."""
+    longer = Shooting(window=20.0).fit(told)
+    assert longer.objective == pytest.approx(fit.objective, rel=1e-9)
+
+
+def test_from_zero_damping_with_and_without_lo_the_same_optimum(told, fit):
+    cold = Shooting(schedule="go").fit(told)
+    assert fit.status == cold.status == "converged"
+    assert cold.objective == pytest.approx(fit.objective, rel=1e-8)
+    np.testing.assert_allclose(cold.values, fit.values, rtol=1e-3, atol=1e-2)
+
+
+def test_trials_added_by_groups_end_at_the_same_optimum(told, fit):
+    assert Shooting(growth=6).fit(told).objective == pytest.approx(fit.objective, rel=1e-8)
+
+
+def test_lo_alone_is_near_and_needs_no_start(told):
+    lo = Shooting(schedule="lo")
+    values = lo.fit(told).values
+    np.testing.assert_allclose(values[[0, 1]], TRUE[[0, 1]], rtol=0.05)
+    far = problem(start=COLD + 5.0, recorded=told.trials)
+    np.testing.assert_allclose(lo.fit(far).values, values, rtol=1e-3, atol=0.5)
+
+
+def test_a_model_without_momentum_balance_falls_back_on_short_predictions():
+    from seatrial.manoeuvres.zigzag import Zigzag
+    from seatrial.parameters import read
+    from seatrial.simulate import approach, simulate
+
+    ship = load("kvlcc2_l7")
+    speed, n_P = approach(ship)
+    run = simulate(ship, Zigzag(n_P=n_P, delta=0.35, psi=0.35), speed=speed, duration=80.0, dt=0.2, name="z")
+    paths = ("hull.Y_v", "hull.N_r")
+    free = tuple(Free(p, 0.5 * read(ship.model, p)) for p in paths)
+    from seatrial.identify import Problem
+
+    fit = Shooting(initial="measured").fit(Problem(ship.having({f.path: f.start for f in free}), (run,), free))
+    np.testing.assert_allclose(fit.values, [read(ship.model, p) for p in paths], rtol=1e-3)
+
+
+def test_ridge_pulls_to_the_start_and_weights_weigh(told, fit):
+    start = TRUE * 1.1
+    ends = [Shooting(ridge=r).fit(problem(start=start, recorded=told.trials)) for r in (0.0, 1e2, 1e4)]
+    away = [np.linalg.norm(end.values / start - 1) for end in ends]
+    assert [end.status for end in ends] == ["converged"] * 3
+    assert away[0] > 1.5 * away[1] > 1.5 * away[2]
+    doubled = Shooting(weights={t.name: 2.0 for t in told.trials}).fit(told)
+    assert doubled.objective == pytest.approx(2 * fit.objective, rel=1e-8)
+
+
+def test_constraints_of_equation_19_hold_where_the_data_would_break_them(told):
+    """The truth is stable with -X_u > 0; a bound that binds is met exactly by the multipliers."""
+    inequalities = Inequalities.of(told)
+    assert inequalities.names == ("-X_u", "Y_v N_r - Y_r N_v", "m_11", "m_11 m_22 - m_12^2", "det M")
+    assert (inequalities.at(TRUE)[0] > 0).all()
+    bad = TRUE.copy()
+    bad[NAMES.index("damping.X_u")] = 3.0
+    penalty = Penalty(inequalities, 10.0, np.zeros(5))
+    z, dz = penalty.rows(bad)
+    assert z[0] > 0
+    assert np.count_nonzero(z) == 1
+    step = np.zeros(22)
+    step[NAMES.index("damping.X_u")] = 1e-6
+    assert (penalty.rows(bad + step)[0] - z)[0] == pytest.approx((dz @ step)[0], rel=1e-6)
+    assert penalty.pushed(bad).push[0] == pytest.approx(z[0] / np.sqrt(10.0))
+
+
+def test_smoothing_keeps_a_parabola():
+    t = np.linspace(0, 1, 30)
+    values = np.column_stack([t * t, 1 - t])
+    np.testing.assert_allclose(smoothed(values, 3), values, atol=1e-12)
+
+
+@pytest.mark.parametrize(("fields", "words"), [
+    ({"schedule": "og"}, "known: lo, go, logo"), ({"window": 0.0}, "above zero"),
+    ({"initial": "known"}, "free, measured"),
+    ({"ridge": -1.0}, "zero or above"), ({"weights": {"a": 0.0}}, "weights of a"),
+])  # fmt: skip
+def test_bad_settings_are_told(fields, words):
+    with pytest.raises(StudyError, match=words):
+        Shooting(**fields)
+
+
+def test_bad_problems_are_told(told):
+    with pytest.raises(StudyError, match="nuisance"):
+        Shooting().fit(replace(told, nuisance=Nuisance(current=0.1)))
+    with pytest.raises(StudyError, match="weights names 'nobody'"):
+        Shooting(weights={"nobody": 2.0}).fit(told)
+    other = replace(told, ship=load("kvlcc2_l7"), free=(Free("hull.Y_v", -0.3),), loss=Loss())
+    with pytest.raises(StudyError, match="mass matrix"):
+        Inequalities.of(other)
+    short = told.trials[0].having(**{n: told.trials[0][n] * np.nan for n in ("x",)})
+    with pytest.raises(DataError, match="no two rows"):
+        Shooting().fit(replace(told, trials=(short,)))
+    with pytest.raises(DataError, match="fewer than the 501 of one window"):
+        Shooting(window=100.0).fit(told)

@@ -1,0 +1,66 @@
+"""The tug from 50 starts of +-200 % around the truth, with LO and without, and 100 manoeuvres x 1000 samples."""
+
+import resource
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
+from tug_trials import NOISE, TRUE, TRUTH, problem, trials
+
+from seatrial.identify import FitError
+from seatrial.identify.logo import Shooting
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.sensors import Sensors
+from seatrial.simulate import simulate
+
+pytestmark = pytest.mark.long
+
+
+def right(schedule, starts):
+    """How many of the starts end at the optimum; "go" too has LO as its way back in."""
+    recorded, rng = trials(0), np.random.default_rng(7)
+    wanted = Shooting().fit(problem(start=TRUE, recorded=recorded)).objective
+    hits = 0
+    for _ in range(starts):
+        told = problem(start=TRUE * (1.0 + rng.uniform(-2.0, 2.0, TRUE.size)), recorded=recorded)
+        with suppress(FitError):
+            hits += abs(Shooting(schedule=schedule).fit(told).objective / wanted - 1.0) < 1e-6
+    return hits
+
+
+@pytest.mark.parametrize("schedule", ["logo", "go"])
+def test_48_of_50_far_starts_end_at_the_optimum(schedule):
+    hits = right(schedule, 50)
+    sys.stdout.write(f"{schedule}: {hits} of 50\n")
+    assert hits >= 48
+
+
+def many(count):
+    """Zigzags of 1000 samples at as many speeds and angles."""
+    rng, out = np.random.default_rng(1), []
+    for k in range(count):
+        policy = Zigzag(n_P=float(rng.uniform(3.0, 10.0)), delta=float(rng.uniform(0.15, 0.5)), psi=0.35)
+        run = simulate(TRUTH, policy, speed=0.5, duration=199.8, dt=0.2, name=f"zigzag {k}")
+        out.append(Sensors(NOISE).read(run, rng))
+    return tuple(out)
+
+
+def test_time_grows_no_faster_than_the_data_and_memory_stays_small():
+    recorded, seconds = many(100), {}
+    Shooting(iterations=2, schedule="lo").fit(problem(recorded=recorded[:10]))
+    for count in (10, 100):
+        told, found = problem(recorded=recorded[:count]), []
+        for _ in range(3):
+            began = time.perf_counter()
+            assert Shooting().fit(told).status == "converged"
+            found.append(time.perf_counter() - began)
+        seconds[count] = min(found)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    sys.stdout.write(f"seconds of a fit {seconds}, peak {peak:.0f} MB\n")
+    assert seconds[100] <= 10.0 * seconds[10]
+    assert peak < 1024.0
