@@ -13,7 +13,7 @@ test: .venv/test.stamp
 	$(BIN)/python -m pytest -q -n auto -m "not long"
 
 test-all: .venv/test.stamp
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n auto
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .

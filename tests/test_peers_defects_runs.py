@@ -30,6 +30,7 @@ every_ship = pytest.mark.parametrize("name", library())
 # 5: places and functions that another machine has not
 
 
+@pytest.mark.long
 def test_package_runs_anywhere_without_a_word_of_deprecation(tmp_path: Path) -> None:
     """mmg-1p1r needs its own folder about it, a function that SciPy has removed, and one that only Unix has."""
     run = "import importlib, pkgutil, seatrial\n" \

@@ -66,6 +66,7 @@ def write(step: Step, more: str = "") -> None:
     path.write_text(step.text + more, encoding="utf-8")
 
 
+@pytest.mark.long
 @every_tutorial
 def test_the_commands_run(path: Path, place: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     """In this process, on shorter logs and with a hasty search."""

@@ -36,6 +36,7 @@ def test_one_gust_is_one_time_series() -> None:
     assert np.abs(Gust(BREEZE, seed=5, across=0.5).series(0.5, 400) - first).max() > 0.5
 
 
+@pytest.mark.long
 @named
 def test_gusts_keep_the_mean_wind_the_variance_and_all_else(name: str) -> None:
     gust = Gust(BREEZE, name, seed=1)
@@ -58,6 +59,7 @@ def test_variance_is_the_integral_of_the_spectrum(name: str) -> None:
     assert gust.variance(12.0) == pytest.approx(total, rel=1e-4)
 
 
+@pytest.mark.long
 @named
 def test_welch_finds_the_spectrum_again(name: str) -> None:
     wind = along(Gust(BREEZE, name, seed=2).series(0.4, 60_000), 0.7)

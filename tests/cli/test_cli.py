@@ -63,6 +63,7 @@ def test_a_simulated_trial_is_written_and_predicted(trial: Path, tmp_path: Path,
     np.testing.assert_allclose(predicted["psi"], measured["psi"], atol=0.02)
 
 
+@pytest.mark.long
 def test_validate_writes_page_and_numbers(trial: Path, tmp_path: Path, capsys) -> None:
     page = tmp_path / "v" / "report.html"
     assert main(["validate", "kvlcc2_l7", str(trial.parent), "-o", str(page), "--json"]) == 0
@@ -178,6 +179,7 @@ iterations = 3
 """
 
 
+@pytest.mark.long
 def test_identify_runs_once_and_knows_its_folder(trial: Path, tmp_path: Path, capsys) -> None:
     study, out = tmp_path / "study.toml", tmp_path / "run"
     study.write_text(STUDY)

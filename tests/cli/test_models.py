@@ -35,6 +35,7 @@ def quick(monkeypatch: pytest.MonkeyPatch, surveyed: tuple[Assessment, ...]) -> 
     monkeypatch.setattr(cli_models, "survey", lambda: surveyed)
 
 
+@pytest.mark.long
 def test_every_family_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["models", "--json"]) == 0
     said = json.loads(capsys.readouterr().out)["families"]

@@ -91,6 +91,7 @@ def test_bad_tables_in_one_line(
     assert said.count("\n") == 1
 
 
+@pytest.mark.long
 def test_servos_of_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ship = load("qiuxin5")
     run = simulate(ship, Zigzag(approach(ship)[1], 0.35, 0.35), speed=ship.speed, duration=60.0, dt=0.2, name="log")

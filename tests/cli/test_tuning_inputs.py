@@ -201,6 +201,7 @@ def test_few_samples_are_warned_of(study: Path, capsys) -> None:
     assert "complete samples for" in warned(capsys)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("default:every candidate")
 def test_a_generation_that_fails_is_named_and_the_search_goes_on(study: Path, capsys) -> None:
     wild = '"hull.N_r" = { low = -0.1, high = 2000.0 }'

@@ -56,6 +56,7 @@ def test_froude_scaling_there_and_back(made):
     assert prepare.froude_scaled(ship, 0.01).t == pytest.approx(made.t)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("with_gap", [False, True])
 def test_smoother_beats_differences(made, with_gap):
     made = prepare.cut(made, 0, 100)

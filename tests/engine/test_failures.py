@@ -88,6 +88,7 @@ def test_a_lane_that_leaves_its_validity_is_named() -> None:
     assert np.array_equal(run.values[[0, 2]], free.values[[0, 2]])
 
 
+@pytest.mark.long
 def test_a_truncated_kernel_is_compiled_anew(tmp_path: Path) -> None:
     first = heard(apart(SEATRIAL_CACHE=str(tmp_path)))
     (kernel,) = (tmp_path / "kernels").glob("*.so")

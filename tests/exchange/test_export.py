@@ -118,6 +118,7 @@ def test_rates_of_the_python_file(name: str, tmp_path: Path) -> None:
     assert "seatrial" not in path.read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 @needs_gcc
 @pytest.mark.parametrize("name", CONTINUOUS)
 def test_rates_of_the_c_file(name: str, tmp_path: Path) -> None:

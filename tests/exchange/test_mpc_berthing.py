@@ -35,6 +35,7 @@ def test_the_plan_is_a_motion(example: Any) -> None:
     assert example.plan(1e3) == pytest.approx((example.LENGTH, example.ASIDE, 0.0, 0.0, 0.0, 0.0))
 
 
+@pytest.mark.long
 def test_the_tug_comes_to_rest_at_the_berth(example: Any, tmp_path: Path) -> None:
     example.export(tmp_path)
     run = example.berth(tmp_path, begin=50.0, end=90.0, horizon=20)

@@ -79,6 +79,7 @@ def test_bands_hold_the_fit_and_the_truth(fitted, group):
     assert one.interval("advance")[0] <= narrow[0] < narrow[1] <= one.interval("advance")[1]
 
 
+@pytest.mark.long
 def test_a_small_coverage_of_the_unseen_tactical_diameter():
     """Five parameters; the long tier has all twelve and a hundred repetitions."""
     paths = ("hull.R_0", "propeller.w_P0", "rudder.epsilon", "rudder.kappa", "rudder.gamma_Rp")

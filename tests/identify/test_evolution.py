@@ -95,6 +95,7 @@ def test_a_candidate_that_blows_up_scores_infinity(problem: Problem) -> None:
     assert np.isinf(costs[1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ratio", [0.2, 0.5])
 def test_it_finds_what_the_gradient_finds_also_in_the_corners(problem: Problem, ratio: float) -> None:
     """Most parameters end on a bound here; the box must not keep the search away from them.

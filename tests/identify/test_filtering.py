@@ -166,6 +166,7 @@ def errors(found, true, skip=50):
     return {name: float(np.sqrt(np.mean((got[name] - true[name])[skip:] ** 2))) for name in ("x", "y", "u", "v_m")}
 
 
+@pytest.mark.long
 @KINDS
 def test_lever_arm_and_delay_are_taken_out(fine, true, kind):
     """A delay of 0.25 s falls between the rows; 0.9 m/s make 0.22 m of it."""

@@ -105,6 +105,7 @@ def test_a_trial_left_out_is_predicted_from_the_others(tuning, read_):
     assert tuning.ranges[0].left_out[out.name] == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.long
 def test_threads_change_no_digit_and_a_killed_run_ends_with_the_same_numbers(read_, tmp_path):
     path = tmp_path / "checkpoint.npz"
     whole = TINY.tune(tiny(read_), checkpoint=path)
@@ -188,6 +189,7 @@ def test_studies_that_cannot_be(read_):
         FineTuning(ratios=(0.7, 0.8)).tune(problem)
 
 
+@pytest.mark.long
 def test_the_command_runs_it_all_and_tells_of_a_finished_run(study, tmp_path, capsys):
     out = tmp_path / "run"
     identify(study, out, True)

@@ -125,6 +125,7 @@ def test_the_example_of_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert (len(free), fixed) == (22, ())
 
 
+@pytest.mark.long
 def test_a_fit_from_the_first_guess_predicts_the_tug() -> None:
     """Truth: the published tug; the fit begins at the particulars and predicts a manoeuvre that it has not seen."""
     truth = load("qiuxin5")

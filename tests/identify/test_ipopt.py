@@ -12,6 +12,8 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.sensors import Sensors
 from seatrial.simulate import simulate
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def told():
@@ -21,6 +23,7 @@ def told():
     return replace(whole, trials=tuple(cut(t, 0.0, 30.0) for t in whole.trials[3::3]), free=free)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("initial", ["free", "measured"])
 def test_the_same_optimum_as_the_engine(told, initial):
     engine = Shooting(initial=initial).fit(told)
@@ -30,6 +33,7 @@ def test_the_same_optimum_as_the_engine(told, initial):
     assert np.abs((ipopt.values - engine.values) / engine.sigma).max() < 1e-2
 
 
+@pytest.mark.long
 def test_the_exact_hessian_ends_there_too(told):
     few = replace(told, trials=told.trials[1:3])
     engine = Shooting().fit(few)

@@ -97,6 +97,7 @@ def test_a_model_without_momentum_balance_falls_back_on_short_predictions():
     np.testing.assert_allclose(fit.values, [read(ship.model, p) for p in paths], rtol=1e-3)
 
 
+@pytest.mark.long
 def test_ridge_pulls_to_the_start_and_weights_weigh(told, fit):
     start = TRUE * 1.1
     ends = [Shooting(ridge=r).fit(problem(start=start, recorded=told.trials)) for r in (0.0, 1e2, 1e4)]

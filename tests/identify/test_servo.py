@@ -39,6 +39,7 @@ def log(
     return Trial("log", t, {control: np.arctan2(np.sin(shown), np.cos(shown)), f"{control}_cmd": ordered})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rate", [0.1151, 0.1161])
 def test_the_rate_of_the_tug_within_its_sigma(rate: float) -> None:
     found = fit_servo([log(Azimuth(rate=rate), noise=0.005, seed=1)], "alpha_1")
@@ -84,6 +85,7 @@ def test_uneven_time_and_gaps() -> None:
     assert found.samples == len(trial) - 30
 
 
+@pytest.mark.long
 def test_a_rudder_is_a_servo_too() -> None:
     orders = np.radians([0, 35, -35, 35, 0])
     found = fit_servo([log(Actuator(rate=0.04), orders, hold=40.0, noise=0.002, control="delta")], "delta")

@@ -90,6 +90,7 @@ def test_symmetric_kvlcc2_stable_is_single_valued_and_odd():
     assert policy.indices(run, 320.0)["loop_width"].value < 0.1 * DEGREE
 
 
+@pytest.mark.long
 def test_symmetric_kvlcc2_unstable_all_three_agree():
     ship, settings = kvlcc2(0.395)
     policy, run = spiral_of(ship, settings, fine=0.25 * DEGREE, near=2.0 * DEGREE)

@@ -29,6 +29,7 @@ def example() -> Any:
     return module
 
 
+@pytest.mark.long
 def test_the_ship_of_the_library_is_the_fit_of_the_example() -> None:
     found, kept = values(example().fitted(load("kvlcc2_l7")).model), values(load(NAME).model)
     assert list(found) == list(kept)

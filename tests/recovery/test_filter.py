@@ -101,6 +101,7 @@ def rms(a, b):
     return float(np.sqrt(np.mean((a - b) ** 2)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "every"), [("ekf", 10), ("ekf", 20), ("ukf", 20)])
 @pytest.mark.parametrize("policy", [zigzag(), Turning(n_P=6.0, delta=math.radians(-35)), Straight(n_P=8.0)],
                          ids=["zigzag", "turn", "straight"])  # fmt: skip
@@ -117,6 +118,7 @@ def test_velocities_are_at_least_three_times_better_than_differences(policy, kin
 
 
 @KINDS
+@pytest.mark.long
 def test_nees_and_nis_lie_in_their_bands(sea, truth, kind):
     """Random accelerations, random starts: errors and innovations are as large as the filter says."""
     rng = np.random.default_rng(5)
@@ -139,6 +141,7 @@ def test_nees_and_nis_lie_in_their_bands(sea, truth, kind):
     assert chi2.ppf(0.025, 4 * nis.size) < nis.sum() < chi2.ppf(0.975, 4 * nis.size)
 
 
+@pytest.mark.long
 @KINDS
 def test_parameters_of_the_tug_come_back_within_three_sigma(sea, truth, kind):
     """Surge and yaw damping, drawn with the priors' own spread; stated sigma is the true one."""
@@ -154,6 +157,7 @@ def test_parameters_of_the_tug_come_back_within_three_sigma(sea, truth, kind):
     assert 0.7 < np.sqrt(np.mean(np.square(errors))) < 1.35
 
 
+@pytest.mark.long
 @KINDS
 def test_K_and_T_of_a_nomoto_ship_come_back_within_three_sigma(kind):
     """Heading and rate of turn alone, the speed known."""

@@ -14,12 +14,15 @@ from seatrial.environment import Uniform
 from seatrial.identify.logo import Shooting
 from seatrial.sensors import Sensors
 
+pytestmark = pytest.mark.long
+
 
 def test_the_data_are_those_of_the_paper():
     assert len(NAMES) == 22
     assert sum(len(t) for t in trials()) == 4390
 
 
+@pytest.mark.long
 def test_without_noise_the_truth_comes_back():
     told = problem(recorded=sailed())
     fit = Shooting(tolerance=1e-14).fit(told)

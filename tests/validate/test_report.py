@@ -61,6 +61,7 @@ def report(**changes):
     return Report("Trial & error", tuple(found), **{**given, "provenance": {"ship": "a & b"}, **changes})
 
 
+@pytest.mark.long
 def test_page_is_whole_and_self_contained(tmp_path):
     path = report().write(tmp_path / "deep" / "report.html")
     html = path.read_text()
@@ -76,6 +77,7 @@ def test_page_is_whole_and_self_contained(tmp_path):
     assert sorted(p.name for p in path.parent.iterdir()) == ["report.html", "report.json"]
 
 
+@pytest.mark.long
 def test_numbers_beside_the_page(tmp_path):
     one = report()
     one.write(tmp_path / "report.html")
@@ -89,6 +91,7 @@ def test_numbers_beside_the_page(tmp_path):
     assert any("1 of 3 trials were used" in line for line in data["caveats"])
 
 
+@pytest.mark.long
 def test_pages_are_the_same_for_the_same_report(tmp_path):
     a, b = (report().write(tmp_path / name).read_text() for name in ("a.html", "b.html"))
     assert a == b
@@ -113,6 +116,7 @@ def test_refusals(tmp_path):
         report().write(tmp_path / "report.json")
 
 
+@pytest.mark.long
 def test_metrics_table_is_in_degrees(tmp_path):
     html = report().write(tmp_path / "r.html").read_text()
     assert "°/s" in html
