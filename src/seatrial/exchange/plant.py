@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import casadi as ca
+import numpy as np
 
 from ..actuators import queue_length
 from ..engine.trace import preparation, right_hand_side
@@ -240,7 +241,8 @@ class _Given:
         return given, memory
 
     def schedule(self, dt: float, steps: int) -> Any:
-        raise NotImplementedError  # never run, only traced
+        """Nothing fixed beforehand: this policy is traced, its orders come from whoever calls the exported step."""
+        return np.zeros((steps, len(self.given)))
 
 
 def _servos(ship: Ship, dt: float) -> Servos:
