@@ -61,13 +61,11 @@ def approach(actual: Scalar, target: Scalar, rate: Scalar, lag: Scalar, dt: Scal
 
 
 @dataclass(frozen=True, kw_only=True)
-class Actuator:
-    """A limit, a rate, a first-order lag and a dead time; the defaults let any order through at once."""
+class Paced:
+    """What goes to a target at a rate, with a first-order lag, after a dead time; the defaults obey at once."""
 
     extra: ClassVar[tuple[str, ...]] = ()
 
-    low: Scalar = spec("", "least value", default=-math.inf)
-    high: Scalar = spec("", "greatest value", default=math.inf)
     rate: Scalar = spec("1/s", "greatest rate of change", (1e-9, math.inf), default=math.inf)
     lag: Scalar = spec("s", "time constant of the answer", (0.0, 1e4), default=0.0)
     dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
@@ -77,41 +75,42 @@ class Actuator:
         """Whether it has neither rate nor lag nor dead time."""
         return math.isinf(self.rate) and self.lag == 0.0 and self.dead_time == 0.0
 
+    def target(self, actual: Scalar, order: Scalar) -> Scalar:
+        """Where an order sends it from its actual value."""
+        return order
+
     def advance(
         self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
     ) -> tuple[Scalar, tuple[Scalar, ...]]:
         """Mean value that acts over the next `dt` seconds, and the value at their end."""
-        mean, end = approach(memory[0], clip(order, self.low, self.high), self.rate, self.lag, dt)
+        mean, end = approach(memory[0], self.target(memory[0], order), self.rate, self.lag, dt)
         return mean, (end,)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Azimuth:
-    """The servo of an azimuth thruster: turns the shorter way round at its rate.
+class Actuator(Paced):
+    """A steering gear or any other servo with limits."""
+
+    low: Scalar = spec("", "least value", default=-math.inf)
+    high: Scalar = spec("", "greatest value", default=math.inf)
+
+    def target(self, actual: Scalar, order: Scalar) -> Scalar:
+        """The order as far as the limits let it."""
+        return clip(order, self.low, self.high)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Azimuth(Paced):
+    """The servo of an azimuth thruster: turns the shorter way round at its rate, K_alpha [rad/s].
 
     You 2023 Eq. 9, d alpha/dt = K e/sqrt(e^2 + epsilon^2), whose epsilon is 0 there; under a fixed step
     that sign function chatters, so the rate is clipped to what the step needs.
     """
 
-    extra: ClassVar[tuple[str, ...]] = ()
-
-    rate: Scalar = spec("1/s", "rate of turn of the thruster, K_alpha [rad/s]", (1e-9, math.inf), default=math.inf)
-    lag: Scalar = spec("s", "time constant of the answer", (0.0, 1e4), default=0.0)
-    dead_time: Scalar = spec("s", "time before an order begins to act", (0.0, 1e3), default=0.0)
-
-    @property
-    def at_once(self) -> bool:
-        """Whether it has neither rate nor lag nor dead time."""
-        return math.isinf(self.rate) and self.lag == 0.0 and self.dead_time == 0.0
-
-    def advance(
-        self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
-    ) -> tuple[Scalar, tuple[Scalar, ...]]:
-        """Mean angle that acts over the next `dt` seconds, and the angle at their end."""
-        error = order - memory[0]
-        target = memory[0] + atan2(sin(error), cos(error))
-        mean, end = approach(memory[0], target, self.rate, self.lag, dt)
-        return mean, (end,)
+    def target(self, actual: Scalar, order: Scalar) -> Scalar:
+        """The angle of the order that is nearest the actual one."""
+        error = order - actual
+        return actual + atan2(sin(error), cos(error))
 
 
 @dataclass(frozen=True, kw_only=True)
