@@ -16,7 +16,7 @@ from .data import DataError, Trial
 from .environment import Environment, Uniform, Weather
 from .forces.shallow import SHALLOWEST
 from .manoeuvres import Index
-from .models import STATES, Sampled
+from .models import STATES, Sampled, Stepped
 from .ships import Ship
 
 if TYPE_CHECKING:
@@ -85,14 +85,15 @@ def read_ship(name: str) -> Ship:
 def doubts(ship: Ship) -> list[str]:
     """What is physically doubtful about the mass matrix of a ship that has one, in lines."""
     ask = getattr(getattr(ship.model, "inertia", None), "doubts", None)
-    return [] if ask is None else [f"{ship.name}: {text}" for text in ask()]
+    displaced = float(getattr(getattr(ship.model, "body", None), "m", 0.0))
+    return [] if ask is None else [f"{ship.name}: {text}" for text in ask(displaced)]
 
 
 def positive(**options: float | None) -> None:
     """Raise a UsageError for an option that is given and not a positive number."""
     for name, value in options.items():
         if value is not None and not (value > 0 and math.isfinite(value)):
-            raise UsageError(f"--{name} is {value:g}; it must be above zero")
+            raise UsageError(f"--{name.replace('_', '-')} is {value:g}; it must be above zero")
 
 
 def finite(**options: float | None) -> None:
@@ -197,6 +198,8 @@ def _waves(text: str | None) -> tuple[float, float, float]:
 
 def feels(ship: Ship, channel: str) -> bool:
     """Whether a channel of the environment changes the motion of a ship under way in a beam sea."""
+    if isinstance(ship.model, Stepped):
+        return channel.startswith("wind") and bool(ship.model.needed)
     if isinstance(ship.model, Sampled):
         return False
     U = max(ship.speed, 1e-3)

@@ -114,6 +114,7 @@ def test_a_mass_matrix_of_no_body_is_accepted_with_a_warning(tug: Problem) -> No
     assert _said(tug, "error") == ""
     words = "inertia: M is not symmetric (m_23 = 1.1254, m_32 = -16.0598): no body has such a mass"
     assert words in _said(tug, "warning")
+    assert "inertia: m_11 = 138.057 kg is below the displaced 187.6 kg" in _said(tug, "warning")
     indefinite = replace(tug, ship=tug.ship.having({"inertia.m_23": 60.0, "inertia.m_32": 60.0}))
     assert "not positive definite: some motion has no kinetic energy" in _said(indefinite, "warning")
 

@@ -1,6 +1,7 @@
 """Trajectory least squares: exact normal equations, bounds, gaps, nuisances, threads, and coming back from a kill."""
 
 import math
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -65,6 +66,25 @@ def test_the_gradient_is_that_of_the_cost(trials, nuisance):
             step[k] = 1e-5 * objective.groups.deviation[k]
             slope = (objective.cost(p, eta + step) - objective.cost(p, eta - step)) / (2 * step[k])
             assert 2 * block.gradient[k - block.where.start] == pytest.approx(slope, rel=1e-4, abs=1e-3)
+
+
+def test_a_free_initial_state_is_held_to_its_measurement_once(trials):
+    """By the prior of its offset; rows later on count as before."""
+    free, plain = (objective_of(problem_of(trials, nuisance=n)) for n in (NUISANCE, Nuisance()))
+    assert (free.windows.scale[:, 0, [3, 5]] == 0.0).all()
+    np.testing.assert_array_equal(free.windows.scale[:, 0, [0, 1, 2, 4]], plain.windows.scale[:, 0, [0, 1, 2, 4]])
+    np.testing.assert_array_equal(free.windows.scale[:, 1:], plain.windows.scale[:, 1:])
+
+
+def test_a_step_whose_squares_overflow_costs_infinity_without_a_warning(trials):
+    objective = objective_of(problem_of(trials))
+    far = np.where(objective.windows.scale > 0, 1e200, 0.0)
+    objective = replace(objective, windows=replace(objective.windows, measured=far))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        p = np.array([f.start for f in objective.problem.free])
+        assert objective.cost(p, np.zeros(0)) == math.inf
+        assert objective.standardised(p) == math.inf
 
 
 def test_a_known_current_and_a_sensor_bias_are_found_as_nuisances(trials):
@@ -156,7 +176,7 @@ def test_the_posterior_of_a_known_normal_is_exact():
     """Two parameters, data on the first only: the second keeps its prior."""
     free = (Free("a", 0.0, prior=0.0, sigma=1.0), Free("b", 0.0, prior=0.0, sigma=2.0))
     H = np.diag([99.0 + 1.0, 0.25])
-    covariance, share = posterior(Normal(0.0, H, np.zeros(2)), free, 1.0)
+    covariance, share = posterior(Normal(0.0, H, np.zeros(2)), free, np.zeros(2), 1.0)
     np.testing.assert_allclose(np.diag(covariance), [0.01, 4.0], rtol=1e-10)
     np.testing.assert_allclose(share, [0.99, 0.0], atol=1e-10)
 

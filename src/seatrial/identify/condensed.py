@@ -21,16 +21,24 @@ from . import Problem, StudyError
 from .box_steps import steps
 from .chains import Chains, Index
 from .constraints import Penalty
+from .nuisances import Nuisances
 
 _NUDGE = np.full(1, 1e-13)
 
 
 @dataclass(frozen=True)
 class Point:
-    """Where a search stands: parameters (free,), and start states of all windows (lanes, states)."""
+    """Where a search stands.
+
+    Attributes:
+        p: parameters, shape (free,).
+        nodes: start states of all windows, shape (lanes, states).
+        own: nuisances of each trial, shape (trials, count); see `Nuisances`.
+    """
 
     p: Array
     nodes: Array
+    own: Array
 
 
 @dataclass(frozen=True)
@@ -41,12 +49,14 @@ class Linear:
         cost: objective there, priors included; gaps do not enter.
         data: its part that the trials contribute.
         gaps: end of the window before less start, zero for first windows, shape (lanes, states).
-        N, g: normal equations of (parameters, first state) per trial, gaps closed: (trials, m, m), (trials, m).
+        N, g: normal equations of (parameters, first state, nuisances) per trial, gaps closed: (trials, m, m),
+            (trials, m).
         own: gradient per trial with the gaps left open, shape (trials, m).
         closing: what closing the gaps does to half the objective, to first order.
         H_p, g_p: priors, ridge and penalties, shapes (free, free), (free,).
-        G, h: start states by (parameters, first state), and by closing the gaps: (lanes, states, m), (lanes, states).
-        residuals, slopes: weighted residuals (lanes, rows, 6); raw derivatives (lanes, rows, states, free + states).
+        G, h: start states by those m unknowns, and by closing the gaps: (lanes, states, m), (lanes, states).
+        residuals: weighted, shape (lanes, rows, 6).
+        slopes: raw derivatives, shape (lanes, rows, states, free + currents + states).
     """
 
     cost: float
@@ -77,6 +87,7 @@ class Condensed:
         problem, chains: what is fitted, and how it is cut.
         anchor: mean of the prior and the ridge together, and their weight, shape (2, free).
         penalty: inequalities.
+        nuisances: what each trial has of its own.
         freed: whether the first state of each trial is free (then its measurement counts as any other row).
         linked: whether windows must join; else each starts from its measured state, a local optimisation.
         span: scale of each state's gaps, shape (states,).
@@ -90,6 +101,7 @@ class Condensed:
     where: Index
     anchor: Array
     penalty: Penalty
+    nuisances: Nuisances
     freed: bool
     linked: bool
     span: Array
@@ -111,25 +123,42 @@ class Condensed:
                 f"{problem.ship.name}: shooting in windows needs a continuous model; take arx_fit:ArxRegression"
             )
         system = open_loop(problem.ship)
-        free = tuple(f.path for f in problem.free)
-        forward = simulator(system, ())
+        free, own = tuple(f.path for f in problem.free), Nuisances.of(problem.nuisance)
+        forward = simulator(system, own.lanewise)
+        kernel = sensitivity(system, (*free, *own.lanewise), own.lanewise)
         where = np.array([system.parameters.index(path) for path in free], dtype=np.intp)
         return Condensed(
-            problem, cut, forward, sensitivity(system, free, ()), forward.pack(cut.series), where, anchor, penalty,
-            freed, True, span, method, threads,
+            problem, cut, forward, kernel, forward.pack(cut.series), where, anchor, penalty, own, freed, True, span,
+            method, threads,
         )  # fmt: skip
 
-    def _arguments(self, p: Array) -> tuple[Array, dict[str, Any]]:
-        parameters = open_loop_parameters(self.problem.ship)
-        parameters[self.where] = p
-        cut = self.chains
-        return parameters, {"dt": cut.dt, "steps": cut.steps, "every": cut.every, "method": self.method,
-                            "threads": self.threads}  # fmt: skip
+    @property
+    def first(self) -> int:
+        """How many entries of the first state of each trial are free."""
+        return len(STATES) * self.freed
 
-    def _compared(self, values: Array, nodes: Array) -> tuple[Array, Array]:
+    def start(self, p: Array, own: Array | None = None) -> Point:
+        """Parameters `p`, windows from measured states less their biases; without `own`, no nuisance."""
+        own = np.zeros((self.chains.trials, self.nuisances.count)) if own is None else own
+        nodes = self.chains.nodes.copy()
+        nodes[:, : len(STATES)] -= self.nuisances.offset(own)[self.chains.trial]
+        return Point(p, nodes, own)
+
+    def _arguments(self, point: Point) -> tuple[Array, dict[str, Any], Array]:
+        """Parameters, run arguments, and what is added to predictions, shape (lanes, 1, 6)."""
+        parameters = open_loop_parameters(self.problem.ship)
+        parameters[self.where] = point.p
+        cut, own = self.chains, point.own[self.chains.trial]
+        arguments: dict[str, Any] = {
+            "dt": cut.dt, "steps": cut.steps, "every": cut.every, "method": self.method, "threads": self.threads,
+            "lanewise": self.nuisances.drift(own),
+        }  # fmt: skip
+        return parameters, arguments, self.nuisances.offset(own)[:, None, :]
+
+    def _compared(self, values: Array, nodes: Array, offset: Array) -> tuple[Array, Array]:
         """Weighted residuals, and gaps at the start of each window."""
         cut, n = self.chains, len(STATES)
-        e = np.where(cut.scale > 0, (values[:, :, :n] - cut.measured) * cut.scale, 0.0)
+        e = np.where(cut.scale > 0, (values[:, :, :n] + offset - cut.measured) * cut.scale, 0.0)
         gaps = np.zeros_like(nodes)
         if self.linked:
             for before, lanes in self._links():
@@ -151,48 +180,68 @@ class Condensed:
 
     def cost(self, point: Point) -> tuple[float, Array]:
         """Objective and gaps; inf where a window blows up."""
-        parameters, arguments = self._arguments(point.p)
+        parameters, arguments, offset = self._arguments(point)
         with np.errstate(all="ignore"):
             run = self.forward.run(point.nodes, self.packed, parameters, **arguments)
-            e, gaps = self._compared(run.values, point.nodes)
-            total = float((e * e).sum()) + self.extra(point.p)[0]
+            e, gaps = self._compared(run.values, point.nodes, offset)
+            total = float((e * e).sum()) + self.extra(point.p)[0] + self.nuisances.prior(point.own)
         good = np.isfinite(total) and np.isfinite(gaps).all()
         return (total if good else float("inf")), gaps
 
     def linear(self, point: Point) -> Linear:
         """Objective, linearised and condensed."""
-        parameters, arguments = self._arguments(point.p)
+        parameters, arguments, offset = self._arguments(point)
         with np.errstate(all="ignore"):
             values, slopes = self.kernel.run(point.nodes, self.packed, parameters, **arguments)
-        e, gaps = self._compared(values, point.nodes)
-        n, q, lanes, states = point.p.size, len(STATES) * self.freed, *point.nodes.shape
-        count = self.chains.trials
-        N, g, own = np.zeros((count, n + q, n + q)), np.zeros((count, n + q)), np.zeros((count, n + q))
-        G, h = np.zeros((lanes, states, n + q)), np.zeros((lanes, states))
-        G[self.chains.levels[0], :q, n:] = np.eye(q)
+        e, gaps = self._compared(values, point.nodes, offset)
+        n, lanes, states = point.p.size, *point.nodes.shape
+        count, q = self.chains.trials, n + self.first
+        m, weight = q + self.nuisances.count, self.nuisances.deviation**-2.0
+        N, own, g = np.zeros((count, m, m)), np.zeros((count, m)), np.zeros((count, m))
+        N[:, q:, q:], own[:, q:], g[:, q:] = np.diag(weight), weight * point.own, weight * point.own
+        G, h = np.zeros((lanes, states, m)), np.zeros((lanes, states))
         closing = 0.0
         for k, level in enumerate(self.chains.levels):
-            if k and self.linked:
-                end = slopes[level - 1, -1, :states]
-                G[level] = end[..., n:] @ G[level - 1]
-                G[level, :, :n] += end[..., :n]
-                h[level] = (end[..., n:] @ h[level - 1][..., None])[..., 0] + gaps[level]
-            t, scale = self.chains.trial[level], self.chains.scale[level]
-            S = np.where(scale[..., None] > 0, slopes[level, :, : len(STATES)] * scale[..., None], 0.0)
-            flat, r = S.reshape(len(level), -1, S.shape[-1]), e[level].reshape(len(level), -1)
-            J = flat[..., n:] @ G[level]
-            J[..., :n] += flat[..., :n]
-            moved = (flat[..., n:] @ h[level][..., None])[..., 0]
+            self._begun(k, slopes, gaps, G, h)
+            J, moved = self._rows(level, slopes, G, h)
+            t, r, JT = self.chains.trial[level], e[level].reshape(len(level), -1), J.transpose(0, 2, 1)
             closing += float((r * moved).sum())
-            JT = J.transpose(0, 2, 1)
             N[t] += JT @ J
             own[t] += (JT @ r[..., None])[..., 0]
             g[t] += (JT @ (r + moved)[..., None])[..., 0]
         data, (more, g_p, H_p) = float((e * e).sum()), self.extra(point.p)
-        return Linear(data + more, data, gaps, N, g, own, closing, H_p, g_p, G, h, e, slopes)
+        cost = data + more + self.nuisances.prior(point.own)
+        return Linear(cost, data, gaps, N, g, own, closing, H_p, g_p, G, h, e, slopes)
+
+    def _begun(self, k: int, slopes: Array, gaps: Array, G: Array, h: Array) -> None:
+        """Start states of the k-th windows by the unknowns of their trials, put into G and h."""
+        level, n, q, c = self.chains.levels[k], self.where.size, self.first, self.nuisances.currents
+        if k and self.linked:
+            end = slopes[level - 1, -1, : h.shape[1]]
+            G[level] = end[..., n + c :] @ G[level - 1]
+            G[level, :, :n] += end[..., :n]
+            G[level, :, n + q : n + q + c] += end[..., n : n + c]
+            h[level] = (end[..., n + c :] @ h[level - 1][..., None])[..., 0] + gaps[level]
+        elif self.freed and not k:
+            G[level, :q, n : n + q] = np.eye(q)
+        else:  # as measured, less the bias of the reading
+            G[level[:, None], self.nuisances.bias, np.arange(n + q + c, G.shape[2])] = -1.0
+
+    def _rows(self, level: Index, slopes: Array, G: Array, h: Array) -> tuple[Array, Array]:
+        """Derivatives of the weighted residuals of some windows, and what closing their gaps adds to them."""
+        n, q, c, scale = self.where.size, self.first, self.nuisances.currents, self.chains.scale[level]
+        S = np.where(scale[..., None] > 0, slopes[level, :, : len(STATES)] * scale[..., None], 0.0)
+        flat = S.reshape(len(level), -1, S.shape[-1])
+        J = flat[..., n + c :] @ G[level]
+        J[..., :n] += flat[..., :n]
+        if self.nuisances.count:
+            J[..., n + q : n + q + c] += flat[..., n : n + c]
+            bias = self.nuisances.bias
+            J.reshape(*scale.shape, -1)[..., bias, np.arange(n + q + c, J.shape[-1])] += scale[..., bias]
+        return J, (flat[..., n + c :] @ h[level][..., None])[..., 0]
 
     def reduced(self, linear: Linear, damping: float) -> tuple[Array, Array, Array]:
-        """Normal equations of the parameters alone (H, g), and the first states by them, shape (trials, q, n + 1)."""
+        """Normal equations of the parameters alone (H, g), and the others by them, shape (trials, m - n, n + 1)."""
         n = linear.g_p.size
         q = linear.g.shape[1] - n
         whole, g = linear.N[:, :n, :n].sum(axis=0) + linear.H_p, linear.g[:, :n].sum(axis=0) + linear.g_p
@@ -206,7 +255,7 @@ class Condensed:
         return whole - out[:, :n], g - out[:, n], back
 
     def step(self, linear: Linear, p: Array, damping: float, low: Array, high: Array) -> Array:
-        """Change of (parameters, first state) per trial that minimises the damped quadratic within bounds."""
+        """Change of the m unknowns of each trial that minimises the damped quadratic within bounds."""
         H, g, back = self.reduced(linear, damping)
         everything = np.ones((1, g.size), dtype=np.bool_)
         (dp,), _ = steps(H[None], g[None], (low - p)[None], (high - p)[None], everything, _NUDGE)
@@ -215,25 +264,29 @@ class Condensed:
 
     def moved(self, linear: Linear, point: Point, d: Array, share: float, low: Array, high: Array) -> Point:
         """A share of the step."""
-        nodes = (linear.G @ d[self.chains.trial][..., None])[..., 0] + linear.h
-        return Point(np.clip(point.p + share * d[0, : point.p.size], low, high), point.nodes + share * nodes)
+        nodes, n = (linear.G @ d[self.chains.trial][..., None])[..., 0] + linear.h, point.p.size
+        return Point(
+            np.clip(point.p + share * d[0, :n], low, high), point.nodes + share * nodes,
+            point.own + share * d[:, n + self.first :],
+        )  # fmt: skip
 
     def multipliers(self, linear: Linear, d: Array) -> Array:
         """Those of the continuity constraints after the step `d`, shape (lanes, states)."""
-        n = linear.g_p.size
-        out = np.zeros_like(linear.h)
+        n, c = linear.g_p.size, self.nuisances.currents
+        q, out = n + self.first, np.zeros_like(linear.h)
         levels, trial = self.chains.levels, self.chains.trial
         for k in range(len(levels) - 1, 0, -1):
             level = levels[k]
-            scale = self.chains.scale[level]
+            scale, step = self.chains.scale[level], d[trial[level]]
             S = np.where(scale[..., None] > 0, linear.slopes[level, :, : len(STATES)] * scale[..., None], 0.0)
-            ds = (linear.G[level] @ d[trial[level]][..., None])[..., 0] + linear.h[level]
-            both = np.concatenate([d[trial[level], :n], ds], axis=1)
+            ds = (linear.G[level] @ step[..., None])[..., 0] + linear.h[level]
+            both = np.concatenate([step[:, :n], step[:, q : q + c], ds], axis=1)
             r = linear.residuals[level] + (S @ both[:, None, :, None])[..., 0]
-            out[level] = np.einsum("lris,lri->ls", S[..., n:], r)
+            r += scale * self.nuisances.offset(step[:, q:])[:, None, :]
+            out[level] = np.einsum("lris,lri->ls", S[..., n + c :], r)
             if k + 1 < len(levels):
                 after = levels[k + 1]
                 follows = np.isin(level + 1, after)
-                end = linear.slopes[level[follows], -1, : self.span.size, n:]
+                end = linear.slopes[level[follows], -1, : self.span.size, n + c :]
                 out[level[follows]] += np.einsum("ljs,lj->ls", end, out[after])
         return out

@@ -11,7 +11,7 @@ from ..data import Array
 from .condensed import Condensed, Point
 
 # Damping of Marquardt's diagonal: start, least, ratio after a full step, ratio after a refused one.
-_DAMPING, _LEAST, _DOWN, _UP = 1e-4, 1e-12, 0.1, 8.0
+DAMPING, _LEAST, _DOWN, _UP = 1e-4, 1e-12, 0.1, 8.0
 # A refused step is shortened (or, where windows need not join, damped) so often at most.
 _TRIES = 16
 # Share of the promised decrease that a step must bring; gaps that no longer matter, in scales of their channels.
@@ -33,7 +33,7 @@ class Search:
 
     point: Point
     cost: float
-    damping: float = _DAMPING
+    damping: float = DAMPING
     iteration: int = 0
     evaluations: int = 0
     closed: bool = False
@@ -42,14 +42,14 @@ class Search:
 
 def descend(
     objective: Condensed, start: Point, low: Array, high: Array, *,
-    iterations: int, tolerance: float, each: Callable[[Search], None],
+    iterations: int, tolerance: float, each: Callable[[Search], None], damping: float = DAMPING,
 ) -> Search:  # fmt: skip
     """Go down from `start` until steps promise less than `tolerance` of the objective and the windows join.
 
     An exact penalty on the gaps (with weights from the multipliers, Powell 1978) says whether a step is good.
     """
     cost, gaps = objective.cost(start)
-    search = Search(start, cost)
+    search = Search(start, cost, damping)
     if not np.isfinite(cost):
         return replace(search, done="the model blows up within a window")
     weights = np.zeros(gaps.shape)
@@ -70,8 +70,9 @@ def _iterate(
     linear = objective.linear(point)
     damping, evaluations = search.damping, search.evaluations + 1
     d, share = objective.step(linear, point.p, damping, low, high), 1.0
-    force = 1.1 * np.abs(objective.multipliers(linear, d))
-    weights = np.maximum(force, 0.5 * (weights + force))
+    if objective.linked:  # else there are no gaps, and multipliers of unstable windows may overflow
+        force = 1.1 * np.abs(objective.multipliers(linear, d))
+        weights = np.maximum(force, 0.5 * (weights + force))
     before = 0.5 * linear.cost + float((weights * np.abs(linear.gaps)).sum())
     for _ in range(_TRIES):
         to = objective.moved(linear, point, d, share, low, high)
@@ -83,7 +84,7 @@ def _iterate(
             closed = bool((np.abs(gaps) <= _CLOSED * objective.span).all())
             still = before - after <= tolerance * before
             small = closed and still and (share == 1.0 or -slope <= tolerance * before)
-            damping = max(damping * _DOWN, _LEAST) if share > 0.5 else damping * (_UP if share < 0.1 else 1.0)
+            damping = max(damping * _DOWN, _LEAST) if share == 1.0 else damping * (_UP if share < 0.3 else 1.0)
             done = "converged" if small else ""
             return Search(to, cost, damping, search.iteration + 1, evaluations, closed, done), weights
         share *= 0.5

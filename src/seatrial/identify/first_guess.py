@@ -190,8 +190,8 @@ def fossen_ship(
     damping: dict[str, Any] = {"X_u": 0.0, "Y_v": 0.0, "N_r": 0.0, **_below(found, "damping")}
     parts = Parts(tuple(thrusters), tuple(one.azimuth(x, y) for x, y, one in thrusters.values()))
     model = Fossen(
-        body=Particulars(rho=hull.rho, L_pp=hull.L_pp, B=hull.B, d=hull.d), inertia=Inertia(**_below(found, "inertia")),
-        damping=Polynomial(**damping), thrusters=parts,
+        body=Particulars(rho=hull.rho, L_pp=hull.L_pp, B=hull.B, d=hull.d, m=hull.m),
+        inertia=Inertia(**_below(found, "inertia")), damping=Polynomial(**damping), thrusters=parts,
     )  # fmt: skip
     given: dict[str, Any] = {}
     for control, fit in (servos or {}).items():

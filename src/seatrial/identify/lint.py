@@ -54,11 +54,13 @@ def raise_on_errors(issues: Iterable[Issue]) -> None:
 
 def _free(problem: Problem) -> Iterator[Issue]:
     known = specs(problem.ship.model)
-    if not problem.free:
+    if not problem.free and not hasattr(problem.ship.model, "network"):  # whose weights are what moves
         yield Issue("error", "free", f"no free parameter; name some of {', '.join(list(known)[:6])}, ...")
     for path, count in Counter(free.path for free in problem.free).items():
         if path not in known:
             yield Issue("error", "free", unknown(path, known))
+        elif path == "dt" and isinstance(problem.ship.model, Sampled):
+            yield Issue("error", "free", "dt is the sample time of a model in discrete time, which no fit can move")
         elif count > 1:
             yield Issue("error", "free", f"{path} is named {count} times; once is enough")
     for free in problem.free:

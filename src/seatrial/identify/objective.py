@@ -72,6 +72,8 @@ class TrajectoryObjective:
         """Cut the windows and compile the kernels."""
         cut = windows(trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every)
         groups = Groups.of(problem.nuisance, cut.trial)
+        # The prior of a free initial state stands for its measurement, which must not count a second time.
+        cut.scale[:, 0, groups.initial] = 0.0
         system = open_loop(problem.ship)
         lanewise = CURRENT if groups.current else ()
         free = (*(f.path for f in problem.free), *lanewise)
@@ -127,7 +129,9 @@ class TrajectoryObjective:
         """Objective; inf where any lane blows up within its window."""
         e = self.residuals(p, eta)
         away, weight = self._prior(p)
-        total = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.groups.deviation) ** 2).sum())
+        # A trial step may leave residuals that are finite, but not their squares.
+        with np.errstate(over="ignore"):
+            total = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.groups.deviation) ** 2).sum())
         return total if np.isfinite(total) else float("inf")
 
     def normal(self, p: Array, eta: Array) -> Normal:
@@ -181,7 +185,8 @@ class TrajectoryObjective:
     def standardised(self, p: Array) -> float:
         """Pooled standardised MSE of all windows without nuisances (Wakita 2022 Eq. 25)."""
         e = self.residuals(p, np.zeros(self.nuisances))
-        return float((e * e).sum()) / (self.windows.weight * max(self.windows.samples, 1))
+        with np.errstate(over="ignore"):
+            return float((e * e).sum()) / (self.windows.weight * max(self.windows.samples, 1))
 
     def failure(self, p: Array) -> str:
         """Which trial and state blow up first at `p`, in words."""

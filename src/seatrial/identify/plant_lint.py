@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..data import Trial
+from ..models import unit
 from ..models.common import thruster_controls
 from ..ships import Ship
 from . import Issue, Problem
@@ -21,16 +22,21 @@ _UNEVEN = 0.02
 
 def mass(problem: Problem) -> Iterator[Issue]:
     """What is doubtful about the mass matrix that the fit begins with; accepted, as fitted ones often are so."""
-    doubts = getattr(getattr(problem.ship.model, "inertia", None), "doubts", None)
-    for text in () if doubts is None else doubts():
+    model = problem.ship.model
+    doubts = getattr(getattr(model, "inertia", None), "doubts", None)
+    displaced = float(getattr(getattr(model, "body", None), "m", 0.0))
+    for text in () if doubts is None else doubts(displaced):
         yield Issue("warning", "inertia", f"{text}; the fit begins there all the same")
 
 
 def tested(ship: Ship) -> dict[str, tuple[float, float]]:
-    """Revolutions [1/s] for which the thrust map of each thruster holds, by control; without a limit, none."""
+    """Revolutions [1/s], or throttle, for which the thrust map of each thruster holds, by control; unlimited, none."""
     parts = getattr(ship.model, "thrusters", None)
     found: dict[str, tuple[float, float]] = {}
     for name, part in () if parts is None else parts.items():
+        if part.prefixes[0] == "throttle":
+            found[f"throttle_{name}"] = float(part.low), float(part.high)
+            continue
         n_max, control = float(getattr(part, "n_max", math.inf)), f"n_{name}"
         if n_max < 1e6 and control in ship.model.controls:
             servo: Any = ship.actuators.of(control)
@@ -47,7 +53,8 @@ def untested(ship: Ship, trial: Trial) -> Iterator[str]:
         least, most = float(np.nanmin(trial[control])), float(np.nanmax(trial[control]))
         slack = _BEYOND * max(abs(low), abs(high))
         if least < low - slack or most > high + slack:
-            yield f"{control} goes from {least:.4g} to {most:.4g} 1/s, thrust was tested from {low:g} to {high:g} 1/s"
+            own = "" if unit(control) == "-" else f" {unit(control)}"
+            yield f"{control} goes from {least:.4g} to {most:.4g}{own}, thrust was tested from {low:g} to {high:g}{own}"
 
 
 def commands(problem: Problem, trial: Trial) -> Iterator[Issue]:

@@ -152,7 +152,7 @@ def weighted_fit(
     touched = np.any(matrix != 0.0, axis=(0, 2))
     left = ((right - matrix @ values) / scale)[:, touched]
     variance = float(np.sum(left**2)) / max(left.size - n, 1)
-    covariance, shrinkage = posterior(Normal(cost, hessian, np.zeros(n)), free, variance)
+    covariance, shrinkage = posterior(Normal(cost, hessian, np.zeros(n)), free, values, variance)
     on = tuple(f.path for f, v in zip(free, values, strict=True) if v <= f.low or v >= f.high)
     found = {f.path: float(v) for f, v in zip(free, values, strict=True)}
     mark = hashlib.sha256((digest(problem, OneStep()) + repr(estimator)).encode()).hexdigest()[:16]

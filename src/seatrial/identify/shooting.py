@@ -129,7 +129,7 @@ def finished(
 ) -> Fit:  # fmt: skip
     """The fit at `p`: covariance and verdicts from the exact normal equations there, whoever searched."""
     normal = objective.normal(p, eta)
-    covariance, shrinkage = posterior(normal, problem.free, objective.variance(p, eta))
+    covariance, shrinkage = posterior(normal, problem.free, p, objective.variance(p, eta))
     at_bound = tuple(f.path for f, v in zip(problem.free, p, strict=True) if v <= f.low or v >= f.high)
     ship = problem.ship.having({f.path: float(v) for f, v in zip(problem.free, p, strict=True)})
     return Fit(

@@ -2,7 +2,7 @@
 
 The posterior is Gaussian about the optimum.  A direction of parameter space is determined where the
 data tighten the prior (or the interval) markedly; where they do not, the verdict says so and names
-the manoeuvre that would excite it.
+the manoeuvre that would excite it.  A parameter with neither is measured by its own size.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from .gauss_newton import Normal
 # above the second the data speak clearly louder than the prior.
 UNKNOWN, CLEAR = 0.5, 0.9
 CORRELATED = 0.95
+# Least curvature of a direction, relative to that of its parameters one by one: what rounding leaves of none.
+_FLAT = 1e-13
 
 EXCITES = (
     ("propeller.A_", "reversing with way ahead, and propeller ahead with sternway"),
@@ -54,30 +56,35 @@ def prior_variance(free: Sequence[Free]) -> Array:
     return out
 
 
-def posterior(normal: Normal, free: Sequence[Free], variance: float) -> tuple[Array, Array]:
+def posterior(normal: Normal, free: Sequence[Free], values: Array, variance: float) -> tuple[Array, Array]:
     """Posterior covariance and the share of the prior variance that the data removed.
 
     Args:
         normal: normal equations at the optimum, prior included.
         free: the parameters.
+        values: their estimates; without prior and interval, the larger of start and estimate stands in for both.
         variance: mean squared weighted residual; the data's share of H is divided by it, so that
             sigma need only be right up to a factor.
     """
     H, _ = normal.reduced(0.0)
     prior = np.array([f.sigma**-2.0 for f in free])
-    data = (H - np.diag(prior)) / max(variance, 1e-200)
-    before = prior_variance(free)
-    scale = np.where(np.isfinite(before), np.sqrt(before), 1.0)
-    scaled = scale[:, None] * (data + np.diag(prior)) * scale[None, :]
-    # A direction without any curvature is as wide as its prior, or wider than any number here.
+    whole = (H - np.diag(prior)) / max(variance, 1e-200) + np.diag(prior)
+    before, size = prior_variance(free), _size(free, values)
+    curved = np.diag(whole) > 0
+    unseen = np.where(np.isfinite(before), np.sqrt(before), np.where(size > 0, size, 1.0))
+    scale = np.where(curved, np.where(curved, np.diag(whole), 1.0) ** -0.5, unseen)
+    scaled = scale[:, None] * whole * scale[None, :]
+    # A direction without any curvature is wider than any prior.
     weight, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
-    floor = np.where(np.isfinite(before), 1.0, 1e-12).min()
-    weight = np.maximum(weight, floor * 1e-6)
-    covariance = scale[:, None] * ((vectors / weight) @ vectors.T) * scale[None, :]
-    share = 1.0 - np.diag(covariance) / np.where(np.isfinite(before), before, np.inf)
-    relative = np.sqrt(np.diag(covariance)) / np.maximum(np.abs([f.start for f in free]), 1e-300)
-    share = np.where(np.isfinite(before), share, np.where(relative < 0.3, 1.0, 0.0))
+    covariance = scale[:, None] * ((vectors / np.maximum(weight, _FLAT)) @ vectors.T) * scale[None, :]
+    yardstick = np.where(np.isfinite(before), before, size**2)
+    share = 1.0 - np.diag(covariance) / np.where(yardstick > 0, yardstick, 1e-300)
     return covariance, np.clip(share, 0.0, 1.0)
+
+
+def _size(free: Sequence[Free], values: Array) -> Array:
+    """How large each parameter is: at the start or as estimated, whichever is larger."""
+    return np.maximum(np.abs([f.start for f in free]), np.abs(values))
 
 
 def verdicts(
@@ -99,16 +106,18 @@ def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> V
             f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it further out, "
             "so either the interval is too narrow or the model lacks something",
         )  # fmt: skip
+    held, size = bool(np.isfinite(prior_variance([f])[0])), max(abs(f.start), abs(value))
+    known = f"sigma is {sigma / size:.2g} of its size" if size > 0 else "not told from zero"
     if share >= CLEAR:
-        return Verdict(f.path, "identified", f"{told}: the data removed {share:.0%} of the prior variance")
+        removed = f"the data removed {share:.0%} of the prior variance" if held else known
+        return Verdict(f.path, "identified", f"{told}: {removed}")
     if share >= UNKNOWN:
-        return Verdict(
-            f.path, "weak", f"{told}: data and prior speak about equally loud ({share:.0%}); "
-            f"{manoeuvre_for(f.path)} would help",
-        )  # fmt: skip
+        loud = f"data and prior speak about equally loud ({share:.0%})" if held else known
+        return Verdict(f.path, "weak", f"{told}: {loud}; {manoeuvre_for(f.path)} would help")
+    little = f"{told} is little more than the prior ({share:.0%} removed)" if held else f"{told}: {known}"
     return Verdict(
-        f.path, "not identified", f"{told} is little more than the prior ({share:.0%} removed); "
-        f"not to be read as physics; {manoeuvre_for(f.path)} would excite it",
+        f.path, "not identified",
+        f"{little}; not to be read as physics; {manoeuvre_for(f.path)} would excite it",
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ class Particulars:
     L_pp: Scalar = spec("m", "length between perpendiculars", (1e-3, 1e3))
     B: Scalar = spec("m", "breadth; 0 where unknown", (0.0, 1e3), default=0.0)
     d: Scalar = spec("m", "draught; 0 where unknown", (0.0, 100.0), default=0.0)
+    m: Scalar = spec("kg", "mass of the water displaced; 0 where unknown", (0.0, 1e12), default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +31,7 @@ class Inertia:
 
     Diagonal, it is the one of the model with six parameters (You 2023 Eq. 6); with m_23 and m_32 the
     surge-decoupled one (Eq. 2); in full the fully coupled one.  A fitted M need not be symmetric, which
-    a mass matrix is: `doubts` says so.  `coriolis` picks C:
+    a mass matrix is, and may be lighter than the ship: `doubts` says so.  `coriolis` picks C:
 
     - ``published``: You 2023 Eq. 3 as printed, from m_11, m_22 and m_23 alone;
     - ``consistent``: from the symmetric part of M, so that without damping a symmetric M keeps its

@@ -1,0 +1,239 @@
+"""One fit by multiple shooting as it goes on: stages, ways in, and what is made of the point where it ends."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..data import Array, DataError, Trial
+from ..models import STATES
+from . import Fit, FitError, Nuisance, Problem, Progress
+from .batch import prior as priors
+from .chains import chains
+from .condensed import Condensed, Linear, Point
+from .constraints import Inequalities, Penalty
+from .descent import DAMPING, Search, descend
+from .gauss_newton import Normal
+from .ipopt import FullSpace
+from .momentum import momentum_guess
+from .objective import TrajectoryObjective
+from .shooting import digest
+from .verdicts import posterior, verdicts
+from .windows import spread
+
+if TYPE_CHECKING:
+    from .logo import Shooting
+
+# LO windows are shares of GO's, the first ones a single compared row; steps of a local descent at most.
+_LADDER, _LOCAL = (0.0, 0.2, 1.0), 12
+# Before them, one row by Euler: hardly curved in the parameters and never far out, so that a start from which
+# any longer prediction blows up is walked back.  Steps at most (a mass grows twofold a step), and damping.
+_FAR, _FAR_DAMPING = 80, 1e-2
+# Weight of a squared violation (relative) per sample; rounds of the multipliers of constraints.
+_STIFF, _ROUNDS = 1e5, 6
+
+
+@dataclass
+class Run:
+    """One fit as it goes on: what stays the same over its stages, and what it has cost so far."""
+
+    settings: Shooting
+    problem: Problem
+    sigma: Mapping[str, float]
+    dt: float
+    span: Array
+    anchor: Array
+    inequalities: Inequalities
+    began: float
+    progress: Progress | None
+    watch: TrajectoryObjective | None
+    history: list[tuple[float, float, float, float]] = field(default_factory=list[tuple[float, float, float, float]])
+    evaluations: int = 0
+    status: str = ""
+
+    @staticmethod
+    def of(settings: Shooting, problem: Problem, began: float, progress: Progress | None) -> Run:
+        free = problem.free
+        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        dt = settings.dt or float(np.median([t.dt for t in problem.trials]))
+        start = np.array([f.start for f in free])
+        mean, prior = priors(free)
+        ridge = settings.ridge * np.where(start != 0, np.abs(start), 1.0) ** -2.0
+        weight = prior + ridge
+        middle = (prior * mean + ridge * start) / np.where(weight > 0, weight, 1.0)
+        anchor = np.array([np.where(weight > 0, middle, start), weight])
+        full = sigma if len(sigma) == len(STATES) else {**spread(problem.trials), **sigma}
+        unseen = [1.0] * (len(problem.ship.model.states) - len(STATES))
+        make = Inequalities.of if settings.constraints else Inequalities.none
+        return Run(
+            settings, problem, sigma, dt, np.array([*(full[n] for n in STATES), *unseen]), anchor,
+            make(problem), began, progress, _watch(settings, problem, sigma, dt),
+        )  # fmt: skip
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        return np.array([f.low for f in self.problem.free]), np.array([f.high for f in self.problem.free])
+
+    def each(self, search: Search) -> None:
+        """Note where a search stands, with the standardised error of whole validation trials."""
+        seen = self.watch.standardised(search.point.p) if self.watch else float("nan")
+        self.history.append((len(self.history) + 1.0, search.cost, seen, time.perf_counter() - self.began))
+        if self.progress:
+            self.progress(len(self.history), search.cost, seen)
+
+    def stage(self, trials: tuple[Trial, ...], window: float | None = None) -> Condensed:
+        """The objective of some trials, cut into windows."""
+        own, part = self.settings, replace(self.problem, trials=trials)
+        cut = chains(
+            trials, part.ship.model, part.loss, self.sigma, window=own.window if window is None else window,
+            dt=self.dt, every=own.every, weights=own.weights,
+        )  # fmt: skip
+        penalty = Penalty(self.inequalities, _STIFF * max(cut.samples, 1), np.zeros(len(self.inequalities.names)))
+        return Condensed.build(
+            part, cut, anchor=self.anchor, penalty=penalty, freed=own.initial == "free", span=self.span,
+            method=own.method, threads=own.threads,
+        )  # fmt: skip
+
+    def local(self, stage: Condensed, p: Array) -> Point:
+        """LO: the momentum balance where it is linear, else (or where it fails) short predictions."""
+        own, cut = self.settings, stage.chains
+        guess = momentum_guess(stage.problem, cut, smooth=own.smooth, span=0.8 * own.window, start=p)
+        if guess is not None and np.isfinite(cost := stage.cost(stage.start(guess))[0]):
+            self.status = "solved: momentum balance"
+            self.each(Search(stage.start(guess), cost))
+            return stage.start(guess)
+        return self.short(stage, p)
+
+    def short(self, stage: Condensed, p: Array) -> Point:
+        """Predictions from measured states over windows that grow, first by a step of Euler's."""
+        point, begun = stage.start(p), False
+        for k, share in enumerate((0.0, *_LADDER)):
+            rung = stage if share == 1.0 else self.stage(stage.problem.trials, share * self.settings.window)
+            rung = replace(rung, linked=False)
+            search = descend(
+                rung if k else replace(rung, method="euler"), rung.start(point.p, point.own), *self.bounds,
+                iterations=_LOCAL if k else _FAR, damping=DAMPING if k else _FAR_DAMPING, tolerance=1e-3,
+                each=self.each,
+            )  # fmt: skip
+            self.evaluations += search.evaluations
+            begun, point = begun or bool(np.isfinite(search.cost)), search.point
+        self.status = "short predictions"
+        if not begun:
+            raise FitError(f"{self.problem.ship.name}: the model blows up in one step of {self.dt:g} s at the start")
+        return stage.start(point.p, point.own)
+
+    def early(self, trials: tuple[Trial, ...], p: Array) -> Array:
+        """GO of some trials; as it was where so few do not determine the parameters."""
+        try:
+            return self.whole(self.stage(trials), p).p
+        except (FitError, DataError):
+            self.status = ""
+            return p
+
+    def whole(self, stage: Condensed, p: Array) -> Point:
+        """GO, warm from `p` if that joins; LO where it does not (You 2023 Algorithm 1, lines 4-8)."""
+        ways = [self.short, self.local] if self.settings.schedule == "go" else [self.local, self.short]
+        ends: list[Search] = []
+        for way in ([Condensed.start, *ways] if self.status == "converged" else ways):
+            try:
+                end = self.joined(stage, way(stage, p))
+            except (FitError, np.linalg.LinAlgError):
+                continue
+            ends.append(end)
+            if end.closed and end.done == "converged":
+                break
+        best = min((end for end in ends if end.closed), key=lambda end: end.cost, default=None)
+        if best is None:
+            raise FitError(f"{self.problem.ship.name}: no trajectory could be joined, from the start or from LO")
+        self.status = best.done
+        return best.point
+
+    def joined(self, stage: Condensed, start: Point) -> Search:
+        """Multiple shooting from `start`, multipliers of the constraints included."""
+        own = self.settings
+        if own.back_end == "ipopt":
+            return self.by_ipopt(stage, start)
+        end = Search(start, np.inf)
+        for _ in range(_ROUNDS):
+            end = descend(
+                stage, end.point, *self.bounds, iterations=own.iterations, tolerance=own.tolerance, each=self.each
+            )
+            self.evaluations += end.evaluations
+            pushed = stage.penalty.pushed(end.point.p)
+            if np.allclose(pushed.push, stage.penalty.push, rtol=1e-6, atol=1e-12):
+                break
+            stage = replace(stage, penalty=pushed)
+        return end if end.closed else _closed(stage, end)
+
+    def by_ipopt(self, stage: Condensed, start: Point) -> Search:
+        """The same by IPOPT, every compared row a node of its own."""
+        own, cut = self.settings, stage.chains
+        fine = self.stage(stage.problem.trials, self.dt * own.every).chains
+        programme = FullSpace.build(
+            stage.problem, fine, anchor=self.anchor, inequalities=self.inequalities, freed=stage.freed,
+            span=self.span, method=own.method, exact=own.hessian == "exact", iterations=2 * own.iterations,
+            tolerance=max(1e4 * own.tolerance, 1e-8),
+        )  # fmt: skip
+        found = programme.solve(start.p, fine.nodes, *self.bounds)
+        jump = (cut.steps - 1) // cut.every
+        first = np.concatenate([np.flatnonzero(fine.trial == t)[::jump] for t in range(cut.trials)])
+        point = replace(start, p=found.p, nodes=found.nodes[first])
+        done = "converged" if found.success else found.status
+        search = Search(point, stage.cost(point)[0], iteration=found.iterations, closed=found.success, done=done)
+        self.evaluations += found.iterations
+        self.each(search)
+        return search
+
+    def finished(self, stage: Condensed, point: Point) -> Fit:
+        """The fit, with covariance and verdicts from the condensed normal equations."""
+        free, p, linked = self.problem.free, point.p, self.settings.schedule != "lo"
+        linear = replace(stage, linked=linked).linear(point)
+        covariance, shrinkage = self.spread(stage, linear, p)
+        at_bound = tuple(f.path for f, v in zip(free, p, strict=True) if v <= f.low or v >= f.high)
+        ship = self.problem.ship.having({f.path: float(v) for f, v in zip(free, p, strict=True)})
+        return Fit(
+            ship=ship, free=free, values=p, sigma=np.sqrt(np.diag(covariance)), covariance=covariance,
+            shrinkage=shrinkage, at_bound=at_bound, verdicts=verdicts(free, p, covariance, shrinkage, at_bound),
+            history=np.array(self.history, dtype=np.float64).reshape(-1, 4), objective=linear.cost,
+            seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
+            digest=digest(self.problem, self.settings), ends=np.array([[linear.cost, *p]]),
+        )  # fmt: skip
+
+    def spread(self, stage: Condensed, linear: Linear, p: Array) -> tuple[Array, Array]:
+        """Posterior covariance, and the share of the prior variance that the data removed."""
+        n, count, m = linear.g_p.size, *linear.g.shape
+        samples = stage.chains.samples * stage.chains.weight
+        variance = linear.data / max(samples - n - count * (m - n), 1.0)
+        # `posterior` divides all by the variance; the priors of the nuisances stand as they are given.
+        N, own = linear.N.copy(), np.arange(m - stage.nuisances.count, m)
+        N[:, own, own] += (variance - 1.0) * stage.nuisances.deviation**-2.0
+        H, g, _ = stage.reduced(replace(linear, N=N), 0.0)
+        # The ridge is no knowledge of the parameters: it steers, but does not sharpen what is claimed.
+        ridge = np.diag(self.anchor[1] - priors(self.problem.free)[1])
+        return posterior(Normal(linear.cost, H - ridge, g), self.problem.free, p, variance)
+
+
+def _watch(own: Shooting, problem: Problem, sigma: Mapping[str, float], dt: float) -> TrajectoryObjective | None:
+    """Whole validation trials from their measured starts, without nuisances; None where there are none."""
+    if not problem.validation:
+        return None
+    longest = max(float(trial.t[-1] - trial.t[0]) for trial in problem.validation)
+    return TrajectoryObjective.build(
+        replace(problem, nuisance=Nuisance()), problem.validation, sigma, window=longest + dt, dt=dt,
+        every=own.every, method=own.method, threads=own.threads,
+    )  # fmt: skip
+
+
+def _closed(stage: Condensed, end: Search) -> Search:
+    """A search that stopped with windows apart, its trajectories run through: an answer, if not the best one."""
+    point = end.point
+    for level in stage.chains.levels[1:]:
+        nodes = point.nodes.copy()
+        nodes[level] += stage.cost(point)[1][level]
+        point = replace(point, nodes=nodes)
+    cost = stage.cost(point)[0]
+    return replace(end, point=point, cost=cost, closed=bool(np.isfinite(cost)))

@@ -1,0 +1,44 @@
+"""What is said of parameters that have neither prior nor interval, and of combinations."""
+
+import numpy as np
+import pytest
+
+from seatrial.identify.gauss_newton import Normal
+from seatrial.identify.verdicts import posterior, verdicts
+from seatrial.parameters import Free
+
+
+def said(H, free, values):
+    """Verdicts by subject."""
+    values = np.array(values)
+    covariance, share = posterior(Normal(0.0, np.asarray(H), np.zeros(len(free))), free, values, 1.0)
+    return {v.subject: v for v in verdicts(free, values, covariance, share, ())}
+
+
+@pytest.mark.parametrize(("start", "value", "sigma", "status"), [
+    (0.0, -9.0, 0.5, "identified"), (0.0, -9.0, 5.0, "weak"), (0.0, -9.0, 20.0, "not identified"),
+    (-9.0, 0.1, 0.5, "identified"), (0.0, 0.0, 0.5, "not identified"),
+])  # fmt: skip
+def test_without_prior_and_bounds_a_parameter_is_measured_by_its_own_size(start, value, sigma, status):
+    found = said([[sigma**-2.0]], (Free("hull.X_u", start),), [value])["hull.X_u"]
+    assert found.status == status
+    assert "prior" not in found.text
+    one_sided = said([[sigma**-2.0]], (Free("hull.X_u", start, low=-100.0),), [value])["hull.X_u"]
+    assert one_sided.status == status
+
+
+def test_a_combination_that_the_data_do_not_split_is_named_whatever_the_units():
+    """Only a / 1e6 + b shows, and c by itself."""
+    row, alone = np.array([1e-6, 1.0, 0.0]), np.array([0.0, 0.0, 1e-9])
+    H = 1e4 * (np.outer(row, row) + np.outer(alone, alone))
+    found = said(H, (Free("a", 0.0), Free("b", 0.0), Free("c", 0.0)), [2e6, 3.0, 1e12])
+    assert {name: v.status for name, v in found.items()} == {
+        "a": "not identified", "b": "not identified", "c": "identified", "a and b": "weak",
+    }  # fmt: skip
+    assert "trade off against each other" in found["a and b"].text
+
+
+def test_what_no_datum_touches_is_not_identified():
+    found = said(np.diag([1e4, 0.0]), (Free("a", 0.0), Free("b", 0.0)), [1.0, 2.0])
+    assert found["a"].status == "identified"
+    assert found["b"].status == "not identified"
