@@ -13,7 +13,10 @@ from seatrial.forces.propeller import KoseWake
 from seatrial.forces.rudder_linear import Linear
 from seatrial.forces.rudder_neutral import OffCentre
 from seatrial.forces.shallow import ShallowPolynomial
+from seatrial.forces.thruster_fixed import Fixed
 from seatrial.models.fossen import Fossen, Inertia, Particulars
+from seatrial.models.network import Network, initial
+from seatrial.models.neural import Neural
 from seatrial.parameters import Parts
 from seatrial.ships import Ship
 from seatrial.ships.files import load
@@ -38,6 +41,7 @@ MODULES: tuple[Any, ...] = (
     thruster.Direct(),
     Azimuth(**STERN, c_0=0.1, c_1=0.5, c_2=1.2, T_nu=0.9, t=0.1, astern=0.7),
     ThrustAzimuth(**STERN),
+    Fixed(**STERN, T_1=2.0, T_2=3.0, astern=0.6),
     DRAG,
     KoseWake(**numbers(KoseWake, L7.model.propeller)),
     Linear(**numbers(Linear, L7.model.rudder)),
@@ -60,7 +64,15 @@ def _ship(name: str, model: Any) -> Ship:
     return replace(L7, name=name, model=model, n_P=None)
 
 
+def _network() -> Neural:
+    """A network of some weights that answers its rudder; trained on nothing."""
+    drawn = initial(Network("forgetting", (12, 8), wind=False, memory=4, scale=(0.5, 0.3, 0.1, 10.0, 0.5)), seed=2)
+    return Neural(dt=0.2, network=drawn.having({**drawn.weights, "W_2": 0.05 * drawn.weights["W_2"]}))
+
+
 SHIPS: dict[str, Ship] = {
+    # weights on arrays, which no trace can follow
+    "network": _ship("network", _network()),
     # the MMG family with all that it can carry
     "dressed": _ship("dressed", replace(
         L7.model, hull=_of("ShallowPolynomial"), propeller=_of("KoseWake"), wind=_of("Isherwood"),

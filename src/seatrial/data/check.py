@@ -18,9 +18,12 @@ import numpy as np
 from . import Trial
 from .evidence import motion_slopes, rate_slope, rudder_effect, steady_turn
 from .sensor_checks import Fault, sensor_faults, wind_faults
+from .track import track_faults
 
 Severity = Literal["error", "warning", "info"]
 _G = 9.81
+# Controls of thrusters that can turn a ship without way.
+_ON_THE_SPOT = ("alpha", "n_bow", "n_stern", "f_")
 _COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
 _MEANT = {
     "earth": "u, v_m are velocities north and east, not surge and sway; turn them into body axes by psi",
@@ -60,7 +63,7 @@ def check(trial: Trial) -> tuple[Finding, ...]:
         return (_finding(trial, few),)
     faults = [*sensor_faults(trial)]
     if bool((np.diff(trial.t) > 0).all()):
-        for one in (_motion_faults, _yaw_faults, _rudder_faults, _scale_faults, wind_faults):
+        for one in (_motion_faults, _yaw_faults, _rudder_faults, _scale_faults, wind_faults, track_faults):
             faults += one(trial)
     found = [_finding(trial, fault) for fault in faults]
     return tuple(sorted(found, key=lambda f: ("error", "warning", "info").index(f.severity)))
@@ -230,8 +233,9 @@ def _scale_faults(trial: Trial) -> Iterator[Fault]:
     turn = np.abs(trial["r"][fast]) * length / u[fast]
     sharp = float(np.nanquantile(turn, 0.95)) if np.isfinite(turn).any() else 0.0
     if sharp > 3.0:
+        spot = any(name.startswith(_ON_THE_SPOT) for name in trial.channels)
         yield Fault(
-            "error", "r", "wrong scale or unit: turns too sharply for its length",
+            "warning" if spot else "error", "r", "wrong scale or unit: turns too sharply for its length",
             f"r L/u is {sharp:.2g} in the fastest rows (ships stay below about 1.5), L_pp {length:g} m",
             "check L_pp and scale in the sidecar and the unit of r",
         )  # fmt: skip

@@ -6,20 +6,26 @@ before anything is written, so that a file that fails leaves nothing behind.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from ..parameters import unknown
-from . import DataError, Trial, frt_esso, simman
+from . import DataError, Trial, frt_esso, simman, usv_asw
 from .mapping import read as read_by_mapping
 from .mapping import read_mapping
 from .table import existing, lines_of
 from .trialfile import FOREIGN, read_trial, write_trial
 
-FORMATS = ("frt-esso", "simman", "csv")
+READERS: Mapping[str, Callable[[Path], Trial]] = MappingProxyType({
+    "frt-esso": frt_esso.read, "simman": simman.read, "usv-asw": usv_asw.read,
+})  # fmt: skip
+"""Formats whose columns are known."""
+
+FORMATS = (*READERS, "csv")
 """Names that `import_log` knows."""
 
-_SUFFIXES = {"frt-esso": frt_esso.SUFFIX, "simman": simman.SUFFIX, "csv": ".csv"}
+_SUFFIXES = {"frt-esso": frt_esso.SUFFIX, "simman": simman.SUFFIX, "usv-asw": usv_asw.SUFFIX, "csv": ".csv"}
 
 
 def import_log(
@@ -90,7 +96,7 @@ def _reader(format: str, mapping: str | Path | None) -> Callable[[Path], Trial]:
     if format != "csv":
         if mapping is not None:
             raise DataError(f"format {format} takes no mapping file; its columns are known")
-        return frt_esso.read if format == "frt-esso" else simman.read
+        return READERS[format]
     if mapping is None:
         raise DataError("format csv needs a mapping file that says which column is which channel")
     table = read_mapping(mapping)

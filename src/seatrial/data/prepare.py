@@ -18,7 +18,7 @@ from ..parameters import unknown
 from . import Array, DataError, Dataset, Trial, unwrapped
 from .units import standard_unit
 
-ANGLES = ("psi", "gamma_T", "gamma_A", "gamma_C")
+ANGLES = ("psi", "gamma_T", "gamma_A", "gamma_C", "gamma_G")
 """Channels that may jump by a whole turn; they are made continuous before they are interpolated."""
 
 

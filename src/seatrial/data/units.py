@@ -41,7 +41,7 @@ KNOWN: Mapping[str, tuple[str, float]] = MappingProxyType({
 """Unit symbols that a header may name: the SI symbol and the factor to it."""
 
 # What the names of a thruster's channels begin with (docs/conventions.md), such as n_1, alpha_bow, f_2.
-_THRUSTERS = {"n": "1/s", "alpha": "rad", "f": "N", "X": "N", "Y": "N", "N": "N m"}
+_THRUSTERS = {"n": "1/s", "alpha": "rad", "f": "N", "throttle": "-", "X": "N", "Y": "N", "N": "N m"}
 _DERIVED = re.compile(r"_(sd|cmd|\d+)$")
 
 

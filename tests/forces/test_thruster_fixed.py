@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+import pytest
+
+from seatrial.forces import Flow
+from seatrial.forces.thruster_fixed import Fixed
+from seatrial.parameters import ParameterError
+from seatrial.ships.files import ShipError, load
+
+WATER = Flow(0.5, 0.1, 0.05, 0.0, 0.0, 0.0, 0.0, 1000.0, 1.0, 0.1)
+PORT = Fixed(x=-0.4, y=-0.3, T_1=2.0, T_2=3.0, astern=0.5, low=-0.8)
+
+
+def test_port_ahead_turns_to_starboard():
+    force = PORT.force(WATER, (0.5,))
+    assert pytest.approx(2.0 * 0.5 + 3.0 * 0.25) == force.X
+    assert force.Y == 0.0
+    assert pytest.approx(0.3 * force.X) == force.N
+
+
+def test_astern_and_beyond_the_map():
+    assert PORT.thrust(-0.5) == pytest.approx(-0.5 * PORT.thrust(0.5))
+    assert PORT.thrust(-1.0) == PORT.thrust(-0.8)
+    assert PORT.thrust(1.4) == PORT.thrust(1.0) == pytest.approx(5.0)
+    assert PORT.thrust(0.0) == 0.0
+
+
+def test_affine_form_agrees():
+    ((a, b, c),) = PORT.effect
+    (T,) = PORT.inputs(WATER, (0.7,))
+    assert tuple(PORT.force(WATER, (0.7,))) == pytest.approx((a * T, b * T, c * T))
+
+
+def test_a_thruster_without_thrust_is_refused():
+    with pytest.raises(ParameterError, match="needs T_1 or T_2 above zero"):
+        Fixed(y=0.3)
+
+
+def test_a_thrust_that_falls_is_refused(tmp_path):
+    """The map rises with the command, so neither number can be negative."""
+    from pathlib import Path
+
+    file = Path(__file__).parents[2] / "studies" / "ships" / "usv_asw_twinhull.toml"
+    path = tmp_path / "falls.toml"
+    path.write_text(file.read_text().replace("T_1 = { value = 1.0", "T_1 = { value = -1.0", 1))
+    with pytest.raises(ShipError, match=r"thrusters\.port.*T_1"):
+        load(path)
