@@ -5,18 +5,21 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..data import Trial
-from ..parameters import unknown
+from ..parameters import Free, unknown
 from ..ships import Ship, ShipError
 from ..ships.files import find_class, load
 from ..ships.writing import to_toml
 from . import Estimator, Loss, Nuisance, Problem, StudyError
 from .freedom import freedom
-from .study_data import chosen, read_data
+from .study_data import Split, chosen, read_data
+
+if TYPE_CHECKING:
+    from .virtual_trials import VirtualTrials
 
 SCHEMA = "seatrial-study/1"
 # A trial fills a window with this share of its length.
@@ -33,6 +36,9 @@ class Study:
         digest: fingerprint of ship, freedom, loss, estimator and data.
         notes: what a reader should know: parameters that a pattern fits and that stay fixed.
         title: heading of the report; empty where the study gives none.
+        rival: what a simpler model frees that is fitted beside; empty where there is none.
+        virtual: where the trials come from, if they are made.
+        published: what a paper found; empty where the study does not say.
     """
 
     name: str
@@ -44,6 +50,9 @@ class Study:
     digest: str
     notes: tuple[str, ...] = ()
     title: str = ""
+    rival: tuple[Free, ...] = ()
+    virtual: VirtualTrials | None = None
+    published: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     @property
     def sigma(self) -> Mapping[str, float] | None:
@@ -61,8 +70,9 @@ def read_study(path: str | Path) -> Study:
     here = Path(path)
     document = _document(here)
     said = _checked(here, document)
-    ship = _ship(here, said.ship)
-    train, validation, test = read_data(here, said.data, ship) if said.virtual is None else _made(here, said)
+    ship = read_ship(here, said.ship)
+    virtual, (train, validation, test) = (None, read_data(here, said.data, ship)) if said.virtual is None \
+        else _made(here, said)
     try:
         free, fixed = freedom(ship.model, said.free)
     except StudyError as error:
@@ -71,12 +81,13 @@ def read_study(path: str | Path) -> Study:
         ship, train, free, Loss(said.loss.sigma, said.loss.correlation),
         Nuisance(said.nuisance.initial, said.nuisance.current, said.nuisance.bias), validation, said.data.extrapolate,
     )  # fmt: skip
-    estimator = _estimator(here, said.estimator)
+    estimator = read_estimator(here, said.estimator)
     _long_enough(here, train, said.estimator)
     notes = (f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()
     return Study(
         here.stem, here, problem, estimator, test, said.report.restart, digest(problem, estimator), notes,
-        said.title,
+        said.title, _rival(here, said.rival, free), virtual,
+        said.report.published.model_dump() if said.report.published else {},
     )  # fmt: skip
 
 
@@ -127,7 +138,12 @@ def _checked(path: Path, document: Mapping[str, Any]) -> Any:
         raise StudyError(f"{path}: {key} {said}") from None
 
 
-def _ship(path: Path, name: str) -> Ship:
+def read_ship(path: Path, name: str) -> Ship:
+    """The ship that the study at `path` names: a file beside it, or one of the library.
+
+    Raises:
+        StudyError: neither.
+    """
     beside = path.parent / name
     try:
         return load(beside if name.endswith(".toml") and beside.is_file() else name)
@@ -146,12 +162,23 @@ def _long_enough(path: Path, trials: Iterable[Trial], estimator: Mapping[str, An
             )
 
 
-def _made(path: Path, said: Any) -> tuple[tuple[Trial, ...], ...]:
-    """The same of a study that makes its trials: training, validation and test, chosen by their names."""
+def _rival(path: Path, table: Any, free: tuple[Free, ...]) -> tuple[Free, ...]:
+    """The parameters of the rival, as the study frees them."""
+    names = () if table is None else tuple(table.free)
+    known = [f.path for f in free]
+    for name in names:
+        if name not in known:
+            raise StudyError(f"{path}: rival.free: {unknown(name, known, 'free parameter')}")
+    return tuple(f for f in free if f.path in names)
+
+
+def _made(path: Path, said: Any) -> tuple[VirtualTrials, Split]:
+    """Where the trials come from, and those of training, validation and test, chosen by their names."""
     from .virtual_trials import virtual_trials
 
     try:
-        made = {trial.name: trial for trial in virtual_trials(said.virtual)}
+        source, run = virtual_trials(said.virtual)
+        made = {trial.name: trial for trial in run}
     except (StudyError, ShipError) as error:
         raise StudyError(f"{path}: {error}") from None
     parts = [chosen(path, f"data.{key}", getattr(said.data, key), made) for key in ("train", "validation", "test")]
@@ -160,29 +187,35 @@ def _made(path: Path, said: Any) -> tuple[tuple[Trial, ...], ...]:
     twice = [name for name in made if sum(name in part for part in parts) > 1]
     if twice:
         raise StudyError(f"{path}: data: {twice[0]} is in two of train, validation and test; keep it in one")
-    return tuple(tuple(made[name] for name in part) for part in parts)
+    train, validation, test = (tuple(made[name] for name in part) for part in parts)
+    return source, (train, validation, test)
 
 
-def _estimator(path: Path, table: Mapping[str, Any]) -> Estimator:
+def read_estimator(path: Path, table: Mapping[str, Any], where: str = "estimator") -> Estimator:
+    """The estimator of a table of the study at `path`; `where` is the place of the table.
+
+    Raises:
+        StudyError: no such estimator, or a setting that it does not take.
+    """
     given = dict(table)
     try:
-        cls: Any = find_class(given.pop("type", None), "identify", f"{path}: estimator.type")
+        cls: Any = find_class(given.pop("type", None), "identify", f"{path}: {where}.type")
     except ShipError as error:
         raise StudyError(str(error)) from None
     if not hasattr(cls, "fit"):
-        raise StudyError(f"{path}: estimator.type: {cls.__name__} has no 'fit'; it is no estimator")
+        raise StudyError(f"{path}: {where}.type: {cls.__name__} has no 'fit'; it is no estimator")
     known = {f.name: f for f in fields(cls)}
     for key, value in given.items():
         if key not in known:
-            raise StudyError(f"{path}: estimator: {unknown(key, known, 'key')}")
+            raise StudyError(f"{path}: {where}: {unknown(key, known, 'key')}")
         default = known[key].default
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
             given[key] = float(value)
         elif isinstance(default, float | int | str | bool) and type(value) is not type(default):
-            raise StudyError(f"{path}: estimator.{key} is {value!r}; it must be a {type(default).__name__}")
+            raise StudyError(f"{path}: {where}.{key} is {value!r}; it must be a {type(default).__name__}")
     try:
         return cls(**given)
     except (TypeError, ValueError) as error:
-        raise StudyError(f"{path}: estimator: {error}") from None
+        raise StudyError(f"{path}: {where}: {error}") from None
 
 

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from ..data import Trial
-from ..parameters import unknown
+from ..data.compositions import MARK, expanded, read_compositions
+from ..parameters import ParameterError, unknown
 from ..ships import Ship
 from . import StudyError
 
@@ -23,7 +24,7 @@ DATA = "SEATRIAL_DATA"
 """Variable that names the folder of the public data sets; unset, it is ../shared/data beside the
 root of the repository (a folder with a pyproject.toml) that holds the study, or the working folder."""
 
-_SUFFIXES = (".csv", ".dat", ".parquet")
+_SUFFIXES = (".csv", ".dat", ".parquet", ".xlsx")
 _KINDS = ("test", "validation", "train")
 
 Split = tuple[tuple[Trial, ...], tuple[Trial, ...], tuple[Trial, ...]]
@@ -74,21 +75,25 @@ def chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) 
 def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ...], ...]:
     """Test, validation and training of one folder: a pattern gives way to the later list, a name is refused in two."""
     root = _root(path, where, data.root)
+    sets = read_compositions(path.parent / data.sets) if data.sets else {}
     every = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in _SUFFIXES)
     names = {f.relative_to(root).as_posix(): f for f in every}
-    taken = set(chosen(path, f"{where}.exclude", data.exclude, names))
+    lists = {key: expanded(f"{path}: {where}.{key}", getattr(data, key), sets) for key in (*_KINDS, "exclude")}
+    taken = set(chosen(path, f"{where}.exclude", lists["exclude"], names))
     read = _reader(path, where, data.format, data.mapping)
     parts: list[tuple[Trial, ...]] = []
     held: dict[str, str] = {}
     for kind in _KINDS:
-        found = [name for name in chosen(path, f"{where}.{kind}", getattr(data, kind), names) if name not in taken]
-        plain = chosen(path, f"{where}.{kind}", [p for p in getattr(data, kind) if not set(p) & set("*?[")], names)
+        found = [name for name in chosen(path, f"{where}.{kind}", lists[kind], names) if name not in taken]
+        outright = [p for p in getattr(data, kind) if not (set(p) & set("*?[") or p.startswith(MARK))]
+        plain = chosen(path, f"{where}.{kind}", outright, names)
         twice = [name for name in plain if name in held]
         if twice:
             raise StudyError(f"{path}: {where}.{kind}: {twice[0]} is in {held[twice[0]]} too; keep it in one")
         held |= dict.fromkeys(found, kind)
         taken |= set(found)
-        parts.append(tuple(_prepared(path, where, read(names[name]), data.scale_to, ship) for name in found))
+        made = (_prepared(path, where, read(names[name]), data.scale_to, ship) for name in found)
+        parts.append(tuple(_moving(path, where, trial, data.smoother, ship) for trial in made))
     return tuple(parts)
 
 
@@ -111,7 +116,7 @@ def _root(path: Path, where: str, root: str) -> Path:
 
 
 def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> Callable[[Path], Trial]:
-    from ..data import frt_esso, simman
+    from ..data.importing import FORMATS, READERS
     from ..data.mapping import read, read_mapping
     from ..data.trialfile import read_trial
 
@@ -120,10 +125,23 @@ def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> 
             raise StudyError(f"{path}: {where}.mapping is missing; the format csv needs it")
         table = read_mapping(path.parent / mapping)
         return lambda file: read(file, table)
-    formats = {None: read_trial, "frt-esso": frt_esso.read, "simman": simman.read}
-    if format not in formats:
-        raise StudyError(f"{path}: {where}.format: {unknown(str(format), ('frt-esso', 'simman', 'csv'), 'format')}")
-    return formats[format]
+    if format is None:
+        return read_trial
+    if format not in READERS:
+        raise StudyError(f"{path}: {where}.format: {unknown(format, FORMATS, 'format')}")
+    return READERS[format]
+
+
+def _moving(path: Path, where: str, trial: Trial, said: Any, ship: Ship) -> Trial:
+    """The trial as it is, or with its motion from a smoother where the study asks for one."""
+    if said is None:
+        return trial
+    from .study_smoother import smoothed
+
+    try:
+        return smoothed(said, ship, trial)
+    except (StudyError, ParameterError) as error:
+        raise StudyError(f"{path}: {where}.smoother: {error}") from None
 
 
 def _prepared(path: Path, where: str, trial: Trial, scale_to: str | None, ship: Ship) -> Trial:

@@ -12,10 +12,23 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=False)
 
 
+class SmootherTable(_Table):
+    """A Kalman smoother on the study's ship that gives the motion; noises in m and rad, walks per root second."""
+
+    position: float = Field(gt=0.0)
+    heading: float = Field(gt=0.0)
+    antenna: tuple[float, float] = (0.0, 0.0)
+    delay: float = Field(default=0.0, ge=0.0)
+    current: float = Field(default=0.0, ge=0.0)
+    process: dict[str, float] = {}
+    parameters: dict[str, float] = {}
+
+
 class DataSetTable(_Table):
     """Trials of one folder and format; `scale_to` brings them to the scale of the study's ship by Froude's law."""
 
     root: str = "."
+    sets: str | None = None
     format: str | None = None
     mapping: str | None = None
     train: list[str] = []
@@ -23,6 +36,7 @@ class DataSetTable(_Table):
     test: list[str] = []
     exclude: list[str] = []
     scale_to: Literal["ship"] | None = None
+    smoother: SmootherTable | None = None
 
 
 class DataTable(DataSetTable):
@@ -43,8 +57,18 @@ class NuisanceTable(_Table):
     bias: dict[str, float] = {}
 
 
+class PublishedTable(_Table):
+    """What a paper found, to stand beside: relative errors in per cent by velocity, R2 by azimuth."""
+
+    source: str
+    full: dict[str, float] = {}
+    rival: dict[str, float] = {}
+    R2: dict[str, float] = {}
+
+
 class ReportTable(_Table):
     restart: float | None = Field(default=None, gt=0.0)
+    published: PublishedTable | None = None
 
 
 class WindTable(_Table):
@@ -53,11 +77,29 @@ class WindTable(_Table):
     gusts: str = ""
 
 
+class CurrentTable(_Table):
+    speed: float = Field(default=0.0, ge=0.0)
+    towards: float = 0.0
+
+
+class BenchTable(_Table):
+    """A bollard pull of each thruster of the truth: levels of revolutions, how often each, noise of the cell."""
+
+    revolutions: list[float] = Field(min_length=2)
+    repeats: int = Field(default=1, ge=1)
+    noise: float = Field(default=0.0, ge=0.0)
+
+
 class VirtualTrialTable(_Table):
     type: str
     rudder: float | None = None
     heading: float | None = None
     seed: int = 1
+    revolutions: float | None = None
+    speed: float | None = Field(default=None, ge=0.0)
+    duration: float | None = Field(default=None, gt=0.0)
+    current: CurrentTable | None = None
+    set: dict[str, float | str] = {}
 
 
 class VirtualTable(_Table):
@@ -74,7 +116,16 @@ class VirtualTable(_Table):
     noise: dict[str, float] = {}
     wind: WindTable = WindTable()
     wind_force: dict[str, Any] = {}
+    current: CurrentTable = CurrentTable()
+    known: bool | list[Literal["wind", "current"]] = False
+    bench: BenchTable | None = None
     trials: dict[str, VirtualTrialTable] = Field(min_length=1)
+
+
+class RivalTable(_Table):
+    """A model with fewer parameters that is fitted beside: the rest stay as the ship file has them."""
+
+    free: list[str] = Field(min_length=1)
 
 
 class StudyFile(_Table):
@@ -90,6 +141,7 @@ class StudyFile(_Table):
     estimator: dict[str, Any] = {"type": "shooting:Trajectory"}
     report: ReportTable = ReportTable()
     virtual: VirtualTable | None = None
+    rival: RivalTable | None = None
 
     @classmethod
     def keys(cls, place: Sequence[int | str]) -> list[str]:

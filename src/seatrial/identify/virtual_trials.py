@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from ..actuators import Actuators
-from ..data import DataError, Trial
+from ..data import Array, DataError, Trial
 from ..environment import Uniform, Weather
 from ..manoeuvres import Manoeuvre, Settings
 from ..models import STATES
-from ..parameters import unknown
+from ..parameters import ParameterError, unknown
 from ..sensors import SensorError, Sensors
 from ..ships import Ship, ShipError
 from ..ships.files import find_class, load
@@ -27,7 +27,40 @@ from ..simulate import approach, simulate
 from ..weather import Gust, WeatherError
 from . import StudyError
 
-_ANGLES = ("psi", "r")
+_ANGLES = ("psi", "r", "delta", "alpha")
+_AROUND = {"wind": ("U_T", "gamma_T"), "current": ("U_C", "gamma_C")}
+
+
+@dataclass(frozen=True)
+class Sail:
+    """How one trial is sailed.
+
+    Attributes:
+        policy: the manoeuvre.
+        speed: at the execute point [m/s]; None takes the ship's.
+        duration: of the trial [s]; None takes that of all.
+        current: speed [m/s] and where it flows to [rad]; None takes that of all.
+    """
+
+    policy: Manoeuvre
+    speed: float | None = None
+    duration: float | None = None
+    current: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A bollard pull of each thruster.
+
+    Attributes:
+        revolutions: levels [1/s].
+        repeats: rows per level.
+        noise: standard deviation of the load cell [N].
+    """
+
+    revolutions: tuple[float, ...]
+    repeats: int = 1
+    noise: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -36,18 +69,21 @@ class VirtualTrials:
 
     Attributes:
         ship: the truth, with every force and actuator that it has.
-        policies: manoeuvre of each trial by its name.
-        wind: mean wind; gusts blow on it, other in every trial.
+        sails: each trial by its name.
+        wind: mean wind, and current; gusts blow on the wind, other in every trial.
         gusts: name of a spectrum of `weather.Gust`; empty leaves the wind steady.
         sensors: what the log adds to the states, the first sample included.
         seed: of gusts and noise.
         duration, sample, step: length, time between samples and time step of the truth [s]; Runge-Kutta.
         speed: at the execute point [m/s]; None takes the ship's.
-        orders: whether the log holds the controls as ordered, so that the lag of an actuator stays hidden.
+        orders: whether the log holds the controls as ordered, so that the lag of an actuator stays hidden;
+            if not, it holds both, the order as ``<control>_cmd``.
+        known: which of "wind" and "current" the log tells.
+        bench: of the thrusters of the truth; None where there is none.
     """
 
     ship: Ship
-    policies: Mapping[str, Manoeuvre]
+    sails: Mapping[str, Sail]
     wind: Uniform = field(default_factory=Uniform)
     gusts: str = ""
     sensors: Sensors = field(default_factory=Sensors)
@@ -57,31 +93,53 @@ class VirtualTrials:
     step: float = 0.1
     speed: float | None = None
     orders: bool = True
+    known: tuple[str, ...] = ()
+    bench: Bench | None = None
 
     def run(self) -> tuple[Trial, ...]:
-        """The trials, recorded, in the order of `policies`.
+        """The trials, recorded, in the order of `sails`.
 
         Raises:
             SimulationError: the truth blows up or leaves its validity.
             SensorError: a sensor of a channel that is not there.
         """
-        return tuple(self._trial(k, name) for k, name in enumerate(self.policies))
+        return tuple(self._trial(k, name) for k, name in enumerate(self.sails))
 
     def weather(self, number: int) -> Weather:
         """What blows in trial `number`."""
+        current = tuple(self.sails.values())[number].current
+        wind = self.wind if current is None else replace(self.wind, U_C=current[0], gamma_C=current[1])
         if not self.gusts:
-            return self.wind
-        return Gust(self.wind, self.gusts, int(np.random.SeedSequence([self.seed, number]).generate_state(1)[0]))
+            return wind
+        return Gust(wind, self.gusts, int(np.random.SeedSequence([self.seed, number]).generate_state(1)[0]))
+
+    def pulled(self) -> dict[str, tuple[Array, Array]]:
+        """Revolutions [1/s] and pull [N] of each thruster on the bench, by its name; empty without a bench."""
+        bench = self.bench
+        if bench is None:
+            return {}
+        found: dict[str, tuple[Array, Array]] = {}
+        model: Any = self.ship.model
+        for number, (name, part) in enumerate(model.thrusters.items()):
+            n = np.repeat(bench.revolutions, bench.repeats).astype(np.float64)
+            pull = np.array([part.thrust(float(level)) for level in n])
+            noise = np.random.default_rng([self.seed, number, 2]).normal(0.0, bench.noise, n.size)
+            found[name] = (n, pull + noise)
+        return found
 
     def _trial(self, number: int, name: str) -> Trial:
+        sail = self.sails[name]
         run = simulate(
-            self.ship, self.policies[name], speed=self.speed, duration=self.duration, dt=self.step,
-            every=round(self.sample / self.step), environment=self.weather(number), name=name,
+            self.ship, sail.policy, speed=self.speed if sail.speed is None else sail.speed, dt=self.step,
+            duration=sail.duration or self.duration, every=round(self.sample / self.step),
+            environment=self.weather(number), name=name,
         )  # fmt: skip
         controls = self.ship.model.controls
         if self.orders:
             run = run.having(**{c: run[f"{c}_cmd"] for c in controls if f"{c}_cmd" in run})
-        kept = {n: run[n] for n in (*STATES, *controls)}
+        orders = () if self.orders else (f"{c}_cmd" for c in controls)
+        around = [name for what in self.known for name in _AROUND[what]]
+        kept = {n: run[n] for n in (*STATES, *controls, *orders, *around) if n in run}
         logged = "ordered" if self.orders else "acting"
         told = f"virtual trial of {self.ship.name}, seed {self.seed}; controls as {logged}"
         meta = {k: v for k, v in run.meta.items() if k != "ship"} | {"source": told}
@@ -90,14 +148,15 @@ class VirtualTrials:
         )  # fmt: skip
 
 
-def virtual_trials(table: Any) -> tuple[Trial, ...]:
-    """The trials of the table [virtual] of a study (`study_schema.VirtualTable`), whose angles are in degrees.
+def virtual_trials(table: Any) -> tuple[VirtualTrials, tuple[Trial, ...]]:
+    """The document and the trials of the table [virtual] of a study, whose angles are in degrees.
 
     Raises:
         StudyError: naming the key and what would be right.
     """
     try:
-        return read(table).run()
+        source = read(table)
+        return source, source.run()
     except (SensorError, WeatherError, DataError) as error:
         raise StudyError(f"virtual: {error}") from None
 
@@ -112,16 +171,37 @@ def read(table: Any) -> VirtualTrials:
     ratio = table.sample / table.step
     if ratio < 1 or abs(ratio - round(ratio)) > 1e-9:
         raise StudyError(f"virtual.sample is {table.sample:g} s; a whole number of steps of {table.step:g} s is needed")
-    policies = {name: _policy(name, one, ship, table.speed or U, n_P) for name, one in table.trials.items()}
-    noise = {n: math.radians(v) if n in _ANGLES else v for n, v in table.noise.items()}
+    sails = {
+        name: Sail(
+            _policy(name, one, ship, one.speed or table.speed or U, n_P), one.speed, one.duration, _flowing(one.current)
+        )
+        for name, one in table.trials.items()
+    }
+    known = tuple(_AROUND) if table.known is True else tuple(table.known or ())
+    noise = {n: math.radians(v) if n.partition("_")[0] in _ANGLES else v for n, v in table.noise.items()}
+    measured = (*STATES, *ship.model.controls)
     for name in noise:
-        if name not in STATES:
-            raise StudyError(f"virtual.noise: {unknown(name, STATES, 'channel')}")
-    wind = Uniform(table.wind.speed, math.radians(table.wind.from_))
+        if name not in measured:
+            raise StudyError(f"virtual.noise: {unknown(name, measured, 'channel')}")
+    around = Uniform(
+        table.wind.speed, math.radians(table.wind.from_), table.current.speed, math.radians(table.current.towards)
+    )
     return VirtualTrials(
-        ship, policies, wind, table.wind.gusts, Sensors(noise=noise), table.seed, table.duration, table.sample,
-        table.step, table.speed, table.orders,
+        ship, sails, around, table.wind.gusts, Sensors(noise=noise), table.seed, table.duration, table.sample,
+        table.step, table.speed, table.orders, known, _bench(table.bench, ship),
     )  # fmt: skip
+
+
+def _flowing(table: Any) -> tuple[float, float] | None:
+    return None if table is None else (table.speed, math.radians(table.towards))
+
+
+def _bench(table: Any, ship: Ship) -> Bench | None:
+    if table is None:
+        return None
+    if not hasattr(ship.model, "thrusters"):
+        raise StudyError(f"virtual.bench: {ship.name} has no thrusters to pull at")
+    return Bench(tuple(table.revolutions), table.repeats, table.noise)
 
 
 def _truth(table: Any) -> Ship:
@@ -173,4 +253,14 @@ def _policy(name: str, one: Any, ship: Ship, speed: float, n_P: float) -> Manoeu
         raise StudyError(f"{where}.rudder is {one.rudder:g} deg; the rudder of {ship.name} goes to {most:g} deg")
     heading = None if one.heading is None else math.radians(one.heading)
     side = -1.0 if (one.rudder or 0.0) < 0 else 1.0
-    return cls.ordered(Settings(n_P, speed, ship.L_pp, limit, rudder, heading, side, one.seed))
+    n_P = n_P if one.revolutions is None else one.revolutions
+    most = {name: float(getattr(ship.actuators.of(name), "high", math.inf)) for name in ship.model.controls}
+    bounded = {name: high for name, high in most.items() if math.isfinite(high)}
+    settings = Settings(n_P, speed, ship.L_pp, limit, rudder, heading, side, one.seed, controls=bounded)
+    known = [f.name for f in fields(cls)]
+    for key in (key for key in one.set if key not in known):
+        raise StudyError(f"{where}.set: {unknown(key, known, 'setting')}")
+    try:
+        return replace(cls.ordered(settings), **one.set)
+    except (ParameterError, TypeError) as error:
+        raise StudyError(f"{where}: {error}") from None
