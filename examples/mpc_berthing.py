@@ -4,7 +4,7 @@ The plan is a curve to a berth 3 m aside of the approach, along which the tug co
 controller looks 25 s ahead, orders revolutions and directions of both azimuth thrusters within their limits, and
 the tug (its whole plant, actuators included, also exported) answers.  There is a current, and it is measured.
 
-Run from anywhere: python examples/mpc_berthing.py
+Run from anywhere: python examples/mpc_berthing.py [MODEL]; the published tug where no other is named
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ SOLVER = {
 }  # fmt: skip
 
 
-def export(folder: Path) -> None:
-    """What `seatrial export qiuxin5 --casadi tug.casadi --actuators 0.2` does."""
+def export(folder: Path, model: str = "qiuxin5") -> None:
+    """What `seatrial export MODEL --casadi tug.casadi --actuators 0.2` does."""
     from seatrial.exchange import plant, save_casadi
     from seatrial.ships.files import load
 
-    save_casadi(plant(load("qiuxin5"), STEP / SUBSTEPS), folder / "tug.casadi")
+    save_casadi(plant(load(model), STEP / SUBSTEPS), folder / "tug.casadi")
 
 
 def plan(t: float) -> np.ndarray:
@@ -173,10 +173,10 @@ def berth(folder: Path, begin: float = 0.0, end: float = DURATION + 20.0, horizo
     return Berthing(t, np.array(states), np.array(orders), slowest, controller.missed)
 
 
-def main() -> None:
+def main(model: str = "qiuxin5") -> None:
     """Berth and say how well."""
     with tempfile.TemporaryDirectory() as folder:
-        export(Path(folder))
+        export(Path(folder), model)
         run = berth(Path(folder))
     x, y, psi, u, v_m, _ = run.states[-1]
     sys.stdout.write(
@@ -188,4 +188,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:2])

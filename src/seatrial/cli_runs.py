@@ -23,18 +23,35 @@ from .validate import Comparison
 PAGE, CHECKPOINT = "report.html", "checkpoint.npz"
 
 
-def identify(path: Path, out: Path, json: bool) -> None:
+def identify(path: Path, out: Path, json: bool, quick: bool = False, only: Sequence[str] = ()) -> None:
     """Lint, fit with a checkpoint, save, report; a finished run is only told about."""
+    from .cli_networks import compare_fits
+    from .cli_shooting import is_shot, shoot
     from .cli_tuning import tune
     from .identify.fine_tuning import FineTuning
-    from .identify.lint import lint, raise_on_errors
-    from .identify.store import SUMMARY, claim, kept, load_fit_summary, save_fit
+    from .identify.series import is_series
     from .identify.study import read_study
 
+    if is_series(path):
+        compare_fits(path, out, json, quick, only)
+        return
+    if quick or only:
+        raise UsageError(f"{path}: is one study; --quick and --only are for a table of fits ('seatrial-series/1')")
     study = read_study(path)
     if isinstance(study.estimator, FineTuning):
         tune(study, study.estimator, out, json)
         return
+    if is_shot(study):
+        shoot(study, out, json)
+        return
+    _fit(study, out, json)
+
+
+def _fit(study: Study, out: Path, json: bool) -> None:
+    """One fit: lint, checkpoint, save, report."""
+    from .identify.lint import lint, raise_on_errors
+    from .identify.store import SUMMARY, claim, kept, load_fit_summary, save_fit
+
     kept_back = bool(study.problem.validation or study.test)
     issues = lint(study.problem, study.test)
     raise_on_errors(issues)
@@ -49,31 +66,35 @@ def identify(path: Path, out: Path, json: bool) -> None:
         return
     with kept(out, fresh), _progress() as progress:
         fit = study.estimator.fit(study.problem, progress=progress, checkpoint=out / CHECKPOINT)
-    save_fit(fit, out, study.problem, study=study.name, text=path.read_text(encoding="utf-8"))
+    save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
     standardised = _report(study, fit, out)
     (out / CHECKPOINT).unlink(missing_ok=True)
     _tell_summary({**load_fit_summary(out), "standardised": standardised}, out, json, kept_back)
 
 
-def validate(model: str, paths: Sequence[Path], out: Path | None, restart: float | None, json: bool) -> None:
+def validate(
+    model: str, paths: Sequence[Path], out: Path | None, restart: float | None, json: bool,
+    smooth_start: float | None = None,
+) -> None:  # fmt: skip
     """Compare a model and its baselines with trials; exit 1 where a prediction failed."""
     from .data.check import check
     from .data.trialfile import read_trials
     from .validate.report import Report
 
-    positive(restart=restart)
+    positive(restart=restart, smooth_start=smooth_start)
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         raise UsageError(f"{out}: a report ends in .html; its numbers go beside it as .json")
     ship, trials = read_ship(model), read_trials(paths)
     for line in cautions(ship, trials):
         note(line)
-    comparisons, failed = compared(ship, trials, restart, scales(trials, None))
+    comparisons, failed = compared(ship, trials, restart, scales(trials, None), smooth_start=smooth_start)
     made = _provenance(ship)
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),
         findings=tuple(str(f) for t in trials for f in check(t) if f.severity != "info"),
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
                     "restart": "none" if restart is None else f"{restart:g} s",
+                    **({} if smooth_start is None else {"starts": f"from the readings of {smooth_start:g} s"}),
                     **{k: str(made[k]) for k in ("study", "digest", "date") if k in made}},
     )  # fmt: skip
     if out is not None:
@@ -87,7 +108,8 @@ def validate(model: str, paths: Sequence[Path], out: Path | None, restart: float
 
 
 def compared(
-    ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float], base: Ship | None = None
+    ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float], base: Ship | None = None,
+    *, smooth_start: float | None = None,
 ) -> tuple[tuple[Comparison, ...], int]:
     """Each trial beside the ship, the ship it was fitted from (`base`, or as its file says), and constant velocity.
 
@@ -103,7 +125,7 @@ def compared(
         rows = slice(0, 0)
         for label, model in _models(ship, base).items():
             try:
-                predicted = replay(model, trial, restart=restart)
+                predicted = replay(model, trial, restart=restart, smooth_start=smooth_start)
             except SimulationError as error:
                 note(f"error: {label}: {error}")
                 failed += 1
@@ -140,6 +162,8 @@ def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
     from .ships.files import library
 
     if fitted_from is not None:
+        if not getattr(getattr(fitted_from.model, "network", None), "trained", True):
+            return {"fitted": ship}
         return {"fitted": ship, "published" if fitted_from.name in library() else "untuned": fitted_from}
 
     base = _provenance(ship).get("ship")
@@ -200,7 +224,8 @@ def _tell_summary(summary: Mapping[str, Any], out: Path, json: bool, kept_back: 
          "at bound" if p["at_bound"] else status.get(path, ""))
         for path, p in summary["parameters"].items()
     ]  # fmt: skip
-    show_table(("parameter", "start", "fitted", "sigma", "from data", "verdict"), rows, right=(1, 2, 3, 4))
+    if rows:  # a network has weights, no parameters
+        show_table(("parameter", "start", "fitted", "sigma", "from data", "verdict"), rows, right=(1, 2, 3, 4))
     for label, value in summary.get("standardised", {}).items():
         of = "trials kept back" if kept_back else "the training trials (none was kept back)"
         sys.stdout.write(f"standardised error on {of}, {label}: {figure(value)}\n")

@@ -1,0 +1,146 @@
+"""The figures of You 2023 for a study of shooting: errors by manoeuvre and by steps, servo, thrust, and estimates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..data import Array, Trial
+from ..identify.servo import ServoFit
+from ..identify.thrust_map import ThrustMap
+from .figures import canvas, svg
+from .shooting_cases import FULL, RIVAL, TRUTH, Case
+from .shooting_scores import HORIZONS, VELOCITIES, Score
+
+_DEGREES = math.degrees(1.0)
+_AXES = {
+    "x": ("x [m]", 1.0), "y": ("y [m]", 1.0), "psi": ("ψ [°]", _DEGREES), "u": ("u [m/s]", 1.0),
+    "v_m": ("v_m [m/s]", 1.0), "r": ("r [°/s]", _DEGREES),
+}  # fmt: skip
+# Okabe and Ito's palette; dashes and marks carry the same distinction in print.
+_STYLES: dict[str, dict[str, Any]] = {
+    TRUTH: {"color": "#111", "ls": (0, (1, 1.5)), "marker": "x", "zorder": 3},
+    FULL: {"color": "#0072B2", "ls": "-", "marker": "o", "zorder": 2.5},
+    RIVAL: {"color": "#D55E00", "ls": (0, (6, 2)), "marker": "s"},
+}
+_MARKS = (("#0072B2", "o"), ("#009E73", "D"), ("#E69F00", "^"), ("#CC79A7", "s"))
+
+
+def steps(scores: Mapping[str, Score], names: Mapping[str, str], dt: float, what: str) -> str:
+    """Root mean square error over the steps predicted (You 2023 Fig. 22); `names` by label of the score."""
+    figure, axes = canvas(3, (5.2, 5.4))
+    for ax, name in zip(axes, VELOCITIES, strict=True):
+        label, factor = _AXES[name]
+        for who, score in scores.items():
+            ax.plot(HORIZONS, factor * score.steps[name], lw=1.4, ms=4, label=names[who], **_STYLES[who])
+        ax.set_ylabel(label)
+        ax.set_ylim(bottom=0.0)
+    axes[-1].set_xlabel(f"steps predicted, {dt:g} s each")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    figure.align_ylabels(axes)
+    return svg(figure, f"steps {what}")
+
+
+def runs(scores: Mapping[str, Score], names: Mapping[str, str]) -> str:
+    """Root mean square error of each run (You 2023 Fig. 21), trials numbered in their order."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    figure, axes = canvas(3, (5.2, 5.4))
+    for ax, name in zip(axes, VELOCITIES, strict=True):
+        label, factor = _AXES[name]
+        for who, score in scores.items():
+            values = [factor * run[name] for run in score.runs.values()]
+            style = _STYLES[who] | {"ls": "none"}
+            ax.plot(range(1, len(values) + 1), values, ms=4.5, label=names[who], **style)
+        ax.set_yscale("log")
+        ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ax.yaxis.set_minor_formatter(NullFormatter())
+        ax.set_ylabel(label)
+    axes[-1].set_xlabel("trial kept back, as numbered below")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    figure.align_ylabels(axes)
+    return svg(figure, "runs")
+
+
+def estimates(cases: Sequence[Case]) -> str:
+    """Estimate less truth over its standard deviation, a mark for each case."""
+    paths = [f.path for f in cases[0].fits[FULL].free]
+    figure, (ax,) = canvas(1, (5.2, 0.24 * len(paths) + 1.2))
+    ax.axvspan(-3.0, 3.0, color="#eef2f5", zorder=0.5)
+    ax.axvline(0.0, color="#b5bcc2", lw=1.0)
+    for k, case in enumerate(cases):
+        colour, mark = _MARKS[k % len(_MARKS)]
+        rows = np.arange(len(paths)) + 0.5 * ((k + 0.5) / len(cases) - 0.5)
+        ax.plot(case.away, rows, mark, color=colour, ms=4.5, mfc=colour if k == 0 else "white", ls="none",
+                label=case.name)  # fmt: skip
+    ax.set_yticks(range(len(paths)), [path.partition(".")[2] for path in paths])
+    ax.set_ylim(len(paths) - 0.5, -0.5)
+    ax.set_xlabel("(estimate − truth) / sigma; within 3 is shaded")
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, handletextpad=0.1,
+                  columnspacing=1.0, frameon=False)  # fmt: skip
+    return svg(figure, "estimates")
+
+
+def motion(measured: Trial, predicted: Mapping[str, Trial], names: Mapping[str, str]) -> str:
+    """Velocities of one trial over time, measured and predicted from its first state."""
+    figure, axes = canvas(3, (5.2, 4.4))
+    for ax, name in zip(axes, VELOCITIES, strict=True):
+        label, factor = _AXES[name]
+        ax.plot(measured.t, factor * measured[name], color="#b5bcc2", lw=1.0, label="measured")
+        for who, trial in predicted.items():
+            ax.plot(trial.t, factor * trial[name], lw=1.4, label=names[who], **_STYLES[who] | {"marker": ""})
+        ax.set_ylabel(label)
+    axes[-1].set_xlabel("time t [s]")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    figure.align_ylabels(axes)
+    return svg(figure, f"motion {measured.name}")
+
+
+def servo(fit: ServoFit, trial: Trial) -> str:
+    """Order, angle measured and angle of the servo over one log, and what is left (You 2023 Fig. 15)."""
+    name = fit.control
+    order, angle = trial[f"{name}_cmd"], trial[name]
+    modelled = _obeyed(fit, trial.t, order, float(angle[0]))
+    figure, (above, below) = canvas(2, (5.2, 3.8))
+    above.step(trial.t, _DEGREES * order, where="post", color="#8a8a8a", ls=(0, (1, 1.5)), lw=1.2, label="ordered")
+    above.plot(trial.t, _DEGREES * angle, color="#111", lw=2.2, label="measured")
+    above.plot(trial.t, _DEGREES * modelled, color="#56B4E9", ls=(0, (4, 1.5)), lw=1.4, label="servo")
+    above.set_ylabel(f"{name} [°]")
+    below.plot(trial.t, _DEGREES * (modelled - angle), color="#0072B2", lw=0.8)
+    below.set_ylabel("servo − measured [°]")
+    below.set_xlabel("time t [s]")
+    figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    figure.align_ylabels((above, below))
+    return svg(figure, f"servo {name}")
+
+
+def thrust(fit: ThrustMap, n: Array, pull: Array, true: Array) -> str:
+    """Pull by revolutions with the map, and both less the truth (You 2023 Fig. 14); `true` at the rows pulled."""
+    figure, (above, below) = canvas(2, (5.2, 3.8))
+    fine = np.linspace(0.0, fit.n_max, 200)
+    above.plot(n, pull, "o", color="#111", mfc="white", ms=4.5, label="load cell")
+    above.plot(fine, fit.thrust(fine), color="#0072B2", lw=1.5, label="map")
+    above.set_ylabel("thrust [N]")
+    below.axhline(0.0, color="#b5bcc2", lw=1.0)
+    below.plot(n, pull - true, "o", color="#111", mfc="white", ms=4.5)
+    below.plot(n, fit.thrust(n) - true, color="#0072B2", lw=1.5)
+    below.set_ylabel("less the truth [N]")
+    below.set_xlabel("revolutions n [1/s]")
+    figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+    figure.align_ylabels((above, below))
+    return svg(figure, f"thrust {fit.name}")
+
+
+def _obeyed(fit: ServoFit, t: Array, order: Array, start: float) -> Array:
+    """Angle of the servo under the orders, the offset of the sensor included [rad]."""
+    servo: Any = fit.servo
+    rows = np.clip(np.searchsorted(t + float(servo.dead_time), t[:-1] + 1e-9, "right") - 1, 0, None)
+    out = [start - fit.offset]
+    for row, step in zip(rows, np.diff(t).tolist(), strict=True):
+        _, (angle,) = servo.advance((out[-1],), float(order[row]), step)
+        out.append(angle)
+    return np.array(out) + fit.offset
