@@ -15,6 +15,7 @@ from typing import Annotated
 import typer
 
 from .cli_manoeuvres import simulate
+from .cli_resample import resample
 from .cli_ships import design, estimate, export, imo, models, requirements, servo, ships, show, thrust_map
 from .cli_support import (
     UsageError,
@@ -44,6 +45,9 @@ Trials = Annotated[list[Path], typer.Argument(help="Trial files, or folders of t
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 Restart = Annotated[
     float | None, typer.Option(help="Start anew from the measured state every so many seconds.")
+]
+SmoothStart = Annotated[
+    float | None, typer.Option(help="Estimate each start from the readings of so many seconds up to it.")
 ]
 
 _WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, UsageError, WeatherError)
@@ -96,13 +100,14 @@ def demo(
         sys.stdout.write("\n".join(summary["lines"]) + "\n")
 
 
-for command in (ships, show, simulate, models, estimate, design, requirements, imo, export, thrust_map, servo):
+for command in (ships, show, simulate, models, estimate, design, requirements, imo, export, thrust_map, servo,
+                resample):  # fmt: skip
     app.command()(command)
 
 
 @app.command("import")
 def import_(
-    format: Annotated[str, typer.Argument(help="frt-esso, simman, or csv with --mapping.")],
+    format: Annotated[str, typer.Argument(help="frt-esso, simman, usv-asw, or csv with --mapping.")],
     source: Annotated[Path, typer.Argument(metavar="SRC", help="A log, or a folder of them.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the trial files.")],
     mapping: Annotated[Path | None, typer.Option(help="Mapping file, for the format csv.")] = None,
@@ -119,34 +124,33 @@ def import_(
 
 
 @app.command()
-def check(trials: Trials, json: Json = False) -> None:
+def check(
+    trials: Trials,
+    against: Annotated[
+        list[Path] | None,
+        typer.Option(help="Training files or folders: do they overlap with the trials, and cover them? Repeatable."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="With --against: page to write (.html).")] = None,
+    json: Json = False,
+) -> None:
     """What is wrong with a trial: what, where, evidence, remedy; exit 1 on errors."""
-    from dataclasses import asdict
+    from .cli_check import check as run
 
-    from .data.check import check as findings_of
-    from .data.trialfile import read_trials
-
-    found = {trial.name: findings_of(trial) for trial in read_trials(trials)}
-    counts = {s: sum(f.severity == s for fs in found.values() for f in fs) for s in ("error", "warning", "info")}
-    if json:
-        emit({"trials": {name: [asdict(f) for f in fs] for name, fs in found.items()}, "counts": counts})
-    else:
-        lines = [str(f) for fs in found.values() for f in fs]
-        total = f"{len(found)} trials: {counts['error']} errors, {counts['warning']} warnings, {counts['info']} notes"
-        sys.stdout.write("\n".join([*lines, total]) + "\n")
-    raise typer.Exit(1 if counts["error"] else 0)
+    run(trials, against or [], out, json)
 
 
 @app.command()
 def identify(
-    study: Annotated[Path, typer.Argument(help="A study file.")],
+    study: Annotated[Path, typer.Argument(help="A study file, or a table of many fits.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder of the run; a killed run resumes from it.")],
+    quick: Annotated[bool, typer.Option("--quick", help="Of a table of fits: its rehearsal.")] = False,
+    only: Annotated[list[str] | None, typer.Option(help="Of a table of fits: run this one. Repeatable.")] = None,
     json: Json = False,
 ) -> None:
     """Fit a ship to trials; writes model.toml, fit.json, history.csv and report.html."""
     from .cli_runs import identify as run
 
-    run(study, out, json)
+    run(study, out, json, quick, only or ())
 
 
 @app.command()
@@ -155,13 +159,14 @@ def predict(
     trials: Trials,
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the predictions.")],
     restart: Restart = None,
+    smooth_start: SmoothStart = None,
     json: Json = False,
 ) -> None:
     """Free-run prediction of trials on their own rows."""
     from .data.trialfile import read_trials, write_trial
     from .replay import replay
 
-    positive(restart=restart)
+    positive(restart=restart, smooth_start=smooth_start)
     ship, measured = read_ship(model), read_trials(trials)
     separate(out, trials)
     for line in cautions(ship, measured):
@@ -169,7 +174,7 @@ def predict(
     predictions: list[Trial] = []
     for trial in measured:
         try:
-            predictions.append(replay(ship, trial, restart=restart))
+            predictions.append(replay(ship, trial, restart=restart, smooth_start=smooth_start))
         except SimulationError as error:  # the others go on
             note(f"error: {error}")
     make_folder(out)
@@ -190,9 +195,10 @@ def validate(
     trials: Trials,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Report to write (.html; .json beside it).")] = None,
     restart: Restart = None,
+    smooth_start: SmoothStart = None,
     json: Json = False,
 ) -> None:
     """How well a model predicts trials, beside two baselines."""
     from .cli_runs import validate as run
 
-    run(model, trials, out, restart, json)
+    run(model, trials, out, restart, json, smooth_start)

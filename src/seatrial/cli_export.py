@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from .cli_support import UsageError, emit, make_folder, note, read_ship
-from .exchange import plant, save_c, save_casadi, save_python
+from .environment import CHANNELS
+from .exchange import plant, save_c, save_casadi, save_network, save_python
 from .exchange.casadi_function import description
+from .models import Stepped
+from .ships import Ship
 
 
 def export(
@@ -20,6 +23,9 @@ def export(
     """
     _check(casadi, c, python)
     ship = read_ship(model)
+    if isinstance(ship.model, Stepped) and python is not None and (casadi, c) == (None, None):
+        _network(ship, python, actuators, json)
+        return
     made = plant(ship, actuators)
     written: list[Path] = []
     if casadi is not None:
@@ -33,6 +39,19 @@ def export(
         note(f"note: {ship.name}: {caution}")
     if json:
         emit({**description(made), "written": [str(path) for path in written]})
+    else:
+        for path in written:
+            note(f"wrote {path}")
+
+
+def _network(ship: Ship, python: Path, actuators: float | None, json: bool) -> None:
+    """The one form that a network is exported in."""
+    if actuators is not None:
+        raise UsageError("--actuators: a network is exported without its actuators; leave the option out")
+    written = save_network(ship, python)
+    if json:
+        emit({"ship": ship.name, "states": list(ship.model.states), "controls": list(ship.model.controls),
+              "environment": list(CHANNELS), "written": [str(path) for path in written]})  # fmt: skip
     else:
         for path in written:
             note(f"wrote {path}")

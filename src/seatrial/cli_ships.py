@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from .cli_support import doubts, emit, note, read_ship, show_table
 from .parameters import walk
+from .ships import Ship
 
 ShipName = Annotated[str, typer.Argument(help="A name of the library (seatrial ships) or a ship file.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
@@ -52,7 +53,7 @@ def show(
                              "prime": entries[path].prime, "sigma": entries[path].sigma}
                             if path in entries else {"source": None})}
                   for path, meaning, value in walk(found.model)
-              }, "doubts": doubtful, "notes": dict(found.notes)})  # fmt: skip
+              }, "doubts": doubtful, "notes": dict(found.notes), **_network(found)})  # fmt: skip
         return
     rows = [
         (path, f"{value:.6g}", meaning.unit,
@@ -60,6 +61,19 @@ def show(
         for path, meaning, value in walk(found.model)
     ]  # fmt: skip
     show_table(("parameter", "value", "unit", "source" if sources else "meaning"), rows, right=(1,))
+    for form in _network(found).values():
+        note(f"network: {', '.join(f'{key} {value}' for key, value in form.items())}")
+
+
+def _network(ship: Ship) -> dict[str, dict[str, Any]]:
+    """The form of a network, where the ship moves by one."""
+    net: Any = getattr(ship.model, "network", None)
+    if net is None:
+        return {}
+    return {"network": {
+        "kind": net.kind, "layers": list(net.layers), "memory": net.memory, "wind": net.wind, "weights": net.count,
+        "sha256": net.digest if net.trained else "not trained yet", "limits": net.limits is not None,
+    }}  # fmt: skip
 
 
 def models(

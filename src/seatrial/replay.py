@@ -9,8 +9,10 @@ from .data import Array, DataError, Trial, unwrapped
 from .engine import SimulationError
 from .engine.rollout import simulator
 from .environment import CHANNELS
-from .models import STATES, Model, Sampled, follows
+from .models import STATES, Model, Sampled, Stepped, follows
+from .replay_start import smoothed_starts
 from .ships import Ship
+from .simulate import SIMULATED
 from .systems import open_loop, open_loop_memory, open_loop_parameters
 
 
@@ -23,9 +25,13 @@ def inputs(trial: Trial, model: Model) -> Array:
     waves and current that were not logged are none, and water without a depth is deep.
 
     Raises:
-        DataError: the trial lacks a control.
+        DataError: the trial lacks a control, or the wind that a network was trained with.
     """
     n = len(model.controls)
+    lacking = [name for name in getattr(model, "needed", ()) if name not in trial]
+    if lacking and trial.meta.get("source") != SIMULATED:  # which says so where there was any wind
+        wanted = "the model was trained with it; log it, or take a model without"
+        raise DataError(f"{trial.name}: no channel {', '.join(lacking)}; {wanted}")
     series = np.zeros((len(trial), n + len(CHANNELS)))
     for k, (name, (order, factor)) in enumerate(zip(model.controls, follows(model), strict=True)):
         if name not in trial and order not in trial:
@@ -63,16 +69,18 @@ def held(series: Array) -> Array:
 
 def replay(
     ship: Ship, trial: Trial, *, restart: float | None = None, method: str = "rk4",
-    threads: int | None = None,
+    smooth_start: float | None = None, threads: int | None = None,
 ) -> Trial:  # fmt: skip
     """Free-run prediction of `trial` from its own controls and wind, on its own rows.
 
     Every `restart` seconds the state is set back to the measured one (at the first complete sample
     from there on).  Rows run from the first complete sample to the last.  Inputs hold between rows;
-    uneven time is predicted on an even grid of the median step and read off at the rows.
+    uneven time is predicted on an even grid of the median step and read off at the rows.  A network starts
+    with what it remembers of the measured rows before; where there are none, as if the first had held.
+    With `smooth_start` each start is estimated from the readings of so many seconds up to it (`replay_start`).
 
     Raises:
-        DataError: a channel is missing, or no row is complete.
+        DataError: a channel is missing, no row is complete, or there are fewer than a network looks back on.
         SimulationError: the prediction blows up; names time and state.
     """
     measured = trial.stack(*STATES)
@@ -85,6 +93,7 @@ def replay(
     t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial, ship.model)[rows]
     dt = _step(ship, t, trial)
     starts = _starts(t, good, restart, dt)
+    remembered = _recalled(ship, trial, t, dt, np.column_stack([state, series]), good, starts)
     ends = [*starts[1:], t.size]
     spans = [t[min(b, t.size - 1)] - t[a] for a, b in zip(starts, ends, strict=True)]
     steps = round(max(spans) / dt) + 1
@@ -93,10 +102,12 @@ def replay(
         at = np.searchsorted(t, t[a] + dt * np.arange(steps) + 1e-6 * dt, "right") - 1
         lanes[lane] = series[np.clip(at, 0, t.size - 1)]
     system = open_loop(ship)
-    begun = np.hstack([state[starts], np.zeros((len(starts), len(system.states) - state.shape[1]))])
+    first = state[starts] if smooth_start is None else smoothed_starts(t, state, starts, smooth_start)
+    begun = np.hstack([first, np.zeros((len(starts), len(system.states) - state.shape[1]))])
     run = simulator(system).run(
         begun, lanes, open_loop_parameters(ship), dt=dt, steps=steps, method=method, threads=threads,
-        memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)]),
+        memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])
+        if remembered is None else remembered,
     )  # fmt: skip
     out = np.empty_like(state)
     for lane, (a, b) in enumerate(zip(starts, ends, strict=True)):
@@ -118,9 +129,34 @@ def _step(ship: Ship, t: Array, trial: Trial) -> float:
     if isinstance(ship.model, Sampled) and abs(dt / ship.model.dt - 1) > 0.01:
         raise DataError(
             f"{trial.name}: sampled every {dt:g} s; {ship.name} runs at {ship.model.dt:g} s only, "
-            "so resample the trial (data.prepare.resampled) or fit the model at the trial's step"
+            f"so resample it (seatrial resample TRIAL --dt {ship.model.dt:g} -o DIR) or fit the model at its step"
         )
     return ship.model.dt if isinstance(ship.model, Sampled) else dt
+
+
+def _recalled(
+    ship: Ship, trial: Trial, t: Array, dt: float, rows: Array, good: NDArray[np.bool_], starts: list[int]
+) -> Array | None:
+    """What a stepped model remembers at each start, from the complete rows just before it; else None.
+
+    Args:
+        rows: states, controls and environment per row.
+    """
+    model = ship.model
+    if not isinstance(model, Stepped):
+        return None
+    if len(t) < model.look_back + 2:
+        needs = f"{ship.name} looks {model.look_back * dt:g} s back and needs {model.look_back + 2}"
+        raise DataError(f"{trial.name}: {len(t)} rows are too short a record; {needs}")
+    found: list[tuple[float, ...]] = []
+    for a in starts:
+        before = t[a] - dt * np.arange(model.look_back, 0, -1) + 1e-6 * dt
+        at = np.searchsorted(t, before, "right") - 1
+        broken = np.flatnonzero((at < 0) | ~good[at])
+        at = at[broken[-1] + 1 :] if broken.size else at
+        past = rows[at]
+        found.append(model.recall(past[:, :6], past[:, 6:]) if at.size else model.begin((), ()))
+    return np.array(found)
 
 
 def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float) -> list[int]:

@@ -27,6 +27,9 @@ from .systems import closed_loop, logged, loop_memory, loop_values, open_loop, o
 __all__ = ["approach", "campaign", "closed_loop", "fastest", "open_loop", "open_loop_parameters", "simulate",
            "straight", "surge_balance", "time_step"]  # fmt: skip
 
+SIMULATED = "simulated by seatrial"
+"""What a simulated trial names as its source; it holds every channel of what surrounded the ship that was not nil."""
+
 _ROWS = 2e6
 """Rows of one run that are kept in memory at most."""
 
@@ -90,7 +93,7 @@ def campaign(
     return simulator(system, tuple(vary)).run(
         np.tile(state, (lanes, 1)), np.broadcast_to(around, (lanes, *around.shape)),
         np.array(list(shared.values()), dtype=np.float64),
-        memory0=np.broadcast_to(memory, (lanes, len(system.memory))),
+        memory0=np.broadcast_to(memory, (lanes, memory.shape[1])),
         lanewise=np.column_stack(list(columns.values())) if vary else None,
         dt=step, steps=steps, every=every, method=method, threads=threads,
         validity={k: v for k, v in ship.validity.items() if k in system.states},
@@ -210,7 +213,7 @@ def simulate(
         )
     kind = getattr(policy, "kind", type(policy).__name__.lower())
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
-            "set_points": dict(values(policy)), "source": "simulated by seatrial",
+            "set_points": dict(values(policy)), "source": SIMULATED,
             **({"held": list(held)} if held else {})}  # fmt: skip
     step = _checked_step(ship, dt)
     around = surroundings(environment, step, round(duration / step) + 1)

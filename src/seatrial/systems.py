@@ -13,7 +13,7 @@ from .data import Array
 from .engine import Scalars, System
 from .environment import CHANNELS, Environment
 from .manoeuvres import Policy, Scheduled
-from .models import Sampled, follows, kinematics
+from .models import Sampled, Stepped, follows, kinematics
 from .parameters import Scalar, unknown, update, values
 from .ships import Ship, ShipError
 
@@ -36,6 +36,8 @@ def _rates(model: Any, state: Scalars, acting: Scalars) -> Scalars:
 
 def open_loop(ship: Ship) -> System:
     """The ship under given controls and environment; parameters are those of its model."""
+    if isinstance(ship.model, Stepped):
+        return _stepped(ship)
     names, n = tuple(_free_values(ship.model)), len(ship.model.controls)
     sampled = ship.model if isinstance(ship.model, Sampled) else None
 
@@ -65,6 +67,16 @@ def open_loop(ship: Ship) -> System:
         parameters=names + tuple(f"environment.{name}" for name in _OFFSETS),
         memory=sampled.memory if sampled else (), acting=series + _VELOCITIES if sampled else (),
         before=before if sampled else None,
+    )  # fmt: skip
+
+
+def _stepped(ship: Ship) -> System:
+    """The open loop of a model that moves on arrays."""
+    model: Any = ship.model
+    return System(
+        states=model.states, series=(*model.controls, *CHANNELS), plant=model.plant, hidden=model.memory,
+        parameters=tuple(f"environment.{name}" for name in _OFFSETS),
+        derivative=lambda state, acting, parameters: _rates(model, state, acting),
     )  # fmt: skip
 
 
@@ -142,12 +154,16 @@ class _Loop:
         return self.ship.model if isinstance(self.ship.model, Sampled) else None
 
     @property
+    def stepped(self) -> Stepped | None:
+        return self.ship.model if isinstance(self.ship.model, Stepped) else None
+
+    @property
     def given(self) -> tuple[str, ...]:
         return self.policy.given if isinstance(self.policy, Scheduled) else ()
 
     @property
     def lags(self) -> tuple[str, ...]:
-        return self.sampled.memory if self.sampled else ()
+        return self.sampled.memory if self.sampled and not self.stepped else ()
 
     def model(self, p: Scalars) -> Any:
         return update(self.ship.model, _split(self.names, p, "ship."))
@@ -195,7 +211,7 @@ class _Loop:
             after += end
             at += len(group)
         rates: Scalars = ()
-        if self.sampled:
+        if self.sampled and not self.stepped:
             rates, lags = self.model(p).advance(state, tuple(acting), Environment(*around), lags)
         return (*acting, *around, *rates), (*after, *lags, *remembered), ordered
 
@@ -220,9 +236,9 @@ def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
     flat = tuple(name for group in loop.held for name in group)
     return System(
         states=ship.model.states, memory=(*flat, *loop.lags, *policy.memory), series=(*CHANNELS, *loop.given),
-        acting=(*controls, *CHANNELS, *(_VELOCITIES if loop.sampled else ())),
-        logged=logged(ship, policy), parameters=loop.names,
-        derivative=loop.derivative, before=loop.before,
+        acting=(*controls, *CHANNELS, *(_VELOCITIES if loop.sampled and not loop.stepped else ())),
+        logged=logged(ship, policy), parameters=loop.names, derivative=loop.derivative, before=loop.before,
+        hidden=loop.stepped.memory if loop.stepped else (), plant=loop.stepped.plant if loop.stepped else None,
     )  # fmt: skip
 
 
@@ -237,6 +253,8 @@ def loop_memory(
 ) -> tuple[Scalar, ...]:
     """Memory of `closed_loop` at the start: shafts turn at the policy's revolutions, all else rests.
 
+    What a stepped model remembers comes last, as the engine takes it.
+
     Args:
         given: parameters of the policy by the names of `closed_loop`; numbers or symbols.
         state: initial state of the ship.
@@ -248,9 +266,9 @@ def loop_memory(
     for control, group, value in zip(ship.model.controls, _memory(ship, dt), start, strict=True):
         extra = len(ship.actuators.of(control).extra)
         found += [value, *([0.0] * extra), *([value] * (len(group) - 1 - extra))]
-    if isinstance(ship.model, Sampled):
-        found += ship.model.begin(state, start)
-    return (*found, *steer.begin(state[:6]))
+    lags = ship.model.begin(state, start) if isinstance(ship.model, Sampled) else ()
+    steering = steer.begin(state[:6])
+    return (*found, *steering, *lags) if isinstance(ship.model, Stepped) else (*found, *lags, *steering)
 
 
 def open_loop_memory(ship: Ship, state: Array, controls: Array) -> Array | None:

@@ -24,7 +24,7 @@ from discovery import (
 
 import seatrial.models
 from seatrial.environment import CHANNELS, Environment
-from seatrial.models import STATES, Model, Sampled, follows, unit
+from seatrial.models import STATES, Model, Sampled, Stepped, follows, unit
 from seatrial.parameters import update, walk
 
 every_ship = pytest.mark.parametrize("name", list(SHIPS))
@@ -77,6 +77,8 @@ def test_states_controls_and_what_they_follow(name: str) -> None:
 @every_ship
 def test_finite_with_finite_jacobians_everywhere_and_equal_on_symbols(name: str) -> None:
     """Symbols equal floats to 1e-12 of the largest rate, each in the ship's own measure (lengths, L_pp/U)."""
+    if isinstance(SHIPS[name].model, Stepped):
+        pytest.skip("moves on arrays; it refuses symbols, see tests/models/test_neural.py")
     rates, size = flat(SHIPS[name])
     f, j = compiled(rates, size.size)
     x = situations(name)
@@ -127,6 +129,8 @@ def test_all_but_silent_when_it_all_but_rests(name: str) -> None:
 def test_mirrored(name: str) -> None:
     """With its port and starboard coefficients equal and its bias to one side taken away, each ship is symmetric."""
     ship = SHIPS[name]
+    if isinstance(ship.model, Stepped):
+        pytest.skip("a network is as symmetric as its data")
     model: Any = even(ship.model)
     n, c = len(model.states), len(model.controls)
     own, measure = (-1,) * (n - 6), rate_size(ship)

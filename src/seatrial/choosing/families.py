@@ -14,7 +14,8 @@ from ..models.nomoto import Nomoto
 from ..parameters import Terms
 from ..ships import Ship
 from ..ships.files import load
-from . import CAPABILITIES, Family, Finding
+from . import Family, Finding
+from .network_specimen import taught_network
 
 PAPER = "Sawada 2024"
 
@@ -76,7 +77,6 @@ _AHEAD = {
             unstable_hull=("yes", "physical linear terms")),
     **_said("5.2", from_particulars=("yes", "regression formulas for hull, propeller, rudder and wind")),
 }  # fmt: skip
-_PLANNED = {c.key: Finding("planned", "not in the library yet") for c in CAPABILITIES}
 
 _SIGNED = {"type ship": "5.1"}
 _FITTED = {"identification": "5.4"}
@@ -115,8 +115,13 @@ FAMILIES = (
         (_STUDY,),
     ),
     Family(
-        "NN", "feed-forward and recurrent networks", (), "y = f(W x + b), in layers", "4.1.3 (Eq. 10)",
-        "Moreira 2003, Wakita 2022", _FITTED, _PLANNED, (65,),
+        "NN", "feed-forward and recurrent networks", ("neural:Neural",), "y = f(W x + b), in layers",
+        "4.1.3 (Eq. 10)", "Moreira 2003, Wakita 2022", _FITTED,
+        _said("4.1.3", plausible=("partly", "whatever its weights say where no data were"),
+              large_drift=("partly", "where the data hold it"), unstable_hull=("yes", "a fit to any motion"),
+              at_rest=("partly", "zero at the origin only"),
+              from_particulars=("no", "training on recorded manoeuvres")),
+        (65,), specimen=taught_network, next=(_STUDY,),
     ),
     Family(
         "Abkowitz", "Abkowitz, whole ship", ("abkowitz:Abkowitz",), "X, Y, N: polynomials about a straight run",

@@ -230,7 +230,7 @@ def _parts(probe: Probe) -> dict[str, tuple[str, str]]:
     """Which of hull, propeller and rudder can be exchanged by themselves."""
     model: Any = probe.ship.model
     names = {f.name for f in fields(model) if f.name in _EXCHANGED or is_dataclass(getattr(model, f.name))}
-    names -= {"body", "coefficients", "derivatives", "wind", "waves", "thrusters", "speed", "K", "T"}
+    names -= {"body", "coefficients", "derivatives", "wind", "waves", "thrusters", "speed", "K", "T", "network"}
     if names >= {"hull", "propeller", "rudder"}:
         return {"design_changes": ("yes", "hull, propeller and rudder are parts of their own")}
     apart = ", ".join(sorted(names))

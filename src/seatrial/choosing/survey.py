@@ -112,8 +112,10 @@ def _judged(family: Family, key: str, measured: Sequence[Finding]) -> Finding:
 
 
 def count(ship: Ship, patterns: Sequence[str]) -> int:
-    """Numbers of the model at paths that fit the patterns and that say something: not those left at their default."""
-    usual = _defaults(ship.model)
+    """Numbers of the model at paths that fit the patterns and are not left at their default; weights of a network."""
+    usual, network = _defaults(ship.model), getattr(ship.model, "network", None)
+    if network is not None:
+        return network.count
     return sum(
         any(fnmatchcase(path, pattern) for pattern in patterns) and float(value) != usual.get(path)
         for path, _, value in walk(ship.model)
@@ -139,13 +141,14 @@ def nanoseconds(probe: Probe) -> float:
     dt = float(model.dt) if isinstance(model, Sampled) else 0.01 * ship.L_pp / ship.speed
     control, state = probe.control(1.0, 0.1), probe.state(1.0, 0.0, 0.0)
     memory = model.begin(state, control) if isinstance(model, Sampled) else ()
+    memory = memory[: len(system.memory) + len(system.hidden)]
     z, m = np.tile(np.array(state), (_LANES, 1)), np.tile(np.array(memory, dtype=float), (_LANES, 1))
     series = engine.pack(np.tile(np.array([*control, *CALM], dtype=float), (_LANES, 1, 1)))
     parameters, best = open_loop_parameters(ship), float("inf")
     steps = _STEPS // 30 if engine.virtual else _STEPS
     for _ in range(_REPEATS):
         start = time.perf_counter()
-        engine.run(z, series, parameters, dt=dt, steps=steps, every=steps - 1, memory0=m[:, : len(system.memory)],
+        engine.run(z, series, parameters, dt=dt, steps=steps, every=steps - 1, memory0=m,
                    method="euler", threads=1)  # fmt: skip
         best = min(best, time.perf_counter() - start)
     return 1e9 * best / (_LANES * (steps - 1))

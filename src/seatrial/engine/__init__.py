@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,19 @@ class SimulationError(RuntimeError):
         self.time = time
 
 
+class Plant(Protocol):
+    """What moves a ship where no trace can follow (a network of many weights): all lanes at once, on arrays."""
+
+    def rates(self, state: Array, acting: Array) -> Array:
+        """Rates (lanes, states) that hold over the next step; called once a step, as it remembers.
+
+        Args:
+            state: shape (lanes, states).
+            acting: shape (lanes, acting).
+        """
+        ...
+
+
 @dataclass(frozen=True)
 class System:
     """Everything that is integrated together: plant, actuators, policy.
@@ -53,6 +67,9 @@ class System:
         derivative: (state, acting, parameters) -> rates.
         before: (t, dt, state, memory, series, parameters) -> (acting, memory after, logged);
             None where the series themselves act.
+        hidden: names of what the plant remembers, handed in behind the memory and not stored.
+        plant: hidden values (lanes, hidden) -> what moves the ship, in place of `derivative` and by Euler's
+            rule, as its rates hold over a step; None for whatever can be traced.
     """
 
     states: tuple[str, ...]
@@ -63,6 +80,8 @@ class System:
     acting: tuple[str, ...] = ()
     logged: tuple[str, ...] = ()
     before: Before | None = None
+    hidden: tuple[str, ...] = ()
+    plant: Callable[[Array], Plant] | None = None
 
     @property
     def stored(self) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..parameters import ParameterError, unknown
-from . import Array, EngineNotice, Failure, Rollout, System, simd, virtual
+from . import Array, EngineNotice, Failure, Rollout, System, simd, stepped, virtual
 from .cache import CompilerError
 
 
@@ -63,11 +63,11 @@ class Simulator:
             parameters: shared values in the order of `system.parameters`.
             dt: time step [s].
             steps: number of samples, the first included.
-            memory0: shape (lanes, memory).
+            memory0: shape (lanes, memory), hidden values of a plant behind them.
             lanewise: shape (lanes, len(self.lanewise)).
             t0: time of the first sample [s].
             every: stride of the stored rows.
-            method: "rk4" or "euler".
+            method: "rk4" or "euler"; a plant that cannot be traced goes by Euler's rule.
             threads: None takes `default_threads()`.
             validity: closed interval per state; a lane that leaves it fails from there on.
         """
@@ -76,7 +76,7 @@ class Simulator:
         _fits(self.system, packed, lanes, steps)
         values = self.kernel.run(
             np.asarray(state0, dtype=np.float64),
-            np.zeros((lanes, len(self.system.memory))) if memory0 is None else memory0,
+            np.zeros((lanes, len(self.system.memory) + len(self.system.hidden))) if memory0 is None else memory0,
             packed, np.zeros((lanes, 0)) if lanewise is None else lanewise, parameters,
             t0=t0, dt=dt, steps=steps, every=every, rk4=is_rk4(method),
             threads=threads or default_threads(),
@@ -153,6 +153,8 @@ def _checked(system: System, names: Sequence[str]) -> tuple[str, ...]:
 def simulator(system: System, lanewise: Sequence[str] = (), *, back_end: str = "auto") -> Simulator:
     """Compile `system`; `back_end` is "auto", "simd" or "virtual"."""
     names = _checked(system, lanewise)
+    if system.plant is not None:
+        return Simulator(system, names, stepped.SteppedRollout.compile(system, names), True)
     if back_end != "virtual":
         try:
             return Simulator(system, names, simd.SimdRollout.compile(system, names), False)

@@ -9,6 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ..parameters import ParameterError
 from . import Array, Scalars, System
 
 
@@ -39,6 +40,8 @@ def _column(values: Any) -> Any:
 
 
 def _rates(system: System) -> tuple[list[Any], Any]:
+    if system.plant is not None:
+        raise ParameterError("a network has no symbolic right-hand side; only training:Training fits one")
     acting = system.acting or system.series
     z, a, p = _symbols("z", system.states), _symbols("a", acting), _symbols("p", system.parameters)
     rates = system.derivative(

@@ -37,7 +37,7 @@ def pack(series: Array) -> Packed:
     return Packed(series, series.shape[0])
 
 
-def _parameters(system: System, lanewise_names: tuple[str, ...], lanewise: Array, shared: Array) -> Array:
+def parameters_of(system: System, lanewise_names: tuple[str, ...], lanewise: Array, shared: Array) -> Array:
     """Parameters of every lane, shape (max(parameters, 1), lanes)."""
     lanes = lanewise.shape[0]
     P = np.repeat(shared.reshape(-1, 1), lanes, axis=1) if shared.size else np.zeros((1, lanes))
@@ -46,7 +46,7 @@ def _parameters(system: System, lanewise_names: tuple[str, ...], lanewise: Array
     return P
 
 
-def _rows(values: Array) -> Array:
+def rows_of(values: Array) -> Array:
     """(lanes, n) -> (max(n, 1), lanes), as the traced functions take it."""
     return values.T if values.shape[1] else np.zeros((1, values.shape[0]))
 
@@ -67,8 +67,8 @@ class VirtualRollout:
 
     def evaluate(self, state: Array, acting: Array, lanewise: Array, shared: Array) -> Array:
         """Rates of every lane for one call of the right-hand side, shape (lanes, states)."""
-        P = _parameters(self.system, self.lanewise, lanewise, shared)
-        return np.array(self.rhs.map(state.shape[0])(_rows(state), _rows(acting), P)).T
+        P = parameters_of(self.system, self.lanewise, lanewise, shared)
+        return np.array(self.rhs.map(state.shape[0])(rows_of(state), rows_of(acting), P)).T
 
     def run(
         self, state0: Array, memory0: Array, series: Packed, lanewise: Array, shared: Array, *,
@@ -76,7 +76,7 @@ class VirtualRollout:
     ) -> Array:  # fmt: skip
         """Stored rows of every lane, shape (lanes, rows, stored); `threads` has no effect."""
         lanes, (ns, nm) = state0.shape[0], (len(self.system.states), len(self.system.memory))
-        P = _parameters(self.system, self.lanewise, lanewise, shared)
+        P = parameters_of(self.system, self.lanewise, lanewise, shared)
         rhs = self.rhs.map(lanes)
         before = self.before.map(lanes) if self.before is not None else None
         na = len(self.system.acting or self.system.series)
@@ -84,8 +84,8 @@ class VirtualRollout:
         out = np.empty((lanes, (steps - 1) // every + 1, len(self.system.stored)))
         one = np.ones((1, lanes))
         for k in range(steps):
-            s = _rows(series.series[:, min(k, series.series.shape[1] - 1)])
-            y = np.array(before((t0 + k * dt) * one, dt * one, z, _rows(m.T), s, P)) if before else s
+            s = rows_of(series.series[:, min(k, series.series.shape[1] - 1)])
+            y = np.array(before((t0 + k * dt) * one, dt * one, z, rows_of(m.T), s, P)) if before else s
             if k % every == 0:
                 out[:, k // every] = np.concatenate([z, m, y[na + nm :] if before else y[:0]]).T
             if k < steps - 1:
@@ -123,7 +123,7 @@ class VirtualSensitivity:
     ) -> tuple[Array, Array]:  # fmt: skip
         """States (lanes, rows, states) and derivatives (lanes, rows, states, free + states)."""
         lanes, ns = state0.shape
-        P = _parameters(self.system, self.lanewise, lanewise, shared)
+        P = parameters_of(self.system, self.lanewise, lanewise, shared)
         z, d = state0.copy(), np.zeros((lanes, ns, len(self.free) + ns))
         d[:, range(ns), range(len(self.free), len(self.free) + ns)] = 1.0
         rows = (steps - 1) // every + 1
@@ -132,7 +132,7 @@ class VirtualSensitivity:
             if k % every == 0:
                 Z[:, k // every], D[:, k // every] = z, d
             if k < steps - 1:
-                a = _rows(series.series[:, min(k, series.series.shape[1] - 1)])
+                a = rows_of(series.series[:, min(k, series.series.shape[1] - 1)])
                 z, d = self._step(z, d, a, P, dt, rk4)
         return Z, D
 

@@ -10,14 +10,15 @@ the same right-hand side, operation for operation, with the numbers of the ship:
 
 x: states, first those of `models.STATES`; u: actual controls; e: `environment.CHANNELS`; a: memory of the
 actuators (actual values first of all); o: orders, one a control.  All in SI units and radians.  A ship in
-discrete time has no right-hand side and is refused.
+discrete time has no right-hand side and is refused, but for a network: `save_network` writes its step in Python.
 """
 
 from __future__ import annotations
 
 from .c_source import save_c
 from .casadi_function import save_casadi
+from .network_source import save_network
 from .plant import Plant, plant
 from .python_source import save_python
 
-__all__ = ["Plant", "plant", "save_c", "save_casadi", "save_python"]
+__all__ = ["Plant", "plant", "save_c", "save_casadi", "save_network", "save_python"]

@@ -14,7 +14,7 @@ import numpy as np
 from ..actuators import queue_length
 from ..engine.trace import preparation, right_hand_side
 from ..environment import CHANNELS
-from ..models import Sampled, unit
+from ..models import Sampled, Stepped, unit
 from ..parameters import Scalar, Spec, walk
 from ..ships import Ship, ShipError
 from ..systems import closed_loop, loop_values, open_loop
@@ -145,6 +145,8 @@ def plant(ship: Ship, dt: float | None = None) -> Plant:
     """
     if isinstance(ship.model, Sampled):
         family = type(ship.model).__name__
+        if isinstance(ship.model, Stepped):
+            raise ShipError(f"{ship.name}: a network has no symbolic right-hand side; --python FILE exports its steps")
         raise ShipError(f"{ship.name}: {family} is a model in discrete time and has no right-hand side to export")
     if dt is not None and not (dt > 0.0 and math.isfinite(dt)):
         raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
@@ -160,7 +162,7 @@ def plant(ship: Ship, dt: float | None = None) -> Plant:
         name=identifier(ship.name), title=one_line(str(ship.notes.get("title", ship.name))),
         states=tuple(_state(ship, n) for n in system.states),
         controls=tuple(_control(ship, n) for n in ship.model.controls),
-        environment=tuple(Variable(n, _unit_around(n), ABOUT[n]) for n in CHANNELS),
+        environment=tuple(Variable(n, unit_around(n), ABOUT[n]) for n in CHANNELS),
         numbers=used, open=open_, servos=None if dt is None else _servos(ship, dt),
     )  # fmt: skip
 
@@ -204,7 +206,8 @@ def _control(ship: Ship, name: str) -> Variable:
     return Variable(name, unit(name), "actual value of the control", low, high)
 
 
-def _unit_around(name: str) -> str:
+def unit_around(name: str) -> str:
+    """SI unit of a channel of the environment."""
     return next(u for start, u in _UNITS.items() if name.startswith(start))
 
 

@@ -7,13 +7,16 @@ own after them, which are zero in a straight run.  Positions and heading are kin
 velocities are over ground too, forces see the water.
 
 A family in discrete time (ARX, recurrent networks) is `Sampled`: once per sample it says how fast the
-velocities change until the next one, so it runs in the same engine as the others.
+velocities change until the next one, so it runs in the same engine as the others.  One with too many numbers
+to be traced (a network) is `Stepped` besides: it moves all lanes at once, on arrays.
 """
 
 from __future__ import annotations
 
 from typing import ClassVar, Protocol, runtime_checkable
 
+from ..data import Array
+from ..engine import Plant
 from ..environment import Environment, to_earth
 from ..parameters import Scalar
 from ..symbolic import cos, sin
@@ -79,6 +82,29 @@ class Sampled(Protocol):
         memory: tuple[Scalar, ...],
     ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
         """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample."""
+        ...
+
+
+@runtime_checkable
+class Stepped(Sampled, Protocol):
+    """A model in discrete time that no trace can follow; what differentiates a ship refuses it."""
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """Channels that a trial must have besides states and controls."""
+        ...
+
+    @property
+    def look_back(self) -> int:
+        """Samples before a start that its memory depends on."""
+        ...
+
+    def recall(self, state: Array, acting: Array) -> tuple[float, ...]:
+        """Memory after the measured samples before a start: (samples, 6) and controls with environment."""
+        ...
+
+    def plant(self, memory: Array) -> Plant:
+        """The model under way from what each lane remembers (lanes, memory); acting: controls, environment."""
         ...
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..data import Array
 from ..environment import CALM, Environment
 from ..parameters import ParameterError, Scalar, unknown
-from . import STATES, Model, Sampled, follows
+from . import STATES, Model, Sampled, Stepped, follows
 
 STEERING = ("n_P", "delta")
 _ITERATIONS = 60
@@ -20,6 +20,12 @@ _SHORTEST = 1e-9
 _NEAR = 0.01
 # Accelerations below this count as none [m/s^2, rad/s^2].
 _STEADY = 1e-10
+# Those of a network in single precision.
+_STEADY_SINGLE = 1e-7
+# Share of an unknown by which a network's slopes are differenced; its own precision may be single.
+_DIFFERENCE = 1e-4
+
+Function = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -80,10 +86,11 @@ def trim(
         raise ParameterError("a steady run needs a speed, or orders such as n_P")
     search = _Search(model, known, given, tuple(wanted), speed, heading, environment)
     found = [search.solve(start) for start in search.starts()]
-    steady = [one for one in found if one.residual <= _STEADY]
+    small = _STEADY_SINGLE if isinstance(model, Stepped) else _STEADY
+    steady = [one for one in found if one.residual <= small]
     if not steady and speed is not None:
         near = replace(search, speed=None).solve_near(speed)
-        steady = [near] if near.residual <= _STEADY and abs(near.speed - speed) <= _NEAR * abs(speed) else []
+        steady = [near] if near.residual <= small and abs(near.speed - speed) <= _NEAR * abs(speed) else []
     if not steady:
         least = min(one.residual for one in found)
         told = f"at {speed:g} m/s" if speed is not None else "under the orders given"
@@ -177,27 +184,46 @@ class _Search:
 
     def solve(self, start: Array) -> Trim:
         """The nearest balance, or as near as it gets."""
-        import casadi as ca
-
-        x = ca.SX.sym("x", start.size)
-        y = ca.vertcat(*(ca.SX(rate) for rate in self.rates(*self.split(tuple(ca.vertsplit(x))))))
-        f, slopes = ca.Function("f", [x], [y]), ca.Function("j", [x], [ca.jacobian(y, x)])
+        f, slopes, felt = self.numeric(start) if isinstance(self.model, Stepped) else self.traced(start)
         # What the model does not feel stays at zero.
-        felt = np.array([name == "u" or ca.jacobian(y, x)[:, k].nnz() > 0 for k, name in enumerate(self.unknowns)])
-        here = np.where(felt, start, 0.0)
-        left = np.asarray(f(here)).ravel()
+        kept = [name == "u" or heard for name, heard in zip(self.unknowns, felt, strict=True)]
+        here = np.where(kept, start, 0.0).astype(np.float64)
+        left = f(here)
         for _ in range(_ITERATIONS):
-            step = np.linalg.lstsq(slopes(here).full(), -left, rcond=1e-12)[0]
+            step: Array = np.linalg.lstsq(slopes(here), -left, rcond=1e-12)[0].astype(np.float64)
             share, there = 1.0, here + step
-            while not np.linalg.norm(np.asarray(f(there))) < np.linalg.norm(left) and share > _SHORTEST:
+            while not np.linalg.norm(f(there)) < np.linalg.norm(left) and share > _SHORTEST:
                 share *= 0.5
                 there = here + share * step
             if share <= _SHORTEST:
                 break
-            here, left = there, np.asarray(f(there)).ravel()
-        if self.speed is None and not np.any(slopes(here).full()[:, 0]):
+            here, left = there, f(there)
+        if self.speed is None and not np.any(slopes(here)[:, 0]):
             raise ParameterError("the model keeps whatever speed it starts with; give the speed")
         return self.told(*self.split(here.tolist()))
+
+    def traced(self, start: Array) -> tuple[Function, Function, list[bool]]:
+        """Rates and their Jacobian as functions of the unknowns, and which unknowns bear on a rate."""
+        import casadi as ca
+
+        x = ca.SX.sym("x", start.size)
+        y = ca.vertcat(*(ca.SX(rate) for rate in self.rates(*self.split(tuple(ca.vertsplit(x))))))
+        slopes = ca.jacobian(y, x)
+        f, j = ca.Function("f", [x], [y]), ca.Function("j", [x], [slopes])
+        felt = [slopes[:, k].nnz() > 0 for k in range(start.size)]
+        return lambda at: np.asarray(f(at)).ravel(), lambda at: np.array(j(at).full()), felt
+
+    def numeric(self, start: Array) -> tuple[Function, Function, list[bool]]:
+        """The same by central differences, for a model that cannot be traced."""
+
+        def f(at: Array) -> Array:
+            return np.array(self.rates(*self.split(at.tolist())), dtype=np.float64)
+
+        def slopes(at: Array) -> Array:
+            steps = _DIFFERENCE * np.maximum(np.abs(at), 0.1) * np.eye(at.size)
+            return np.column_stack([(f(at + h) - f(at - h)) / (2.0 * h.sum()) for h in steps])
+
+        return f, slopes, np.any(slopes(start) != 0.0, axis=0).tolist()
 
     def told(self, state: tuple[float, ...], orders: Mapping[str, float]) -> Trim:
         """The trim point, memory of a sampled model included."""

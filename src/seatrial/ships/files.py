@@ -21,6 +21,7 @@ from ..models import unit
 from ..parameters import ParameterError, Parts, Spec, Terms, unknown
 from . import Entry, Ship, ShipError
 from .actuation import read_actuators
+from .networks import read_network
 from .numbers import PARTICULARS, Yardsticks, number
 from .writing import save, to_toml
 
@@ -187,7 +188,9 @@ class _Reading:
         return self.made(family, made, "model")
 
     def field(self, name: str, f: Any, hint: Any, scale: Yardsticks) -> Any:
-        """One table of the model: a component, freely named terms, or freely named components."""
+        """One table of the model: a component, freely named terms or components, or a network."""
+        if "network" in f.metadata:
+            return read_network(self.path, self.table(name))
         if "terms" in f.metadata:
             return self.terms(name, f.metadata["terms"], scale)
         if "parts" in f.metadata:

@@ -11,16 +11,24 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
+from ..models.network import Network
 from ..parameters import PRIME, Parts, Terms
 from . import Entry, Ship, ShipError
 from .actuation import USUAL, listed
+from .networks import USUAL as USUAL_WEIGHTS
+from .networks import network_lines, settle, weights_name, write_weights
 from .numbers import PARTICULARS, Yardsticks, resolve
 
 
 def save(ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = None) -> Path:
-    """Write `ship` to `path` in one step: readers see the old file or the whole new one."""
+    """Write `ship` to `path` in one step: readers see the old file or the whole new one.
+
+    The weights of a network go beside it: `weights.npz` for a model.toml, `<stem>.weights.npz` for any other.
+    """
     target = Path(path)
-    text = to_toml(ship, provenance)
+    weights = target.with_name(weights_name(target))
+    text, network = to_toml(ship, provenance, weights.name), getattr(ship.model, "network", None)
+    waiting = write_weights(network, weights) if isinstance(network, Network) and network.trained else None
     handle, scratch = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as stream:
@@ -31,19 +39,27 @@ def save(ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = No
         os.replace(scratch, target)
     except BaseException:
         Path(scratch).unlink(missing_ok=True)
+        if waiting is not None:
+            waiting.unlink(missing_ok=True)
         raise
+    if waiting is not None:
+        settle(waiting, weights)
     return target
 
 
-def to_toml(ship: Ship, provenance: Mapping[str, Any] | None = None) -> str:
-    """`ship` as the text of a ship file; `provenance` (how it was fitted) goes to [notes.provenance]."""
+def to_toml(ship: Ship, provenance: Mapping[str, Any] | None = None, weights: str = USUAL_WEIGHTS) -> str:
+    """`ship` as the text of a ship file; `provenance` (how it was fitted) goes to [notes.provenance].
+
+    Args:
+        weights: name of the file of a network's weights.
+    """
     lines = [
         'schema = "seatrial-ship/1"',
         f"name = {_text(ship.name)}",
         f"family = {_text(_type(ship.model, 'models'))}",
     ]
     lines += _particulars(ship)
-    lines += _model(ship, _scale(ship))
+    lines += _model(ship, _scale(ship), weights)
     lines += _approach(ship)
     lines += _actuators(ship)
     if ship.validity:
@@ -111,7 +127,7 @@ def _particulars(ship: Ship) -> Iterator[str]:
             yield f"{key} = {_number(ship, f'particulars.{key}', value, PARTICULARS[key].unit, None)}"
 
 
-def _model(ship: Ship, scale: Yardsticks) -> Iterator[str]:
+def _model(ship: Ship, scale: Yardsticks, weights: str) -> Iterator[str]:
     model: Any = ship.model
     own = [f for f in fields(model) if "spec" in f.metadata or "choice" in f.metadata]
     if own:
@@ -122,7 +138,9 @@ def _model(ship: Ship, scale: Yardsticks) -> Iterator[str]:
         part = getattr(model, f.name)
         if f in own or part is None:
             continue
-        if isinstance(part, Terms):
+        if isinstance(part, Network):
+            yield from network_lines(part, weights)
+        elif isinstance(part, Terms):
             yield from ("", f"[{f.name}]")
             for name, value in part.items():
                 yield f"{name} = {_number(ship, f'{f.name}.{name}', value, f.metadata['terms'](name).unit, scale)}"
