@@ -53,7 +53,7 @@ def _fit(study: Study, out: Path, json: bool) -> None:
     from .identify.store import SUMMARY, claim, kept, load_fit_summary, save_fit
 
     kept_back = bool(study.problem.validation or study.test)
-    issues = lint(study.problem, study.test)
+    issues = lint(study.problem, study.test, study.estimator)
     raise_on_errors(issues)
     for line in (*study.notes, *_warnings(issues)):
         note(line)

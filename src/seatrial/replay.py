@@ -56,6 +56,16 @@ def inputs(trial: Trial, model: Model) -> Array:
     return series
 
 
+def unseen(model: Model, series: Array, dt: float) -> Array:
+    """States beyond the six at each row of `inputs`, as the rows before it leave them; shape (rows, states - 6).
+
+    A model that remembers says so by a method `recall`; states that nothing tells of begin at rest.
+    """
+    # A stepped model recalls memory, not states; see `_recalled`.
+    recall = None if isinstance(model, Stepped) else getattr(model, "recall", None)
+    return np.zeros((len(series), len(model.states) - len(STATES))) if recall is None else recall(series, dt)
+
+
 def held(series: Array) -> Array:
     """Each gap filled with the last value before it (the first after it, at the start)."""
     out = series.copy()
@@ -103,7 +113,7 @@ def replay(
         lanes[lane] = series[np.clip(at, 0, t.size - 1)]
     system = open_loop(ship)
     first = state[starts] if smooth_start is None else smoothed_starts(t, state, starts, smooth_start)
-    begun = np.hstack([first, np.zeros((len(starts), len(system.states) - state.shape[1]))])
+    begun = np.hstack([first, unseen(ship.model, series, dt)[starts]])
     run = simulator(system).run(
         begun, lanes, open_loop_parameters(ship), dt=dt, steps=steps, method=method, threads=threads,
         memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])

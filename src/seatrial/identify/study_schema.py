@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -49,6 +49,7 @@ class DataTable(DataSetTable):
 class LossTable(_Table):
     sigma: dict[str, float] = {}
     correlation: float = Field(default=5.0, ge=0.0)
+    weights: dict[str, Annotated[float, Field(gt=0.0)]] = {}
 
 
 class NuisanceTable(_Table):

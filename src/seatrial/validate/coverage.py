@@ -1,0 +1,223 @@
+"""Whether a manoeuvre stays within the data that a model was trained on.
+
+States, controls and apparent wind are points in a space scaled by the training set's own standard
+deviations.  A sample is novel where its k nearest neighbours in training are farther away than they are
+for all but one in a hundred of the training samples, each of those judged by the other files only
+(a file always covers itself).  So a hundredth of novel samples is what unseen data of the same kind show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..data import Array, DataError, Trial
+
+LEAVES, EDGE = 0.20, 0.05
+"""Shares of novel samples above which a manoeuvre leaves the training data, or touches their edge."""
+
+WIND = ("wind ahead", "wind aside")
+"""Components of the apparent wind that the ship meets, from ahead and from starboard [m/s]."""
+
+_MOTION, _STEERING = ("u", "v_m", "r"), ("n_P", "delta")
+_NEIGHBOURS, _QUANTILE = 5, 0.99
+# Neighbouring samples of a log are the same sample again; one a second is enough.
+_STEP = 1.0
+_BLOCKS = 5
+# A channel is named where it makes up this share of the squared distance, or leaves the range in this share of samples.
+_TELLING, _OUTSIDE = 0.25, 0.05
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The distribution of a training set.
+
+    Attributes:
+        channels: what spans the space; see `columns`.
+        scale: standard deviation of each channel over the training set, SI units, shape (channels,).
+        points: training samples over their scale, one a second, shape (points, channels).
+        limit: distance to the neighbours that one training sample in a hundred exceeds, unit of the scaled space.
+        low, high: range of each channel over every training sample, SI units, shape (channels,).
+        own: share of novel samples of each training file, judged by the other files.
+    """
+
+    channels: tuple[str, ...]
+    scale: Array
+    points: Array
+    limit: float
+    low: Array
+    high: Array
+    own: Mapping[str, float]
+
+    @staticmethod
+    def of(trials: Sequence[Trial], channels: Sequence[str] | None = None) -> Reference:
+        """The distribution of some trials.
+
+        Args:
+            trials: the training set; with fewer than three files, each is judged in five stretches.
+            channels: None takes u, v_m, r, propeller, rudder and wind, as far as every trial has them.
+
+        Raises:
+            DataError: no trial, a channel that is missing or never changes, or too few complete samples.
+        """
+        if not trials:
+            raise DataError("coverage: no training trial to compare with")
+        names = tuple(usual(trials) if channels is None else channels)
+        if not names:
+            raise DataError("coverage: no channel that all trials share; u, v_m, r, n_P, delta and wind are looked for")
+        every = [columns(trial, names) for trial in trials]
+        whole = np.concatenate([table[np.isfinite(table).all(axis=1)] for table in every])
+        if len(whole) < 2 * _NEIGHBOURS:
+            raise DataError(f"coverage: {len(whole)} complete training samples of {', '.join(names)}; more are needed")
+        scale = whole.std(axis=0)
+        # a control that never moved: any movement is then new, on the scale of its own size
+        scale = np.where(scale > 0, scale, np.maximum(np.abs(whole[0]), 1e-6))
+        thin = [_thin(trial, table) / scale for trial, table in zip(trials, every, strict=True)]
+        groups = _groups([t.name for t in trials], thin)
+        apart = [_distances(np.concatenate([p for _, p in groups[:k] + groups[k + 1 :]]), part)
+                 for k, (_, part) in enumerate(groups)]  # fmt: skip
+        limit = float(np.quantile(np.concatenate(apart), _QUANTILE))
+        own: dict[str, list[float]] = {}
+        for (name, _), far in zip(groups, apart, strict=True):
+            own.setdefault(name, []).extend((far > limit).tolist())
+        return Reference(
+            names, scale, np.concatenate(thin), max(limit, 1e-12), whole.min(axis=0), whole.max(axis=0),
+            {name: float(np.mean(found)) for name, found in own.items()},
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How one trial lies within a training set.
+
+    Attributes:
+        name: of the trial.
+        t: times of the judged samples [s]; rows with gaps are left out.
+        novelty: distance to the training neighbours over the limit, above 1 is novel; shape (samples,).
+        share: share of novel samples; about .01 is expected of more of the same.
+        telling: by channel, its part of the squared distance of the novel samples, adding up to 1.
+        outside: by channel, share of samples beyond the range of the training set.
+    """
+
+    name: str
+    t: Array
+    novelty: Array
+    share: float
+    telling: Mapping[str, float]
+    outside: Mapping[str, float]
+
+    @property
+    def verdict(self) -> str:
+        """"inside", "edge" or "leaves"."""
+        return "leaves" if self.share > LEAVES else "edge" if self.share > EDGE else "inside"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that make the trial novel, the worst first; none where it is inside."""
+        if self.verdict == "inside":
+            return ()
+        blamed = [n for n in self.telling if self.telling[n] > _TELLING or self.outside[n] > _OUTSIDE]
+        worst = max(self.telling, key=lambda n: self.telling[n])
+        return tuple(sorted(blamed or [worst], key=lambda n: -self.telling[n]))
+
+    def __str__(self) -> str:
+        words = {
+            "leaves": "this manoeuvre leaves the training data",
+            "edge": "this manoeuvre touches the edge of the training data",
+            "inside": "this manoeuvre stays within the training data",
+        }[self.verdict]
+        where = f", in {', '.join(self.channels)}" if self.channels else ""
+        return f"{self.name}: {words}{where} ({100 * self.share:.1f} % of the samples are novel, 1 % is usual)"
+
+    def numbers(self) -> dict[str, Any]:
+        """The same for a JSON file, without the samples."""
+        median, largest = float(np.median(self.novelty)), float(self.novelty.max())
+        return {"verdict": self.verdict, "share": self.share, "channels": list(self.channels),
+                "telling": dict(self.telling), "outside": dict(self.outside),
+                "novelty": {"median": median, "largest": largest}}  # fmt: skip
+
+
+def coverage(reference: Reference, trial: Trial) -> Coverage:
+    """How a trial lies within the training set.
+
+    Raises:
+        DataError: a channel of the reference is missing, or no row is complete.
+    """
+    table = columns(trial, reference.channels)
+    good = np.isfinite(table).all(axis=1)
+    if not good.any():
+        raise DataError(f"{trial.name}: no complete row of {', '.join(reference.channels)}")
+    rows = table[good]
+    novelty, offset = _nearest(reference, rows / reference.scale)
+    novel = novelty > 1.0
+    worst = offset[novel] if novel.any() else offset
+    parts = worst.sum(axis=0) / max(float(worst.sum()), 1e-300)
+    beyond = ((rows < reference.low) | (rows > reference.high)).mean(axis=0)
+    return Coverage(
+        trial.name, trial.t[good], novelty, float(novel.mean()),
+        dict(zip(reference.channels, parts.tolist(), strict=True)),
+        dict(zip(reference.channels, beyond.tolist(), strict=True)),
+    )  # fmt: skip
+
+
+def usual(trials: Iterable[Trial]) -> tuple[str, ...]:
+    """u, v_m, r, propeller, rudder and apparent wind, as far as every trial has them."""
+    every = list(trials)
+    found = [n for n in (*_MOTION, *_STEERING) if all(n in t or f"{n}_cmd" in t for t in every)]
+    windy = all("U_T" in t and "gamma_T" in t and "psi" in t for t in every)
+    return (*found, *(WIND if windy else ()))
+
+
+def columns(trial: Trial, channels: Sequence[str]) -> Array:
+    """Channels side by side, shape (samples, channels); an order stands in for a control that was not logged.
+
+    The apparent wind is made of the true wind and the ship's own velocity, so that a prediction has one too.
+
+    Raises:
+        DataError: a channel is missing.
+    """
+    wind = dict(zip(WIND, _apparent(trial), strict=True)) if set(WIND) & set(channels) else {}
+    found = [wind[n] if n in wind else trial[n if n in trial or f"{n}_cmd" not in trial else f"{n}_cmd"]
+             for n in channels]  # fmt: skip
+    return np.column_stack(found)
+
+
+def _apparent(trial: Trial) -> tuple[Array, Array]:
+    bearing = trial["gamma_T"] - trial["psi"]
+    return trial["U_T"] * np.cos(bearing) + trial["u"], trial["U_T"] * np.sin(bearing) + trial["v_m"]
+
+
+def _thin(trial: Trial, table: Array) -> Array:
+    some = table[:: max(round(_STEP / trial.dt), 1) if len(trial) > 1 else 1]
+    return some[np.isfinite(some).all(axis=1)]
+
+
+def _groups(names: Sequence[str], thin: Sequence[Array]) -> list[tuple[str, Array]]:
+    """Files, or stretches of them where there are too few files to judge one by the others."""
+    pairs = [(name, part) for name, part in zip(names, thin, strict=True) if len(part)]
+    if len(pairs) >= 3:
+        return pairs
+    return [(name, block) for name, part in pairs for block in np.array_split(part, _BLOCKS) if len(block)]
+
+
+def _distances(points: Array, at: Array) -> Array:
+    return _neighbours(points, at)[0]
+
+
+def _neighbours(points: Array, at: Array) -> tuple[Array, Array]:
+    """Root mean square distance to the nearest points, and the squared offset from them by channel."""
+    from scipy import spatial
+
+    tree: Any = spatial.KDTree(points)
+    far, which = tree.query(at, k=min(_NEIGHBOURS, len(points)))
+    far, which = np.atleast_2d(far.T).T, np.atleast_2d(which.T).T
+    offset = np.mean((points[which] - at[:, None, :]) ** 2, axis=1)
+    return np.sqrt(np.mean(far**2, axis=1)), offset
+
+
+def _nearest(reference: Reference, at: Array) -> tuple[Array, Array]:
+    far, offset = _neighbours(reference.points, at)
+    return far / reference.limit, offset

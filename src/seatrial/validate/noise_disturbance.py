@@ -1,0 +1,156 @@
+"""Disturbances that nobody measured: how much they would explain, and how much of that the past foretells.
+
+`fitted` looks at the window itself: what a constant current, wind or acceleration could explain at most.
+`previous` and `Drift` use only what lies before a window, and so may be used in a prediction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data import Array
+from .noise_windows import BODY, Cut, Predictor
+
+# Rows this far apart are compared [s], and errors are alike over this time [s] (identify.Loss).
+_APART, _ALIKE = 1.0, 5.0
+_ITERATIONS = 4
+_STEPS = (1.0, 0.5, 0.2, 0.05)
+
+
+def fitted(cut: Cut, predictor: Predictor, channels: Sequence[str], sd: float, rest: float = 0.2) -> Array:
+    """The constant in each window that explains it best, shape (lanes, channels): Gauss-Newton with a prior.
+
+    Args:
+        cut: the windows.
+        predictor: the ship's model.
+        channels: what is added to; `CURRENT`, `WIND`, `BODY` or `EARTH` of `noise_windows`.
+        sd: standard deviation of the constant before the window is seen, SI units.
+        rest: size of the error that no constant explains, over the scale of each state; a larger one trusts the
+            window less and `sd` more.
+    """
+    lanes, n = len(cut.label), len(channels)
+    weight = np.sqrt(_APART / _ALIKE) / rest
+    every = max(round(_APART / cut.dt), 1)
+
+    def left(theta: Array) -> Array:
+        return weight * predictor.errors(cut.adding(channels, theta), every).reshape(lanes, -1)
+
+    def cost(residual: Array, theta: Array) -> Array:
+        return (residual**2).sum(axis=1) + ((theta / sd) ** 2).sum(axis=1)
+
+    theta = np.zeros((lanes, n))
+    residual = left(theta)
+    best = cost(residual, theta)
+    for _ in range(_ITERATIONS):
+        step = _step(left, theta, residual, sd)
+        for share in _STEPS:
+            new = theta + share * step
+            tried = left(new)
+            value = cost(tried, new)
+            better = value < best
+            theta[better], residual[better], best[better] = new[better], tried[better], value[better]
+            step[better] = 0.0
+    return theta
+
+
+def _step(left: Callable[[Array], Array], theta: Array, residual: Array, sd: float) -> Array:
+    """Gauss-Newton step of every window at once, slopes by difference quotients."""
+    small = 1e-3 * sd
+    slopes = np.stack([(left(theta + small * one) - residual) / small for one in np.eye(theta.shape[1])], axis=2)
+    normal = np.einsum("nri,nrj->nij", slopes, slopes) + np.eye(theta.shape[1]) / sd**2
+    downhill = np.einsum("nri,nr->ni", slopes, residual) + theta / sd**2
+    return -np.linalg.solve(normal, downhill[..., None])[..., 0]
+
+
+def previous(cut: Cut, values: Array) -> Array:
+    """Values of the window before, in the same trial; zero in the first window of each."""
+    out = np.zeros_like(values)
+    same = np.flatnonzero(cut.trial[1:] == cut.trial[:-1]) + 1
+    out[same] = values[same - 1]
+    return out
+
+
+def memory(cut: Cut, values: Array) -> Array:
+    """Correlation about zero of each value with that of the window before, shape (values,)."""
+    same = np.flatnonzero(cut.trial[1:] == cut.trial[:-1]) + 1
+    now, before = values[same], values[same - 1]
+    return (now * before).sum(axis=0) / np.sqrt((now**2).sum(axis=0) * (before**2).sum(axis=0))
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A slow acceleration, filtered from the past and carried into the prediction, where it is forgotten.
+
+    The model's acceleration is held against the measured change of velocity, row by row.  A random walk seen
+    through white noise is filtered, once settled, by an exponential mean, which begins at zero here.
+
+    Attributes:
+        filter: time constant of the mean [s].
+        forget: time constant with which it fades after the restart [s].
+        share: of the estimate that is carried.
+    """
+
+    filter: float
+    forget: float
+    share: float
+
+    def carried(self, cut: Cut, missing: Sequence[Array]) -> Cut:
+        """The windows with the disturbance in them.
+
+        Args:
+            cut: the windows.
+            missing: `missing_acceleration` of the same windows.
+        """
+        found = np.array([_mean_before(missing[k], self.filter / cut.dt)[row]
+                          for k, row in zip(cut.trial.tolist(), cut.row.tolist(), strict=True)])  # fmt: skip
+        fade = np.exp(-cut.since / self.forget)
+        return cut.adding(BODY, self.share * found[:, None, :] * fade[None, :, None])
+
+
+def missing_acceleration(cut: Cut, predictor: Predictor) -> tuple[Array, ...]:
+    """What the measured accelerations along, across and in yaw have beyond the model's, for each trial.
+
+    Row k holds the change from row k - 1 to row k, so nothing in it is later than row k; shape (rows, 3) each.
+    """
+    rates = predictor.accelerations(cut)
+    found: list[Array] = []
+    for index in np.unique(cut.trial):
+        mine = cut.trial == index
+        velocity = cut.measured[mine][:, :, 3:6].reshape(-1, 3)
+        known = np.isfinite(velocity).all(axis=1)
+        velocity, rate = velocity[known], rates[mine].reshape(-1, 3)[known]
+        out = np.zeros_like(velocity)
+        out[1:] = np.diff(velocity, axis=0) / cut.dt - rate[:-1]
+        found.append(out)
+    return tuple(found)
+
+
+def _mean_before(values: Array, steps: float) -> Array:
+    """Exponential mean of the rows up to each, from zero."""
+    from scipy import signal
+
+    gain = 1.0 / max(steps, 1.0)
+    return np.asarray(signal.lfilter([gain], [1.0, gain - 1.0], values, axis=0), dtype=np.float64)
+
+
+def correlation(values: Sequence[Array], dt: float, block: float, lags: Sequence[float]) -> Array:
+    """Correlation of the means over `block` seconds with those of each lag later, shape (lags, channels).
+
+    Args:
+        values: series of several trials, shape (rows, channels) each.
+        dt: their time step [s].
+        block: length of a mean [s].
+        lags: multiples of it [s].
+    """
+    width = round(block / dt)
+    means = [v[: len(v) // width * width].reshape(-1, width, v.shape[1]).mean(axis=1) for v in values]
+    power = sum(((m**2).sum(axis=0) for m in means), np.zeros(values[0].shape[1]))
+    shifts: list[NDArray[np.float64]] = []
+    for lag in lags:
+        k = round(lag / block)
+        shifts.append(sum(((m[k:] * m[:-k]).sum(axis=0) for m in means if len(m) > k), np.zeros_like(power)))
+    return np.array(shifts) / power

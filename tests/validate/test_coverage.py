@@ -1,0 +1,166 @@
+"""Coverage: what is within the training data, what leaves it, and in which channels; the page and the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatrial.cli import main
+from seatrial.data import DataError, Trial
+from seatrial.data.trialfile import write_trial
+from seatrial.validate.coverage import WIND, Reference, columns, coverage, usual
+from seatrial.validate.coverage_page import document, histogram
+
+
+def wandering(seed: int, seconds: float = 300.0, **offset: float) -> Trial:
+    """A ship whose every channel wanders about, with offsets on some."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, seconds, 0.5)
+    scale = {"u": 0.1, "v_m": 0.03, "r": 0.02, "n_P": 5.0, "delta": 0.3, "U_T": 0.3}
+    channels = {"psi": 0.02 * t, "gamma_T": np.full_like(t, 1.0)}
+    for name, size in scale.items():
+        walk = np.zeros(t.size)
+        for k in range(1, t.size):
+            walk[k] = 0.95 * walk[k - 1] + np.sqrt(1 - 0.95**2) * rng.normal()
+        channels[name] = size * walk + offset.get(name, 0.0)
+    x, y = np.cumsum(channels["u"]), np.cumsum(channels["v_m"])
+    return Trial(f"w{seed}", t, {**channels, "x": x, "y": y, "U_T": np.abs(channels["U_T"]) + 1.0}, {}, {"L_pp": 3.0})
+
+
+@pytest.fixture(scope="module")
+def train() -> list[Trial]:
+    return [wandering(seed) for seed in range(8)]
+
+
+def test_more_of_the_same_is_inside(train):
+    reference = Reference.of(train)
+    shares = [coverage(reference, wandering(seed)).share for seed in range(20, 25)]
+    assert np.mean(shares) == pytest.approx(0.01, abs=0.02)
+    assert coverage(reference, wandering(20)).verdict == "inside"
+    assert coverage(reference, wandering(20)).channels == ()
+
+
+def test_the_training_files_have_one_novel_sample_in_a_hundred(train):
+    reference = Reference.of(train)
+    assert np.mean(list(reference.own.values())) == pytest.approx(0.01, abs=0.005)
+
+
+@pytest.mark.parametrize(("channel", "by"), [("n_P", 40.0), ("delta", -2.5), ("u", 0.8), ("r", 0.2)])
+def test_what_leaves_the_data_is_named(train, channel, by):
+    found = coverage(Reference.of(train), wandering(50, **{channel: by}))
+    assert found.verdict == "leaves"
+    assert found.channels[0] == channel
+    assert found.outside[channel] > 0.9
+    assert "this manoeuvre leaves the training data" in str(found)
+    assert sum(found.telling.values()) == pytest.approx(1.0)
+
+
+def test_a_corner_that_no_range_shows_is_novel():
+    """Ahead and astern were both tried, the rudder hard over only ahead: range says nothing, distance does."""
+    t = np.arange(0.0, 200.0, 1.0)
+    rng = np.random.default_rng(0)
+
+    def run(name: str, u: float, delta: float) -> Trial:
+        noise = 0.01 * rng.normal(size=(2, t.size))
+        return Trial(name, t, {"u": u + noise[0], "delta": delta + noise[1]})
+
+    train = [run(f"{k}{i}", u, d) for i in range(3) for k, (u, d) in enumerate(((1, 0.6), (1, 0.0), (-1, 0.0)))]
+    reference = Reference.of(train, ("u", "delta"))
+    hard_astern = coverage(reference, run("x", -0.98, 0.58))
+    assert max(hard_astern.outside.values()) < 0.1
+    assert hard_astern.share == 1.0
+    assert coverage(reference, run("y", 1.0, 0.6)).share < 0.1
+
+
+def test_a_trial_does_not_cover_itself_when_it_is_alone():
+    reference = Reference.of([wandering(1)])
+    assert set(reference.own) == {"w1"}
+    assert 0.1 < reference.limit < 10.0
+
+
+def test_a_control_that_never_moved_is_novel_when_it_does(train):
+    still = [trial.having(n_P=np.full(len(trial), 10.0)) for trial in train]
+    found = coverage(Reference.of(still), wandering(60, n_P=30.0))
+    assert found.verdict == "leaves"
+    assert found.channels[0] == "n_P"
+
+
+def test_wind_is_what_the_ship_meets(train):
+    trial = train[0]
+    ahead, aside = columns(trial, WIND).T
+    bearing = trial["gamma_T"] - trial["psi"]
+    assert ahead == pytest.approx(trial["U_T"] * np.cos(bearing) + trial["u"])
+    assert aside == pytest.approx(trial["U_T"] * np.sin(bearing) + trial["v_m"])
+    assert usual(train) == ("u", "v_m", "r", "n_P", "delta", *WIND)
+    bare = Trial("b", trial.t, {n: trial[n] for n in ("u", "v_m", "r")})
+    assert usual([*train, bare]) == ("u", "v_m", "r")
+
+
+def test_gaps_are_left_out(train):
+    trial = train[1]
+    u = trial["u"].copy()
+    u[:50] = np.nan
+    found = coverage(Reference.of(train), trial.having(u=u))
+    assert found.t[0] == trial.t[50]
+    assert found.novelty.size == len(trial) - 50
+
+
+def test_bad_input_is_refused_in_one_line(train):
+    with pytest.raises(DataError, match="no training trial"):
+        Reference.of([])
+    with pytest.raises(DataError, match="no channel"):
+        Reference.of(train, ("u", "nothing"))
+    with pytest.raises(DataError, match="complete training samples"):
+        Reference.of([train[0].rows(slice(0, 5))])
+    with pytest.raises(DataError, match="no channel that all"):
+        Reference.of(train, ())
+    empty = train[0].having(u=np.full(len(train[0]), np.nan))
+    with pytest.raises(DataError, match="no complete row"):
+        coverage(Reference.of(train), empty)
+
+
+def test_the_page_draws_every_channel_and_says_the_verdict(train):
+    reference, far = Reference.of(train, ("delta", "n_P")), wandering(50, n_P=40.0)
+    text = document(reference, train, [far], [coverage(reference, far)], ["a finding"])
+    assert text.count("<svg") == len(reference.channels) + 1
+    for words in ("leaves", "n_P", "a finding", "rudder δ [°]"):
+        assert words in text
+    one = histogram("u", np.array([np.nan, 1.0]), np.array([2.0]))
+    assert one == histogram("u", np.array([np.nan, 1.0]), np.array([2.0]))
+
+
+@pytest.mark.long
+def test_the_command_compares_with_a_training_set(tmp_path: Path, train, capsys):
+    (tmp_path / "new").mkdir()
+    (tmp_path / "train").mkdir()
+    for trial in (*train[:4], wandering(50, n_P=40.0)):
+        write_trial(trial, tmp_path / ("new" if trial.name == "w50" else "train") / f"{trial.name}.csv")
+    page = tmp_path / "page.html"
+    status = main(["check", str(tmp_path / "new"), "--against", str(tmp_path / "train"), "-o", str(page), "--json"])
+    said = json.loads(capsys.readouterr().out)
+    assert said["coverage"]["w50"]["verdict"] == "leaves"
+    assert said["coverage"]["w50"]["channels"][0] == "n_P"
+    assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert status in (0, 1)
+
+
+def test_the_command_names_both_files_of_an_overlap(tmp_path: Path, train, capsys):
+    (tmp_path / "new").mkdir()
+    (tmp_path / "train").mkdir()
+    write_trial(train[0], tmp_path / "train" / "whole.csv")
+    write_trial(train[0].rows(slice(100, 400)), tmp_path / "new" / "part.csv")
+    assert main(["check", str(tmp_path / "new"), "--against", str(tmp_path / "train")]) == 1
+    said = capsys.readouterr().out
+    assert "whole and part: training and test share a recording" in said
+
+
+def test_a_page_needs_something_to_compare_with(tmp_path: Path, train, capsys):
+    write_trial(train[0], tmp_path / "a.csv")
+    assert main(["check", str(tmp_path / "a.csv"), "-o", str(tmp_path / "p.html")]) == 2
+    assert "--against" in capsys.readouterr().err
+    arguments = ["check", str(tmp_path / "a.csv"), "--against", str(tmp_path), "-o", str(tmp_path / "p.txt")]
+    assert main(arguments) == 2
+    assert ".html" in capsys.readouterr().err
