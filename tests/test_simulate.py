@@ -11,6 +11,7 @@ import pytest
 from seatrial.data import DataError, Trial
 from seatrial.engine import SimulationError
 from seatrial.environment import Uniform
+from seatrial.manoeuvres.thrust_steps import ThrustSteps
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import STATES, Sampled
@@ -117,3 +118,35 @@ def test_leaving_the_validity_names_time_and_state(l7: Any) -> None:
     narrow = replace(l7, validity={"r": (-0.01, 0.01)})
     with pytest.raises(SimulationError, match=r"kvlcc2_l7: r = .* at t = .* s is outside \[-0.01, 0.01\]"):
         simulate(narrow, Turning(n_P=11.85, delta=0.6), duration=60.0)
+
+
+def test_between_rows_the_log_tells_the_mean_of_what_acted() -> None:
+    """Orders that change between rows, directions across the cut at 180 deg, and gusts."""
+    ship = load("milliampere")
+    policy = ThrustSteps(X=200.0, Y=200.0, N=200.0, K_p=600.0, K_d=1500.0, x_first=1.8, x_second=-1.8)
+    steps = 801
+    gusty = np.zeros((steps, 8))
+    gusty[:, 0] = np.random.default_rng(0).normal(-5.0, 1.0, steps)
+    runs = [simulate(ship, policy, speed=0.0, duration=40.0, dt=0.05, every=every, environment=gusty)
+            for every in (1, 4)]  # fmt: skip
+    fine, coarse = runs
+    assert set(coarse.meta["held"]) == set(ship.model.controls)
+    np.testing.assert_array_equal(coarse.stack(*STATES), fine.stack(*STATES)[::4])
+    blocks = [slice(4 * k, 4 * k + 4) for k in range(len(coarse))]
+    # A push astern that goes from 179 to -179 deg points astern on the mean.
+    for name in ("alpha_bow", "alpha_stern"):
+        mean = [first + np.mean(np.angle(np.exp(1j * (fine[name][b] - first))))
+                for b, first in zip(blocks, fine[name][::4], strict=True)]  # fmt: skip
+        np.testing.assert_allclose(coarse[name], mean, atol=1e-12)
+    np.testing.assert_allclose(coarse["f_bow"], [fine["f_bow"][b].mean() for b in blocks], rtol=1e-12)
+    np.testing.assert_array_equal(coarse["f_bow_cmd"], fine["f_bow_cmd"][::4])
+    wind = [[(fine["U_T"] * np.cos(fine["gamma_T"]))[b].mean()] for b in blocks]
+    np.testing.assert_allclose((coarse["U_T"] * np.cos(coarse["gamma_T"]))[:, None], wind, rtol=1e-12)
+
+
+def test_a_run_too_long_to_keep_every_step_claims_no_held_controls(monkeypatch: pytest.MonkeyPatch) -> None:
+    ship, policy = load("milliampere"), ThrustSteps(X=200.0)
+    monkeypatch.setattr("seatrial.simulate._ROWS", 300)
+    run = simulate(ship, policy, speed=0.0, duration=40.0, dt=0.05, every=4)
+    assert "held" not in run.meta
+    assert len(run) == 201

@@ -32,7 +32,7 @@ def shoot(study: Study, out: Path, as_json: bool) -> None:
     if study.virtual is None or not study.test:
         raise StudyError(f"{study.path}: [rival] is judged on trials kept back, of a truth that is known; name some in "
                          "data.test, of [virtual]")  # fmt: skip
-    issues = lint(study.problem, study.test)
+    issues = lint(study.problem, study.test, study.estimator)
     raise_on_errors(issues)
     for line in (*study.notes, *(f"{i.severity}: {i.where}: {i.text}" for i in issues)):
         note(line)

@@ -19,8 +19,6 @@ from .identify.fine_tuning import FineTuning, Told
 from .identify.study import Study
 
 PAGE, CHECKPOINT = "report.html", "checkpoint.npz"
-# The advice to free the starts is none for an estimator that takes no nuisances; its ensemble draws them anew.
-_NUISANCE = "nuisance.initial"
 # A line for every so many iterations of a fit, where nobody watches a terminal.
 _EVERY = 250
 
@@ -33,9 +31,9 @@ def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool) -> None:
 
     tests = (*study.problem.validation, *study.test)
     problem = replace(study.problem, validation=tests)
-    issues = lint(study.problem, study.test)
+    issues = lint(study.problem, study.test, estimator)
     raise_on_errors(issues)
-    for line in (*study.notes, *(f"{i.severity}: {i.where}: {i.text}" for i in issues if i.where != _NUISANCE)):
+    for line in (*study.notes, *(f"{i.severity}: {i.where}: {i.text}" for i in issues)):
         note(line)
     if out.exists() and not out.is_dir():
         raise UsageError(f"{out}: is a file; -o takes a folder")

@@ -125,6 +125,16 @@ def _surrounded(around: Array, rows: int) -> dict[str, Array]:
     return found
 
 
+def _averaged(rows: Array, every: int, angle: bool = False) -> Array:
+    """Mean from each stored row up to the next one; of directions the shorter way round from that row."""
+    starts = np.arange(0, len(rows), every)
+    count = np.diff(np.append(starts, len(rows)))
+    beyond = rows - np.repeat(rows[starts], count, axis=0)
+    if angle:
+        beyond = np.arctan2(np.sin(beyond), np.cos(beyond))
+    return rows[starts] + np.add.reduceat(beyond, starts, axis=0) / count.reshape(-1, *([1] * (rows.ndim - 1)))
+
+
 def _told(failure: Failure, ship: Ship) -> str:
     text = f"{failure.state} = {failure.value:.4g} at t = {failure.time:g} s"
     if not math.isfinite(failure.value):
@@ -190,33 +200,35 @@ def simulate(
 
     Returns:
         The states, each control as it acts and as it was ordered (``<control>_cmd``), and what surrounded
-        the ship where it was not calm.
+        the ship where it was not calm.  What surrounds it, and a control that obeys at once, is the mean from a row
+        to the next.
 
     Raises:
         SimulationError: the state blows up or leaves the ship's validity; names time and state.
     """
+    step, controls = _checked_step(ship, dt), ship.model.controls
+    at_once = tuple(control for control in controls if ship.actuators.of(control).at_once)
+    # An order may change between stored rows: then every step is kept, so that what acted can be averaged.
+    held = at_once if every == 1 or duration / step <= _ROWS else ()
+    stride = every if held else 1
     run = campaign(
         ship, policy, {}, speed=ship.speed if speed is None else speed, duration=duration,
-        environment=environment, dt=dt, every=every, method=method, threads=1, start=start,
+        environment=environment, dt=dt, every=every // stride, method=method, threads=1, start=start,
     )  # fmt: skip
     if run.failures:
         raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}", run.failures[0].time)
-    columns = closed_loop(ship, policy, _checked_step(ship, dt)).stored
-    controls = ship.model.controls
+    columns = closed_loop(ship, policy, step).stored
     kept = (*STATES, *controls, *logged(ship, policy))
-    channels = {n: run.values[0, :, columns.index(n)].copy() for n in kept}
-    held = tuple(control for control in controls if ship.actuators.of(control).at_once)
+    channels = {n: run.values[0, ::stride, columns.index(n)].copy() for n in kept}
     for control in held:  # what acts from a row on, not what acted before it
-        servo = ship.actuators.of(control)
-        channels[control] = np.clip(
-            channels[f"{control}_cmd"], getattr(servo, "low", -math.inf), getattr(servo, "high", math.inf)
-        )
+        servo, ordered = ship.actuators.of(control), run.values[0, :, columns.index(f"{control}_cmd")]
+        acted = np.clip(ordered, getattr(servo, "low", -math.inf), getattr(servo, "high", math.inf))
+        channels[control] = _averaged(acted, stride, angle=unit(control) == "rad")
     kind = getattr(policy, "kind", type(policy).__name__.lower())
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
             "set_points": dict(values(policy)), "source": SIMULATED,
             **({"held": list(held)} if held else {})}  # fmt: skip
-    step = _checked_step(ship, dt)
-    around = surroundings(environment, step, round(duration / step) + 1)
-    channels |= _surrounded(around[::every], len(run.t))
+    around, t = surroundings(environment, step, round(duration / step) + 1), run.t[::stride]
+    channels |= _surrounded(_averaged(around, every), len(t))
     units = {n: unit(n) for n in kept if n not in UNITS}
-    return Trial(name or f"{ship.name}_{kind}", run.t, channels, units=units, meta=meta)
+    return Trial(name or f"{ship.name}_{kind}", t, channels, units=units, meta=meta)

@@ -20,6 +20,21 @@ def test_resample_is_exact_on_straight_lines_and_keeps_gaps(made):
         prepare.resample(made, 0)
 
 
+@pytest.mark.parametrize("dt", [0.1, 0.25, 1.0])
+def test_rows_that_were_not_logged_are_not_made_up(made, dt):
+    """Twenty seconds without rows are a gap, as twenty seconds of empty rows are."""
+    line = made.having(x=3.0 * made.t)
+    torn = line.rows((line.t < 50.05) | (line.t > 69.95))
+    out = prepare.resample(torn, dt)
+    inside = (out.t > 50.05) & (out.t < 69.95)
+    assert inside.sum() > 15
+    assert np.isnan(out["x"][inside]).all()
+    assert np.isfinite(out["x"][~inside]).all()
+    assert out["x"][~inside] == pytest.approx(3.0 * out.t[~inside])
+    empty = line.having(x=np.where((line.t > 50.05) & (line.t < 69.95), np.nan, line["x"]))
+    assert (np.isnan(prepare.resample(empty, dt)["x"]) == np.isnan(out["x"])).all()
+
+
 def test_cut_and_segments_and_gaps(made):
     assert prepare.cut(made, 10, 20).t[[0, -1]] == pytest.approx([10, 20])
     with pytest.raises(DataError, match="covers 0 to"):

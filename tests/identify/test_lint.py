@@ -1,13 +1,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from seatrial.data import Trial
 from seatrial.identify import Loss, Problem, StudyError
+from seatrial.identify.evolution import Evolution
+from seatrial.identify.fine_tuning import FineTuning
 from seatrial.identify.lint import lint, raise_on_errors
+from seatrial.identify.logo import Shooting
+from seatrial.identify.multistart import MultiStart
+from seatrial.identify.shooting import OneStep, Trajectory
 from seatrial.manoeuvres.straight import Straight
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.parameters import Free, near
@@ -151,3 +157,19 @@ def test_directions_in_degrees_are_refused(tug: Problem) -> None:
     (trial,) = tug.trials
     wrong = replace(tug, trials=(trial.having(alpha_1=np.degrees(trial["alpha_1"])),))
     assert "direction of the thrust is in degrees" in _said(wrong, "error")
+
+
+@pytest.mark.parametrize(("estimator", "where", "words"), [
+    (Trajectory(), "nuisance.initial", "give its deviations"), (OneStep(), "nuisance.initial", "give its deviations"),
+    (Shooting(), "", ""), (Shooting(initial="measured"), "estimator.initial", 'say "free"'),
+    (Shooting(schedule="lo"), "loss.correlation", "errors are alike"),
+    (MultiStart(), "loss.correlation", "errors are alike"), (Evolution(), "loss.correlation", "errors are alike"),
+    (FineTuning(), "", ""),
+])  # fmt: skip
+def test_the_remedy_against_measured_starts_is_one_that_the_estimator_takes(
+    problem: Problem, estimator: Any, where: str, words: str
+) -> None:
+    sure = replace(problem, loss=Loss(correlation=0.0))
+    found = [i for i in lint(sure, (), estimator) if "too small" in i.text]
+    assert [i.where for i in found] == [where] * bool(where)
+    assert all(i.text.endswith(words) for i in found)

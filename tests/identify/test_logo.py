@@ -4,16 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tug_trials import COLD, NAMES, TRUE, TRUTH, problem
+from tug_trials import COLD, NAMES, NOISE, TRUE, TRUTH, problem
 
 from seatrial.data import DataError
 from seatrial.identify import Loss, StudyError
 from seatrial.identify.chains import chains
 from seatrial.identify.condensed import Condensed
 from seatrial.identify.constraints import Inequalities, Penalty
+from seatrial.identify.first_states import FirstStates
 from seatrial.identify.logo import Shooting
 from seatrial.identify.momentum import smoothed
 from seatrial.identify.objective import TrajectoryObjective
+from seatrial.models import STATES
 from seatrial.parameters import Free
 from seatrial.ships.files import load
 
@@ -33,7 +35,7 @@ def objective(told, *, count, freed, window=5.0):
     cut = chains(part.trials, TRUTH.model, part.loss, part.loss.sigma, window=window, dt=0.2, every=1, weights={})
     none = Penalty(Inequalities.none(part), 1.0, np.zeros(0))
     return Condensed.build(part, cut, anchor=np.array([TRUE, np.zeros(22)]), penalty=none, freed=freed,
-                           span=np.array(list(part.loss.sigma.values())), method="rk4", threads=2)  # fmt: skip
+                           span=np.array(list(NOISE.values())), method="rk4", threads=2)  # fmt: skip
 
 
 def test_the_chains_hold_every_sample_once(told):
@@ -184,3 +186,72 @@ def test_short_predictions_walk_back_a_start_that_blows_up_in_a_step(told, fit, 
     assert (start[1:3] < 0).all()  # taken at their lower bound, 1e-9
     cold = Shooting(schedule="go").fit(problem(start=start, recorded=told.trials))
     assert cold.objective == pytest.approx(fit.objective, rel=1e-8)
+
+
+@pytest.mark.parametrize("compared", [("u", "v_m", "r"), ("x", "y", "psi"), ("x", "y"), ("psi", "u")])
+def test_first_states_that_no_reading_tells_do_no_harm(told, compared):
+    """Four runs and four parameters, by some channels only; positions start as measured where they are not compared."""
+    few = ("inertia.m_11", "inertia.m_33", "damping.X_u", "damping.N_r")
+    start = {name: 0.8 * TRUE[NAMES.index(name)] for name in few}
+    ship = TRUTH.having(start)
+    loss = Loss({name: told.loss.sigma[name] for name in compared}, correlation=0.0)
+    free = tuple(Free(name, value) for name, value in start.items())
+    part = replace(told, ship=ship, free=free, loss=loss, trials=tuple(told.trials[k] for k in (1, 5, 8, 11)))
+    fit = Shooting().fit(part)
+    assert fit.status == "converged"
+    true = np.array([TRUE[NAMES.index(name)] for name in few])
+    assert np.abs((fit.values - true) / fit.sigma).max() < 3.5
+    ship = part.ship.having(dict(zip(few, true, strict=True)))
+    held = Shooting().fit(replace(part, ship=ship, free=tuple(replace(f, start=start[f.path] / 0.8) for f in free)))
+    assert held.objective == pytest.approx(fit.objective, rel=1e-8)
+
+
+@pytest.mark.parametrize(("compared", "free"), [
+    (("x", "y", "psi", "u", "v_m", "r"), [0, 1, 2, 3, 4, 5]), (("u", "v_m", "r"), [3, 4, 5]),
+    (("x", "y"), [0, 1, 2, 3, 4, 5]), (("psi", "u"), [2, 3, 4, 5]),
+])  # fmt: skip
+def test_what_is_free_of_a_first_state(told, compared, free):
+    part = replace(told, loss=Loss({name: told.loss.sigma[name] for name in compared}, correlation=0.0))
+    span = np.arange(1.0, 7.0)
+    cut = chains(part.trials[4:6], TRUTH.model, part.loss, part.loss.sigma, window=5.0, dt=0.2, every=1, weights={})
+    begun = FirstStates.of(cut, span)
+    assert begun.free.tolist() == free
+    seen = [STATES.index(name) for name in compared]
+    np.testing.assert_array_equal(begun.weight, [0.0 if k in seen else span[k] ** -2.0 for k in free])
+    nodes = cut.nodes.copy()
+    assert begun.prior(nodes) == 0.0
+    nodes[cut.levels[0], 3] += 2.0
+    assert begun.prior(nodes) == pytest.approx(0.0 if 3 in seen else 2 * 4.0 / 16.0)
+
+
+def test_slopes_hold_where_first_states_are_drawn(told):
+    """Positions alone: the speeds at the start have a prior, which counts in objective and slope."""
+    part = replace(told, loss=Loss({name: told.loss.sigma[name] for name in ("x", "y")}, correlation=0.0))
+    o = objective(part, count=2, freed=True)
+    o = replace(o, begun=replace(o.begun, weight=np.where(o.begun.weight > 0, 1e4, 0.0)))
+    point, wide = o.start(TRUE * 1.05), np.full(22, np.inf)
+    point.nodes[o.chains.levels[0], 3] += 0.1
+    linear = o.linear(point)
+    assert linear.cost == pytest.approx(o.cost(point)[0], rel=1e-10)
+    d = o.step(linear, point.p, 1e-3, -wide, wide)
+    t = 1e-5
+    up, down = (o.cost(o.moved(linear, point, d, s, -wide, wide)) for s in (t, -t))
+    slope = linear.slope(d, np.zeros_like(linear.gaps))
+    assert 0.25 * (up[0] - down[0]) / t == pytest.approx(slope, rel=1e-5)
+
+
+@pytest.mark.parametrize("schedule", ["logo", "go"])
+def test_where_no_trajectory_joins_the_answer_is_that_of_short_predictions(told, monkeypatch, schedule):
+    """GO comes to nothing from either way in: the fit is LO's, and says so."""
+    from seatrial.identify import logo_run
+
+    def never(run, stage, start):
+        return logo_run.Search(start, np.inf, done="no further decrease")
+
+    monkeypatch.setattr(logo_run.Run, "joined", never)
+    few = replace(told, trials=tuple(told.trials[k] for k in (1, 5, 8, 11)))
+    fit = Shooting(schedule=schedule, growth=2).fit(few)
+    assert fit.status == logo_run.UNJOINED
+    assert np.isfinite(fit.sigma).all()
+    lo = Shooting(schedule="lo").fit(few)
+    assert fit.objective <= lo.objective * (1 + 1e-12)

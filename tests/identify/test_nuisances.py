@@ -13,6 +13,7 @@ from seatrial.identify.chains import chains
 from seatrial.identify.condensed import Condensed
 from seatrial.identify.constraints import Inequalities, Penalty
 from seatrial.identify.logo import Shooting
+from seatrial.identify.shooting import Trajectory
 from seatrial.sensors import Sensors
 from seatrial.simulate import simulate
 
@@ -65,6 +66,32 @@ def test_a_current_that_nobody_recorded_does_no_harm_once_it_is_estimated():
     assert np.abs((blind.values - true) / blind.sigma).max() > 10.0
     fit = Shooting().fit(replace(told, nuisance=Nuisance(current=0.2)))
     assert np.abs((fit.values - true) / fit.sigma).max() < 3.0
+    # What was hidden is told, to a tenth of the least current.
+    assert set(fit.nuisances) == {t.name for t in recorded}
+    rng = np.random.default_rng(1)
+    for k, own in zip((1, 5, 8, 11), fit.nuisances.values(), strict=True):
+        U_C, gamma_C = rng.uniform(0.05, 0.2), rng.uniform(0.0, 2 * math.pi)
+        for _ in BOTH.bias:  # drawn and thrown away
+            rng.normal(0.0, 1.0)
+        Sensors(NOISE).read(simulate(TRUTH, policies()[k], speed=0.5, duration=(ROWS[k] - 1) * DT, dt=DT), rng)
+        assert own == pytest.approx(
+            {"current_x": U_C * math.cos(gamma_C), "current_y": U_C * math.sin(gamma_C)}, abs=0.005
+        )
+    assert blind.nuisances == {}
+
+
+def test_both_estimators_tell_currents_and_biases_by_the_same_names():
+    recorded = drifted((5, 8), np.random.default_rng(2), biased=True)
+    whole = problem(recorded=recorded)
+    told = replace(whole, ship=TRUTH, free=(replace(whole.free[0], start=TRUE[0]),), nuisance=BOTH)
+    ours = Shooting().fit(told).nuisances
+    others = Trajectory(window=80.0, every=1, method="rk4", tolerance=1e-10).fit(
+        replace(told, nuisance=replace(BOTH, initial=NOISE))
+    ).nuisances  # fmt: skip
+    assert list(ours) == list(others) == [t.name for t in recorded]
+    for name, own in ours.items():
+        assert set(own) == {"current_x", "current_y", "bias_u", "bias_psi"}
+        assert own == pytest.approx(others[name], abs=0.02)
 
 
 @pytest.mark.long

@@ -19,6 +19,7 @@ def test_a_fit_comes_back(tmp_path: Path) -> None:
     fit = Fit(
         ship.having({"hull.Y_v": float(value[0])}), free, value, np.array([0.01]), np.eye(1), np.ones(1), (),
         (Verdict("hull.Y_v", "identified", "fine"),), np.array([[0, 2.0, np.nan, 0.1]]), 2.0, 0.1, 1, "done", "d",
+        nuisances={"a": {"current_x": 0.1, "bias_u": -0.02}},
     )  # fmt: skip
     problem = Problem(ship, (Trial("a", np.arange(2.0), {}),), free)
     again = load(save_fit(fit, tmp_path, problem, study="s"))
@@ -26,6 +27,7 @@ def test_a_fit_comes_back(tmp_path: Path) -> None:
     assert again.entries["hull.Y_v"].sigma == 0.01
     assert again.notes["provenance"]["trained_on"] == ["a"]
     assert load_fit_summary(tmp_path)["parameters"]["hull.Y_v"]["value"] == value[0]
+    assert load_fit_summary(tmp_path)["nuisances"] == {"a": {"current_x": 0.1, "bias_u": -0.02}}
     assert (tmp_path / "history.csv").read_text().splitlines()[1].startswith("0,2,,")
 
 

@@ -42,3 +42,20 @@ def test_what_no_datum_touches_is_not_identified():
     found = said(np.diag([1e4, 0.0]), (Free("a", 0.0), Free("b", 0.0)), [1.0, 2.0])
     assert found["a"].status == "identified"
     assert found["b"].status == "not identified"
+
+
+@pytest.mark.parametrize(("free", "value", "sigma", "status"), [
+    (Free("a", 0.0, prior=0.0, sigma=3000.0), -21.0, 56.0, "not identified"),
+    (Free("a", 0.0, low=-3000.0, high=3000.0), -21.0, 56.0, "not identified"),
+    (Free("a", 100.0, prior=100.0, sigma=3000.0), -21.0, 56.0, "weak"),  # small beside what it began as
+    (Free("a", -21.0, prior=-800.0, sigma=3000.0), -21.0, 56.0, "identified"),  # and beside what it was thought to be
+    (Free("a", 0.0, prior=0.0, sigma=3000.0), -210.0, 56.0, "identified"),
+    (Free("a", -210.0, prior=-210.0, sigma=60.0), -210.0, 56.0, "not identified"),  # the prior says it all
+    (Free("a", -210.0, prior=-210.0, sigma=100.0), -210.0, 56.0, "weak"),
+])  # fmt: skip
+def test_a_wide_prior_or_interval_does_not_make_a_parameter_known(free, value, sigma, status):
+    data = sigma**-2.0 - free.sigma**-2.0
+    found = said([[data + free.sigma**-2.0]], (free,), [value])["a"]
+    assert found.status == status
+    if status == "not identified" and sigma > abs(value):
+        assert "2.7 of its size, though the data removed 100% of the prior variance" in found.text

@@ -26,6 +26,8 @@ STUDIES = Path(__file__).parents[2] / "studies"
 SEEDS = 12
 HORIZON = 50
 HULLS = ("milliampere_full", "milliampere_aft")
+# 0.3 +- 2.1 and -6 +- 6: within 3000 about zero, as its prior says, and yet not told from zero.
+UNTOLD = {"damping.N_rrr"}
 # Which disturbances there are, which of them the log tells, and whether currents are estimated.
 WEATHERS = {
     "calm": ((), (), False),
@@ -47,10 +49,10 @@ def truth(hull):
     return ship, np.array([values(ship.model)[f.path] for f in study(hull).problem.free])
 
 
-def sailed(hull, seed, weather="as in the study", kept=None):
+def sailed(hull, seed, weather="as in the study", kept=None, step=None):
     """Trials of the study in another weather and with other noise: those whose names begin with one of `kept`."""
     told, (there, known, _) = study(hull), WEATHERS[weather]
-    source = replace(told.virtual, seed=seed, known=known)
+    source = replace(told.virtual, seed=seed, known=known, step=step or told.virtual.step)
     if "wind" not in there:
         source = replace(source, wind=Uniform(), gusts="")
     if "current" not in there:
@@ -96,6 +98,20 @@ def test_parameters_are_within_three_sigma_as_often_as_they_should(hull, weather
 
 
 @pytest.mark.parametrize("hull", HULLS)
+def test_a_truth_that_moves_faster_than_the_log_does_no_harm(hull):
+    """Orders and gusts change four times from row to row, and the log tells their means.
+
+    With the values at the rows instead, z of the ship with a thruster at either end was 2.7.
+    """
+    _, true = truth(hull)
+    fits = [study(hull).estimator.fit(problem(hull, sailed(hull, 1000 + k, step=0.05))) for k in range(8)]
+    z = np.array([(fit.values - true) / fit.sigma for fit in fits])
+    scatter = float(np.sqrt((z**2).mean()))
+    sys.stdout.write(f"{hull}, a step of 0.05 s: z {scatter:.3f}, greatest {np.abs(z).max():.1f}\n")
+    assert 0.8 < scatter < 1.2
+
+
+@pytest.mark.parametrize("hull", HULLS)
 def test_ten_seconds_ahead_the_fit_is_as_good_as_the_truth(hull):
     ship, _ = truth(hull)
     fit = fitted(hull, 1000)
@@ -110,9 +126,9 @@ def test_thrusters_aft_tell_what_thrusters_at_either_end_tell():
     full, aft = (fitted(hull, 1000) for hull in HULLS)
     apart = (full.values - aft.values) / np.hypot(full.sigma, aft.sigma)
     assert np.abs(apart).max() <= 3.5  # 22 at once: one in a hundred such sets has one beyond
-    # Every parameter is told apart from what its prior says, and none is said to be known that is not.
+    # Every parameter is told but one, whose deviation is more than its size; none is said to be known that is not.
     for fit in (full, aft):
-        assert {v.status for v in fit.verdicts if " and " not in v.subject} == {"identified"}
+        assert {v.subject for v in fit.verdicts if " and " not in v.subject and v.status != "identified"} == UNTOLD
         assert np.abs((fit.values - truth(HULLS[0])[1]) / fit.sigma).max() <= 3.5
         together = {v.subject for v in fit.verdicts if " and " in v.subject}
         assert {"inertia.m_11 and inertia.m_22", "damping.X_uu and damping.X_uuu"} <= together

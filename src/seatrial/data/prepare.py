@@ -21,6 +21,9 @@ from .units import standard_unit
 ANGLES = ("psi", "gamma_T", "gamma_A", "gamma_C", "gamma_G")
 """Channels that may jump by a whole turn; they are made continuous before they are interpolated."""
 
+# From one row to the next, in median steps, beyond which rows are missing between them.
+_LEAP = 1.5
+
 
 def to_body(dx: Array, dy: Array, psi: Array) -> tuple[Array, Array]:
     """Velocities north and east [m/s] as surge and sway [m/s] of a ship heading psi [rad]."""
@@ -80,7 +83,7 @@ def segments(trial: Trial, names: Sequence[str] = (), min_duration: float = 0.0)
     otherwise the runs are named ``<trial>_1, _2, ...``.
     """
     good = complete(trial, names)
-    leaps = np.flatnonzero(np.diff(trial.t) > 1.5 * trial.dt) + 1
+    leaps = np.flatnonzero(np.diff(trial.t) > _LEAP * trial.dt) + 1
     edges = sorted({0, len(trial), *leaps.tolist(), *(np.flatnonzero(np.diff(good)) + 1).tolist()})
     runs = [(a, b) for a, b in pairwise(edges) if good[a] and b - a > 1]
     runs = [(a, b) for a, b in runs if trial.t[b - 1] - trial.t[a] >= min_duration]
@@ -118,8 +121,9 @@ def interpolate_gaps(trial: Trial, longest: float, names: Sequence[str] = ()) ->
 def resample(trial: Trial, dt: float) -> Trial:
     """The trial on even time steps of `dt` [s] from its first sample, by straight lines.
 
-    A new sample next to a gap is a gap.  Steps longer than the trial's own average over the samples
-    of each step first, so that noise above the new rate does not fold back.
+    A new sample next to a gap is a gap, and so is one where time leaps by more than one and a half median
+    steps: rows that were not logged are not made up.  Steps longer than the trial's own average over the
+    samples of each step first, so that noise above the new rate does not fold back.
     """
     if not (dt > 0 and math.isfinite(dt)):
         raise DataError(f"{trial.name}: a time step of {dt:g} s; it must be above zero")
@@ -192,6 +196,8 @@ def _resampled(t: Array, values: Array, new: Array) -> Array:
     left = right - 1
     weight = (new - t[left]) / (t[right] - t[left])
     out = (1 - weight) * values[left] + weight * values[right]
+    # between rows with others missing nothing is known
+    out[t[right] - t[left] > _LEAP * float(np.median(np.diff(t)))] = np.nan
     # exactly on a good sample, a gap beside it does not matter
     for on, side in ((weight == 0.0, left), (weight == 1.0, right)):
         out[on] = values[side[on]]
@@ -206,7 +212,10 @@ def _averaged(t: Array, values: Array, width: float) -> Array:
     # an even window about each sample, narrower at the ends, keeps straight lines straight
     k = np.arange(t.size)
     half = max(int(0.5 * width / float(np.median(np.diff(t)))), 0)
-    half = np.minimum(np.minimum(k, t.size - 1 - k), half)
+    # (and beside a leap of time, across which nothing is averaged)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(t) > _LEAP * float(np.median(np.diff(t)))) + 1, [t.size]])
+    run = np.searchsorted(edges, k, "right") - 1
+    half = np.minimum(np.minimum(k - edges[run], edges[run + 1] - 1 - k), half)
     a, b = k - half, k + half + 1
     count = np.maximum(counts[b] - counts[a], 1)
     return np.where(good, (sums[b] - sums[a]) / count, np.nan)

@@ -7,7 +7,7 @@ simulate and a digest of its problem, never the problem itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -82,7 +82,8 @@ class Fit:
         free: the parameters as they were declared (start, bounds, prior).
         values, sigma: estimate and posterior standard deviation, in the order of `free`.
         covariance: posterior covariance, shape (free, free).
-        shrinkage: per parameter, 1 - posterior variance / prior variance: what the data added.
+        shrinkage: per parameter, 1 - posterior variance / prior variance: what the data added.  Without prior an even
+            spread over the bounds is one; without bounds, size^2 is, of the larger of start and estimate.
         at_bound: paths that ended on a bound.
         verdicts: plain words, see `Verdict`.
         history: rows (iteration, objective, validation or NaN, seconds).
@@ -91,6 +92,7 @@ class Fit:
         status: why it stopped, in words.
         digest: fingerprint of the problem.
         ends: where each run of the search ended, shape (runs, 1 + free): objective and values.
+        nuisances: estimated along, by trial and name: current_x, current_y (north, east) [m/s], bias_CHANNEL.
     """
 
     ship: Ship
@@ -108,6 +110,7 @@ class Fit:
     status: str
     digest: str
     ends: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    nuisances: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
 
 
 Progress = Callable[[int, float, float], None]
@@ -115,10 +118,12 @@ Progress = Callable[[int, float, float], None]
 
 
 class Estimator(Protocol):
-    """Anything that turns a problem into a fit; hyper-parameters live in its fields."""
+    """Anything that turns a problem into a fit; hyper-parameters live in its fields.
 
-    def fit(
-        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
-    ) -> Fit:
+    One that starts at measured states may have `starts_remedy`: the key of a study and what to write there, lest noise
+    pass for knowledge; ("", "") where it does not.
+    """
+
+    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters; a run killed with a `checkpoint` file goes on from it."""
         ...

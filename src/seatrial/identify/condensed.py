@@ -21,6 +21,7 @@ from . import Problem, StudyError
 from .box_steps import steps
 from .chains import Chains, Index
 from .constraints import Penalty
+from .first_states import FirstStates
 from .nuisances import Nuisances
 
 _NUDGE = np.full(1, 1e-13)
@@ -88,7 +89,7 @@ class Condensed:
         anchor: mean of the prior and the ridge together, and their weight, shape (2, free).
         penalty: inequalities.
         nuisances: what each trial has of its own.
-        freed: whether the first state of each trial is free (then its measurement counts as any other row).
+        begun: which entries of the first state of each trial are free (their measurements count as any other row).
         linked: whether windows must join; else each starts from its measured state, a local optimisation.
         span: scale of each state's gaps, shape (states,).
     """
@@ -102,7 +103,7 @@ class Condensed:
     anchor: Array
     penalty: Penalty
     nuisances: Nuisances
-    freed: bool
+    begun: FirstStates
     linked: bool
     span: Array
     method: str
@@ -127,15 +128,11 @@ class Condensed:
         forward = simulator(system, own.lanewise)
         kernel = sensitivity(system, (*free, *own.lanewise), own.lanewise)
         where = np.array([system.parameters.index(path) for path in free], dtype=np.intp)
+        begun = FirstStates.of(cut, span) if freed else FirstStates.none(cut)
         return Condensed(
-            problem, cut, forward, kernel, forward.pack(cut.series), where, anchor, penalty, own, freed, True, span,
+            problem, cut, forward, kernel, forward.pack(cut.series), where, anchor, penalty, own, begun, True, span,
             method, threads,
         )  # fmt: skip
-
-    @property
-    def first(self) -> int:
-        """How many entries of the first state of each trial are free."""
-        return len(STATES) * self.freed
 
     def start(self, p: Array, own: Array | None = None) -> Point:
         """Parameters `p`, windows from measured states less their biases; without `own`, no nuisance."""
@@ -178,13 +175,17 @@ class Condensed:
         z, dz = self.penalty.rows(p)
         return (float((weight * away**2).sum() + z @ z), weight * away + dz.T @ z, np.diag(weight) + dz.T @ dz)
 
+    def priors(self, point: Point) -> float:
+        """What the nuisances and the first states that no reading holds add to the objective."""
+        return self.nuisances.prior(point.own) + self.begun.prior(point.nodes)
+
     def cost(self, point: Point) -> tuple[float, Array]:
         """Objective and gaps; inf where a window blows up."""
         parameters, arguments, offset = self._arguments(point)
         with np.errstate(all="ignore"):
             run = self.forward.run(point.nodes, self.packed, parameters, **arguments)
             e, gaps = self._compared(run.values, point.nodes, offset)
-            total = float((e * e).sum()) + self.extra(point.p)[0] + self.nuisances.prior(point.own)
+            total = float((e * e).sum()) + self.extra(point.p)[0] + self.priors(point)
         good = np.isfinite(total) and np.isfinite(gaps).all()
         return (total if good else float("inf")), gaps
 
@@ -195,10 +196,12 @@ class Condensed:
             values, slopes = self.kernel.run(point.nodes, self.packed, parameters, **arguments)
         e, gaps = self._compared(values, point.nodes, offset)
         n, lanes, states = point.p.size, *point.nodes.shape
-        count, q = self.chains.trials, n + self.first
+        count, q = self.chains.trials, n + self.begun.count
         m, weight = q + self.nuisances.count, self.nuisances.deviation**-2.0
         N, own, g = np.zeros((count, m, m)), np.zeros((count, m)), np.zeros((count, m))
-        N[:, q:, q:], own[:, q:], g[:, q:] = np.diag(weight), weight * point.own, weight * point.own
+        N[:, q:, q:], own[:, q:] = np.diag(weight), weight * point.own
+        N[:, n:q, n:q], own[:, n:q] = np.diag(self.begun.weight), self.begun.weight * self.begun.away(point.nodes)
+        g += own
         G, h = np.zeros((lanes, states, m)), np.zeros((lanes, states))
         closing = 0.0
         for k, level in enumerate(self.chains.levels):
@@ -210,26 +213,27 @@ class Condensed:
             own[t] += (JT @ r[..., None])[..., 0]
             g[t] += (JT @ (r + moved)[..., None])[..., 0]
         data, (more, g_p, H_p) = float((e * e).sum()), self.extra(point.p)
-        cost = data + more + self.nuisances.prior(point.own)
+        cost = data + more + self.priors(point)
         return Linear(cost, data, gaps, N, g, own, closing, H_p, g_p, G, h, e, slopes)
 
     def _begun(self, k: int, slopes: Array, gaps: Array, G: Array, h: Array) -> None:
         """Start states of the k-th windows by the unknowns of their trials, put into G and h."""
-        level, n, q, c = self.chains.levels[k], self.where.size, self.first, self.nuisances.currents
+        level, n, q, c = self.chains.levels[k], self.where.size, self.begun.count, self.nuisances.currents
         if k and self.linked:
             end = slopes[level - 1, -1, : h.shape[1]]
             G[level] = end[..., n + c :] @ G[level - 1]
             G[level, :, :n] += end[..., :n]
             G[level, :, n + q : n + q + c] += end[..., n : n + c]
             h[level] = (end[..., n + c :] @ h[level - 1][..., None])[..., 0] + gaps[level]
-        elif self.freed and not k:
-            G[level, :q, n : n + q] = np.eye(q)
-        else:  # as measured, less the bias of the reading
+        else:  # as measured, less the bias of the reading, unless free
             G[level[:, None], self.nuisances.bias, np.arange(n + q + c, G.shape[2])] = -1.0
+            if not k:
+                G[level[:, None], self.begun.free] = 0.0
+                G[level[:, None], self.begun.free, np.arange(n, n + q)] = 1.0
 
     def _rows(self, level: Index, slopes: Array, G: Array, h: Array) -> tuple[Array, Array]:
         """Derivatives of the weighted residuals of some windows, and what closing their gaps adds to them."""
-        n, q, c, scale = self.where.size, self.first, self.nuisances.currents, self.chains.scale[level]
+        n, q, c, scale = self.where.size, self.begun.count, self.nuisances.currents, self.chains.scale[level]
         S = np.where(scale[..., None] > 0, slopes[level, :, : len(STATES)] * scale[..., None], 0.0)
         flat = S.reshape(len(level), -1, S.shape[-1])
         J = flat[..., n + c :] @ G[level]
@@ -267,13 +271,13 @@ class Condensed:
         nodes, n = (linear.G @ d[self.chains.trial][..., None])[..., 0] + linear.h, point.p.size
         return Point(
             np.clip(point.p + share * d[0, :n], low, high), point.nodes + share * nodes,
-            point.own + share * d[:, n + self.first :],
+            point.own + share * d[:, n + self.begun.count :],
         )  # fmt: skip
 
     def multipliers(self, linear: Linear, d: Array) -> Array:
         """Those of the continuity constraints after the step `d`, shape (lanes, states)."""
         n, c = linear.g_p.size, self.nuisances.currents
-        q, out = n + self.first, np.zeros_like(linear.h)
+        q, out = n + self.begun.count, np.zeros_like(linear.h)
         levels, trial = self.chains.levels, self.chains.trial
         for k in range(len(levels) - 1, 0, -1):
             level = levels[k]

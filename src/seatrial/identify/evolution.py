@@ -75,6 +75,11 @@ class Evolution:
             raise StudyError(f"estimator.population is {self.population}; {known}")
         is_rk4(self.method)
 
+    @property
+    def starts_remedy(self) -> tuple[str, str]:
+        """What to do about the noise of measured starts, which cannot be freed; see `Estimator`."""
+        return "loss.correlation", "give the time over which errors are alike"
+
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
 

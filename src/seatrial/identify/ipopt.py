@@ -19,6 +19,7 @@ from ..systems import open_loop, open_loop_parameters
 from . import FitError, Problem
 from .chains import Chains, Index
 from .constraints import Inequalities
+from .first_states import FirstStates
 
 # A bound so many sizes away is none: the barrier would otherwise pull towards the middle.
 _FAR = 1e6
@@ -62,18 +63,18 @@ class FullSpace:
     start: Index
     low: Array
     high: Array
-    freed: bool
+    begun: FirstStates
 
     @staticmethod
     def build(
-        problem: Problem, cut: Chains, *, anchor: Array, inequalities: Inequalities, freed: bool, span: Array,
+        problem: Problem, cut: Chains, *, anchor: Array, inequalities: Inequalities, begun: FirstStates, span: Array,
         method: str, exact: bool, iterations: int, tolerance: float,
     ) -> FullSpace:  # fmt: skip
         """Set up the programme.
 
         Args:
             cut: chains of windows of one compared row each.
-            anchor, freed, span: as in `Condensed`.
+            anchor, begun, span: as in `Condensed`.
             exact: the exact Hessian of the Lagrangian; else Gauss-Newton's.
         """
         free, lanes, states = len(problem.free), *cut.nodes.shape
@@ -85,7 +86,7 @@ class FullSpace:
         p = q * size
         ends = _interval(problem, cut, method).map(lanes)(X[:, start.tolist()], _acting(cut), ca.repmat(p, 1, lanes))
         gaps = (ends - X[:, (start + 1).tolist()]) / span
-        measured, scale = _rows(cut, start, count, states)
+        measured, scale = _rows(cut, start, count, states, begun)
         e = (X - measured) * scale
         away, weight = p - anchor[0], anchor[1]
         f = ca.sumsqr(e) + ca.sum1(weight * away * away)
@@ -101,7 +102,7 @@ class FullSpace:
         few = len(inequalities.names)
         return FullSpace(
             problem, cut, ca.nlpsol("shooting", "ipopt", nlp, options), size, start,
-            np.zeros(gaps.numel() + few), np.concatenate([np.zeros(gaps.numel()), np.full(few, np.inf)]), freed,
+            np.zeros(gaps.numel() + few), np.concatenate([np.zeros(gaps.numel()), np.full(few, np.inf)]), begun,
         )  # fmt: skip
 
     def solve(self, p: Array, nodes: Array, low: Array, high: Array) -> Solved:
@@ -118,8 +119,8 @@ class FullSpace:
         X[ends, : len(STATES)] = self.cut.motion[last, -1]
         below, above = np.full(X.shape, -np.inf), np.full(X.shape, np.inf)
         first = self.start[self.cut.levels[0]]
-        fixed = slice(len(STATES), None) if self.freed else slice(None)
-        below[first, fixed] = above[first, fixed] = X[first, fixed]
+        fixed = np.ix_(first, np.setdiff1d(np.arange(states), self.begun.free))
+        below[fixed] = above[fixed] = X[fixed]
         least, most = (np.where(np.abs(b) < _FAR * self.size, b / self.size, np.sign(b) * np.inf) for b in (low, high))
         found = self.solver(
             x0=np.concatenate([p / self.size, X.ravel()]),
@@ -163,13 +164,16 @@ def _acting(cut: Chains) -> Any:
     return ca.DM(cut.series[:, : cut.every].reshape(len(cut.series), -1).T)
 
 
-def _rows(cut: Chains, start: Index, count: int, states: int) -> tuple[Array, Array]:
+def _rows(cut: Chains, start: Index, count: int, states: int, begun: FirstStates) -> tuple[Array, Array]:
     """Measurement and scale of every node, shapes (states, nodes)."""
     measured, scale = np.zeros((count, states)), np.zeros((count, states))
     n = len(STATES)
     measured[start + 1, :n], scale[start + 1, :n] = cut.measured[:, 1], cut.scale[:, 1]
     first = cut.levels[0]
     measured[start[first], :n], scale[start[first], :n] = cut.measured[first, 0], cut.scale[first, 0]
+    drawn = begun.weight > 0
+    at = np.ix_(start[first], begun.free[drawn])
+    measured[at], scale[at] = begun.measured[:, drawn], np.sqrt(begun.weight[drawn])
     return measured.T, scale.T
 
 

@@ -15,7 +15,7 @@ from ..data import DataError, Trial
 from ..data.check import check, check_set
 from ..models import STATES, Sampled
 from ..parameters import specs, unknown
-from . import Issue, Nuisance, Problem, StudyError
+from . import Estimator, Issue, Nuisance, Problem, StudyError
 from .objective import TrajectoryObjective
 from .plant_lint import commands, mass, sampling
 from .windows import spread
@@ -27,18 +27,22 @@ _FATAL = ("sign", "velocities north", "velocities east", "counts to port", "coun
 _LENGTH = 0.02
 
 
+# Where the noise of measured starts is dealt with, and how, where the estimator does not say.
+_DEVIATIONS = ("nuisance.initial", "give its deviations")
 # Length and stride of the predictions by which a parameter is felt [s].
 _WINDOW, _EVERY = 100.0, 1.0
 
 
-def lint(problem: Problem, test: Sequence[Trial] = ()) -> tuple[Issue, ...]:
+def lint(problem: Problem, test: Sequence[Trial] = (), estimator: Estimator | None = None) -> tuple[Issue, ...]:
     """All that forbids a run or should be known before it, errors first.
 
     Args:
         problem: what is to be fitted to what.
         test: trials that nothing but the report will see.
+        estimator: who is to fit it; None says what holds for `shooting:Trajectory`.
     """
-    found = [*_free(problem), *_scales(problem), *mass(problem), *_trials(problem, test), *_sets(problem, test)]
+    found = [*_free(problem), *_scales(problem), *_starts(problem, estimator), *mass(problem)]
+    found += [*_trials(problem, test), *_sets(problem, test)]
     if not any(issue.severity == "error" for issue in found):
         found += _felt(problem)
     return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
@@ -79,13 +83,18 @@ def _scales(problem: Problem) -> Iterator[Issue]:
                 yield Issue("error", where, unknown(name, STATES, "channel"))
             elif not 0 < value < float("inf"):
                 yield Issue("error", f"{where}.{name}", f"is {value:g}; it must be above zero")
-    if problem.loss.correlation == 0 and not problem.nuisance.initial:
-        yield Issue(
-            "warning", "nuisance.initial", "every sample counts as independent while windows start at measured states: "
-            "the noise of a start then passes for knowledge, and sigma comes out too small; give its deviations",
-        )  # fmt: skip
     if problem.loss.correlation < 0:
         yield Issue("error", "loss.correlation", f"is {problem.loss.correlation:g} s; it must be zero or above")
+
+
+def _starts(problem: Problem, estimator: Estimator | None) -> Iterator[Issue]:
+    """Starts that are taken as measured, with what the estimator has against their noise (its `starts_remedy`)."""
+    where, remedy = _DEVIATIONS if estimator is None else getattr(estimator, "starts_remedy", ("", ""))
+    if remedy and problem.loss.correlation == 0 and not problem.nuisance.initial:
+        yield Issue(
+            "warning", where, "every sample counts as independent while windows start at measured states: "
+            f"the noise of a start then passes for knowledge, and sigma comes out too small; {remedy}",
+        )  # fmt: skip
 
 
 def _trials(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:

@@ -80,6 +80,13 @@ class Shooting:
                 raise StudyError(f"estimator.weights of {name} is {weight:g}; it must be above zero")
         is_rk4(self.method)
 
+    @property
+    def starts_remedy(self) -> tuple[str, str]:
+        """What to do about the noise of measured starts; see `Estimator`."""
+        if self.schedule == "lo":
+            return "loss.correlation", "give the time over which errors are alike"
+        return ("", "") if self.initial == "free" else ("estimator.initial", 'say "free"')
+
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -33,6 +33,9 @@ _LADDER, _LOCAL = (0.0, 0.2, 1.0), 12
 # Before them, one row by Euler: hardly curved in the parameters and never far out, so that a start from which
 # any longer prediction blows up is walked back.  Steps at most (a mass grows twofold a step), and damping.
 _FAR, _FAR_DAMPING = 80, 1e-2
+UNJOINED = "LO only: no whole trajectory could be joined"
+"""Status of a fit whose GO came to nothing; its parameters and their sigma are those of short predictions."""
+
 # Weight of a squared violation (relative) per sample; rounds of the multipliers of constraints.
 _STIFF, _ROUNDS = 1e5, 6
 
@@ -54,6 +57,7 @@ class Run:
     history: list[tuple[float, float, float, float]] = field(default_factory=list[tuple[float, float, float, float]])
     evaluations: int = 0
     status: str = ""
+    joins: bool = True
 
     @staticmethod
     def of(settings: Shooting, problem: Problem, began: float, progress: Progress | None) -> Run:
@@ -129,18 +133,23 @@ class Run:
     def early(self, trials: tuple[Trial, ...], p: Array) -> Array:
         """GO of some trials; as it was where so few do not determine the parameters."""
         try:
-            return self.whole(self.stage(trials), p).p
+            end = self.whole(self.stage(trials), p)
         except (FitError, DataError):
-            self.status = ""
-            return p
+            end = None
+        if end is not None and self.joins:
+            return end.p
+        self.status, self.joins = "", True
+        return p
 
     def whole(self, stage: Condensed, p: Array) -> Point:
         """GO, warm from `p` if that joins; LO where it does not (You 2023 Algorithm 1, lines 4-8)."""
         ways = [self.short, self.local] if self.settings.schedule == "go" else [self.local, self.short]
         ends: list[Search] = []
+        begun: list[Point] = []
         for way in ([Condensed.start, *ways] if self.status == "converged" else ways):
             try:
-                end = self.joined(stage, way(stage, p))
+                begun.append(way(stage, p))
+                end = self.joined(stage, begun[-1])
             except (FitError, np.linalg.LinAlgError):
                 continue
             ends.append(end)
@@ -148,9 +157,17 @@ class Run:
                 break
         best = min((end for end in ends if end.closed), key=lambda end: end.cost, default=None)
         if best is None:
-            raise FitError(f"{self.problem.ship.name}: no trajectory could be joined, from the start or from LO")
-        self.status = best.done
+            return self.apart(stage, begun)
+        self.status, self.joins = best.done, True
         return best.point
+
+    def apart(self, stage: Condensed, begun: Sequence[Point]) -> Point:
+        """The best of the ways in, as LO has it, where the windows of none could be joined."""
+        costs = [stage.cost(point)[0] for point in begun]
+        if not np.isfinite(min(costs, default=np.inf)):
+            raise FitError(f"{self.problem.ship.name}: no trajectory could be joined, from the start or from LO")
+        self.status, self.joins = UNJOINED, False
+        return begun[int(np.argmin(costs))]
 
     def joined(self, stage: Condensed, start: Point) -> Search:
         """Multiple shooting from `start`, multipliers of the constraints included."""
@@ -174,7 +191,7 @@ class Run:
         own, cut = self.settings, stage.chains
         fine = self.stage(stage.problem.trials, self.dt * own.every).chains
         programme = FullSpace.build(
-            stage.problem, fine, anchor=self.anchor, inequalities=self.inequalities, freed=stage.freed,
+            stage.problem, fine, anchor=self.anchor, inequalities=self.inequalities, begun=stage.begun,
             span=self.span, method=own.method, exact=own.hessian == "exact", iterations=2 * own.iterations,
             tolerance=max(1e4 * own.tolerance, 1e-8),
         )  # fmt: skip
@@ -190,7 +207,7 @@ class Run:
 
     def finished(self, stage: Condensed, point: Point) -> Fit:
         """The fit, with covariance and verdicts from the condensed normal equations."""
-        free, p, linked = self.problem.free, point.p, self.settings.schedule != "lo"
+        free, p, linked = self.problem.free, point.p, self.joins and self.settings.schedule != "lo"
         linear = replace(stage, linked=linked).linear(point)
         covariance, shrinkage = self.spread(stage, linear, p)
         at_bound = tuple(f.path for f, v in zip(free, p, strict=True) if v <= f.low or v >= f.high)
@@ -201,6 +218,7 @@ class Run:
             history=np.array(self.history, dtype=np.float64).reshape(-1, 4), objective=linear.cost,
             seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
             digest=digest(self.problem, self.settings), ends=np.array([[linear.cost, *p]]),
+            nuisances=stage.nuisances.told(self.problem.trials, point.own),
         )  # fmt: skip
 
     def spread(self, stage: Condensed, linear: Linear, p: Array) -> tuple[Array, Array]:
@@ -209,8 +227,8 @@ class Run:
         samples = stage.chains.samples * stage.chains.weight
         variance = linear.data / max(samples - n - count * (m - n), 1.0)
         # `posterior` divides all by the variance; the priors of the nuisances stand as they are given.
-        N, own = linear.N.copy(), np.arange(m - stage.nuisances.count, m)
-        N[:, own, own] += (variance - 1.0) * stage.nuisances.deviation**-2.0
+        N, own = linear.N.copy(), np.arange(n, m)
+        N[:, own, own] += (variance - 1.0) * np.append(stage.begun.weight, stage.nuisances.deviation**-2.0)
         H, g, _ = stage.reduced(replace(linear, N=N), 0.0)
         # The ridge is no knowledge of the parameters: it steers, but does not sharpen what is claimed.
         ridge = np.diag(self.anchor[1] - priors(self.problem.free)[1])

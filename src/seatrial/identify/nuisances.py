@@ -5,12 +5,13 @@ Each is drawn to zero by a Gaussian prior, and eliminated trial by trial with th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data import Array
+from ..data import Array, Trial
 from ..models import STATES
 from . import Nuisance, StudyError
 from .objective import CURRENT
@@ -77,6 +78,18 @@ class Nuisances:
         out = np.zeros((len(eta), len(STATES)))
         out[:, self.bias] = eta[:, self.currents :]
         return out
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the nuisances of a trial, as in `Fit.nuisances`."""
+        currents = tuple(path.rpartition(".")[2] for path in self.lanewise)
+        return (*currents, *(f"bias_{STATES[k]}" for k in self.bias))
+
+    def told(self, trials: Sequence[Trial], eta: Array) -> dict[str, dict[str, float]]:
+        """Values of all trials, shape (trials, count), by trial and name; empty without nuisances."""
+        if not self.count:
+            return {}
+        return {t.name: dict(zip(self.names, row, strict=True)) for t, row in zip(trials, eta.tolist(), strict=True)}
 
     def prior(self, eta: Array) -> float:
         """Its part of the objective."""

@@ -1,9 +1,10 @@
 """The servo of an azimuth thruster, or of a rudder, from a log of ordered and actual angle.
 
 Least squares on the exact model of `actuators`: a rate that is clipped to what the step needs, a lag and a
-dead time, run freely through the whole log from its first angle.  You 2023 Eq. 9, whose epsilon is 0,
-is the rate alone.  Which of lag and dead time a log can tell is decided by the Bayesian information
-criterion; what it cannot tell is left at zero.
+dead time, run freely through the whole log from a first angle that is estimated, one for each log: started
+from its noisy reading, the whole first ramp would be late or early by that noise, which looks like a lag.
+You 2023 Eq. 9, whose epsilon is 0, is the rate alone.  Lag and dead time are kept where the Bayesian
+information criterion and an F-test both ask for them; what a log cannot tell is left at zero.
 """
 
 from __future__ import annotations
@@ -11,15 +12,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from scipy.stats import f as f_distribution
 
 from ..actuators import Actuator, Azimuth
 from ..data import Array, DataError, Trial
 
 _EXTRAS = ((), ("lag",), ("dead_time",), ("lag", "dead_time"))
+_DOUBT = 1e-3
+"""A lag or a dead time that is none is kept in one log of a thousand."""
+_DIFFERENCE = 1e-5
+"""Step of a difference quotient, relative; absolute for a first angle [rad]."""
 _FAST = 5.0
 """Ranges of the search: this many times the greatest rate seen; lag and dead time up to this many seconds more."""
 
@@ -58,13 +65,13 @@ class _Log:
     order: Array
     kept: NDArray[np.bool_] = field(repr=False)
 
-    def angles(self, servo: Azimuth | Actuator, offset: float) -> Array:
-        """Angle at each row as the servo gives it, offset included."""
+    def angles(self, servo: Azimuth | Actuator, offset: float, ahead: float) -> Array:
+        """Angle at each row as the servo gives it from `ahead` beyond the first reading, offset included."""
         t, dead = self.t, float(servo.dead_time)
         moments = np.union1d(t, (t + dead)[t + dead < t[-1]]) if dead > 0 else t
         row = np.clip(np.searchsorted(t + dead, moments + 1e-9, "right") - 1, 0, None)
         orders, steps = self.order[row].tolist(), np.diff(moments).tolist()
-        y = float(self.actual[0]) - offset
+        y = float(self.actual[0]) + ahead - offset
         out = [y]
         for k, step in enumerate(steps):
             if step > 0:
@@ -72,9 +79,9 @@ class _Log:
             out.append(y)
         return np.array(out)[np.searchsorted(moments, t)] + offset
 
-    def errors(self, servo: Azimuth | Actuator, offset: float) -> Array:
+    def errors(self, servo: Azimuth | Actuator, offset: float, ahead: float = 0.0) -> Array:
         """Angle of the model less the one measured, the shorter way round [rad]."""
-        return wrapped(self.angles(servo, offset) - self.actual)[self.kept]
+        return wrapped(self.angles(servo, offset, ahead) - self.actual)[self.kept]
 
 
 def wrapped(angle: Array) -> Array:
@@ -111,9 +118,7 @@ def fit_servo(trials: Sequence[Trial], control: str, *, offset: bool = True) -> 
         raise DataError(f"{control}: {control}_cmd never changes; a servo needs a step of its order")
     turning = bool(control.split("_")[0] == "alpha")
     fits = [_fit(logs, extras, turning, offset) for extras in _EXTRAS]
-    count = sum(int(log.kept.sum()) for log in logs)
-    best = min(fits, key=lambda f: count * math.log(max(f.cost / count, 1e-24)) + len(f.names) * math.log(count))
-    return _told(control, logs, best, steps, turning)
+    return _told(control, logs, _chosen(fits), steps, turning)
 
 
 @dataclass(frozen=True)
@@ -126,6 +131,39 @@ class _Found:
     @property
     def cost(self) -> float:
         return float(self.errors @ self.errors)
+
+    @property
+    def told(self) -> float:
+        """Readings that tell as much as these would if their noise were white."""
+        alike = _alike(self.errors)
+        return self.errors.size * (1 - alike) / (1 + alike)
+
+    def criterion(self, floor: float) -> float:
+        return self.told * math.log(max(self.cost, floor)) + len(self.names) * math.log(max(self.told, 2.0))
+
+
+def _alike(errors: Array) -> float:
+    """Correlation of neighbouring errors, from 0 to 0.95."""
+    deviations = errors - errors.mean()
+    power = float(deviations @ deviations)
+    return float(np.clip(deviations[1:] @ deviations[:-1] / power, 0.0, 0.95)) if power > 0 else 0.0
+
+
+def _chosen(fits: Sequence[_Found]) -> _Found:
+    """The fit of the least criterion, of those none of whose extras an F-test takes for chance."""
+    # Where the model meets the readings to all digits, no misfit is left to divide by.
+    floor = 1e-24 * max(fit.errors.size for fit in fits)
+    sure = [fit for fit in fits if all(_needed(fit, less, floor) for less in fits if {*less.names} < {*fit.names})]
+    return min(sure, key=lambda fit: fit.criterion(floor))
+
+
+def _needed(fit: _Found, less: _Found, floor: float) -> bool:
+    """Whether what `fit` has beyond `less` lowers the misfit by more than chance would."""
+    more, spare = len(fit.names) - len(less.names), fit.told - len(fit.names)
+    if spare < 1:
+        return False
+    F = (less.cost - fit.cost) / more / (max(fit.cost, floor) / spare)
+    return float(f_distribution.sf(F, more, spare)) < _DOUBT
 
 
 def _log(trial: Trial, control: str) -> _Log:
@@ -162,20 +200,50 @@ def _fit(logs: Sequence[_Log], extras: tuple[str, ...], turning: bool, offset: b
     usual, top = max(float(np.quantile(slow, 0.95)), 1e-6), max(float(rates.max()), 1e-6)
     ranges = {"rate": (1e-6, _FAST * top), "lag": (0.0, 50 * dt + _FAST), "dead_time": (0.0, 50 * dt + _FAST),
               "offset": (-0.5, 0.5)}  # fmt: skip
-    scale = np.array([{"rate": usual, "offset": 0.05}.get(name, dt) for name in names])
-    low, high = (np.array([ranges[name][k] for name in names]) for k in (0, 1))
-
-    def errors(values: Array) -> Array:
-        servo, shift = _servo(names, values, turning)
-        return np.concatenate([log.errors(servo, shift) for log in logs])
-
+    scale = np.array([{"rate": usual, "offset": 0.05}.get(name, dt) for name in names] + [0.05] * len(logs))
+    low, high = (np.array([ranges[name][k] for name in names] + [(-0.5, 0.5)[k]] * len(logs)) for k in (0, 1))
     grids = {"rate": (usual, min(2 * usual, 0.99 * ranges["rate"][1])), "offset": (0.0,),
              "lag": (0.5 * dt, 4 * dt), "dead_time": (0.5 * dt, 2.5 * dt, 6.5 * dt)}  # fmt: skip
     mesh = np.stack(np.meshgrid(*(grids[name] for name in names), indexing="ij"), axis=-1).reshape(-1, len(names))
-    start = min(mesh, key=lambda values: float((errors(values) ** 2).sum()))
-    found = least_squares(errors, np.clip(start, low + 1e-9, high - 1e-9), bounds=(low, high), x_scale=scale,
-                          diff_step=1e-5, xtol=1e-12, ftol=1e-14, gtol=1e-14, max_nfev=60)  # fmt: skip
-    return _Found(names, found.x, found.fun, np.asarray(found.jac))
+    misfit = _Misfit(logs, names, turning)
+    starts = np.hstack([mesh, np.zeros((len(mesh), len(logs)))])
+    start = min(starts, key=lambda values: float((misfit.errors(values) ** 2).sum()))
+    found = least_squares(misfit.errors, np.clip(start, low + 1e-9, high - 1e-9), bounds=(low, high),
+                          jac=cast(Any, misfit.slopes), x_scale=scale, xtol=1e-12, ftol=1e-14, gtol=1e-14, max_nfev=60)  # fmt: skip
+    return _Found(names, found.x[: len(names)], found.fun, np.asarray(found.jac))
+
+
+@dataclass(frozen=True)
+class _Misfit:
+    """Errors of all logs by the named values, which all logs share, and the first angle of each log."""
+
+    logs: Sequence[_Log]
+    names: tuple[str, ...]
+    turning: bool
+
+    def errors(self, values: Array) -> Array:
+        shared = len(self.names)
+        return np.concatenate([self.one(k, values[:shared], values[shared + k]) for k in range(len(self.logs))])
+
+    def one(self, k: int, shared: Array, ahead: float) -> Array:
+        servo, offset = _servo(self.names, shared, self.turning)
+        return self.logs[k].errors(servo, offset, float(ahead))
+
+    def slopes(self, values: Array) -> Array:
+        """Forward differences; the first angle of a log moves that log only."""
+        base, shared = self.errors(values), len(self.names)
+        out = np.zeros((base.size, values.size))
+        for j in range(shared):
+            step = _DIFFERENCE * max(abs(values[j]), 1e-3)
+            moved = values.copy()
+            moved[j] += step
+            out[:, j] = (self.errors(moved) - base) / step
+        edges = np.cumsum([0, *(int(log.kept.sum()) for log in self.logs)])
+        for k in range(len(self.logs)):
+            rows = slice(int(edges[k]), int(edges[k + 1]))
+            moved_one = self.one(k, values[:shared], values[shared + k] + _DIFFERENCE)
+            out[rows, shared + k] = (moved_one - base[rows]) / _DIFFERENCE
+        return out
 
 
 def _slow_rates(log: _Log) -> Array:
@@ -190,13 +258,12 @@ def _told(
     """The fit with its uncertainties and what to beware of."""
     servo, offset = _servo(found.names, found.values, turning)
     e, count = found.errors, found.errors.size
-    deviations = e - e.mean()
-    power = float(deviations @ deviations)
-    alike = float(np.clip(deviations[1:] @ deviations[:-1] / power, 0.0, 0.95)) if power > 0 else 0.0
-    noise = found.cost / max(count - len(found.names), 1) * (1 + alike) / (1 - alike)
+    alike = _alike(e)
+    noise = found.cost / max(count - found.jacobian.shape[1], 1) * (1 + alike) / (1 - alike)
     spread = np.sqrt(np.maximum(noise * np.diag(np.linalg.pinv(found.jacobian.T @ found.jacobian)), 0.0))
     felt = np.abs(found.jacobian).max(axis=0) > 1e-9
-    sigma = {name: float(s) if f else math.inf for name, s, f in zip(found.names, spread, felt, strict=True)}
+    # Those of the first angles, which come last, are of no use to anyone.
+    sigma = {name: float(s) if f else math.inf for name, s, f in zip(found.names, spread, felt, strict=False)}
     actual = np.concatenate([np.unwrap(log.actual[log.kept]) - log.actual[log.kept][0] for log in logs])
     total = float(((actual - actual.mean()) ** 2).sum())
     cautions: list[str] = []

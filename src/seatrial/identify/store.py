@@ -148,6 +148,7 @@ def _summary(fit: Fit, study: str, text: str, provenance: Mapping[str, Any]) -> 
         },
         "covariance": fit.covariance.tolist(),
         "verdicts": [asdict(verdict) for verdict in fit.verdicts],
+        "nuisances": fit.nuisances,
         "provenance": {k: v for k, v in provenance.items() if k != "sigma"},
         "study_text": text,
     }  # fmt: skip

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,7 +79,7 @@ def read_study(path: str | Path) -> Study:
     except StudyError as error:
         raise StudyError(f"{here}: {error}") from None
     problem = Problem(
-        ship, train, free, Loss(said.loss.sigma, said.loss.correlation),
+        ship, train, free, _loss(here, said.loss, train),
         Nuisance(said.nuisance.initial, said.nuisance.current, said.nuisance.bias), validation, said.data.extrapolate,
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
@@ -89,6 +90,15 @@ def read_study(path: str | Path) -> Study:
         said.title, _rival(here, said.rival, free), virtual,
         said.report.published.model_dump() if said.report.published else {},
     )  # fmt: skip
+
+
+def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:
+    """The table [loss]; a weight that fits no trial of the training is refused."""
+    for pattern in said.weights:
+        if not any(fnmatchcase(trial.name, pattern) for trial in train):
+            named = ", ".join(trial.name for trial in train[:3])
+            raise StudyError(f"{here}: loss.weights: '{pattern}' fits no training trial; they are named {named}, ...")
+    return Loss(said.sigma, said.correlation, said.weights)
 
 
 def digest(problem: Problem, estimator: Estimator) -> str:

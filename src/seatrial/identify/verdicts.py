@@ -2,7 +2,8 @@
 
 The posterior is Gaussian about the optimum.  A direction of parameter space is determined where the
 data tighten the prior (or the interval) markedly; where they do not, the verdict says so and names
-the manoeuvre that would excite it.  A parameter with neither is measured by its own size.
+the manoeuvre that would excite it.  Every parameter is measured by its own size as well, and the worse of
+the two counts: a prior or an interval that is wide enough is tightened by any data, which says nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from . import Verdict
 from .gauss_newton import Normal
 
 # Share of the prior variance that the data must remove: below the first nothing is learned,
-# above the second the data speak clearly louder than the prior.
+# above the second the data speak clearly louder than the prior.  Of the squared size of a parameter, its variance
+# must leave as much: sigma is below .32 of the size of what is identified, and below .71 of what is weak.
 UNKNOWN, CLEAR = 0.5, 0.9
 CORRELATED = 0.95
 # Least curvature of a direction, relative to that of its parameters one by one: what rounding leaves of none.
@@ -83,8 +85,9 @@ def posterior(normal: Normal, free: Sequence[Free], values: Array, variance: flo
 
 
 def _size(free: Sequence[Free], values: Array) -> Array:
-    """How large each parameter is: at the start or as estimated, whichever is larger."""
-    return np.maximum(np.abs([f.start for f in free]), np.abs(values))
+    """How large each parameter is: at the start, where its prior has it or as estimated, whichever is largest."""
+    known = [max(abs(f.start), abs(f.prior) if np.isfinite(f.sigma) else 0.0) for f in free]
+    return np.maximum(known, np.abs(values))
 
 
 def verdicts(
@@ -106,19 +109,25 @@ def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> V
             f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it further out, "
             "so either the interval is too narrow or the model lacks something",
         )  # fmt: skip
-    held, size = bool(np.isfinite(prior_variance([f])[0])), max(abs(f.start), abs(value))
+    size = float(_size([f], np.array([value]))[0])
     known = f"sigma is {sigma / size:.2g} of its size" if size > 0 else "not told from zero"
+    own = 1.0 - min(sigma / size, 1.0) ** 2 if size > 0 else 0.0
+    if not np.isfinite(prior_variance([f])[0]):
+        share, told = own, f"{told}: {known}"
+    elif own < min(share, CLEAR):  # its own size is the stricter measure
+        share, told = own, f"{told}: {known}, though the data removed {share:.0%} of the prior variance"
+    elif share >= CLEAR:
+        told = f"{told}: {known}, and the data removed {share:.0%} of the prior variance"
+    elif share >= UNKNOWN:
+        told = f"{told}: data and prior speak about equally loud ({share:.0%})"
+    else:
+        told = f"{told} is little more than the prior ({share:.0%} removed)"
     if share >= CLEAR:
-        removed = f"the data removed {share:.0%} of the prior variance" if held else known
-        return Verdict(f.path, "identified", f"{told}: {removed}")
+        return Verdict(f.path, "identified", told)
+    manoeuvre = manoeuvre_for(f.path)
     if share >= UNKNOWN:
-        loud = f"data and prior speak about equally loud ({share:.0%})" if held else known
-        return Verdict(f.path, "weak", f"{told}: {loud}; {manoeuvre_for(f.path)} would help")
-    little = f"{told} is little more than the prior ({share:.0%} removed)" if held else f"{told}: {known}"
-    return Verdict(
-        f.path, "not identified",
-        f"{little}; not to be read as physics; {manoeuvre_for(f.path)} would excite it",
-    )  # fmt: skip
+        return Verdict(f.path, "weak", f"{told}; {manoeuvre} would help")
+    return Verdict(f.path, "not identified", f"{told}; not to be read as physics; {manoeuvre} would excite it")
 
 
 def _pairs(free: Sequence[Free], covariance: Array, sigma: Array) -> tuple[Verdict, ...]:

@@ -136,7 +136,9 @@ class VirtualTrials:
         )  # fmt: skip
         controls = self.ship.model.controls
         if self.orders:
-            run = run.having(**{c: run[f"{c}_cmd"] for c in controls if f"{c}_cmd" in run})
+            # One that obeys at once acts as ordered, and is logged as the mean from row to row.
+            held = run.meta.get("held", ())
+            run = run.having(**{c: run[f"{c}_cmd"] for c in controls if f"{c}_cmd" in run and c not in held})
         orders = () if self.orders else (f"{c}_cmd" for c in controls)
         around = [name for what in self.known for name in _AROUND[what]]
         kept = {n: run[n] for n in (*STATES, *controls, *orders, *around) if n in run}

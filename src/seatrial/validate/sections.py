@@ -197,8 +197,19 @@ def _fit(fit: Fit) -> str:
     note = "Shrinkage: what the data added to the prior, 0 nothing, 1 all. Sigma: posterior deviation."
     return (
         f"<h2>The fit of {text(fit.ship.name)}</h2><p>{text(cost)}</p>{table(head, rows, words=(7,))}"
-        f'<p class="soft">{note}</p>{words}<div class="figures">{drawing}</div>'
+        f'<p class="soft">{note}</p>{words}{along(fit)}<div class="figures">{drawing}</div>'
     )
+
+
+def along(fit: Fit) -> str:
+    """Table of what each trial had of its own; empty where nothing was estimated along."""
+    names = list(dict.fromkeys(name for own in fit.nuisances.values() for name in own))
+    if not names:
+        return ""
+    rows = [[trial, *(number(own[name], 3) if name in own else "–" for name in names)]
+            for trial, own in fit.nuisances.items()]  # fmt: skip
+    note = "SI units, currents towards north (x) and east (y); a bias is what the sensor reads beyond the truth."
+    return f'<h3>Estimated along</h3>{table(["trial", *names], rows)}<p class="soft">{note}</p>'
 
 
 def _provenance(entries: Mapping[str, str]) -> str:

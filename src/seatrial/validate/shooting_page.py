@@ -16,6 +16,7 @@ from ..identify.store import replace_file
 from ..replay import replay
 from . import shooting_figures as drawings
 from .page import bullets, figure, number, page, table, text
+from .sections import along
 from .shooting_cases import FULL, RIVAL, TRUTH, Case, Shot
 from .shooting_numbers import numbers
 from .shooting_scores import HORIZONS, VELOCITIES
@@ -203,7 +204,7 @@ def _parameters(shot: Shot) -> str:
         f"{table(head, rows, words=(len(head) - 1,))}"
         '<p class="soft">SI units. Estimate and sigma are those of the first case; in the columns of the cases: '
         "estimate less truth, in sigma of the case.</p>"
-        f"<h3>What the data do not tell apart</h3>{words}"
+        f"<h3>What the data do not tell apart</h3>{words}{along(fit)}"
     )
 
 

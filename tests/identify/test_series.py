@@ -1,0 +1,248 @@
+"""Tables of fits: what a file says, what each cell is, what stays when a run is cut off, what is refused."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from network_trials import untrained, virtual
+
+from seatrial.cli import main
+from seatrial.data.compositions import read_compositions
+from seatrial.data.trialfile import write_trial
+from seatrial.identify import StudyError
+from seatrial.identify.series import is_series, read_series
+from seatrial.identify.series_run import FITS, left, members, run
+from seatrial.ships.writing import save
+
+pytest.importorskip("torch")
+ROOT = Path(__file__).parents[2]
+STUDY = ROOT / "studies" / "wakita2022.toml"
+DATA = Path(os.environ.get("SEATRIAL_DATA", ROOT.parent / "shared" / "data")) / "esso_osaka_frt" / "data"
+
+TABLE = """
+schema = "seatrial-series/1"
+seeds = [1, 2]
+
+[data]
+test = { random = "random 4" }
+validation = { other = "random 3" }
+
+[fits.memory]
+ship = "untrained.toml"
+train = ["random*"]
+
+[fits.memory.estimator]
+type = "training:Training"
+epochs = 2
+batch = 32
+stride = 40
+horizon = 20
+threads = 1
+
+[fits.none]
+like = "memory"
+seeds = [7]
+estimator = { kind = "feedforward" }
+
+[fits.physics]
+ship = "esso_osaka_3m"
+
+[[claims]]
+says = "memory helps"
+better = "memory"
+worse = "none"
+rows = ["random"]
+
+[budgets.quick]
+fits = ["none", "physics"]
+
+[budgets.quick.settings."training:Training"]
+epochs = 1
+
+[report]
+restart = 20.0
+"""
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("series")
+    for seed in range(1, 5):
+        write_trial(virtual(seed, 30.0), folder / f"random {seed}.csv")
+    save(replace(untrained(), name="esso_osaka_3m"), folder / "untrained.toml")
+    return folder
+
+
+def written(logs: Path, text: str = TABLE, name: str = "table.toml") -> Path:
+    path = logs / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_fit_takes_from_the_one_it_is_like(logs: Path) -> None:
+    series = read_series(written(logs))
+    memory, none, physics = series.rows
+    assert [cell.name for cell in memory.cells] == ["seed-1", "seed-2"]
+    assert [cell.seed for cell in none.cells] == [7]
+    assert not physics.cells
+    estimator = none.cells[0].estimator
+    assert (estimator.kind, estimator.epochs, estimator.seeds) == ("feedforward", 2, (7,))
+    assert len({cell.digest for row in series.rows for cell in row.cells}) == 3
+
+
+def test_what_is_kept_apart_is_in_no_training(logs: Path) -> None:
+    series = read_series(written(logs))
+    for row in series.rows[:2]:
+        problem = row.cells[0].problem
+        assert [t.name for t in problem.trials] == ["random 1", "random 2"]
+        assert [t.name for t in problem.validation] == ["random 3"]
+    assert [t.name for t in series.tests.values()] == ["random 4"]
+
+
+def test_a_fit_that_watches_less_does_not_train_on_the_rest(logs: Path) -> None:
+    series = read_series(written(logs, TABLE.replace("seeds = [7]", "validation = []")))
+    problem = series.rows[1].cells[0].problem
+    assert [t.name for t in problem.trials] == ["random 1", "random 2"]
+    assert not problem.validation
+
+
+def test_a_budget_is_smaller(logs: Path) -> None:
+    series = read_series(written(logs), "quick")
+    assert [row.key for row in series.rows] == ["none", "physics"]
+    assert series.rows[0].cells[0].estimator.epochs == 1
+    assert not series.claims  # one of the two is not in it
+
+
+@pytest.mark.long
+def test_a_run_that_is_cut_off_keeps_what_is_done(logs: Path, tmp_path: Path) -> None:
+    series = read_series(written(logs))
+    cells = left(series, tmp_path)
+    assert len(cells) == 3
+
+    begun: list[str] = []
+
+    def stop(*_: float) -> None:
+        if len(begun) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(cells, series, tmp_path, told=begun.append, progress=stop)
+    first = tmp_path / FITS / "memory" / "seed-1" / "fit.json"
+    before = first.stat().st_mtime_ns
+    rest = left(series, tmp_path)
+    assert [(row.key, cell.name) for row, cell in rest] == [("memory", "seed-2"), ("none", "seed-7")]
+    assert not run(rest, series, tmp_path, told=begun.append)
+    assert first.stat().st_mtime_ns == before
+    assert not left(series, tmp_path)
+
+    again = tmp_path / "again"
+    run(left(series, again, ["memory"]), series, again, told=begun.append)
+    one, other = (members(series, series.rows[0], out)[1].ship.model.network for out in (tmp_path, again))
+    assert one.digest == other.digest
+    assert np.isfinite(members(series, series.rows[0], tmp_path)[0].history[:, 2]).all()
+
+
+def test_only_some(logs: Path, tmp_path: Path) -> None:
+    series = read_series(written(logs))
+    assert {row.key for row, _ in left(series, tmp_path, ["none"])} == {"none"}
+    with pytest.raises(StudyError, match="no fit 'nome'; near: none"):
+        left(series, tmp_path, ["nome"])
+
+
+def test_a_folder_of_other_settings_is_refused(logs: Path, tmp_path: Path) -> None:
+    series = read_series(written(logs), "quick")
+    run(left(series, tmp_path), series, tmp_path, told=lambda _: None)
+    other = read_series(written(logs))
+    with pytest.raises(StudyError, match="other settings or data"):
+        left(other, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("seeds = [7]", "seed = 7", "no key 'seed'"),
+        ('like = "memory"', 'like = "memroy"', "memory"),
+        ('better = "memory"', 'better = "memori"', "memory"),
+        ('rows = ["random"]', 'rows = ["turning"]', "turning"),
+        ('ship = "untrained.toml"\n', "", "fits.memory.ship is missing"),
+        ('train = ["random*"]\n', "", "fits.memory.train is missing"),
+        ("epochs = 2", "epoch = 2", "epochs"),
+        ("epochs = 2", "epochs = 0", "1 or more"),
+        ('test = { random = "random 4" }', "test = {}", "data.test"),
+        ('fits = ["none", "physics"]', 'fits = ["non"]', "none"),
+        ("restart = 20.0", "restart = 0", "report.restart"),
+        ("seeds = [1, 2]", "seeds = []", "seeds"),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(logs: Path, old: str, new: str, said: str) -> None:
+    assert old in TABLE
+    path = written(logs, TABLE.replace(old, new, 1), "bad.toml")
+    with pytest.raises(StudyError) as caught:
+        read_series(path)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert "bad.toml" in str(caught.value)
+
+
+@pytest.mark.long
+def test_at_the_command_line(logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = written(logs), tmp_path / "run"
+    assert main(["identify", str(path), "--quick", "--only", "none", "-o", str(out), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["budget"] == "quick"
+    assert set(found["models"]) == {"none", "physics", "constant velocity"}
+    assert (out / "report.html").exists()
+    assert main(["identify", str(path), "--quick", "-o", str(out)]) == 0
+    said = capsys.readouterr()
+    assert "nothing was run" in said.err
+    assert "physics" in said.out
+    assert main(["identify", str(ROOT / "studies" / "esso_osaka_mmg.toml"), "--quick", "-o", str(out)]) == 2
+    assert "one study" in capsys.readouterr().err
+
+
+def test_what_is_a_table(logs: Path) -> None:
+    assert is_series(written(logs))
+    assert is_series(STUDY)
+    assert not is_series(ROOT / "studies" / "esso_osaka_mmg.toml")
+    assert not is_series(logs / "absent.toml")
+
+
+def test_the_study_keeps_its_tests_out_of_the_small_compositions() -> None:
+    """By the rule that it states: of each kind by name, the first files that are in neither TZB nor TZRB."""
+    said = tomllib.loads(STUDY.read_text(encoding="utf-8"))["data"]
+    sets = read_compositions(STUDY.parent / said["sets"])
+    small = {*sets["TZB"].files, *sets["TZRB"].files}
+    apart = [*said["test"].values(), *said["validation"].values()]
+    assert len(set(apart)) == len(apart) == 9
+    for kind, letter, count in (("random", "R", 1), ("turning", "T", 1), ("zigzag", "Z", 1), ("berthing", "B", 2)):
+        free = [name for name in sorted(sets["TZRB+"].parts[letter]) if name not in small]
+        tests = [name for name in said["test"].values() if name.startswith(kind)]
+        assert tests == free[:count]
+        assert said["validation"][kind] == free[count]
+    assert not set(apart) & set(sets["test"].files)
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="Esso Osaka data absent: set SEATRIAL_DATA (NAOE-5thLab/FRT-DS-ESSO)")
+@pytest.mark.long
+def test_the_rehearsal_of_the_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["identify", str(STUDY), "--quick", "-o", str(tmp_path), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert set(found["tests"]) == {"random", "turning", "zigzag", "berthing 1", "berthing 2"}
+    published = found["models"]["published"]["mean"]
+    assert published["together"] == pytest.approx(0.518, abs=0.001)  # the library's ship does not change
+    assert found["models"]["mmg-little"]["mean"]["together"] < published["together"]
+    seconds = {name: sum(trial_seconds(name)) for name in ("TZB", "TZRB")}
+    assert seconds == {"TZB": pytest.approx(2562.9, abs=2.0), "TZRB": pytest.approx(2536.3, abs=2.0)}
+
+
+def trial_seconds(name: str) -> list[float]:
+    """Duration of each training trial of a composition of the study."""
+    series = read_series(STUDY, "quick")
+    row = next(row for row in series.rows if row.train == (f"@{name}",))
+    return [trial.duration for trial in row.cells[0].problem.trials]
