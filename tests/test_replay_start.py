@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from seatrial.cli import main
 from seatrial.data import DataError, Trial
+from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.manoeuvres.turning import Turning
 from seatrial.replay import replay
 from seatrial.replay_start import smoothed_starts
@@ -79,3 +81,16 @@ def test_replay_starts_from_the_past_where_asked(turn):
 
     assert miss(better) < 0.6 * miss(plain)
     assert (better["u"][:300] == plain["u"][:300]).all()
+
+
+def test_the_command_takes_the_past(turn, tmp_path, capsys):
+    noisy = turn.having(u=turn["u"] + 0.01 * np.random.default_rng(3).normal(size=len(turn)))
+    write_trial(noisy, tmp_path / "turn.csv")
+    asked = ["predict", "esso_osaka_3m", str(tmp_path / "turn.csv"), "--restart", "50"]
+    assert main([*asked, "-o", str(tmp_path / "a")]) == 0
+    assert main([*asked, "--smooth-start", "5", "-o", str(tmp_path / "b")]) == 0
+    plain, better = (read_trial(tmp_path / name / "turn.csv") for name in "ab")
+    assert better["u"][500] != plain["u"][500]
+    assert better["u"][:500] == pytest.approx(plain["u"][:500])
+    assert main([*asked, "--smooth-start", "-1", "-o", str(tmp_path / "c")]) == 2
+    assert "--smooth-start is -1" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields, replace
 from typing import Any
 
@@ -17,7 +18,7 @@ from seatrial.forces.thruster_fixed import Fixed
 from seatrial.models.fossen import Fossen, Inertia, Particulars
 from seatrial.models.network import Network, initial
 from seatrial.models.neural import Neural
-from seatrial.parameters import Parts
+from seatrial.parameters import Parts, values
 from seatrial.ships import Ship
 from seatrial.ships.files import load
 
@@ -70,7 +71,16 @@ def _network() -> Neural:
     return Neural(dt=0.2, network=drawn.having({**drawn.weights, "W_2": 0.05 * drawn.weights["W_2"]}))
 
 
+def _hybrid() -> Ship:
+    """The library's hybrid with a residual and a drift; some weights, fitted to nothing."""
+    bare = load("esso_osaka_3m_hybrid")
+    drawn = {p: 0.1 * math.sin(k) for k, p in enumerate(values(bare.model)) if p.startswith("residual_")}
+    return bare.having(drawn | {"drift_along": 0.006, "drift_across": -0.002})
+
+
 SHIPS: dict[str, Ship] = {
+    # physics with all that a fit may add
+    "hybrid": _hybrid(),
     # weights on arrays, which no trace can follow
     "network": _ship("network", _network()),
     # the MMG family with all that it can carry

@@ -133,7 +133,8 @@ def test_mirrored(name: str) -> None:
         pytest.skip("a network is as symmetric as its data")
     model: Any = even(ship.model)
     n, c = len(model.states), len(model.controls)
-    own, measure = (-1,) * (n - 6), rate_size(ship)
+    # States of its own change sides with the ship, unless the family says otherwise.
+    own, measure = getattr(model, "sides", (-1,) * (n - 6)), rate_size(ship)
     for x in situations(name):
         state, control = tuple(x[:n].tolist()), tuple(x[n : n + c].tolist())
         around = Environment(*x[n + c : n + c + len(CHANNELS)].tolist())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 
 
 @dataclass(frozen=True)
@@ -15,10 +16,16 @@ class Loss:
             Empty takes the standard deviation over the training trials.
         correlation: time over which the errors of a prediction are alike [s]; it says how many
             samples count as independent against the prior.  0 counts every sample.
+        weights: how much the trials whose names fit a shell-style pattern count (the first that fits); others count 1.
     """
 
     sigma: Mapping[str, float] = field(default_factory=dict[str, float])
     correlation: float = 5.0
+    weights: Mapping[str, float] = field(default_factory=dict[str, float])
+
+    def weight(self, name: str) -> float:
+        """How much the trial of this name counts."""
+        return next((w for pattern, w in self.weights.items() if fnmatchcase(name, pattern)), 1.0)
 
 
 @dataclass(frozen=True)

@@ -39,8 +39,14 @@ class MultiStart:
 
     def __post_init__(self) -> None:
         Trajectory(
-            self.window or 100.0, self.every, self.dt, self.method, self.iterations, self.tolerance, self.starts
-        )
+            window=self.window or 100.0, every=self.every, dt=self.dt, method=self.method, iterations=self.iterations,
+            tolerance=self.tolerance, starts=self.starts,
+        )  # fmt: skip
+
+    @property
+    def starts_remedy(self) -> tuple[str, str]:
+        """What to do about the noise of measured starts, which cannot be freed; see `Estimator`."""
+        return "loss.correlation", "give the time over which errors are alike"
 
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.

@@ -67,10 +67,10 @@ class TrajectoryObjective:
     @staticmethod
     def build(
         problem: Problem, trials: Sequence[Trial], sigma: Mapping[str, float], *,
-        window: float, dt: float, every: int, method: str, threads: int | None,
+        window: float, dt: float, every: int, method: str, threads: int | None, stride: float | None = None,
     ) -> TrajectoryObjective:  # fmt: skip
         """Cut the windows and compile the kernels."""
-        cut = windows(trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every)
+        cut = windows(trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every, stride=stride)
         groups = Groups.of(problem.nuisance, cut.trial)
         # The prior of a free initial state stands for its measurement, which must not count a second time.
         cut.scale[:, 0, groups.initial] = 0.0

@@ -11,6 +11,7 @@ import hashlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from ..parameters import values as parameter_values
 from ..systems import open_loop_parameters
 from . import Fit, FitError, Problem, Progress, StudyError
 from .gauss_newton import State, minimise
+from .nuisances import Nuisances
 from .objective import TrajectoryObjective
 from .resume import Resume
 from .verdicts import posterior, verdicts
@@ -36,31 +38,44 @@ class Trajectory:
 
     Attributes:
         window: length of a prediction before it restarts [s].
+        stride: time from the start of one prediction to that of the next [s]; None is the window.
         every: compare every so many steps.
         dt: time step [s]; None takes the median step of the trials.
         method: "euler" or "rk4".
         iterations, tolerance: stop after so many, or when the relative decrease is smaller.
+        later: shell-style patterns of parameters that stay as they are until the others have been fitted, and join
+            them then: a correction should not learn what the physics below it can.
         starts: number of starts; the first is the declared one, others are drawn within bounds
             (or the prior) from `seed`.
         threads: None takes every processor.
     """
 
     window: float = 100.0
+    stride: float | None = None
     every: int = 10
     dt: float | None = None
     method: str = "euler"
     iterations: int = 40
     tolerance: float = 1e-4
+    later: tuple[str, ...] = ()
     starts: int = 1
     seed: int = 0
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        for name in ("window", "every", "dt", "iterations", "tolerance", "starts"):
+        if isinstance(self.later, str):
+            raise StudyError(f"estimator.later is '{self.later}'; write a list of patterns, [\"{self.later}\"]")
+        object.__setattr__(self, "later", tuple(self.later))
+        for name in ("window", "stride", "every", "dt", "iterations", "tolerance", "starts"):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise StudyError(f"estimator.{name} is {value:g}; it must be above zero")
         is_rk4(self.method)
+
+    @property
+    def starts_remedy(self) -> tuple[str, str]:
+        """What to do about the noise of measured starts; see `Estimator`."""
+        return "nuisance.initial", "give its deviations"
 
     def fit(
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
@@ -71,15 +86,19 @@ class Trajectory:
             FitError: the model blows up at every start.
         """
         began = time.perf_counter()
+        if self.later:
+            fit = replace(self, later=()).fit(self._begun(problem), progress=progress, checkpoint=checkpoint)
+            return replace(fit, free=problem.free, seconds=time.perf_counter() - began, digest=digest(problem, self))
         sigma = dict(problem.loss.sigma) or spread(problem.trials)
         dt = self.dt or float(np.median([t.dt for t in problem.trials]))
         objective = TrajectoryObjective.build(
             problem, problem.trials, sigma, window=self.window, dt=dt, every=self.every,
-            method=self.method, threads=self.threads,
+            method=self.method, threads=self.threads, stride=self.stride,
         )  # fmt: skip
+        plain = replace(problem, nuisance=type(problem.nuisance)(), loss=replace(problem.loss, weights={}))
         watch = None if not problem.validation else TrajectoryObjective.build(
-            replace(problem, nuisance=type(problem.nuisance)()), problem.validation, sigma, window=self.window,
-            dt=dt, every=self.every, method=self.method, threads=self.threads,
+            plain, problem.validation, sigma, window=self.window, dt=dt, every=self.every,
+            method=self.method, threads=self.threads,
         )  # fmt: skip
         print_ = digest(problem, self)
         resume = Resume.open(checkpoint, print_, began)
@@ -89,6 +108,17 @@ class Trajectory:
         )
         ends = np.array([[s.cost, *s.p] for s in resume.states.values()])
         return replace(fit, objective=best.cost, seconds=time.perf_counter() - resume.began, ends=ends)
+
+    def _begun(self, problem: Problem) -> Problem:
+        """The problem, its search starting where all but the later parameters fit best without them."""
+        late = [f.path for f in problem.free if any(fnmatchcase(f.path, pattern) for pattern in self.later)]
+        early = tuple(f for f in problem.free if f.path not in late)
+        if not late or not early:
+            told = "no" if not late else "every"
+            raise StudyError(f"estimator.later fits {told} free parameter; name those that join the others later")
+        found = replace(self, later=()).fit(replace(problem, free=early))
+        at = dict(zip((f.path for f in early), found.values.tolist(), strict=True))
+        return replace(problem, free=tuple(replace(f, start=at.get(f.path, f.start)) for f in problem.free))
 
     def _descend(
         self, objective: TrajectoryObjective, free: Sequence[Free], resume: Resume,
@@ -137,8 +167,17 @@ def finished(
         covariance=covariance, shrinkage=shrinkage, at_bound=at_bound,
         verdicts=verdicts(problem.free, p, covariance, shrinkage, at_bound),
         history=np.asarray(history, dtype=np.float64).reshape(-1, 4), objective=normal.cost,
-        seconds=0.0, evaluations=evaluations, status=status, digest=print_,
+        seconds=0.0, evaluations=evaluations, status=status, digest=print_, nuisances=_along(problem, objective, eta),
     )  # fmt: skip
+
+
+def _along(problem: Problem, objective: TrajectoryObjective, eta: Array) -> dict[str, dict[str, float]]:
+    """Currents and biases by trial; the offsets of the starts, one per window, are left out."""
+    own = Nuisances.of(replace(problem.nuisance, initial={}))
+    if not own.count:
+        return {}
+    tails = [eta[part.stop - own.count : part.stop] for part in objective.groups.slices]
+    return own.told(problem.trials, np.array(tails).reshape(-1, own.count))
 
 
 def _draw(f: Free, rng: np.random.Generator) -> float:
@@ -162,6 +201,11 @@ class OneStep:
     iterations: int = 20
     tolerance: float = 1e-6
     threads: int | None = None
+
+    @property
+    def starts_remedy(self) -> tuple[str, str]:
+        """What to do about the noise of measured starts; see `Estimator`."""
+        return "nuisance.initial", "give its deviations"
 
     def fit(
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import resample
 from ..models import STATES, Model
-from ..replay import inputs
+from ..replay import inputs, unseen
 from . import Loss
 
 # A step may differ from the others by this fraction before the trial counts as uneven.
@@ -70,10 +70,11 @@ def even(trial: Trial, dt: float) -> Trial:
 
 def windows(
     trials: Sequence[Trial], model: Model, loss: Loss, sigma: Mapping[str, float], *,
-    window: float, dt: float, every: int,
+    window: float, dt: float, every: int, stride: float | None = None,
 ) -> Windows:  # fmt: skip
-    """Every trial cut into consecutive windows of `window` seconds, the last one shorter.
+    """Every trial cut into windows of `window` seconds, the last one shorter; one follows the other.
 
+    With a `stride` [s] a window begins every so many seconds, so that windows overlap where it is shorter.
     A window starts at a complete row; rows with gaps inside it weigh nothing.
 
     Raises:
@@ -84,8 +85,9 @@ def windows(
     rows = (steps - 1) // every + 1
     weight = 1.0 if loss.correlation <= 0 else min(every * dt / loss.correlation, 1.0)
     scale = np.array([np.sqrt(weight) / sigma[n] if n in sigma else 0.0 for n in STATES])
+    onwards = steps - 1 if stride is None else max(round(stride / dt), 1)
     for index, trial in enumerate(trials):
-        found = _cut(even(trial, dt), model, steps, rows, every, scale)
+        found = _cut(even(trial, dt), model, steps, rows, every, onwards, scale * np.sqrt(loss.weight(trial.name)))
         if not found:
             raise DataError(f"{trial.name}: no window of {window:g} s with two complete rows of {', '.join(STATES)}")
         parts += [(*part, index) for part in found]
@@ -98,13 +100,12 @@ def windows(
 
 
 def _cut(
-    trial: Trial, model: Model, steps: int, rows: int, every: int, scale: Array
+    trial: Trial, model: Model, steps: int, rows: int, every: int, onwards: int, scale: Array
 ) -> list[tuple[Array, Array, Array, Array]]:
     state = trial.stack(*STATES)
     state[:, 2] = unwrapped(state[:, 2])
     series = inputs(trial, model)
-    # States of a model beyond those that are measured begin at rest.
-    unseen = np.zeros(len(model.states) - len(STATES))
+    remembered = unseen(model, series, trial.dt)
     good = np.asarray(np.isfinite(state).all(axis=1))
     out: list[tuple[Array, Array, Array, Array]] = []
     first, last = 0, int(np.max(np.flatnonzero(good), initial=0))
@@ -117,6 +118,7 @@ def _cut(
         measured = state[compared]
         scaled = np.where(np.isfinite(measured) & present[:, None], scale, 0.0)
         if present.sum() > 1:
-            out.append((np.append(state[first], unseen), series[held], np.where(scaled > 0, measured, 0.0), scaled))
-        first += steps - 1
+            start = np.append(state[first], remembered[first])
+            out.append((start, series[held], np.where(scaled > 0, measured, 0.0), scaled))
+        first += onwards
     return out

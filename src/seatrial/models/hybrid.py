@@ -1,0 +1,103 @@
+"""Hybrids: the MMG family, and what trials show beyond it as a bounded polynomial with a short memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.signal import lfilter
+
+from ..data import Array
+from ..environment import Environment
+from ..forces.shallow import afloat
+from ..parameters import Scalar, Terms, spec, terms
+from . import STATES
+from .common import Surroundings
+from .mmg import Mmg
+from .residual import Scale, meaning, odd
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hybrid(Mmg):
+    """An MMG ship with a residual force, a surface current that follows the wind, and a memory of the shaft.
+
+    The residual is linear in its weights `residual_X`, `residual_Y` and `residual_N` (see `residual`), so that
+    `shooting:Trajectory` fits them with the coefficients of the physics, through the trajectory; all zero, the
+    ship is the MMG ship.  It is silent at rest in still air and bounded everywhere.
+
+    The water at the surface drifts with the wind that blew over it in the last minutes: `drift_along` times that wind
+    downwind and `drift_across` to the right of it, both after a first-order lag `tau_wind`.  A logged current comes
+    on top.  Revolutions as they were, after a lag `tau_shaft`, are the factor m of the residual: what the race and
+    the swirl of the propeller leave in the water by the stern.
+
+    Three states follow the six: the lagged wind (where it comes from) and the lagged revolutions.  A prediction
+    from a log starts them from the log before it (`recall`), as settled where there is none; a simulation starts them
+    at zero, as of a ship that has lain in a calm.
+    """
+
+    states: ClassVar[tuple[str, ...]] = (*STATES, "slow_wind_x", "slow_wind_y", "slow_n")
+    sides: ClassVar[tuple[int, ...]] = (1, -1, 1)
+
+    scale: Scale
+    residual_X: Terms = terms(meaning)
+    residual_Y: Terms = terms(meaning)
+    residual_N: Terms = terms(meaning)
+    drift_along: Scalar = spec("", "surface drift downwind over the speed of the wind", (-0.1, 0.1), default=0.0)
+    drift_across: Scalar = spec("", "surface drift to the right of it, likewise", (-0.1, 0.1), default=0.0)
+    tau_wind: Scalar = spec("s", "time in which the drift follows the wind", (1.0, 1e5), default=60.0)
+    tau_shaft: Scalar = spec("s", "time in which the water at the stern follows the shaft", (0.5, 1e3), default=8.0)
+
+    @property
+    def asymmetries(self) -> tuple[str, ...]:
+        """Terms that tell port from starboard, as those of a single screw do."""
+        wrong = [f"residual_X.{name}" for name in self.residual_X.names if odd(name)]
+        for axis, given in (("Y", self.residual_Y), ("N", self.residual_N)):
+            wrong += [f"residual_{axis}.{name}" for name in given.names if not odd(name)]
+        return (*wrong, "drift_across")
+
+    def derivative(
+        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
+    ) -> tuple[Scalar, ...]:
+        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+        wind_x, wind_y, slow_n = state[6:9]
+        # The wind is where it comes from; the water goes the other way.
+        north = self.drift_across * wind_y - self.drift_along * wind_x
+        east = -self.drift_across * wind_x - self.drift_along * wind_y
+        drifting = environment._replace(
+            current_x=environment.current_x + north, current_y=environment.current_y + east
+        )  # fmt: skip
+        around = Surroundings.of(state, drifting)
+        flow = around.flow(self.body, control[0], control[1])
+        force = self.force(flow, control[2:])
+        force = force + self.scale.force(flow, slow_n, self.residual_X, self.residual_Y, self.residual_N)
+        body = afloat(self.body, self.hull, flow)
+        rates = around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
+        return (
+            *rates, (environment.wind_x + environment.current_x - wind_x) / self.tau_wind,
+            (environment.wind_y + environment.current_y - wind_y) / self.tau_wind,
+            (control[0] - slow_n) / self.tau_shaft,
+        )  # fmt: skip
+
+    def recall(self, series: Array, dt: float) -> Array:
+        """The three remembered states at each row, from the rows before it; settled at the first.
+
+        Args:
+            series: controls and environment per row, shape (rows, controls + 8), without gaps.
+            dt: time between the rows [s].
+
+        Returns:
+            shape (rows, 3).
+        """
+        around = series[:, len(self.controls) :]
+        # Over the water: where the wind comes from, plus where the current goes.
+        given = ((around[:, 0] + around[:, 2], self.tau_wind), (around[:, 1] + around[:, 3], self.tau_wind),
+                 (series[:, 0], self.tau_shaft))  # fmt: skip
+        return np.column_stack([_lagged(x, float(tau), dt) for x, tau in given])
+
+
+def _lagged(x: Array, tau: float, dt: float) -> Array:
+    """First-order lag of a series, held from row to row, that begins settled."""
+    share = min(dt / tau, 1.0)
+    later, _ = lfilter([share], [1.0, share - 1.0], x, zi=np.array([(1.0 - share) * x[0]]))
+    return np.append(x[0], np.asarray(later, dtype=np.float64)[:-1])

@@ -1,0 +1,104 @@
+"""What a polynomial adds to physics: products of scaled velocities, controls and wind, fitted to trials.
+
+A term is named by its factors: ``u_U`` is u|u|, ``d_n_N`` is delta n|n|.  Each factor is a quantity over its
+typical size, held within the range of the data, so every term is bounded: beyond the data the residual stays
+what it was at their edge, and the physics below it, which grows with the square of the speed, decides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..forces import Flow, Force
+from ..parameters import ParameterError, Scalar, Spec, Terms, spec
+from ..symbolic import clip, magnitude, speed
+
+FACTORS = {
+    "u": "surge velocity", "v": "sway velocity", "r": "yaw rate", "n": "revolutions", "d": "rudder angle",
+    "a": "apparent wind from ahead", "b": "apparent wind from starboard", "w": "speed of the apparent wind",
+    "m": "remembered revolutions",
+}  # fmt: skip
+"""Letters of the factors; a capital is the magnitude."""
+
+ODD = "vrdb"
+_HIGHEST = 5
+
+
+def meaning(name: str) -> Spec:
+    """The `Spec` of a term by its name.
+
+    Raises:
+        ParameterError: an unknown factor, too many of them, or a term that speaks at rest.
+    """
+    factors = name.split("_")
+    bad = [f for f in factors if f.lower() not in FACTORS or f == "W" or len(f) != 1]
+    if bad:
+        raise ParameterError(
+            f"no factor '{bad[0]}' in '{name}'; a term is factors joined by _, of {', '.join(FACTORS)} "
+            "(a capital is the magnitude), such as u_U or d_n_N"
+        )
+    if len(factors) > _HIGHEST:
+        raise ParameterError(f"'{name}' has {len(factors)} factors; a term has {_HIGHEST} at most")
+    if set(name.lower()) <= {"d", "_"}:
+        raise ParameterError(f"'{name}' is a force of the rudder at rest; give it a velocity or revolutions too")
+    return Spec("", "weight of " + " x ".join(_word(f) for f in factors))
+
+
+def _word(factor: str) -> str:
+    return FACTORS[factor] if factor in FACTORS else f"|{FACTORS[factor.lower()]}|"
+
+
+def odd(name: str) -> bool:
+    """Whether a term changes sign in the mirror image about the centre plane."""
+    return sum(name.count(letter) for letter in ODD) % 2 == 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scale:
+    """Typical sizes of the residual and of its factors, and the range of the data in which they are held."""
+
+    X_0: Scalar = spec("N", "surge force of a term of weight one", (1e-9, 1e12))
+    Y_0: Scalar = spec("N", "sway force of a term of weight one", (1e-9, 1e12))
+    N_0: Scalar = spec("N m", "yaw moment of a term of weight one", (1e-9, 1e15))
+    u_0: Scalar = spec("m/s", "typical surge velocity", (1e-6, 100.0))
+    v_0: Scalar = spec("m/s", "typical sway velocity", (1e-6, 100.0))
+    r_0: Scalar = spec("rad/s", "typical yaw rate", (1e-9, 10.0))
+    n_0: Scalar = spec("1/s", "typical revolutions", (1e-6, 1e3))
+    delta_0: Scalar = spec("rad", "typical rudder angle", (1e-6, 3.2))
+    w_0: Scalar = spec("m/s", "typical apparent wind", (1e-6, 100.0))
+    u_max: Scalar = spec("m/s", "largest surge velocity of the data", (1e-6, 100.0))
+    v_max: Scalar = spec("m/s", "largest sway velocity of the data", (1e-6, 100.0))
+    r_max: Scalar = spec("rad/s", "largest yaw rate of the data", (1e-9, 10.0))
+    n_max: Scalar = spec("1/s", "largest revolutions of the data", (1e-6, 1e3))
+    delta_max: Scalar = spec("rad", "largest rudder angle of the data", (1e-6, 3.2))
+    w_max: Scalar = spec("m/s", "largest component of the apparent wind of the data", (1e-6, 100.0))
+
+    def factors(self, flow: Flow, remembered: Scalar) -> dict[str, Scalar]:
+        """Every factor by its letter, over its typical size and within the range of the data."""
+        given = {
+            "u": (flow.u, self.u_0, self.u_max), "v": (flow.v_m, self.v_0, self.v_max),
+            "r": (flow.r, self.r_0, self.r_max), "n": (flow.n_P, self.n_0, self.n_max),
+            "d": (flow.delta, self.delta_0, self.delta_max), "a": (flow.u_A, self.w_0, self.w_max),
+            "b": (flow.v_A, self.w_0, self.w_max), "m": (remembered, self.n_0, self.n_max),
+        }  # fmt: skip
+        found = {letter: clip(x, -largest, largest) / typical for letter, (x, typical, largest) in given.items()}
+        found |= {letter.upper(): magnitude(value) for letter, value in found.items()}
+        # Rounded at no wind by TINY, which is taken off again: still air pushes nothing.
+        return found | {"w": speed(found["a"], found["b"]) - speed(0.0, 0.0)}
+
+    def force(self, flow: Flow, remembered: Scalar, X: Terms, Y: Terms, N: Terms) -> Force:
+        """Sum of the terms [N, N, N m]; `remembered` are revolutions [1/s]."""
+        factors = self.factors(flow, remembered)
+        return Force(
+            self.X_0 * _sum(X, factors), self.Y_0 * _sum(Y, factors), self.N_0 * _sum(N, factors)
+        )  # fmt: skip
+
+
+def _sum(terms: Terms, factors: dict[str, Scalar]) -> Scalar:
+    total: Scalar = 0.0
+    for name, weight in terms.items():
+        product: Scalar = weight
+        for letter in name.split("_"):
+            product = product * factors[letter]
+        total = total + product
+    return total
