@@ -1,0 +1,96 @@
+"""The run of a series of fits: what `identify` does where the file is a table of models."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from . import __version__
+from .cli_support import UsageError, emit, figure, note, show_table
+from .identify import FitError, Progress
+
+PAGE = "report.html"
+# A line for every so many epochs, where nobody watches a terminal.
+_EVERY = 10
+
+
+def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequence[str]) -> None:
+    """Lint, fit each cell that is not done with a checkpoint of its own, judge all that are done, report.
+
+    Raises:
+        FitError: a fit failed; the others are done and in the report.
+    """
+    from .identify.series import FULL, QUICK, read_series
+    from .identify.series_run import check, left, run
+    from .validate.network_page import write
+    from .validate.network_scores import judged
+
+    series = read_series(path, QUICK if quick else FULL)
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"{out}: is a file; -o takes a folder")
+    cells = left(series, out, only)
+    if cells:
+        for line in check(cells, series):
+            note(line)
+    else:
+        note(f"{out}: every fit is done already, with the same data and settings; nothing was run")
+    with _progress() as progress:
+        failed = run(cells, series, out, told=note, progress=progress)
+    options = "".join((" --quick" if quick else "", *(f" --only {name}" for name in only)))
+    write(out / PAGE, series, judged(series, out), failed=failed, provenance={
+        "study": str(path), "version": f"seatrial {__version__}",
+        "data": "; ".join(dict.fromkeys(str(t.meta.get("source", "")) for t in series.tests.values())),
+        "command": f"seatrial identify {path}{options} -o {out}",
+    })  # fmt: skip
+    _tell(json.loads((out / PAGE).with_suffix(".json").read_text(encoding="utf-8")), out, as_json)
+    if failed:
+        raise FitError(f"{len(failed)} of {len(cells)} fits failed, first {failed[0]}")
+
+
+@contextmanager
+def _progress() -> Generator[Progress, None, None]:
+    """Live state of a fit on a terminal, a line now and then elsewhere."""
+    if not sys.stderr.isatty():
+
+        def told(iteration: int, objective: float, validation: float) -> None:
+            if iteration == 1 or iteration % _EVERY == 0:
+                note(_words(iteration, objective, validation))
+
+        yield told
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("reading") as status:
+        yield lambda iteration, objective, validation: status.update(_words(iteration, objective, validation))
+
+
+def _words(iteration: int, objective: float, validation: float) -> str:
+    watched = "" if math.isnan(validation) else f", validation {validation:.5g}"
+    return f"  {iteration}: loss {objective:.6g}{watched}"
+
+
+def _tell(found: Mapping[str, Any], out: Path, as_json: bool) -> None:
+    if as_json:
+        emit({**found, "run": str(out)})
+        return
+    tests = [*found["tests"], "together"]
+    rows = [
+        (key, str(len(one["seeds"])), *(_error(one, test) for test in tests)) for key, one in found["models"].items()
+    ]
+    show_table(("standardised error", "seeds", *tests), rows, right=tuple(range(1, len(tests) + 2)))
+    for claim in found["claims"]:
+        verdicts = ", ".join(f"{row['test']}: {row['verdict']}" for row in claim["rows"])
+        sys.stdout.write(f"{claim['says']}: {verdicts}\n")
+    sys.stdout.write(f"wrote {out / PAGE}, {(out / PAGE).with_suffix('.json')}\n")
+
+
+def _error(one: Mapping[str, Any], test: str) -> str:
+    mean, spread = one["mean"][test], one["standard_deviation"][test]
+    if mean is None:
+        return "no number" if one["seeds"] else ""
+    return figure(mean, 3) + ("" if spread is None else f" +- {figure(spread, 2)}")

@@ -1,0 +1,164 @@
+"""Running the cells of a series, each in a folder of its own: what is done stays, what was killed goes on."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..data import Array
+from ..parameters import unknown
+from ..ships import Ship
+from ..ships.files import load
+from . import FitError, Progress, StudyError
+from .lint import lint, raise_on_errors
+from .series import Cell, Row, Series
+from .store import HISTORY, MODEL, SUMMARY, claim, kept, load_fit_summary, save_fit
+
+FITS, CHECKPOINT = "fits", "checkpoint.npz"
+
+Told = Callable[[str], None]
+"""Called with a line about each cell that begins or fails."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """A fitted ship, or one that is judged as it is.
+
+    Attributes:
+        seed: None where nothing was drawn.
+        history: rows (iteration, objective, validation or NaN, seconds), shape (iterations, 4).
+        objective: what decided: the least loss on the validation trials, where the estimator watches them.
+        summary: what `fit.json` holds; empty for a ship as it is.
+    """
+
+    seed: int | None
+    ship: Ship
+    history: Array
+    objective: float
+    summary: dict[str, Any]
+
+    @property
+    def seconds(self) -> float:
+        """Time of the fit [s]."""
+        return float(self.summary.get("seconds", 0.0))
+
+
+def folder(out: Path, row: Row, cell: Cell) -> Path:
+    """Where a cell is run."""
+    return out / FITS / row.key / cell.name
+
+
+def check(cells: Sequence[tuple[Row, Cell]], series: Series) -> list[str]:
+    """Warnings on every problem, each said once, with the places where it is found.
+
+    Raises:
+        StudyError: a problem that cannot be run.
+    """
+    places: dict[str, dict[str, None]] = {}
+    seen: set[object] = set()
+    for _, cell in cells:
+        problem = cell.problem
+        trials = (tuple(t.name for t in some) for some in (problem.trials, problem.validation))
+        mark = problem.ship.name, problem.free, *trials
+        if mark in seen:
+            continue
+        seen.add(mark)
+        issues = lint(problem, tuple(series.tests.values()))
+        raise_on_errors(issues)
+        for issue in issues:
+            places.setdefault(f"{issue.severity}: {{}}: {issue.text}", {})[issue.where] = None
+    return [line.replace("{}", _named(list(where)), 1) for line, where in places.items()]
+
+
+def _named(where: Sequence[str]) -> str:
+    return where[0] if len(where) == 1 else f"{where[0]} and {len(where) - 1} more"
+
+
+def left(series: Series, out: Path, only: Sequence[str] = ()) -> list[tuple[Row, Cell]]:
+    """The cells that are still to be fitted, in the order of the file.
+
+    Args:
+        only: keys of the models that count; none counts all.
+
+    Raises:
+        StudyError: no such model.
+    """
+    for name in only:
+        if name not in (row.key for row in series.rows):
+            raise StudyError(f"{series.path}: {unknown(name, [row.key for row in series.rows], 'fit')}")
+    return [(row, cell) for row in series.rows if not only or row.key in only for cell in row.cells
+            if not _done(series, out, row, cell)]  # fmt: skip
+
+
+def _done(series: Series, out: Path, row: Row, cell: Cell) -> bool:
+    """Whether the fit of this very cell is in its folder.
+
+    Raises:
+        StudyError: the folder holds the fit of another problem.
+    """
+    where = folder(out, row, cell)
+    if not (where / SUMMARY).exists():
+        return False
+    claim(where, cell.digest, f"{series.name}: {row.key}")
+    return True
+
+
+def run(
+    cells: Sequence[tuple[Row, Cell]], series: Series, out: Path, *, told: Told, progress: Progress | None = None
+) -> list[str]:  # fmt: skip
+    """Fit cells, one after the other.
+
+    Returns:
+        The cells whose fit failed, with the reason; the others are done.
+
+    Raises:
+        StudyError: a cell cannot be run, or its folder holds the fit of another problem.
+    """
+    failed: list[str] = []
+    for number, (row, cell) in enumerate(cells, start=1):
+        where = folder(out, row, cell)
+        fresh = claim(where, cell.digest, f"{series.name}: {row.key}")
+        told(f"{number} of {len(cells)}: {row.key}, {cell.name}")
+        try:
+            with kept(where, fresh):
+                fit = cell.estimator.fit(cell.problem, progress=progress, checkpoint=where / CHECKPOINT)
+        except FitError as error:
+            failed.append(f"{row.key}, {cell.name}: {error}")
+            told(f"error: {failed[-1]}")
+            continue
+        save_fit(fit, where, cell.problem, study=f"{series.name}: {row.key}")
+        (where / CHECKPOINT).unlink(missing_ok=True)
+    return failed
+
+
+def members(series: Series, row: Row, out: Path) -> tuple[Member, ...]:
+    """What is done of a row, in the order of its seeds.
+
+    Raises:
+        StudyError: a folder holds the fit of another problem.
+    """
+    if not row.cells:
+        return (Member(None, row.ship, np.zeros((0, 4)), math.nan, {}),)
+    found: list[Member] = []
+    for cell in row.cells:
+        where = folder(out, row, cell)
+        if _done(series, out, row, cell):
+            summary = load_fit_summary(where)
+            objective = summary["objective"]
+            found.append(Member(
+                cell.seed, load(where / MODEL), _history(where / HISTORY),
+                math.nan if objective is None else float(objective), summary,
+            ))  # fmt: skip
+    return tuple(found)
+
+
+def _history(path: Path) -> Array:
+    with path.open(encoding="utf-8", newline="") as stream:
+        rows = [[float(value) if value else math.nan for value in row] for row in list(csv.reader(stream))[1:]]
+    return np.array(rows).reshape(-1, 4)

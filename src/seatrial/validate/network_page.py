@@ -1,0 +1,235 @@
+"""The report of a series of fits: Table 9 of Wakita 2022 and what goes with it, for any models and trials."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ..identify.series import FULL, Claim, Series
+from ..identify.store import replace_file
+from . import figures, network_figures
+from .coverage import Coverage
+from .network_numbers import covered, numbers, to_json
+from .network_scores import BASELINE, TOGETHER, Found, Standing, Table
+from .page import bullets, figure, number, page, table, text
+
+_MINUTE = 60.0
+_MEANT = {
+    "holds": "holds", "does not hold": "does not hold", "not run": "not run yet",
+    "within the spread of the seeds": "cannot be told from chance",
+}  # fmt: skip
+
+
+def write(
+    path: str | Path, series: Series, found: Table, *, provenance: Mapping[str, str], failed: Sequence[str] = ()
+) -> Path:
+    """Write the page, and its numbers beside it as .json; whole or not at all.
+
+    Args:
+        failed: cells whose fit failed, with the reason.
+    """
+    here = Path(path)
+    here.parent.mkdir(parents=True, exist_ok=True)
+    cover = covered(series)
+    replace_file(here.with_suffix(".json"), to_json({**numbers(series, found, cover), "failed": list(failed),
+                                                     "provenance": dict(provenance)}))  # fmt: skip
+    replace_file(here, document(series, found, cover, provenance=provenance, failed=failed))
+    return here
+
+
+def document(
+    series: Series, found: Table, cover: Mapping[str, Mapping[str, Coverage]], *, provenance: Mapping[str, str],
+    failed: Sequence[str] = (),
+) -> str:  # fmt: skip
+    """The whole page; arguments as in `write`, and the cover of each test trial by composition."""
+    entries = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in provenance.items())
+    parts = (
+        _head(series, found, failed), _scores(series, found), _claims(found), _curves(found), _tracks(series, found),
+        _cover(cover), _cost(found), f"<h2>Provenance</h2><dl>{entries}</dl>",
+    )  # fmt: skip
+    return page(series.title, "".join(parts))
+
+
+def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
+    run = [one for one in found.standings if one.members and math.isfinite(one.mean(TOGETHER))]
+    best = min(run, key=lambda one: one.mean(TOGETHER), default=None)
+    outcomes = [f.verdict for _, rows in found.claims for f in rows if f.verdict != "not run"]
+    trained = [m for one in found.standings for m in one.members if m.summary]
+    tiles: list[tuple[str, str]] = []
+    if best is not None:
+        tiles.append((number(best.mean(TOGETHER)), f"least error, all test trials together: {best.title}"))
+    tiles += [
+        (number(found.standings[-1].mean(TOGETHER)), f"the same for {BASELINE}"),
+        (f"{outcomes.count('holds')} of {len(outcomes)}", "rows in which an expected order holds"),
+        (f"{len(trained)}", f"fits, {number(sum(m.seconds for m in trained) / _MINUTE, 2)} minutes in all"),
+    ]
+    shown = "".join(
+        f'<div class="tile{" main" if k == 0 else ""}"><b>{text(value)}</b><span>{text(what)}</span></div>'
+        for k, (value, what) in enumerate(tiles)
+    )
+    care = [f"failed: {line}" for line in failed]
+    if series.budget != FULL:
+        what = "it shows that everything runs; its figures mean nothing"
+        care.append(f"A rehearsal in the budget '{series.budget}': {what}.")
+    waiting = [one.key for one in found.standings[:-1] if len(one.members) < max(len(series.row(one.key).cells), 1)]
+    if waiting:
+        care.append(f"Not complete: {', '.join(waiting)} {'is' if len(waiting) == 1 else 'are'} still to be fitted.")
+    warned = f'<div class="note"><strong>What to be careful of</strong>{bullets(care)}</div>' if care else ""
+    about = f'<p class="lead">{text(series.about)}</p>' if series.about else ""
+    return f'<h1>{text(series.title)}</h1>{about}<div class="tiles">{shown}</div>{warned}'
+
+
+def _scores(series: Series, found: Table) -> str:
+    """Mean and standard deviation over the seeds, and beneath each what a publication has."""
+    published = series.published
+    more = [row for row in dict.fromkeys(r for column in published.rows.values() for r in column)
+            if row not in found.tests]  # fmt: skip
+    tests = (*found.tests, *more)
+    least = {test: _least(found, test) for test in found.tests}
+    rows: list[list[str]] = []
+    for one in found.standings:
+        cells = [_cell(one, test, least[test]) if test in found.tests else "–" for test in tests]
+        several = f", {len(one.members)} seeds" if len(one.members) > 1 else ""
+        rows.append([one.title + several, *cells])
+        if one.published in published.rows:
+            column = published.rows[one.published]
+            rows.append(["↳ paper, protocol not confirmed",
+                         *(_pair(*column[test]) if test in column else "–" for test in tests)])  # fmt: skip
+    drawn = [one for one in found.standings if one.members]
+    caption = "Mean error of each model by trial"
+    marks = network_figures.bars(
+        [one.key for one in drawn], {test: [one.mean(test) for one in drawn] for test in found.tests},
+        "standardised error (Eq. 25) [-]",
+    ) if drawn else ""  # fmt: skip
+    restart = "predictions run through" if series.restart is None else f"restarts every {series.restart:g} s"
+    scale = ", ".join(f"{name} {number(value, 4)}" for name, value in found.sigma.items())
+    note = (
+        f"Wakita 2022 Eq. 25: sum over six states of the mean squared error over sigma squared; {restart} from the "
+        f"measured state, measured controls and true wind held from sample to sample, Euler's rule. sigma: {scale}. "
+        "Mean ± standard deviation over the seeds (one where none are told); bold: least of its column."
+    )
+    paper = f'<p class="soft">{text(published.source)}. {text(published.note)}</p>' if published.source else ""
+    files = bullets(f"{label}: {trial.name}, {trial.duration:.0f} s" for label, trial in series.tests.items())
+    return (
+        f"<h2>The models on trials that no fit has seen</h2>{table(['model', *tests], rows)}"
+        f'<p class="soft">{text(note)}</p>{paper}<div class="figures">{figure(marks, caption)}</div>'
+        f"<h3>The test trials</h3>{files}"
+    )
+
+
+def _least(found: Table, test: str) -> float:
+    return min((one.mean(test) for one in found.standings if one.members), default=math.inf)
+
+
+def _cell(one: Standing, test: str, least: float) -> str:
+    mean = one.mean(test)
+    if math.isnan(mean):
+        return "–"
+    if math.isinf(mean):
+        return "no number"
+    return ("*" if mean <= least else "") + _pair(mean, one.deviation(test))
+
+
+def _pair(mean: float, deviation: float = math.nan) -> str:
+    """Mean ± standard deviation, as many decimals as the paper prints."""
+    decimals = 3 if mean < 10.0 else 1 if mean < 100.0 else 0
+    return f"{mean:.{decimals}f}" + (f" ± {deviation:.{decimals}f}" if math.isfinite(deviation) else "")
+
+
+def _claims(found: Table) -> str:
+    if not found.claims:
+        return ""
+    said = bullets(_words(found, claim, rows) for claim, rows in found.claims)
+    rows = [
+        [f"{k}. {claim.better} against {claim.worse}", f.test, _number(f.better), _number(f.worse), _number(f.ratio),
+         f"{claim.factor:g}", f.verdict]
+        for k, (claim, outcome) in enumerate(found.claims, start=1) for f in outcome if f.verdict != "not run"
+    ]  # fmt: skip
+    head = ["order", "in", "first", "second", "ratio", "at least", "verdict"]
+    note = ("One seed tells nothing about the spread of the seeds, so with one a ratio is only what it is. With "
+            "several, two standard errors of the means are within the spread.")  # fmt: skip
+    body = f'{table(head, rows, words=(1, 6))}<p class="soft">{text(note)}</p>' if rows else ""
+    return f"<h2>What was expected, and what is found</h2>{said}{body}"
+
+
+def _words(found: Table, claim: Claim, rows: Sequence[Found]) -> str:
+    """One sentence on a claim: whether it holds, where, and by how much."""
+    by_verdict: dict[str, list[str]] = {}
+    for f in rows:
+        by_verdict.setdefault(f.verdict, []).append(f"{f.test} ({_number(f.worse)} against {_number(f.better)}, "
+                                                    f"{_number(f.ratio)} times)")  # fmt: skip
+    return f"{claim.says}: " + "; ".join(f"{_MEANT[verdict]} in {', '.join(names)}" if verdict != "not run" else
+                                          _MEANT[verdict] for verdict, names in by_verdict.items()) + "."  # fmt: skip
+
+
+def _number(value: float) -> str:
+    return "no number" if math.isinf(value) else number(value)
+
+
+def _curves(found: Table) -> str:
+    some = [one for one in found.standings if one.weights and all(len(m.history) for m in one.members)]
+    drawn = "".join(figure(network_figures.validation(one), one.title) for one in some)
+    note = ("Loss of the windows of the validation trials, which decides the weights that are kept (circle). Losses of "
+            "different kinds and of different validation trials cannot be compared.")  # fmt: skip
+    if not drawn:
+        return ""
+    return f'<h2>While they learned</h2><p class="soft">{text(note)}</p><div class="figures">{drawn}</div>'
+
+
+def _tracks(series: Series, found: Table) -> str:
+    chosen = [one for key in series.draw if (one := found.standing(key)) is not None and one.drawn]
+    if not chosen or not series.tracks:
+        return ""
+    baseline = chosen[-1].key if len(chosen) > 1 and not chosen[-1].members[0].summary else ""
+    several = [one for key in series.seeds if (one := found.standing(key)) is not None and len(one.members) > 1]
+    styles = figures.line_styles([one.key for one in chosen], baseline)
+    parts: list[str] = []
+    for test in series.tracks:
+        some = [one.drawn[test] for one in chosen if test in one.drawn]
+        if not some:
+            continue
+        spread = figure(network_figures.seeds(several, test), f"{test}: every seed of each model") if several else ""
+        parts.append(
+            f'<h3>{text(test)}: {text(series.tests[test].name)}</h3><div class="figures">'
+            f"{figure(figures.track(some, styles, test), f'{test}: track, north up, at equal scale, from the start')}"
+            f"{figure(figures.series(some, styles, test), f'{test}: heading, speeds, rate of turn; lines as beside')}"
+            f"{spread}</div>"
+        )
+    note = "Of several seeds, the one that the validation trials prefer."
+    if series.restart is not None:
+        note += f" Every {series.restart:g} s a prediction begins anew from the measured state."
+    return f'<h2>Tracks</h2><p class="soft">{text(note)}</p>{"".join(parts)}'
+
+
+def _cover(cover: Mapping[str, Mapping[str, Coverage]]) -> str:
+    if not cover:
+        return ""
+    tests = list(next(iter(cover.values())))
+    rows = [[test, *(_covered(found[test]) for found in cover.values())] for test in tests]
+    note = (
+        "Share of samples whose nearest training samples, in speeds, controls and apparent wind, are farther than "
+        "those of 99 in 100 training samples are in the other training files; 1 % is usual. Above 5 % a trial touches "
+        "the edge of the training data, above 20 % it leaves them; the channels that do so are named. "
+        "Each composition sets its own limit: the denser its files cover each other, the sooner a trial is novel."
+    )
+    head = ["test trial", *(f"trained on {name}" for name in cover)]
+    body = table(head, rows, words=range(1, len(head)))
+    return f'<h2>Does the training cover the tests?</h2>{body}<p class="soft">{text(note)}</p>'
+
+
+def _covered(found: Coverage) -> str:
+    where = f" ({', '.join(found.channels)})" if found.channels else ""
+    return f"{found.verdict}, {100 * found.share:.1f} %{where}"
+
+
+def _cost(found: Table) -> str:
+    rows = [
+        [one.title, str(m.seed) if m.seed is not None else "–", str(one.weights) if one.weights else "–",
+         str(len(m.history)), str(m.summary.get("evaluations", "–")), number(m.seconds / _MINUTE, 2),
+         number(m.objective), str(m.summary.get("status", ""))]
+        for one in found.standings for m in one.members if m.summary
+    ]  # fmt: skip
+    head = ["model", "seed", "weights", "epochs", "updates", "minutes", "loss that decided", "ended"]
+    note = "Of a fit of physics: iterations and evaluations in place of epochs and updates, its objective as the loss."
+    return f'<h2>What each fit took</h2>{table(head, rows, words=(7,))}<p class="soft">{text(note)}</p>' if rows else ""
