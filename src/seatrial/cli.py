@@ -107,10 +107,10 @@ for command in (ships, show, simulate, models, estimate, design, requirements, i
 
 @app.command("import")
 def import_(
-    format: Annotated[str, typer.Argument(help="frt-esso, simman, usv-asw, or csv with --mapping.")],
+    format: Annotated[str, typer.Argument(help="frt-esso, simman, usv-asw, nmea, or csv with --mapping.")],
     source: Annotated[Path, typer.Argument(metavar="SRC", help="A log, or a folder of them.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the trial files.")],
-    mapping: Annotated[Path | None, typer.Option(help="Mapping file, for the format csv.")] = None,
+    mapping: Annotated[Path | None, typer.Option(help="Mapping file, for csv and nmea.")] = None,
     json: Json = False,
 ) -> None:
     """Foreign logs to trial files."""

@@ -79,13 +79,13 @@ def test_requests_that_are_wrong(tmp_path):
     (tmp_path / "a.csv").write_text(LOG)
     with pytest.raises(DataError, match="no format 'frt-eso'; near: frt-esso"):
         import_log("frt-eso", tmp_path, tmp_path / "o")
-    with pytest.raises(DataError, match="known: frt-esso, simman, usv-asw, csv"):
-        import_log("nmea", tmp_path, tmp_path / "o")
+    with pytest.raises(DataError, match="near: nmea"):
+        import_log("nmeb", tmp_path, tmp_path / "o")
     with pytest.raises(DataError, match="needs a mapping"):
         import_log("csv", tmp_path, tmp_path / "o")
     with pytest.raises(DataError, match=r"no column 'Time'|no column"):
         import_log("frt-esso", tmp_path / "a.csv", tmp_path / "o")
-    assert FORMATS == ("frt-esso", "simman", "usv-asw", "csv")
+    assert FORMATS == ("frt-esso", "simman", "usv-asw", "nmea", "csv")
 
 
 def test_esso(data_file, tmp_path):

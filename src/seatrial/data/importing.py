@@ -1,6 +1,7 @@
 """Foreign logs to trial files.
 
-A format is a module with `read(path) -> Trial`; `csv` is read by a mapping file.  Everything is read
+A format is a module with `read(path) -> Trial`; `csv` is read by a mapping file, and `nmea` may have one that says
+where the instruments are.  Everything is read
 before anything is written, so that a file that fails leaves nothing behind.
 """
 
@@ -11,21 +12,22 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ..parameters import unknown
-from . import DataError, Trial, frt_esso, simman, usv_asw
+from . import DataError, Trial, frt_esso, nmea_log, nmea_trial, simman, usv_asw
 from .mapping import read as read_by_mapping
 from .mapping import read_mapping
 from .table import existing, lines_of
 from .trialfile import FOREIGN, read_trial, write_trial
 
 READERS: Mapping[str, Callable[[Path], Trial]] = MappingProxyType({
-    "frt-esso": frt_esso.read, "simman": simman.read, "usv-asw": usv_asw.read,
+    "frt-esso": frt_esso.read, "simman": simman.read, "usv-asw": usv_asw.read, "nmea": nmea_trial.read,
 })  # fmt: skip
 """Formats whose columns are known."""
 
 FORMATS = (*READERS, "csv")
 """Names that `import_log` knows."""
 
-_SUFFIXES = {"frt-esso": frt_esso.SUFFIX, "simman": simman.SUFFIX, "usv-asw": usv_asw.SUFFIX, "csv": ".csv"}
+_SUFFIXES = {"frt-esso": frt_esso.SUFFIX, "simman": simman.SUFFIX, "usv-asw": usv_asw.SUFFIX, "nmea": nmea_log.SUFFIX,
+             "csv": ".csv"}  # fmt: skip
 
 
 def import_log(
@@ -37,7 +39,7 @@ def import_log(
         format: one of `FORMATS`.
         src: a file, or a folder whose files (of the format's suffix, also in its folders) are read.
         out: folder for the trial files; made if it is not there.
-        mapping: mapping file, for the format csv.
+        mapping: mapping file, for the format csv, and where it helps for nmea.
 
     Returns:
         The CSV files written, in the order read.
@@ -93,6 +95,9 @@ def read_logs(paths: Iterable[str | Path]) -> tuple[Trial, ...]:
 def _reader(format: str, mapping: str | Path | None) -> Callable[[Path], Trial]:
     if format not in FORMATS:
         raise DataError(unknown(format, FORMATS, "format"))
+    if format == "nmea" and mapping is not None:
+        aboard = nmea_trial.read_aboard(Path(mapping))
+        return lambda path: nmea_trial.read(path, aboard)
     if format != "csv":
         if mapping is not None:
             raise DataError(f"format {format} takes no mapping file; its columns are known")

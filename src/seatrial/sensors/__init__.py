@@ -1,14 +1,21 @@
-"""Sensors: what a logger records of a true run, with noise, bias and resolution, seeded."""
+"""Sensors: what instruments make of a true run, with noise, bias and resolution, seeded.
+
+Contract: `Sensors` reads a whole trial at once, as a logger would have recorded it.  An instrument of the bridge
+(`instruments`) is a frozen description; ``instrument.start(seed)`` gives one at work, which is asked at every step by
+``read(t, truth)`` and answers with a `Reading` when it has one.  All values are SI and radians with the names of the
+conventions; what a standard calls degrees, knots or rpm is the business of whoever speaks that standard.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
-from .data import Trial
-from .parameters import unknown
+from ..data import Trial
+from ..parameters import unknown
 
 
 class SensorError(ValueError):
@@ -50,3 +57,24 @@ class Sensors:
             step = self.quantum.get(name, 0.0)
             channels[name] = np.round(values / step) * step if step else values
         return trial.having(**channels).noting("read by virtual sensors")
+
+
+class Truth(Protocol):
+    """Whatever gives true values by name: a mapping, or a plant under way."""
+
+    def __getitem__(self, name: str, /) -> float: ...
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What an instrument says.
+
+    Attributes:
+        kind: kind of the instrument: gnss, gyro, rate_gyro, speed_log, anemometer or feedback.
+        t: time at which it was true [s]; a late instrument says it later.
+        values: by name, SI units and radians.
+    """
+
+    kind: str
+    t: float
+    values: Mapping[str, float]

@@ -1,0 +1,223 @@
+"""Several ships moved together, tick by tick, without a clock; what went wrong is put on record."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..engine import SimulationError
+from ..environment import Environment
+from ..parameters import unknown
+from ..sensors import Reading
+from ..sensors.suite import Suite, Watch
+from .helm import CommandError
+from .plant import Plant
+from .schedule import LoopError
+
+_EVENTS = 1000
+"""Events that are kept; older ones are only counted."""
+
+
+class Witness(Protocol):
+    """Whoever wants to see a ship at each tick, after her orders and before she moves; a recording."""
+
+    def see(self, plant: Plant) -> None:
+        """She is so now."""
+        ...
+
+    def jumped(self, plant: Plant) -> None:
+        """She was taken to another state."""
+        ...
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that whoever is in command should know.
+
+    Attributes:
+        t: simulated time [s].
+        ship: her name in the loop; empty where it concerns all.
+        kind: clipped, stale, heard, outside, inside, failed, slipped or dropped.
+        text: one line.
+    """
+
+    t: float
+    ship: str
+    kind: str
+    text: str
+
+
+class Vessel:
+    """One ship of a loop: her plant, her instruments, and what is known of who commands her.
+
+    Attributes:
+        failure: why she moves no more; None while she does.
+        heard: simulated time of the last order [s]; None before the first.
+        stale: whether that was longer ago than a commander may be silent.
+        clipped: orders that are beyond the limits now.
+        outside: the state that is outside her validity, if any.
+        readings: what her instruments said during the last tick.
+    """
+
+    def __init__(self, name: str, plant: Plant, watch: Watch | None) -> None:
+        self.name, self.plant, self.watch = name, plant, watch
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing has happened yet."""
+        self.failure: str | None = None
+        self.heard: float | None = None
+        self.stale = False
+        self.clipped: set[str] = set()
+        self.outside: str | None = None
+        self.readings: list[Reading] = []
+
+
+class Fleet:
+    """Ships under way together.
+
+    Attributes:
+        rate: ticks per simulated second [Hz].
+        k: ticks since the start.
+        vessels: the ships by name.
+        patience: time without orders after which a ship that was commanded is called stale [s].
+        events, counted: the last events, and how many of each kind there were.
+    """
+
+    def __init__(
+        self, plants: Sequence[Plant] | Mapping[str, Plant], rate: float, sensors: Suite | Mapping[str, Suite] | None,
+        patience: float,
+    ) -> None:  # fmt: skip
+        named = dict(plants) if isinstance(plants, Mapping) else _named(plants)
+        if not named:
+            raise LoopError("a loop without ships; give one at least")
+        if not (rate > 0.0 and math.isfinite(rate)):
+            raise LoopError(f"a rate of {rate:g} Hz; it must be above zero, and finite")
+        if not patience > 0.0:
+            raise LoopError(f"a patience of {patience:g} s; it must be above zero")
+        self._steps = {name: _steps_a_tick(name, plant, rate) for name, plant in named.items()}
+        suites = dict.fromkeys(named, sensors) if isinstance(sensors, Suite) else dict(sensors or {})
+        for name in suites:
+            if name not in named:
+                raise LoopError(f"sensors: {unknown(name, named, 'ship')}")
+        self.vessels = {n: Vessel(n, p, suites[n].start(p.seed) if n in suites else None) for n, p in named.items()}
+        self.rate, self.k, self.patience = rate, 0, patience
+        self.events: deque[Event] = deque(maxlen=_EVENTS)
+        self.counted: Counter[str] = Counter()
+        self.witnesses: list[tuple[str, Witness]] = []
+
+    @property
+    def t(self) -> float:
+        """Simulated time [s]."""
+        return self.k / self.rate
+
+    def vessel(self, ship: str) -> Vessel:
+        """A ship by name.
+
+        Raises:
+            CommandError: there is none.
+        """
+        if ship not in self.vessels:
+            raise CommandError(unknown(ship, self.vessels, "ship"))
+        return self.vessels[ship]
+
+    def tell(self, ship: str, kind: str, text: str) -> None:
+        """Put an event on record."""
+        self.counted[kind] += 1
+        self.events.append(Event(self.t, ship, kind, text))
+
+    def obey(self, ship: str, control: str, value: float) -> None:
+        """Take an order for a ship, clipped where her gear ends."""
+        vessel = self.vessels[ship]
+        taken = vessel.plant.order(control, value)
+        if abs(taken - value) > 1e-12 * max(abs(value), 1.0):
+            if control not in vessel.clipped:
+                self.tell(ship, "clipped", f"{control} ordered to {value:.4g}, taken as {taken:.4g}")
+            vessel.clipped.add(control)
+        else:
+            vessel.clipped.discard(control)
+        vessel.heard = self.t
+        if vessel.stale:
+            vessel.stale = False
+            self.tell(ship, "heard", "orders come again")
+
+    def surround(self, ship: str, environment: Environment) -> None:
+        """Let wind, current, waves and depth about a ship be these."""
+        self.vessels[ship].plant.surround(environment)
+
+    def move(self) -> None:
+        """Show each ship to her witnesses, and move her by one tick; who blows up stays where she is."""
+        self.show(lambda witness, plant: witness.see(plant))
+        for name, vessel in self.vessels.items():
+            vessel.readings = []
+            if vessel.failure is None:
+                try:
+                    self._sail(vessel, self._steps[name])
+                except SimulationError as error:
+                    vessel.failure = str(error)
+                    self.tell(name, "failed", vessel.failure)
+        self.k += 1
+        for vessel in self.vessels.values():
+            self._look_after(vessel)
+
+    def show(self, how: Callable[[Witness, Plant], None]) -> None:
+        """Show ships that sail to their witnesses; a witness that fails is left out from then on."""
+        for pair in tuple(self.witnesses):
+            vessel = self.vessels[pair[0]]
+            if vessel.failure is None:
+                try:
+                    how(pair[1], vessel.plant)
+                except Exception as error:
+                    self.witnesses.remove(pair)
+                    self.tell(pair[0], "dropped", f"a witness failed: {error}")
+
+    def arrive(self, k: int) -> None:
+        """Begin anew at tick `k`, in whatever state the ships were taken to."""
+        self.k = k
+        for vessel in self.vessels.values():
+            vessel.forget()
+        self.show(lambda witness, plant: witness.jumped(plant))
+
+    @staticmethod
+    def _sail(vessel: Vessel, steps: int) -> None:
+        plant, watch, readings = vessel.plant, vessel.watch, vessel.readings
+        for _ in range(steps):
+            plant.step()
+            if watch is not None:
+                readings += watch.read(plant.t, plant)
+
+    def _look_after(self, vessel: Vessel) -> None:
+        """Watch over the commander's silence and the validity of the model; orders hold meanwhile."""
+        silence = 0.0 if vessel.heard is None else self.t - vessel.heard
+        if silence > self.patience and not vessel.stale:
+            vessel.stale = True
+            self.tell(vessel.name, "stale", f"no order for {silence:.3g} s; the last ones hold")
+        found = vessel.plant.outside() if vessel.failure is None else None
+        if found is not None and vessel.outside is None:
+            self.tell(vessel.name, "outside", f"{found[0]} = {found[1]:.4g} is outside what the model holds for")
+        elif found is None and vessel.outside is not None and vessel.failure is None:
+            self.tell(vessel.name, "inside", "back where the model holds")
+        vessel.outside = None if found is None else found[0]
+
+
+def _named(plants: Sequence[Plant]) -> dict[str, Plant]:
+    """Ships by the names of their files, numbered from the second of one name on."""
+    found: dict[str, Plant] = {}
+    for plant in plants:
+        name, number = plant.ship.name, 1
+        while name in found:
+            number += 1
+            name = f"{plant.ship.name}_{number}"
+        found[name] = plant
+    return found
+
+
+def _steps_a_tick(name: str, plant: Plant, rate: float) -> int:
+    steps = 1.0 / (rate * plant.dt)
+    if abs(steps - round(steps)) > 1e-6 * steps or round(steps) < 1:
+        wanted = f"a whole number of her steps of {plant.dt:g} s must fit between two"
+        raise LoopError(f"{name}: {rate:g} ticks a second; {wanted}")
+    return round(steps)

@@ -1,0 +1,273 @@
+"""The loop in real time: ships on a schedule that does not drift, orders from any thread, nothing hidden."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from ..environment import Environment
+from ..parameters import unknown
+from ..sensors import Reading
+from ..sensors.suite import Suite
+from .fleet import Event, Fleet, Vessel, Witness
+from .helm import CommandError
+from .plant import Plant
+from .saved import packed, unpacked
+from .schedule import Clock, LoopError, Schedule, WallClock
+
+__all__ = ["CommandError", "Event", "Loop", "LoopError", "LoopReport", "Vessel", "Witness"]
+
+_NAP = 0.05
+"""Longest wait at a time [s], so that a pause or a stop is heard."""
+
+
+@dataclass(frozen=True)
+class LoopReport:
+    """How the loop has kept up since it was made.
+
+    Attributes:
+        t: simulated time [s].
+        ticks: ticks taken.
+        overruns: ticks that began more than one period late.
+        worst_late, late: how late the latest and the last tick began [s].
+        slipped: time on the clock that was given up because the machine stood still [s].
+        events: how many of each kind, the forgotten ones included.
+    """
+
+    t: float
+    ticks: int
+    overruns: int
+    worst_late: float
+    late: float
+    slipped: float
+    events: Mapping[str, int]
+
+
+class Loop:
+    """Ships under way together, tick by tick.
+
+    Each tick takes in the orders that came since the last one (of several for one control the last counts), shows
+    each ship to her witnesses, and moves her by the steps of one period.  Orders hold until the next.  All methods
+    may be called from any thread.
+
+    Attributes:
+        paused: whether it waits.
+    """
+
+    def __init__(
+        self, plants: Sequence[Plant] | Mapping[str, Plant], rate: float, factor: float = 1.0, *,
+        sensors: Suite | Mapping[str, Suite] | None = None, patience: float = math.inf, clock: Clock | None = None,
+    ) -> None:  # fmt: skip
+        """A loop at simulated time 0.
+
+        Args:
+            plants: ships, by name or by the names of their files (numbered where one comes twice).
+            rate: ticks per simulated second [Hz]; a whole number of steps of each ship fits between two.
+            factor: simulated time over time on the clock, 0.1 to 100, or infinite for as fast as possible.
+            sensors: instruments of all ships, or by name.
+            patience: time without orders after which a ship that was commanded is called stale [simulated s].
+            clock: what tells time; the machine's by default.
+
+        Raises:
+            LoopError: no ships, a rate that does not fit, a factor that cannot be, sensors of nobody.
+        """
+        self._fleet = Fleet(plants, rate, sensors, patience)
+        self._clock = clock or WallClock()
+        self._schedule = Schedule(rate, factor, self._clock)
+        self._asked: dict[tuple[str, str], float] = {}
+        self._around: dict[str, Environment] = {}
+        self._callbacks: list[Callable[[Loop], None]] = []
+        self._lock, self._stopping = threading.RLock(), threading.Event()
+        self.paused = False
+
+    @property
+    def t(self) -> float:
+        """Simulated time [s]."""
+        return self._fleet.t
+
+    @property
+    def k(self) -> int:
+        """Ticks since the start of the simulated time."""
+        return self._fleet.k
+
+    @property
+    def rate(self) -> float:
+        """Ticks per simulated second [Hz]."""
+        return self._fleet.rate
+
+    @property
+    def factor(self) -> float:
+        """Simulated time over time on the clock."""
+        return self._schedule.factor
+
+    @property
+    def vessels(self) -> Mapping[str, Vessel]:
+        """The ships by name."""
+        return self._fleet.vessels
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """The last 1000 events, the oldest first."""
+        with self._lock:
+            return tuple(self._fleet.events)
+
+    @property
+    def report(self) -> LoopReport:
+        """How it has kept up."""
+        s = self._schedule
+        return LoopReport(self.t, s.ticks, s.overruns, s.worst, s.late, s.slipped, dict(self._fleet.counted))
+
+    def readings(self, ship: str) -> Sequence[Reading]:
+        """What the instruments of a ship said during the last tick."""
+        return self._fleet.vessel(ship).readings
+
+    def order(self, ship: str, control: str, value: float) -> None:
+        """Order a control of a ship from the next tick on.
+
+        Raises:
+            CommandError: no such ship or control, or not a finite number.
+        """
+        plant = self._fleet.vessel(ship).plant
+        if control not in plant.orders:
+            raise CommandError(f"{ship}: {unknown(control, plant.orders, 'control')}")
+        if not math.isfinite(value):
+            raise CommandError(f"{ship}: {control} ordered to {value}; give a finite number")
+        with self._lock:
+            self._asked.pop((ship, control), None)  # the last order comes last, whatever else it moves
+            self._asked[ship, control] = float(value)
+
+    def surround(self, ship: str, environment: Environment) -> None:
+        """Let wind, current, waves and depth about a ship be these from the next tick on.
+
+        Raises:
+            CommandError: no such ship, or a value that is not finite.
+        """
+        self._fleet.vessel(ship)
+        if not all(math.isfinite(float(value)) for value in environment):
+            raise CommandError(f"{ship}: wind, current, waves and depth must be finite numbers")
+        with self._lock:
+            self._around[ship] = environment
+
+    def witness(self, ship: str, witness: Witness) -> None:
+        """Show a ship to somebody from the next tick on; who fails is left out from then on."""
+        self._fleet.vessel(ship)
+        with self._lock:
+            self._fleet.witnesses.append((ship, witness))
+
+    def dismiss(self, witness: Witness) -> None:
+        """Show nothing more to somebody."""
+        with self._lock:
+            self._fleet.witnesses[:] = [pair for pair in self._fleet.witnesses if pair[1] is not witness]
+
+    def after(self, callback: Callable[[Loop], None]) -> None:
+        """Call somebody after each tick; who fails is left out from then on."""
+        with self._lock:
+            self._callbacks.append(callback)
+
+    def run(self, duration: float = math.inf) -> LoopReport:
+        """Keep the schedule until `stop`, or for so much simulated time [s]."""
+        self._stopping.clear()
+        self._schedule.anchor()
+        end = self.k + duration * self.rate - 1e-6
+        while not self._stopping.is_set() and self.k < end:
+            left = _NAP if self.paused else self._schedule.left()
+            if left > 0.0:
+                self._clock.sleep(min(left, _NAP))
+                continue
+            with self._lock:
+                if not self.paused:
+                    self._note(self._schedule.begin())
+                    self._tick()
+            if math.isinf(self._schedule.factor):
+                self._clock.sleep(0.0)  # let the other threads in
+        return self.report
+
+    def stop(self) -> None:
+        """End `run` after the tick at hand."""
+        self._stopping.set()
+
+    def pause(self) -> None:
+        """Wait from now on."""
+        with self._lock:
+            self.paused = True
+
+    def resume(self) -> None:
+        """Go on; nothing is caught up with."""
+        with self._lock:
+            self.paused = False
+            self._schedule.anchor()
+
+    def step(self) -> None:
+        """Take one tick now, whatever the schedule says; for a loop that is paused or not run."""
+        with self._lock:
+            self._tick()
+
+    def pace(self, factor: float) -> None:
+        """Change the time factor.
+
+        Raises:
+            LoopError: not between 0.1 and 100, nor infinite.
+        """
+        with self._lock:
+            self._schedule.pace(factor)
+
+    def reset(self) -> None:
+        """All ships back to their start, their instruments and the time as well; orders that wait are forgotten."""
+        with self._lock:
+            for vessel in self.vessels.values():
+                vessel.plant.reset()
+                if vessel.watch is not None:
+                    vessel.watch.reset()
+            self._arrive(0)
+
+    def snapshot(self) -> bytes:
+        """Everything that decides how all ships and instruments go on."""
+        with self._lock:
+            return packed(self.k, self.rate, self.vessels)
+
+    def restore(self, saved: bytes) -> None:
+        """Go on from what `snapshot` gave; of the same ships at the same rate.
+
+        Raises:
+            ShipError, SensorError: saved of others; the loop is then as it was.
+        """
+        with self._lock:
+            before = self.snapshot()
+            try:
+                k = unpacked(saved, self.rate, self.vessels)
+            except ValueError:
+                unpacked(before, self.rate, self.vessels)
+                raise
+            self._arrive(k)
+
+    def tell(self, ship: str, kind: str, text: str) -> None:
+        """Put an event on record, of somebody beside the loop (a wire, a page)."""
+        with self._lock:
+            self._fleet.tell(ship, kind, text)
+
+    def _tick(self) -> None:
+        fleet = self._fleet
+        asked, self._asked = self._asked, {}
+        around, self._around = self._around, {}
+        for (ship, control), value in asked.items():
+            fleet.obey(ship, control, value)
+        for ship, environment in around.items():
+            fleet.surround(ship, environment)
+        fleet.move()
+        for callback in tuple(self._callbacks):
+            try:
+                callback(self)
+            except Exception as error:
+                self._callbacks.remove(callback)
+                fleet.tell("", "dropped", f"a listener failed: {error}")
+
+    def _note(self, given_up: float) -> None:
+        if given_up > 0.0:
+            self._fleet.tell("", "slipped", f"the machine stood still; {given_up:.3g} s are not caught up with")
+
+    def _arrive(self, k: int) -> None:
+        self._asked, self._around = {}, {}
+        self._fleet.arrive(k)
+        self._schedule.anchor()

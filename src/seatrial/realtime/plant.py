@@ -1,0 +1,271 @@
+"""A ship to be steered: ship, actuators and surroundings as one compiled step with memory of its own."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..approach import approach
+from ..data import Array
+from ..engine import SimulationError
+from ..engine.rollout import Simulator, simulator
+from ..engine.single import Stepper, stepper
+from ..environment import CHANNELS, Environment, Uniform, Weather, components
+from ..models import STATES, Sampled, Stepped, follows
+from ..parameters import unknown
+from ..ships import Ship, ShipError
+from ..systems import closed_loop, loop_memory, loop_values
+from .helm import CommandError, Helm, limits, obeying
+from .network_step import NetworkStep
+from .surroundings import Surroundings
+
+__all__ = ["CommandError", "Compiled", "Plant"]
+
+_FORMAT = "seatrial-plant/1"
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """A ship traced and compiled once; every `plant` of it is a ship of her own.
+
+    Attributes:
+        ship: the ship.
+        dt: time step [s].
+    """
+
+    ship: Ship
+    dt: float
+    simulator: Simulator
+
+    @staticmethod
+    def of(ship: Ship, dt: float) -> Compiled:
+        """Trace and compile, or take the kernel from the cache.
+
+        Raises:
+            ShipError: a step that is not above zero, or not the one of a model in discrete time.
+        """
+        if not (dt > 0.0 and math.isfinite(dt)):
+            raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
+        if isinstance(ship.model, Sampled) and abs(dt / float(ship.model.dt) - 1.0) > 1e-9:
+            raise ShipError(f"{ship.name}: runs at its own step of {ship.model.dt:g} s only; got {dt:g} s")
+        return Compiled(ship, dt, simulator(closed_loop(ship, Helm(ship.model.controls), dt)))
+
+    def plant(
+        self, *, environment: Weather | None = None, start: Sequence[float] | None = None,
+        n_P: float | None = None, seed: int = 0,
+    ) -> Plant:  # fmt: skip
+        """A ship of her own; arguments as in `Plant.of`."""
+        return Plant(self, environment or Uniform(), start, n_P, seed)
+
+
+class Plant:
+    """A ship under way, moved by one step of `dt` at a time.
+
+    Read any of `names` as ``plant["psi"]``: states, controls as they act, ``<control>_cmd`` as ordered, and the
+    channels of the environment; SI units and radians.
+
+    Attributes:
+        ship: the ship.
+        dt: time step [s].
+        k: steps taken since the start.
+        names: what can be read.
+        controls: the controls of the ship.
+        orders: what can be ordered: controls, and n_P or delta where controls follow them.
+        limits: least and greatest order of each control.
+        seed: of whatever is random aboard (sensors).
+    """
+
+    def __init__(
+        self, compiled: Compiled, environment: Weather, start: Sequence[float] | None, n_P: float | None, seed: int
+    ) -> None:
+        ship = self.ship = compiled.ship
+        self.dt, self.seed, self.k = compiled.dt, seed, 0
+        self.controls = ship.model.controls
+        self._commands = {f"{name}_cmd": name for name in self.controls}
+        system = compiled.simulator.system
+        self.names = (*system.states, *self.controls, *self._commands, *CHANNELS)
+        self._at = {name: system.stored.index(name) for name in (*system.states, *self.controls)}
+        self._series = {name: k for k, name in enumerate(system.series)}
+        self._obeying = obeying(ship)
+        self.orders = tuple(self._obeying)
+        self.limits = {name: limits(ship, name) for name in self.controls}
+        self._valid = tuple((n, self._at[n], *v) for n, v in ship.validity.items() if n in system.states)
+        self._around = Surroundings(environment, self.dt)
+        self._orders = dict.fromkeys(self.controls, 0.0)
+        state, turns = self._start(start, n_P)
+        policy = Helm(self.controls, turns)
+        self._stepper = self._made(compiled, loop_values(ship, policy))
+        self._stepper.load(np.array([*state, *loop_memory(ship, policy, self.dt, {"policy.n_P": turns}, state)]))
+        self._stepper.surround(self._around.at(0))
+        for (order, factor), control in zip(follows(ship.model), self.controls, strict=True):
+            self.order(control, factor * turns if order == "n_P" else 0.0)
+        self._first = self.snapshot()
+
+    @staticmethod
+    def of(
+        ship: Ship, *, dt: float, environment: Weather | None = None, start: Sequence[float] | None = None,
+        n_P: float | None = None, seed: int = 0,
+    ) -> Plant:  # fmt: skip
+        """A ship to be steered.
+
+        Args:
+            dt: time step [s]; a dead time is a queue of orders of that length.
+            environment: what surrounds her; still air and still, deep water by default.
+            start: initial (x, y, psi, u, v_m, r) over ground; by default at the origin, heading north at her
+                approach speed through the water.
+            n_P: revolutions at the start, ordered as well [1/s]; by default those that hold the speed of the start
+                straight ahead, which are none at rest.
+            seed: of her sensors.
+
+        Raises:
+            ShipError: a step or a start that cannot be.
+        """
+        return Compiled.of(ship, dt).plant(environment=environment, start=start, n_P=n_P, seed=seed)
+
+    @property
+    def t(self) -> float:
+        """Time since the start [s]."""
+        return self.k * self.dt
+
+    @property
+    def changing(self) -> bool:
+        """Whether what surrounds her changes by itself."""
+        return self._around.changes
+
+    def __getitem__(self, name: str) -> float:
+        at = self._at.get(name)
+        if at is not None:
+            return self._stepper.now[at]
+        if name in self._commands:
+            return self._orders[self._commands[name]]
+        if name in CHANNELS:
+            return float(self._around.now[CHANNELS.index(name)])
+        raise KeyError(unknown(name, self.names, "value"))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def order(self, name: str, value: float) -> float:
+        """Order a control by its own name, or all that follow n_P or delta; gives back the order as taken.
+
+        An order holds until the next one and is clipped to the limits of the actuator.
+
+        Raises:
+            CommandError: no such control, or not a finite number.
+        """
+        if name not in self._obeying:
+            raise CommandError(f"{self.ship.name}: {unknown(name, self._obeying, 'control')}")
+        if not math.isfinite(value):
+            raise CommandError(f"{self.ship.name}: {name} ordered to {value}; give a finite number")
+        taken = value
+        for control, factor in self._obeying[name]:
+            low, high = self.limits[control]
+            own = min(max(factor * value, low), high)
+            self._orders[control] = own
+            self._stepper.give(self._series[control], own)
+            taken = own / factor if factor else value
+        return taken
+
+    def surround(self, environment: Environment) -> None:
+        """Let wind, current, waves and depth be these from here on.
+
+        Raises:
+            CommandError: a value that is not finite.
+        """
+        if not all(math.isfinite(float(value)) for value in environment):
+            raise CommandError(f"{self.ship.name}: wind, current, waves and depth must be finite numbers")
+        self._around.hold(environment)
+        self._stepper.surround(self._around.at(self.k))
+
+    def step(self) -> None:
+        """Move on by one step.
+
+        Raises:
+            SimulationError: the ship blew up; names state and time.  She is past use then until `restore`.
+        """
+        stepper_ = self._stepper
+        stepper_.step(self.k * self.dt)
+        self.k += 1
+        if self._around.changes:
+            stepper_.surround(self._around.at(self.k))
+        now = stepper_.now
+        if not math.isfinite(now[0] + now[1] + now[2] + now[3] + now[4] + now[5]):
+            name = next(n for n in STATES if not math.isfinite(self[n]))
+            raise SimulationError(f"{self.ship.name}: {name} = {self[name]:g} at t = {self.t:g} s", self.t)
+
+    def outside(self) -> tuple[str, float] | None:
+        """The first state outside the range where her file says that the model holds, and its value."""
+        now = self._stepper.now
+        for name, at, low, high in self._valid:
+            if not low <= now[at] <= high:
+                return name, now[at]
+        return None
+
+    def snapshot(self) -> bytes:
+        """Everything that decides how she goes on: states, actuators, orders, surroundings and time."""
+        about = {"format": _FORMAT, "ship": self.ship.name, "dt": self.dt, "k": self.k,
+                 "around": self._around.steady,
+                 "orders": self._orders, "values": len(self._stepper.dump())}  # fmt: skip
+        return json.dumps(about).encode() + b"\n" + self._stepper.dump().astype("<f8").tobytes()
+
+    def restore(self, saved: bytes) -> None:
+        """Go back, or over, to what `snapshot` gave; of a ship of the same kind at the same step.
+
+        Weather that changes by itself is no part of it: it goes on as this plant has it.
+
+        Raises:
+            ShipError: a snapshot of another ship or step, or not one at all.
+        """
+        about, values = self._opened(saved)
+        self.k = int(about["k"])
+        self._stepper.load(values)
+        self._around.hold(about["around"])
+        for control, value in about["orders"].items():
+            self._orders[control] = value
+            self._stepper.give(self._series[control], value)
+        self._stepper.surround(self._around.at(self.k))
+
+    def reset(self) -> None:
+        """Back to the start."""
+        self.restore(self._first)
+
+    def _opened(self, saved: bytes) -> tuple[Mapping[str, Any], Array]:
+        head, _, body = saved.partition(b"\n")
+        wanted = f"{self.ship.name} at steps of {self.dt:g} s"
+        try:
+            about: dict[str, Any] = json.loads(head)
+            values = np.frombuffer(body, dtype="<f8").astype(np.float64)
+            size = about["format"] == _FORMAT and about["values"] == len(values) == len(self._stepper.dump())
+            same = about["ship"] == self.ship.name and about["dt"] == self.dt
+            fits = size and same and set(about["orders"]) == set(self.controls)
+        except (ValueError, KeyError, TypeError):
+            raise ShipError(f"not a saved state of a ship; give one of {wanted}") from None
+        if not fits:
+            raise ShipError(f"saved state of {about['ship']} at steps of {about['dt']} s; give one of {wanted}")
+        return about, values
+
+    def _start(self, start: Sequence[float] | None, n_P: float | None) -> tuple[tuple[float, ...], float]:
+        """Initial state and revolutions."""
+        ship, rest = self.ship, [0.0] * (len(self.ship.model.states) - len(STATES))
+        here = Environment(*self._around.now.tolist())
+        if start is None:
+            turns = approach(ship)[1] if n_P is None else n_P
+            return (0.0, 0.0, 0.0, ship.speed + here.current_x, here.current_y, 0.0, *rest), turns
+        if len(start) != len(STATES) or not all(math.isfinite(value) for value in start):
+            raise ShipError(f"{ship.name}: a start is six finite numbers: x, y, psi, u, v_m, r")
+        if n_P is None:
+            ahead = components(1.0, start[2])
+            through = start[3] - here.current_x * ahead[0] - here.current_y * ahead[1]
+            n_P = approach(ship, through)[1] if through > 1e-6 * max(ship.speed, 1.0) else 0.0
+        return (*map(float, start), *rest), n_P
+
+    def _made(self, compiled: Compiled, given: Mapping[str, float]) -> Stepper:
+        parameters = np.array(list(given.values()), dtype=np.float64)
+        if isinstance(self.ship.model, Stepped):
+            return NetworkStep(self.ship, compiled.simulator, parameters, self.dt)
+        return stepper(compiled.simulator, parameters, self.dt)

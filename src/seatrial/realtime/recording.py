@@ -1,0 +1,156 @@
+"""A recording of a ship under way: a trial file that is valid at any moment, and the orders to make it again.
+
+Each row goes to the file in one piece as it comes, and what the sidecar says is known before the first, so a process
+that is killed leaves a whole trial behind.  Beside ``NAME.csv`` and ``NAME.yaml`` lies ``NAME.orders.jsonl``: the
+state at the start and every change of orders or surroundings with the number of its step (`rerun` reads it).
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from ..data import DataError
+from ..data.sidecar import sidecar_path, sidecar_text
+from ..environment import CHANNELS
+from ..parameters import values
+from ..ships import Ship
+from ..simulate import SIMULATED
+from .appending import Appender
+from .columns import Columns, text, usual_names
+from .plant import Plant
+
+SCHEMA = "seatrial-orders/1"
+
+
+def orders_path(path: Path) -> Path:
+    """Where the orders of the recording `path` are."""
+    return path.with_name(f"{path.stem}.orders.jsonl")
+
+
+def digest(ship: Ship) -> str:
+    """What tells a ship from one of the same name with other numbers."""
+    servos = {control: repr(ship.actuators.of(control)) for control in ship.model.controls}
+    network = getattr(getattr(ship.model, "network", None), "weights", {})
+    weights = {name: hashlib.sha256(array.tobytes()).hexdigest() for name, array in network.items()}
+    said = json.dumps([type(ship.model).__name__, values(ship.model), servos, weights], sort_keys=True, default=repr)
+    return hashlib.sha256(said.encode()).hexdigest()[:16]
+
+
+class Recording:
+    """A ship on record, row by row; a `Witness` of a loop, or called by hand once before each step.
+
+    The files are made with the first row.  Where she is taken to another state, or waves or a bottom appear that the
+    file has no column for, the recording goes on in a new file: ``NAME_2.csv`` and so on.
+
+    Attributes:
+        paths: files written so far, the present one last.
+        rows: rows of the present one.
+    """
+
+    def __init__(self, plant: Plant, path: str | Path, *, every: int = 1, kind: str = "recording") -> None:
+        """Prepare to record.
+
+        Args:
+            plant: who is recorded.
+            path: a file that ends in .csv and is not there yet.
+            every: write one of so many rows.
+            kind: kind of the run, for the sidecar.
+
+        Raises:
+            DataError: no such folder, another suffix, or a file that is there already.
+        """
+        self._base = Path(path)
+        if self._base.suffix != ".csv" or every < 1:
+            raise DataError(f"{self._base}: a recording is a .csv file with one of 1 or more rows")
+        if not self._base.parent.is_dir():
+            raise DataError(f"{self._base}: no folder {self._base.parent}; make it first")
+        self._plant, self._every, self._kind = plant, every, kind
+        self._refuse_present(self._base)
+        self.paths: list[Path] = []
+        self.rows = 0
+        self._files: tuple[Appender, Appender] | None = None
+
+    def see(self, plant: Plant) -> None:
+        """Put the present state on record, and the orders where they changed; once before each step.
+
+        Raises:
+            DataError: the file cannot be written any more; what was written stays valid.
+        """
+        if self._files is None or plant.k < self._last or not set(usual_names(plant)) <= set(self._columns.names):
+            self._open()
+            return
+        orders = self._orders()
+        if orders != self._ordered:
+            self._ordered = orders
+            self._files[1].add(json.dumps({"k": plant.k, **orders}))
+        if plant.k == self._last:
+            return
+        self._last, self._seen = plant.k, self._seen + 1
+        if self._seen % self._every == 0:
+            self._write(self._files[0])
+
+    def jumped(self, plant: Plant) -> None:
+        """She was taken to another state: go on in a new file."""
+        self._shut()
+
+    def close(self) -> None:
+        """Write where she is now, and end."""
+        if self._files is not None:
+            self._seen = -1  # a row, whichever number it has
+            self.see(self._plant)
+        self._shut()
+
+    def _open(self) -> None:
+        """Sidecar and orders first: a table with a row is a trial only beside what says what it is."""
+        self._shut()
+        plant, number = self._plant, len(self.paths) + 1
+        path = self._base if number == 1 else self._base.with_name(f"{self._base.stem}_{number}.csv")
+        self._refuse_present(path)
+        held = [n for n in plant.controls if self._every == 1 and plant.ship.actuators.of(n).at_once]
+        self._columns = Columns(plant, usual_names(plant), held)
+        orders = Appender(orders_path(path))
+        orders.add(json.dumps(self._start()))
+        sidecar = Appender(sidecar_path(path))
+        sidecar.add(sidecar_text(path, self._meta(held)).rstrip())
+        sidecar.close()
+        table = Appender(path)
+        self._files, self._last, self._seen, self.rows = (table, orders), plant.k, 0, 0
+        self._ordered = self._orders()
+        self.paths.append(path)
+        self._write(table, self._columns.head + "\n")
+
+    def _write(self, table: Appender, before: str = "") -> None:
+        table.add(before + text(self._columns.row()))
+        self.rows += 1
+
+    def _shut(self) -> None:
+        for file in self._files or ():
+            file.close()
+        self._files = None
+
+    def _orders(self) -> dict[str, Any]:
+        """Orders, and surroundings where they do not change by themselves."""
+        plant = self._plant
+        around = None if plant.changing else [plant[name] for name in CHANNELS]
+        return {"orders": {name: plant[f"{name}_cmd"] for name in plant.controls}, "around": around}
+
+    def _start(self) -> dict[str, Any]:
+        plant = self._plant
+        start = base64.b64encode(plant.snapshot()).decode()
+        return {"schema": SCHEMA, "ship": plant.ship.name, "numbers": digest(plant.ship), "dt": plant.dt,
+                "changing": plant.changing, "start": start}  # fmt: skip
+
+    def _meta(self, held: list[str]) -> dict[str, Any]:
+        ship = self._plant.ship
+        return {"ship": ship.name, "L_pp": ship.L_pp, "kind": self._kind, "source": SIMULATED,
+                **({"held": held} if held else {})}  # fmt: skip
+
+    @staticmethod
+    def _refuse_present(path: Path) -> None:
+        for file in (path, sidecar_path(path), orders_path(path)):
+            if file.exists():
+                raise DataError(f"{file}: is there already; a recording overwrites nothing")

@@ -1,0 +1,226 @@
+"""Instruments at work: samples at their own rate, with errors, late, and sometimes lost.
+
+What is random of a sample depends on the seed and on its number alone, so an instrument that is saved and restored,
+or run beside others, says the same again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+
+from . import Reading, SensorError, Truth
+
+_BLOCK = 256
+_SLACK = 1e-6
+"""A sample is taken at a step that comes this part of its period early, as times are sums that round."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """What is wrong with one value.
+
+    Attributes:
+        noise: standard deviation of white noise, drawn anew for each sample.
+        bias: constant error.
+        walk: growth of a wandering bias [unit/s^0.5]: after t seconds its variance is walk^2 t.
+        memory: time constant with which the wandering bias falls back [s]; its variance then stays below
+            walk^2 memory/2.  It never does by default.
+        quantum: resolution; values are rounded to whole multiples of it.
+
+    Raises:
+        SensorError: a figure below zero.
+    """
+
+    noise: float = 0.0
+    bias: float = 0.0
+    walk: float = 0.0
+    memory: float = math.inf
+    quantum: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("noise", "walk", "quantum"):
+            value = getattr(self, name)
+            if not 0.0 <= value < math.inf:
+                raise SensorError(f"{name} of a sensor is {value:g}; it must be zero or above, and finite")
+        if not math.isfinite(self.bias):
+            raise SensorError(f"bias of a sensor is {self.bias:g}; it must be finite")
+        if not self.memory > 0.0:
+            raise SensorError(f"memory of a sensor's bias is {self.memory:g} s; it must be above zero")
+
+
+EXACT = Errors()
+"""Nothing wrong."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Instrument:
+    """What all instruments have in common.
+
+    Attributes:
+        rate: samples a second [Hz]; no more than one a step of the plant, and at the first step that is due.
+        latency: time from the sample to its being told [s].
+        loss: share of readings that are lost, one by one.
+        outage_every, outage_length: mean time from the end of an outage to the next, and mean length of one [s].
+
+    Raises:
+        SensorError: a figure that cannot be.
+    """
+
+    kind: ClassVar[str]
+
+    rate: float = 1.0
+    latency: float = 0.0
+    loss: float = 0.0
+    outage_every: float = math.inf
+    outage_length: float = 0.0
+
+    def __post_init__(self) -> None:
+        wrong = next((f.name for f in fields(Instrument) if math.isnan(getattr(self, f.name))), "")
+        wrong = wrong or next((n for n in ("rate", "outage_every") if not getattr(self, n) > 0.0), "")
+        wrong = wrong or next((n for n in ("latency", "outage_length") if not 0 <= getattr(self, n) < math.inf), "")
+        if math.isinf(self.rate):
+            wrong = "rate"
+        if wrong:
+            limits = "above zero" if wrong in ("rate", "outage_every") else "zero or above, and finite"
+            raise SensorError(f"{wrong} of the {self.kind} is {getattr(self, wrong):g}; it must be {limits}")
+        if not 0.0 <= self.loss <= 1.0:
+            raise SensorError(f"loss of the {self.kind} is {self.loss:g}; it is a share, from 0 to 1")
+
+    @property
+    def errors(self) -> Mapping[str, Errors]:
+        """What is wrong with each value that it says."""
+        raise NotImplementedError
+
+    @property
+    def turns(self) -> tuple[str, ...]:
+        """Values that are directions, told from 0 to 2 pi."""
+        return ()
+
+    def measure(self, truth: Truth) -> tuple[float, ...]:
+        """The true values in the order of `errors`."""
+        raise NotImplementedError
+
+    def start(self, seed: int = 0) -> Running:
+        """One at work, from time 0 on."""
+        return Running(self, seed)
+
+
+class Running:
+    """An instrument at work."""
+
+    def __init__(self, instrument: Instrument, seed: int) -> None:
+        self.instrument, self.seed = instrument, seed
+        self._names, self._errors = tuple(instrument.errors), tuple(instrument.errors.values())
+        self._quiet = all(e == EXACT for e in self._errors)
+        self._turning = tuple(name in instrument.turns for name in self._names)
+        self._silent = instrument.loss > 0.0 or math.isfinite(instrument.outage_every)
+        self._block, self._drawn, self._chances = -1, [[0.0]], [[0.0]]
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to time 0."""
+        self._next = 0
+        self._last = 0
+        self._walked = [0.0] * len(self._names)
+        self._dark_until = -math.inf
+        self._waiting: deque[Reading] = deque()
+
+    def read(self, t: float, truth: Truth) -> Reading | None:
+        """What it says at time `t` [s], if anything; ask once a step, with times that do not fall.
+
+        Args:
+            truth: gives true values by name: the six states, controls, and wind and current by their components.
+        """
+        instrument = self.instrument
+        if t * instrument.rate + _SLACK >= self._next:
+            self._sample(t, truth)
+        waiting = self._waiting
+        if waiting and waiting[0].t + instrument.latency <= t + _SLACK / instrument.rate:
+            return waiting.popleft()
+        return None
+
+    def snapshot(self) -> dict[str, Any]:
+        """All that decides what it says from here on, for JSON."""
+        return {"next": self._next, "last": self._last, "walked": list(self._walked),
+                "dark_until": self._dark_until if math.isfinite(self._dark_until) else None,
+                "waiting": [[reading.t, dict(reading.values)] for reading in self._waiting]}  # fmt: skip
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what `snapshot` gave.
+
+        Raises:
+            SensorError: not of such an instrument.
+        """
+        try:
+            dark = saved["dark_until"]
+            waiting = [Reading(self.instrument.kind, float(t), dict(values)) for t, values in saved["waiting"]]
+            walked = [float(value) for value in saved["walked"]]
+            following, last = int(saved["next"]), int(saved["last"])
+        except (KeyError, TypeError, ValueError):
+            raise SensorError(f"not a saved {self.instrument.kind}; give what its snapshot gave") from None
+        if len(walked) != len(self._names) or any(set(reading.values) != set(self._names) for reading in waiting):
+            raise SensorError(f"saved state of another instrument than this {self.instrument.kind}")
+        self._next, self._last, self._walked = following, last, walked
+        self._dark_until = -math.inf if dark is None else float(dark)
+        self._waiting = deque(waiting)
+
+    def _sample(self, t: float, truth: Truth) -> None:
+        instrument = self.instrument
+        number = math.floor(t * instrument.rate + _SLACK)
+        elapsed = (number - self._last) / instrument.rate
+        self._next, self._last = number + 1, number
+        true = instrument.measure(truth)
+        if not (self._quiet and not self._silent):
+            true = self._disturbed(number, elapsed, true)
+        if self._silent and self._lost(number, t):
+            return
+        values = dict(zip(self._names, true, strict=True))
+        for name, turning in zip(self._names, self._turning, strict=True):
+            if turning:
+                values[name] = _round_the_compass(values[name])
+        self._waiting.append(Reading(instrument.kind, t, values))
+
+    def _disturbed(self, number: int, elapsed: float, true: tuple[float, ...]) -> tuple[float, ...]:
+        drawn = self._random(number)
+        found: list[float] = []
+        for k, (value, error) in enumerate(zip(true, self._errors, strict=True)):
+            if error.walk:
+                kept = 1.0 if math.isinf(error.memory) else math.exp(-elapsed / error.memory)
+                self._walked[k] = kept * self._walked[k] + error.walk * math.sqrt(elapsed) * drawn[2 * k + 1]
+            said = value + error.bias + self._walked[k] + error.noise * drawn[2 * k]
+            found.append(round(said / error.quantum) * error.quantum if error.quantum else said)
+        return tuple(found)
+
+    def _lost(self, number: int, t: float) -> bool:
+        """Whether this sample is never told."""
+        instrument = self.instrument
+        self._random(number)
+        single, begins, length = self._chances[number % _BLOCK]
+        if t < self._dark_until:
+            return True
+        if begins < -math.expm1(-1.0 / (instrument.rate * instrument.outage_every)):
+            self._dark_until = t - instrument.outage_length * math.log1p(-length)
+            return True
+        return single < instrument.loss
+
+    def _random(self, number: int) -> list[float]:
+        """Normal numbers of a sample: noise and walk of each value."""
+        block = number // _BLOCK
+        if block != self._block:
+            rng = np.random.default_rng([self.seed, block])
+            self._drawn = rng.standard_normal((_BLOCK, 2 * len(self._names))).tolist()
+            self._chances = rng.random((_BLOCK, 3)).tolist()
+            self._block = block
+        return self._drawn[number % _BLOCK]
+
+
+def _round_the_compass(angle: float) -> float:
+    """The same direction in [0, 2 pi)."""
+    found = angle % math.tau
+    return 0.0 if found >= math.tau else found

@@ -1,0 +1,88 @@
+"""All the instruments of a ship together."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..models import unit
+from ..ships import Ship
+from . import Reading, SensorError, Truth
+from .instruments import Anemometer, Feedback, Gnss, Gyro, RateGyro, SpeedLog
+from .stream import Errors, Instrument
+
+_DEGREE, _KNOT = math.pi / 180.0, 1852.0 / 3600.0
+
+
+@dataclass(frozen=True)
+class Suite:
+    """The instruments of a ship, each a random sequence of its own out of one seed."""
+
+    instruments: tuple[Instrument, ...]
+
+    def start(self, seed: int = 0) -> Watch:
+        """All of them at work."""
+        return Watch(self, seed)
+
+
+class Watch:
+    """The instruments of a ship at work."""
+
+    def __init__(self, suite: Suite, seed: int) -> None:
+        seeds = np.random.SeedSequence(seed).generate_state(max(len(suite.instruments), 1))
+        self.running = tuple(
+            instrument.start(int(own)) for instrument, own in zip(suite.instruments, seeds, strict=False)
+        )
+
+    def read(self, t: float, truth: Truth) -> Sequence[Reading]:
+        """What they say at time `t` [s]; ask once a step."""
+        return [said for said in [running.read(t, truth) for running in self.running] if said is not None]
+
+    def reset(self) -> None:
+        """All back to time 0."""
+        for running in self.running:
+            running.reset()
+
+    def snapshot(self) -> bytes:
+        """All that decides what they say from here on."""
+        return json.dumps([running.snapshot() for running in self.running]).encode()
+
+    def restore(self, saved: bytes) -> None:
+        """Go on from what `snapshot` gave.
+
+        Raises:
+            SensorError: not of these instruments.
+        """
+        try:
+            states: list[Any] = json.loads(saved)
+        except ValueError:
+            raise SensorError("not saved instruments; give what their snapshot gave") from None
+        if len(states) != len(self.running):
+            raise SensorError(f"saved state of {len(states)} instruments; there are {len(self.running)}")
+        for running, state in zip(self.running, states, strict=True):
+            running.restore(state)
+
+
+def usual(ship: Ship) -> Suite:
+    """What a merchant ship of today carries; every figure is assumed, of the order that makers state.
+
+    The antenna stands 0.4 L aft of midship, the anemometer above it, the log's transducer 0.3 L ahead.
+    """
+    L = ship.L_pp
+    angles = Errors(noise=0.1 * _DEGREE, quantum=0.1 * _DEGREE)
+    shown = {name: angles for name in ship.model.controls if unit(name) == "rad"}
+    return Suite((
+        Gnss(rate=1.0, latency=0.2, antenna_x=-0.4 * L, position=Errors(noise=0.5, walk=0.05, memory=600.0),
+             velocity=Errors(noise=0.05, quantum=0.1 * _KNOT), course=Errors(noise=0.3 * _DEGREE)),
+        Gyro(rate=10.0, latency=0.05, heading=Errors(noise=0.05 * _DEGREE, quantum=0.1 * _DEGREE)),
+        RateGyro(rate=10.0, latency=0.05, rate_of_turn=Errors(noise=0.01 * _DEGREE)),
+        SpeedLog(rate=1.0, latency=0.1, at_x=0.3 * L, water=Errors(noise=0.03, quantum=0.1 * _KNOT)),
+        Anemometer(rate=1.0, latency=0.1, at_x=-0.4 * L, speed=Errors(noise=0.3, quantum=0.1),
+                   direction=Errors(noise=2.0 * _DEGREE, quantum=_DEGREE)),
+        Feedback(rate=5.0, latency=0.05, controls=ship.model.controls, of=shown),
+    ))  # fmt: skip
