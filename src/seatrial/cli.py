@@ -154,6 +154,38 @@ def identify(
 
 
 @app.command()
+def steer(
+    ship: ShipName,
+    nmea: Annotated[str, typer.Option(help="Where she listens: udp://127.0.0.1:PORT or tcp://127.0.0.1:PORT.")],
+    to: Annotated[list[str] | None, typer.Option(help="Send here as well, udp only. Repeatable.")] = None,
+    anywhere: Annotated[bool, typer.Option("--anywhere", help="Allow addresses beyond this machine.")] = False,
+    framed: Annotated[bool, typer.Option("--framed", help="Datagrams of IEC 61162-450.")] = False,
+    only: Annotated[str | None, typer.Option(help="Sentences to send, such as HDT,ROT,RMC; also VDO.")] = None,
+    place: Annotated[str | None, typer.Option(help="LAT,LON of the start [deg].")] = None,
+    antenna: Annotated[str | None, typer.Option(help="FORWARD,STARBOARD of midship [m].")] = None,
+    rate: Annotated[float, typer.Option(help="Ticks per second [Hz].")] = 10.0,
+    factor: Annotated[float, typer.Option(help="Simulated over real time, 0.1 to 100.")] = 1.0,
+    duration: Annotated[float | None, typer.Option(help="End after so much simulated time [s].")] = None,
+    hold: Annotated[float, typer.Option(help="How long who has command may be silent [s].")] = 10.0,
+    speed: Annotated[float | None, typer.Option(help="Speed at the start [m/s].")] = None,
+    heading: Annotated[float, typer.Option(help="Heading at the start [deg].")] = 0.0,
+    wind: Annotated[str | None, typer.Option(help="True wind: M/S,DEG it comes from.")] = None,
+    current: Annotated[str | None, typer.Option(help="Current: M/S,DEG it goes towards.")] = None,
+    sensors: Annotated[bool, typer.Option("--sensors", help="Through the usual instruments.")] = False,
+    seed: Annotated[int, typer.Option(help="Of the instruments.")] = 0,
+    log: Annotated[Path | None, typer.Option(help="Write what she says (.nmea).")] = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Record to a trial file (.csv).")] = None,
+    json: Json = False,
+) -> None:
+    """A ship on the wire: she talks NMEA 0183 and obeys it, in real time."""
+    from .cli_wire import Request
+    from .cli_wire import steer as run
+
+    run(Request(ship, nmea, tuple(to or ()), anywhere, framed, only, place, antenna, rate, factor, duration, hold,
+                speed, heading, wind, current, sensors, seed, log, out), json)  # fmt: skip
+
+
+@app.command()
 def predict(
     model: ShipName,
     trials: Trials,

@@ -105,8 +105,16 @@ def _done(series: Series, out: Path, row: Row, cell: Cell) -> bool:
     where = folder(out, row, cell)
     if not (where / SUMMARY).exists():
         return False
-    claim(where, cell.digest, f"{series.name}: {row.key}")
+    _claimed(where, series, row, cell)
     return True
+
+
+def _claimed(where: Path, series: Series, row: Row, cell: Cell) -> bool:
+    """Whether the folder of a cell was free until now."""
+    try:
+        return claim(where, cell.digest, f"{series.name}: {row.key}")
+    except StudyError as error:
+        raise StudyError(f"{error}, or remove this one, and it is fitted anew") from None
 
 
 def run(
@@ -123,7 +131,7 @@ def run(
     failed: list[str] = []
     for number, (row, cell) in enumerate(cells, start=1):
         where = folder(out, row, cell)
-        fresh = claim(where, cell.digest, f"{series.name}: {row.key}")
+        fresh = _claimed(where, series, row, cell)
         told(f"{number} of {len(cells)}: {row.key}, {cell.name}")
         try:
             with kept(where, fresh):
