@@ -103,7 +103,8 @@ class Fleet:
         for name in suites:
             if name not in named:
                 raise LoopError(f"sensors: {unknown(name, named, 'ship')}")
-        self.vessels = {n: Vessel(n, p, suites[n].start(p.seed) if n in suites else None) for n, p in named.items()}
+        watches = {n: suites[n].start(p.seed, k) for k, (n, p) in enumerate(named.items()) if n in suites}
+        self.vessels = {name: Vessel(name, plant, watches.get(name)) for name, plant in named.items()}
         self.rate, self.k, self.patience = rate, 0, patience
         self.events: deque[Event] = deque(maxlen=_EVENTS)
         self.counted: Counter[str] = Counter()

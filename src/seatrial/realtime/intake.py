@@ -53,7 +53,7 @@ class Intake:
             self.counts["oversized"] += 1
             return []
         who = self._sender(sender, now)
-        lines = 1 + data.count(b"\n")
+        lines = max(data.count(b"\n"), 1)
         if who.left < lines:
             self.counts["flooded"] += lines
             return []

@@ -29,7 +29,7 @@ class LoopReport:
 
     Attributes:
         t: simulated time [s].
-        ticks: ticks taken.
+        ticks: ticks taken on the schedule; single steps are not among them.
         overruns: ticks that began more than one period late.
         worst_late, late: how late the latest and the last tick began [s].
         slipped: time on the clock that was given up because the machine stood still [s].

@@ -27,6 +27,7 @@ from .surroundings import Surroundings
 __all__ = ["CommandError", "Compiled", "Plant"]
 
 _FORMAT = "seatrial-plant/1"
+_CHANNEL = {name: k for k, name in enumerate(CHANNELS)}
 
 
 @dataclass(frozen=True)
@@ -143,8 +144,9 @@ class Plant:
             return self._stepper.now[at]
         if name in self._commands:
             return self._orders[self._commands[name]]
-        if name in CHANNELS:
-            return float(self._around.now[CHANNELS.index(name)])
+        at = _CHANNEL.get(name)
+        if at is not None:
+            return self._around.values[at]
         raise KeyError(unknown(name, self.names, "value"))
 
     def __iter__(self) -> Iterator[str]:
@@ -252,7 +254,7 @@ class Plant:
     def _start(self, start: Sequence[float] | None, n_P: float | None) -> tuple[tuple[float, ...], float]:
         """Initial state and revolutions."""
         ship, rest = self.ship, [0.0] * (len(self.ship.model.states) - len(STATES))
-        here = Environment(*self._around.now.tolist())
+        here = Environment(*self._around.values)
         if start is None:
             turns = approach(ship)[1] if n_P is None else n_P
             return (0.0, 0.0, 0.0, ship.speed + here.current_x, here.current_y, 0.0, *rest), turns

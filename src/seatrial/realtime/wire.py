@@ -1,4 +1,4 @@
-"""Sentences over UDP and TCP, on this machine unless told otherwise; asked at each tick, it never waits and never fails.
+"""Sentences over UDP and TCP, on this machine unless told otherwise; asked at each tick, never waiting, never failing.
 
 A `Wire` that listens takes datagrams, or TCP clients; it sends to whoever sent it a valid sentence of late, and to
 addresses it was told.  One that connects is the other end.  What comes in goes through an `Intake`.
@@ -133,7 +133,8 @@ class Wire:
         self.address = address if connect else Address(address.scheme, *self._socket.getsockname())
 
     def _open(self, address: Address, connect: bool) -> None:
-        self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
+        if not self._tcp:
+            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
         if connect and self._tcp:
             self._socket.settimeout(5.0)
             self._socket.connect((address.host, address.port))

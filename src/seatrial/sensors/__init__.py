@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -65,8 +65,7 @@ class Truth(Protocol):
     def __getitem__(self, name: str, /) -> float: ...
 
 
-@dataclass(frozen=True)
-class Reading:
+class Reading(NamedTuple):
     """What an instrument says.
 
     Attributes:

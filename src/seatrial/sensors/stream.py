@@ -107,7 +107,13 @@ class Instrument:
         raise NotImplementedError
 
     def start(self, seed: int = 0) -> Running:
-        """One at work, from time 0 on."""
+        """One at work, from time 0 on.
+
+        Raises:
+            SensorError: a seed below zero.
+        """
+        if seed < 0:
+            raise SensorError(f"a seed of {seed}; give zero or above")
         return Running(self, seed)
 
 
@@ -116,9 +122,9 @@ class Running:
 
     def __init__(self, instrument: Instrument, seed: int) -> None:
         self.instrument, self.seed = instrument, seed
-        self._names, self._errors = tuple(instrument.errors), tuple(instrument.errors.values())
-        self._quiet = all(e == EXACT for e in self._errors)
-        self._turning = tuple(name in instrument.turns for name in self._names)
+        self._rate, self._late = instrument.rate, instrument.latency - _SLACK / instrument.rate
+        self._names, errors = tuple(instrument.errors), instrument.errors.values()
+        self._figures = tuple((n, e, n in instrument.turns) for n, e in zip(self._names, errors, strict=True))
         self._silent = instrument.loss > 0.0 or math.isfinite(instrument.outage_every)
         self._block, self._drawn, self._chances = -1, [[0.0]], [[0.0]]
         self.reset()
@@ -137,11 +143,10 @@ class Running:
         Args:
             truth: gives true values by name: the six states, controls, and wind and current by their components.
         """
-        instrument = self.instrument
-        if t * instrument.rate + _SLACK >= self._next:
+        if t * self._rate + _SLACK >= self._next:
             self._sample(t, truth)
         waiting = self._waiting
-        if waiting and waiting[0].t + instrument.latency <= t + _SLACK / instrument.rate:
+        if waiting and waiting[0].t + self._late <= t:
             return waiting.popleft()
         return None
 
@@ -171,36 +176,26 @@ class Running:
         self._waiting = deque(waiting)
 
     def _sample(self, t: float, truth: Truth) -> None:
-        instrument = self.instrument
-        number = math.floor(t * instrument.rate + _SLACK)
-        elapsed = (number - self._last) / instrument.rate
+        number = math.floor(t * self._rate + _SLACK)
+        elapsed = (number - self._last) / self._rate
         self._next, self._last = number + 1, number
-        true = instrument.measure(truth)
-        if not (self._quiet and not self._silent):
-            true = self._disturbed(number, elapsed, true)
-        if self._silent and self._lost(number, t):
-            return
-        values = dict(zip(self._names, true, strict=True))
-        for name, turning in zip(self._names, self._turning, strict=True):
-            if turning:
-                values[name] = _round_the_compass(values[name])
-        self._waiting.append(Reading(instrument.kind, t, values))
-
-    def _disturbed(self, number: int, elapsed: float, true: tuple[float, ...]) -> tuple[float, ...]:
-        drawn = self._random(number)
-        found: list[float] = []
-        for k, (value, error) in enumerate(zip(true, self._errors, strict=True)):
-            if error.walk:
-                kept = 1.0 if math.isinf(error.memory) else math.exp(-elapsed / error.memory)
-                self._walked[k] = kept * self._walked[k] + error.walk * math.sqrt(elapsed) * drawn[2 * k + 1]
-            said = value + error.bias + self._walked[k] + error.noise * drawn[2 * k]
-            found.append(round(said / error.quantum) * error.quantum if error.quantum else said)
-        return tuple(found)
+        drawn, values, walked = self._random(number), dict[str, float](), self._walked
+        true = self.instrument.measure(truth)
+        for k, (name, error, turning) in enumerate(self._figures):
+            value = true[k]
+            if error is not EXACT:
+                if error.walk:
+                    walked[k] = _wandered(walked[k], error, elapsed, drawn[2 * k + 1])
+                value += error.bias + walked[k] + error.noise * drawn[2 * k]
+                if error.quantum:
+                    value = round(value / error.quantum) * error.quantum
+            values[name] = _round_the_compass(value) if turning else value
+        if not (self._silent and self._lost(number, t)):
+            self._waiting.append(Reading(self.instrument.kind, t, values))
 
     def _lost(self, number: int, t: float) -> bool:
         """Whether this sample is never told."""
         instrument = self.instrument
-        self._random(number)
         single, begins, length = self._chances[number % _BLOCK]
         if t < self._dark_until:
             return True
@@ -218,6 +213,12 @@ class Running:
             self._chances = rng.random((_BLOCK, 3)).tolist()
             self._block = block
         return self._drawn[number % _BLOCK]
+
+
+def _wandered(bias: float, error: Errors, elapsed: float, drawn: float) -> float:
+    """A wandering bias so much later."""
+    kept = 1.0 if math.isinf(error.memory) else math.exp(-elapsed / error.memory)
+    return kept * bias + error.walk * math.sqrt(elapsed) * drawn
 
 
 def _round_the_compass(angle: float) -> float:

@@ -25,15 +25,21 @@ class Suite:
 
     instruments: tuple[Instrument, ...]
 
-    def start(self, seed: int = 0) -> Watch:
-        """All of them at work."""
-        return Watch(self, seed)
+    def start(self, seed: int = 0, ship: int = 0) -> Watch:
+        """All of them at work; ships of one seed tell each their own by number.
+
+        Raises:
+            SensorError: a seed below zero.
+        """
+        if seed < 0:
+            raise SensorError(f"a seed of {seed}; give zero or above")
+        return Watch(self, [seed, ship])
 
 
 class Watch:
     """The instruments of a ship at work."""
 
-    def __init__(self, suite: Suite, seed: int) -> None:
+    def __init__(self, suite: Suite, seed: Sequence[int]) -> None:
         seeds = np.random.SeedSequence(seed).generate_state(max(len(suite.instruments), 1))
         self.running = tuple(
             instrument.start(int(own)) for instrument, own in zip(suite.instruments, seeds, strict=False)

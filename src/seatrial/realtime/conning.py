@@ -1,0 +1,271 @@
+"""What orders in sentences do to a ship: ROR, HTC, TRC, PRC and ETL, and APB or XTE for her own track follower.
+
+One sender has command at a time, the first that gives an order; another one's are turned away until the first has been
+silent for `hold` seconds.  Without any order for that long the last ones stay and it is reported.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from ..approach import approach
+from ..data.nmea import Sentence
+from ..data.nmea_ship import MILE, Fittings
+from ..models import follows
+from ..ships import Ship
+from .helm import limits, obeying
+from .steering import SteeringControl
+
+TELEGRAPH: Mapping[str, float] = MappingProxyType({
+    "00": 0.0, "01": 0.3, "02": 0.45, "03": 0.65, "04": 0.85, "05": 1.0,
+    "11": -0.3, "12": -0.45, "13": -0.65, "14": -0.85, "15": -1.0,
+})  # fmt: skip
+"""Shares of full revolutions by telegraph position, from stop over dead slow to full; assumed, as ships differ."""
+
+_RAD = math.pi / 180.0
+_MOST = 1.25
+"""Revolutions at most where the gear has no limit, over full ones."""
+
+Ordered = dict[str, float]
+"""Orders by the name of the control, SI units and radians."""
+
+
+def rudders(ship: Ship) -> tuple[str, ...]:
+    """Controls that are rudders, port to starboard."""
+    return tuple(name for name in ship.model.controls if name.partition("_")[0] == "delta")
+
+
+def shafts(ship: Ship) -> tuple[str, ...]:
+    """Controls that are propellers or thrusters which drive her ahead, in revolutions, port to starboard."""
+    pairs = zip(ship.model.controls, follows(ship.model), strict=True)
+    return tuple(name for name, (order, _) in pairs if order == "n_P" and name.partition("_")[0] == "n")
+
+
+def thrusters(ship: Ship) -> Mapping[int, tuple[str, str | None]]:
+    """Thrusters by their number in TRC, odd at the bow and even at the stern: strength, and azimuth where it turns."""
+    odd, even = iter(range(1, 99, 2)), iter(range(2, 99, 2))
+    found: dict[int, tuple[str, str | None]] = {}
+    for control in ship.model.controls:
+        kind, _, name = control.partition("_")
+        if kind in ("n", "f") and name and not name.startswith("P"):
+            azimuth = f"alpha_{name}"
+            found[next(odd if "bow" in name else even)] = control, azimuth if azimuth in ship.model.controls else None
+    return found
+
+
+class Conning:
+    """Who steers a ship by wire, and how.
+
+    Attributes:
+        commander: who has command; empty while nobody has.
+        mode: "none", "rudder", "heading" or "track".
+        counts: orders taken, and those turned away: refused (another has command), unfit (not for this ship, or
+            without what it takes), clipped (taken, as far as the engine goes).
+        stale: whether nobody has ordered anything for longer than `hold`.
+    """
+
+    def __init__(self, ship: Ship, fittings: Fittings, hold: float = 10.0, full: float | None = None) -> None:
+        """Nobody in command.
+
+        Args:
+            ship: who is steered.
+            fittings: which of her controls are rudders and shafts.
+            hold: how long a commander may be silent [simulated s].
+            full: revolutions that count as full where the gear has no limit [1/s]; by default those of the approach.
+        """
+        self.ship, self.hold = ship, hold
+        self._full = abs(approach(ship, None)[1] if full is None else full)
+        self._shafts = {number: name for name, number in fittings.numbers.items()}
+        self._rudders, self._thrusters = fittings.rudders, thrusters(ship)
+        self._known, self._limits = obeying(ship), {name: limits(ship, name) for name in ship.model.controls}
+        greatest = min((self._limits[name][1] for name in self._rudders), default=math.inf)
+        self.control = SteeringControl.of(ship, greatest if math.isfinite(greatest) else 35.0 * _RAD)
+        self.commander, self.mode, self.stale = "", "none", False
+        self.counts: Counter[str] = Counter()
+        self._heard: float | None = None
+        self._limit = math.inf
+        self._track: float | None = None
+        self._answers: Mapping[str, Callable[[Sentence], Ordered | None]] = {
+            "ROR": self._rudder, "HTC": self._heading_track, "TRC": self._thruster, "PRC": self._propulsion,
+            "ETL": self._telegraph, "APB": self._autopilot, "XTE": self._cross_track,
+        }  # fmt: skip
+
+    @property
+    def heard(self) -> float | None:
+        """Simulated time of the last order [s]; None before the first."""
+        return self._heard
+
+    def take(self, sentence: Sentence, sender: str, t: float) -> Ordered:
+        """Orders that follow from a sentence at once; those of the steering control come from `steered`."""
+        answer = self._answers.get(sentence.kind)
+        if answer is None or _is_report(sentence):
+            return {}
+        if sender != self.commander and self.commander and not self._silent(t):
+            self.counts["refused"] += 1
+            return {}
+        ordered = answer(sentence)
+        if ordered is None:
+            self.counts["unfit"] += 1
+            return {}
+        self.counts["taken"] += 1
+        self.commander, self._heard, self.stale = sender, t, False
+        return ordered
+
+    def steered(self, psi: float, r: float, t: float, dt: float) -> Ordered:
+        """The rudder of the steering control, where it steers, for the next `dt` seconds."""
+        self.stale = self.commander != "" and self._silent(t)
+        if self.mode not in ("heading", "track"):
+            return {}
+        if self.stale and self.mode == "track":
+            self.control.across = None  # where the track is, nobody knows any more; its direction stays
+        return self._all_rudders(self.control.rudder(psi, r, dt, self._limit))
+
+    def _silent(self, t: float) -> bool:
+        return self._heard is not None and t - self._heard > self.hold
+
+    def _all_rudders(self, angle: float) -> Ordered:
+        if self._rudders:
+            return dict.fromkeys(self._rudders, angle)
+        return {"delta": angle} if "delta" in self._known else {}
+
+    def _by_rudder(self, angles: Ordered) -> Ordered | None:
+        if not angles:
+            return None
+        self.mode = "rudder"
+        self.control.let_go()
+        return angles
+
+    def _rudder(self, s: Sentence) -> Ordered | None:
+        """ROR: an angle for each rudder; a single one obeys the starboard field."""
+        starboard = s.number("stbdrudderorder") if s["stbdrudderstatus"] == "A" else None
+        port = s.number("portrudderorder") if s["portrudderstatus"] == "A" else None
+        if len(self._rudders) > 1:
+            half = len(self._rudders) // 2
+            pairs = [(name, port if k < half else starboard) for k, name in enumerate(self._rudders)]
+            return self._by_rudder({name: angle * _RAD for name, angle in pairs if angle is not None})
+        return self._by_rudder({} if starboard is None else self._all_rudders(starboard * _RAD))
+
+    def _heading_track(self, s: Sentence) -> Ordered | None:
+        """HTC: override and the manual modes give a rudder angle, the others a heading or a track."""
+        if s["headingref"] == "M":
+            return None
+        mode = "M" if s["override"] == "A" else s["steermode"]
+        limit = s.number("cmdrudderlimit")
+        if mode in ("M", "R"):
+            angle, side = s.number("cmdrudderang"), s["cmdrudderdir"]
+            if angle is None or (side is None and angle):
+                return None
+            return self._by_rudder(self._all_rudders((-angle if side == "L" else angle) * _RAD))
+        wanted = s.number("cmdtrack" if mode == "T" else "cmdheading")
+        if mode not in ("S", "H", "T") or wanted is None:
+            return None
+        self._limit = math.inf if limit is None else limit * _RAD
+        self.mode = "track" if mode == "T" else "heading"
+        if mode == "T":
+            same = self._track is not None and abs(math.remainder(wanted * _RAD - self._track, 2.0 * math.pi)) < 1e-3
+            self._track = wanted * _RAD
+            self.control.steer(self._track, self._rate(s), (self.control.across or 0.0) if same else 0.0)
+        else:
+            self.control.steer(wanted * _RAD, self._rate(s))
+        return {}
+
+    def _rate(self, s: Sentence) -> float:
+        """Greatest rate of turn towards a new heading [rad/s]."""
+        rate, radius = s.number("cmdturnrate"), s.number("cmdturnradius")
+        if s["turnmode"] == "T" and rate:
+            return rate * _RAD / 60.0
+        return self.ship.speed / (radius * MILE) if s["turnmode"] == "R" and radius else math.inf
+
+    def _autopilot(self, s: Sentence) -> Ordered | None:
+        """APB: follow the track from the origin to the destination, else steer the heading that is given."""
+        if s["LCgwarn"] != "A" or s["LCcwarn"] != "A":
+            return None
+        across, track = _across(s, "ctrkUnit"), s.number("bearO2D")
+        if across is not None and track is not None and s["bearO2Du"] == "T":
+            self.mode, self._track = "track", track * _RAD
+            self.control.steer(self._track, math.inf, across)
+            return {}
+        heading = s.number("bearS")
+        if heading is None or s["bearSu"] != "T":
+            return None
+        self.mode = "heading"
+        self.control.steer(heading * _RAD)
+        return {}
+
+    def _cross_track(self, s: Sentence) -> Ordered | None:
+        """XTE: how far off the track that is followed already."""
+        across = _across(s, "disUnit")
+        if self.mode != "track" or across is None or self._track is None or "V" in (s["gwarn"], s["LCcwarn"]):
+            return None
+        self.control.steer(self._track, self.control.rate, across)
+        return {}
+
+    def _thruster(self, s: Sentence) -> Ordered | None:
+        """TRC: strength and azimuth of a thruster; a sentence without C is no command."""
+        number = s["thrusternum"]
+        if not isinstance(number, int) or number not in self._thrusters:
+            return None
+        strength, azimuth = self._thrusters[number]
+        value = self._revolutions(strength, s.number("dmdrpm"), s["rpmmode"])
+        angle = s.number("dmdazimuth")
+        out: Ordered = {} if value is None else {strength: value}
+        if azimuth is not None and angle is not None:
+            out[azimuth] = math.remainder(angle * _RAD, 2.0 * math.pi)
+        return out or None
+
+    def _propulsion(self, s: Sentence) -> Ordered | None:
+        """PRC: revolutions of a shaft, by the demand in it or else by the lever."""
+        demand, mode = s.number("rpmdemand"), s["rpmdemandstatus"]
+        if demand is None or mode not in ("P", "R"):
+            demand, mode = (s.number("leverdmdpos"), "P") if s["leverdmdstatus"] == "A" else (None, None)
+        return self._on_shafts(s["engineshaftnum"], demand, mode)
+
+    def _telegraph(self, s: Sentence) -> Ordered | None:
+        """ETL: an order to the engine, as a share of full revolutions."""
+        share = TELEGRAPH.get(str(s["engtelposind"]))
+        number = s["enginenum"]
+        whole = int(number) if isinstance(number, str) else None
+        return self._on_shafts(whole, None if share is None else 100.0 * share, "P")
+
+    def _on_shafts(self, number: object, demand: float | None, mode: object) -> Ordered | None:
+        """Revolutions for the shaft of a number; none stands for all, and so does 0 where no shaft is amidships."""
+        alone = set(self._shafts) == {0}
+        if number is None or (number == 0 and 0 not in self._shafts) or (number == 1 and alone):
+            names = tuple(self._shafts.values())
+        else:
+            names = tuple(name for own, name in self._shafts.items() if own == number)
+        told = {name: self._revolutions(name, demand, mode) for name in names}
+        return {name: value for name, value in told.items() if value is not None} or None
+
+    def _revolutions(self, control: str, demand: float | None, mode: object) -> float | None:
+        """An order of a shaft or thruster from rev/min or per cent of its full strength, as far as that goes."""
+        if demand is None or mode not in ("P", "R") or (mode == "R" and not control.startswith("n")):
+            return None
+        low, high = self._limits[control]
+        # without a limit of the actuator, what holds the approach is full, and a quarter more the most
+        ahead, astern = (limit if math.isfinite(limit) else math.nan for limit in (high, -low))
+        full = ahead if demand > 0 else astern
+        most = full if full == full else _MOST * self._full
+        wanted = demand / 60.0 if mode == "R" else demand / 100.0 * (full if full == full else self._full)
+        if abs(wanted) > most:
+            self.counts["clipped"] += 1
+        return min(max(wanted, -most), most)
+
+
+def _is_report(s: Sentence) -> bool:
+    """Whether it tells of a setting and orders none."""
+    return (
+        (s.kind == "HTC" and s["status"] == "R") or (s.kind == "TRC" and s["status"] != "C")
+        or (s.kind == "ETL" and s["msgtype"] != "O")
+    )  # fmt: skip
+
+
+def _across(s: Sentence, unit: str) -> float | None:
+    """Distance to starboard of the track [m]: who shall steer left is to starboard."""
+    miles, side = s.number("ctrkerr"), s["dirs"]
+    if miles is None or s[unit] != "N" or (side is None and miles):
+        return None
+    return miles * MILE if side == "L" else -miles * MILE

@@ -1,0 +1,290 @@
+"""The loop: a schedule without drift, orders from outside, everything that went wrong on record."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+
+import pytest
+
+from seatrial.environment import Uniform
+from seatrial.realtime.loop import CommandError, Loop, LoopError
+from seatrial.realtime.plant import Compiled
+from seatrial.sensors.instruments import Gnss, Gyro
+from seatrial.sensors.stream import Errors
+from seatrial.sensors.suite import Suite
+from seatrial.ships import ShipError
+from seatrial.ships.files import load
+
+DT = 0.1
+SUITE = Suite((Gnss(rate=1.0, latency=0.2, position=Errors(noise=1.0, walk=0.1)), Gyro(rate=5.0)))
+
+
+class FakeClock:
+    """Time that goes on by sleeping, too long by a little, and by work."""
+
+    def __init__(self, oversleep: float = 2e-4) -> None:
+        self.time, self.oversleep = 100.0, oversleep
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.time += seconds + self.oversleep
+
+
+@pytest.fixture(scope="module")
+def compiled() -> Compiled:
+    return Compiled.of(load("kvlcc2_l7"), DT)
+
+
+def looped(compiled: Compiled, ships: int = 1, rate: float = 10.0, **given) -> tuple[Loop, FakeClock]:
+    clock = FakeClock()
+    return Loop([compiled.plant() for _ in range(ships)], rate, clock=clock, **given), clock
+
+
+@pytest.mark.parametrize("factor", [0.1, 1.0, 20.0, 100.0])
+def test_the_schedule_does_not_drift_though_each_sleep_is_too_long(compiled, factor):
+    loop, clock = looped(compiled, factor=factor)
+    start = clock.time
+    report = loop.run(30.0)
+    assert report.ticks == 300
+    assert report.t == 30.0
+    # the last tick is due one period before the end
+    assert clock.time - start == pytest.approx(29.9 / factor, abs=1.5 * clock.oversleep)
+    assert report.overruns == 0
+    assert report.late < 1.0 / (10.0 * factor)
+
+
+def test_as_fast_as_possible_waits_for_nothing(compiled):
+    loop, clock = looped(compiled, factor=math.inf)
+    clock.oversleep = 0.0
+    assert loop.run(60.0).ticks == 600
+    assert clock.time == 100.0
+
+
+def test_work_that_takes_too_long_is_counted_and_caught_up_with(compiled):
+    loop, clock = looped(compiled)
+
+    def works(loop: Loop) -> None:
+        if loop.k in (50, 51):
+            clock.time += 0.35
+
+    loop.after(works)
+    start = clock.time
+    report = loop.run(20.0)
+    assert report.ticks == 200
+    assert 5 <= report.overruns <= 8
+    assert report.worst_late == pytest.approx(0.5, abs=0.11)
+    assert report.slipped == 0.0
+    assert report.late < 0.1
+    assert clock.time - start == pytest.approx(19.9, abs=0.01)
+
+
+def test_a_machine_that_stood_still_is_not_chased_after_but_told(compiled):
+    loop, clock = looped(compiled)
+    loop.after(lambda loop: setattr(clock, "time", clock.time + 3600.0 * (loop.k == 20)))
+    report = loop.run(10.0)
+    assert report.ticks == 100
+    assert report.slipped == pytest.approx(3599.9, abs=0.2)
+    assert report.events["slipped"] == 1
+    assert report.overruns == 1
+
+
+def test_pause_step_resume_and_another_pace(compiled):
+    loop, clock = looped(compiled)
+    loop.run(1.0)
+    loop.pause()
+    loop.step()
+    loop.step()
+    assert loop.k == 12
+    waiting = threading.Thread(target=loop.run, args=(1.0,))
+    waiting.start()
+    while clock.time < 150.0:
+        pass
+    assert loop.k == 12
+    loop.resume()
+    waiting.join(10.0)
+    assert loop.k == 22
+    assert loop.report.overruns == 0
+    loop.pace(50.0)
+    start = clock.time
+    loop.run(100.0)
+    assert clock.time - start == pytest.approx(2.0, abs=0.01)
+
+
+def test_the_clock_of_the_machine_and_a_stop_from_another_thread(compiled):
+    loop = Loop([compiled.plant()], 10.0, 10.0)
+    thread = threading.Thread(target=loop.run)
+    start = time.perf_counter()
+    thread.start()
+    time.sleep(0.5)
+    loop.order("kvlcc2_l7", "delta", 0.1)
+    loop.stop()
+    thread.join(5.0)
+    assert not thread.is_alive()
+    assert 0.5 <= time.perf_counter() - start < 2.0
+    assert 10 <= loop.k <= 120
+
+
+def test_orders_act_from_the_next_tick_and_the_last_one_counts(compiled):
+    loop, _ = looped(compiled, ships=2)
+    assert list(loop.vessels) == ["kvlcc2_l7", "kvlcc2_l7_2"]
+    loop.order("kvlcc2_l7", "delta", 0.1)
+    loop.order("kvlcc2_l7", "delta", 0.2)
+    one, other = (vessel.plant for vessel in loop.vessels.values())
+    assert one["delta_cmd"] == 0.0
+    loop.step()
+    assert one["delta_cmd"] == 0.2
+    assert other["delta_cmd"] == 0.0
+    loop.surround("kvlcc2_l7_2", Uniform(U_C=0.3).now())
+    loop.step()
+    assert other["current_x"] == pytest.approx(0.3)
+    assert one["current_x"] == 0.0
+
+
+def test_orders_beyond_the_limits_are_clipped_and_told_once(compiled):
+    loop, _ = looped(compiled)
+    for _ in range(5):
+        loop.order("kvlcc2_l7", "delta", 1.0)
+        loop.step()
+    vessel = loop.vessels["kvlcc2_l7"]
+    assert vessel.plant["delta_cmd"] == vessel.plant.limits["delta"][1]
+    assert vessel.clipped == {"delta"}
+    assert [event.kind for event in loop.events] == ["clipped"]
+    assert "delta ordered to 1" in loop.events[0].text
+    loop.order("kvlcc2_l7", "delta", 0.1)
+    loop.step()
+    assert not vessel.clipped
+
+
+def test_who_was_commanded_and_hears_nothing_holds_and_is_told(compiled):
+    loop, _ = looped(compiled, ships=2, patience=2.0)
+    loop.run(5.0)
+    assert not loop.events  # nobody has commanded yet
+    loop.order("kvlcc2_l7", "delta", 0.1)
+    loop.run(5.0)
+    assert [(event.ship, event.kind) for event in loop.events] == [("kvlcc2_l7", "stale")]
+    assert loop.events[0].t == pytest.approx(7.1, abs=0.11)
+    assert loop.vessels["kvlcc2_l7"].stale
+    assert loop.vessels["kvlcc2_l7"].plant["delta_cmd"] == 0.1
+    loop.order("kvlcc2_l7", "delta", 0.1)
+    loop.step()
+    assert [event.kind for event in loop.events] == ["stale", "heard"]
+    assert not loop.vessels["kvlcc2_l7"].stale
+
+
+def test_reset_and_restore_bring_back_ships_instruments_and_time(compiled):
+    loop, _ = looped(compiled, ships=2, sensors=SUITE)
+
+    def on(duration):
+        found = []
+        for _ in range(round(duration * loop.rate)):
+            loop.step()
+            vessels = loop.vessels.values()
+            found.append([(v.plant["x"], v.plant["psi"], [(r.t, r.values) for r in v.readings]) for v in vessels])
+        return found
+
+    loop.order("kvlcc2_l7", "delta", 0.3)
+    first = on(5.0)
+    saved = loop.snapshot()
+    onward = on(5.0)
+    loop.order("kvlcc2_l7", "delta", -0.3)
+    loop.restore(saved)
+    assert loop.t == 5.0
+    assert on(5.0) == onward
+    loop.reset()
+    assert loop.k == 0
+    loop.order("kvlcc2_l7", "delta", 0.3)
+    assert on(5.0) == first
+
+
+@pytest.mark.parametrize("seeds", [(1, 2), (1, 1)])
+def test_readings_of_two_ships_err_each_on_their_own(compiled, seeds):
+    plants = [compiled.plant(seed=seed) for seed in seeds]
+    loop = Loop(plants, 10.0, sensors=SUITE, clock=FakeClock())
+    told = {name: [] for name in loop.vessels}
+    loop.after(lambda loop: [told[name].extend(loop.readings(name)) for name in told])
+    loop.run(10.0)
+    one, other = ([r.values["x"] for r in rows if r.kind == "gnss"] for rows in told.values())
+    assert len(one) == len(other) == 10
+    assert one != other
+
+
+def test_a_loop_is_not_restored_from_another(compiled):
+    loop, _ = looped(compiled)
+    two, _ = looped(compiled, ships=2)
+    faster, _ = looped(compiled, rate=5.0)
+    before = loop.snapshot()
+    for wrong in (b"", b"[]", b"{}", two.snapshot(), faster.snapshot()):
+        with pytest.raises(ShipError, match="saved loop"):
+            loop.restore(wrong)
+    assert loop.snapshot() == before
+
+
+def test_who_blows_up_is_told_and_the_others_sail_on(compiled):
+    wild = compiled.plant(start=(0.0, 0.0, 0.0, 1e200, 1e200, 1e200), n_P=1.0)
+    loop = Loop({"wild": wild, "calm": compiled.plant()}, 10.0, clock=FakeClock())
+    assert loop.run(5.0).ticks == 50
+    assert loop.vessels["wild"].failure is not None
+    assert loop.vessels["calm"].plant.k == 50
+    assert [(e.ship, e.kind) for e in loop.events if e.kind == "failed"] == [("wild", "failed")]
+    loop.reset()
+    assert loop.vessels["wild"].failure is None
+
+
+def test_a_listener_that_fails_is_dropped_and_told(compiled):
+    loop, _ = looped(compiled)
+    heard = []
+
+    def fails(loop: Loop) -> None:
+        raise OSError("connection lost")
+
+    loop.after(fails)
+    loop.after(lambda loop: heard.append(loop.k))
+    loop.run(2.0)
+    assert len(heard) == 20
+    assert [(event.kind, event.text) for event in loop.events] == [("dropped", "a listener failed: connection lost")]
+
+
+def test_events_are_bounded_and_counted(compiled):
+    loop, _ = looped(compiled)
+    for _ in range(3000):
+        loop.tell("", "noise", "again")
+    assert len(loop.events) == 1000
+    assert loop.report.events["noise"] == 3000
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda p: Loop([], 10.0), "without ships"),
+        (lambda p: Loop([p], 3.0), "whole number of her steps of 0.1 s"),
+        (lambda p: Loop([p], 20.0), "whole number"),
+        (lambda p: Loop([p], 0.0), "above zero"),
+        (lambda p: Loop([p], 10.0, 0.01), "time factor 0.01; give 0.1 to 100"),
+        (lambda p: Loop([p], 10.0, math.nan), "time factor"),
+        (lambda p: Loop([p], 10.0, patience=0.0), "patience"),
+        (lambda p: Loop([p], 10.0, sensors={"other": SUITE}), "no ship 'other'"),
+    ],
+)
+def test_a_loop_that_cannot_be_is_refused(compiled, make, text):
+    with pytest.raises(LoopError, match=text):
+        make(compiled.plant())
+
+
+@pytest.mark.parametrize(
+    ("ship", "control", "value", "text"),
+    [
+        ("nobody", "delta", 0.1, "no ship 'nobody'"),
+        ("kvlcc2_l7", "sail", 0.1, "no control 'sail'"),
+        ("kvlcc2_l7", "delta", math.nan, "finite"),
+    ],
+)
+def test_an_order_that_cannot_be_never_reaches_the_loop(compiled, ship, control, value, text):
+    loop, _ = looped(compiled)
+    with pytest.raises(CommandError, match=text):
+        loop.order(ship, control, value)
+    loop.step()
+    assert not loop.events
