@@ -52,6 +52,7 @@ SmoothStart = Annotated[
 
 _WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, UsageError, WeatherError)
 _FAILED_RUN = (SimulationError, FitError)
+_INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,10 +62,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         done = typer.main.get_command(app).main(
             args=list(sys.argv[1:] if arguments is None else arguments), prog_name="seatrial", standalone_mode=False
         )
+        if done == _INTERRUPTED:  # which the command line framework keeps to itself
+            note("interrupted")
         return done if isinstance(done, int) else 0
     except (KeyboardInterrupt, typer.Abort):
         note("interrupted")
-        return 130
+        return _INTERRUPTED
     except Exception as error:
         return _status(error)
 
@@ -175,6 +178,9 @@ def steer(
     seed: Annotated[int, typer.Option(help="Of the instruments.")] = 0,
     log: Annotated[Path | None, typer.Option(help="Write what she says (.nmea).")] = None,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Record to a trial file (.csv).")] = None,
+    beside: Annotated[
+        str | None, typer.Option(help="Run this beside her, and end with it; {address} in it is where she listens.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """A ship on the wire: she talks NMEA 0183 and obeys it, in real time."""
@@ -182,7 +188,35 @@ def steer(
     from .cli_wire import steer as run
 
     run(Request(ship, nmea, tuple(to or ()), anywhere, framed, only, place, antenna, rate, factor, duration, hold,
-                speed, heading, wind, current, sensors, seed, log, out), json)  # fmt: skip
+                speed, heading, wind, current, sensors, seed, log, out, beside), json)  # fmt: skip
+
+
+@app.command()
+def bridge(
+    ship: ShipName,
+    host: Annotated[str, typer.Option(help="Address to serve at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Port to serve at; 0 takes a free one.")] = 8020,
+    anywhere: Annotated[bool, typer.Option("--anywhere", help="Allow addresses beyond this machine.")] = False,
+    factor: Annotated[float, typer.Option(help="Simulated over real time, 0.1 to 100.")] = 1.0,
+    speed: Annotated[float | None, typer.Option(help="Speed at the start [m/s].")] = None,
+    heading: Annotated[float, typer.Option(help="Heading at the start [deg].")] = 0.0,
+    wind: Annotated[str | None, typer.Option(help="True wind: M/S,DEG it comes from.")] = None,
+    gusts: Annotated[str | None, typer.Option(help="Spectrum of gusts about the wind: davenport, ...")] = None,
+    current: Annotated[str | None, typer.Option(help="Current: M/S,DEG it goes towards.")] = None,
+    waves: Annotated[str | None, typer.Option(help="Waves: height M, period S, DEG they come from.")] = None,
+    depth: Annotated[float | None, typer.Option(help="Depth of water [m].")] = None,
+    seed: Annotated[int, typer.Option(help="Of the gusts.")] = 1,
+    ghost: Annotated[Path | None, typer.Option(help="Measured trial to sail beside.")] = None,
+    other: Annotated[list[str] | None, typer.Option(help="SHIP@NORTH,EAST,DEG another ship. Repeatable.")] = None,
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for recordings.")] = Path(),
+    hold: Annotated[float, typer.Option(help="How long who has command may be silent [s].")] = 5.0,
+) -> None:
+    """A page on which the ship is steered by hand, in real time."""
+    from .cli_bridge import Request
+    from .cli_bridge import bridge as run
+
+    run(Request(ship, host, port, anywhere, factor, speed, heading, wind, gusts, current, waves, depth, seed, ghost,
+                tuple(other or ()), out, hold))  # fmt: skip
 
 
 @app.command()
@@ -195,6 +229,7 @@ def predict(
     json: Json = False,
 ) -> None:
     """Free-run prediction of trials on their own rows."""
+    from .cli_spread import tell_spread
     from .data.trialfile import read_trials, write_trial
     from .replay import replay
 
@@ -203,6 +238,7 @@ def predict(
     separate(out, trials)
     for line in cautions(ship, measured):
         note(line)
+    sure = tell_spread(model, ship, measured)
     predictions: list[Trial] = []
     for trial in measured:
         try:
@@ -214,7 +250,7 @@ def predict(
         write_trial(prediction, out / f"{prediction.name}.csv")
     written = [str(out / f"{one.name}.csv") for one in predictions]
     if json:
-        emit({"model": ship.name, "restart": restart, "written": written})
+        emit({"model": ship.name, "restart": restart, "written": written} | ({"spread": sure} if sure else {}))
     else:
         sys.stdout.write("".join(f"{path}\n" for path in written))
     if len(written) < len(measured):

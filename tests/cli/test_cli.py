@@ -84,7 +84,7 @@ def test_validate_writes_page_and_numbers(trial: Path, tmp_path: Path, capsys) -
         (["simulate", "kvlcc2", "turning", "--wind", "5"], "M/S,DEG"),
         (["simulate", "kvlcc2", "turning", "--dt", "0"], "--dt is 0"),
         (["show", "nowhere.toml"], "no such ship file"),
-        (["import", "nmea9", "x", "-o", "y"], "frt-esso"),
+        (["import", "dat9", "x", "-o", "y"], "frt-esso"),
         (["check", "nowhere.csv"], "nowhere.csv"),
         (["identify", "nowhere.toml", "-o", "x"], "no such study file"),
         (["simulat"], "simulate"),

@@ -91,6 +91,39 @@ def test_bad_tables_in_one_line(
     assert said.count("\n") == 1
 
 
+@pytest.mark.parametrize(("text", "words"), [
+    ("n [1/s],T_1 [N]\n", "no rows below the heading"),
+    ("n [1/s],T_1 [N]\n1,\n2,\n3,\n", "column 'T_1 [N]': no row has both"),
+    ("n [1/s],T_1 [N]\n0,0\n1,0\n2,0\n3,0\n", "thrust is zero in every row"),
+])  # fmt: skip
+def test_tables_without_thrust(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, words: str) -> None:
+    (tmp_path / "pull.csv").write_text(text)
+    assert main(["thrust-map", str(tmp_path / "pull.csv")]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert said.count("\n") == 1
+
+
+def test_what_it_did_not_write_it_does_not_replace(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ship, out, folder = (table.with_name(name) for name in ("tug.toml", "map.toml", "folder.toml"))
+    text = (ROOT / "src" / "seatrial" / "ships" / "qiuxin5.toml").read_text()
+    ship.write_text(text)
+    assert main(["thrust-map", str(table), "-o", str(ship)]) == 2
+    assert "this command did not write it" in capsys.readouterr().err
+    assert ship.read_text() == text
+    folder.mkdir()
+    assert main(["thrust-map", str(table), "-o", str(folder)]) == 2
+    said = capsys.readouterr().err
+    assert "is a folder" in said
+    assert said.count("\n") == 1
+    for _ in range(2):
+        assert main(["thrust-map", str(table), "-o", str(out)]) == 0
+    assert "thruster 2: 1 of 21 rows have no revolutions or no thrust" in capsys.readouterr().err
+    out.write_text(out.read_text().partition("[thrusters.1]")[0] + "[actuators.alpha_1]\n")  # as of servo
+    assert main(["thrust-map", str(table), "-o", str(out)]) == 2
+    assert not [p for p in table.parent.iterdir() if p.name.startswith(".")]
+
+
 @pytest.mark.long
 def test_servos_of_a_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ship = load("qiuxin5")

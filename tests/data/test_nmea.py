@@ -50,7 +50,9 @@ def test_heading_is_in_degrees_from_north():
         assert told(kind) == [{"psi": pytest.approx(math.radians(350.0))}]
 
 
-@pytest.mark.parametrize(("psi", "text"), [(-1e-9, b"0.00"), (2 * math.pi, b"0.00"), (-0.1, b"354.27"), (7.0, b"41.07")])
+@pytest.mark.parametrize(
+    ("psi", "text"), [(-1e-9, b"0.00"), (2 * math.pi, b"0.00"), (-0.1, b"354.27"), (7.0, b"41.07")]
+)
 def test_heading_wraps(psi, text):
     assert lines("HDT", FIT, {**NOW, "psi": psi})[0].split(b",")[1] == text
 
@@ -188,7 +190,7 @@ def test_what_is_not_said_right_is_an_error():
     with pytest.raises(NmeaError, match="82 at most"):
         encode(built("HTC", override="A", cmdrudderang=180.0, cmdrudderdir="L", steermode="M", turnmode="R",
                      cmdrudderlimit=180.0, cmdoffheadinglimit=180.0, cmdturnradius=99999.0, cmdturnrate=9999.0,
-                     cmdheading=359.0, cmdofftracklimit=99999.0, cmdtrack=359.0, headingref="T", status="C"))  # fmt: skip
+                     cmdheading=359.0, cmdofftracklimit=99999.0, cmdtrack=359.0, headingref="T"))  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -236,7 +238,9 @@ def test_tag_block_and_datagram():
     assert read_line(tag_block(Tag(number=7)) + b"x").tag == Tag(None, 7, None)
 
 
-@pytest.mark.parametrize("raw", [b"\\s:HE0001*00\\", b"\\s:HE0001", b"\\z:1*4B\\", b"\\n:1000*", b"\\\\$", b"\\n:x*2C\\"])
+@pytest.mark.parametrize(
+    "raw", [b"\\s:HE0001*00\\", b"\\s:HE0001", b"\\z:1*4B\\", b"\\n:1000*", b"\\\\$", b"\\n:x*2C\\"]
+)
 def test_bad_tag_blocks(raw):
     if raw == b"\\n:1000*":
         raw += checksum(b"n:1000").encode() + b"\\"
@@ -254,11 +258,13 @@ def test_datagrams_fit_a_frame():
 @settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=200))
 def test_any_bytes_are_refused_politely(data):
+    refused: set[str] = set()
     for one in split(data):
         try:
             decode(read_line(one).sentence)
         except NmeaError as error:
-            assert error.reason in ("length", "form", "checksum", "kind", "field")
+            refused.add(error.reason)
+    assert refused <= {"length", "form", "checksum", "kind", "field"}
 
 
 @settings(max_examples=300, deadline=None)

@@ -39,7 +39,8 @@ def run() -> list[dict[str, float]]:
     psi, r = 6.0 + 0.4 * np.sin(0.1 * t), 0.04 * np.cos(0.1 * t)
     rows = {
         "t": t, "psi": psi, "r": r, "x": 3.0 * t, "y": -40.0 + 0.5 * t, "u": 1.2 + 0.1 * np.sin(t), "v_m": -2.0 * r,
-        "delta": 0.3 * np.sin(0.5 * t), "n_P": 10.0 + 0.1 * t, "wind_x": np.full(ROWS, 5.0), "wind_y": np.full(ROWS, -2.0),
+        "delta": 0.3 * np.sin(0.5 * t), "n_P": 10.0 + 0.1 * t,
+        "wind_x": np.full(ROWS, 5.0), "wind_y": np.full(ROWS, -2.0),
         "current_x": np.full(ROWS, 0.2), "current_y": np.zeros(ROWS), "per_depth": np.full(ROWS, 1 / 3.0),
     }  # fmt: skip
     return [{name: float(values[k]) for name, values in rows.items()} for k in range(ROWS)]
@@ -125,7 +126,8 @@ def test_sentences_between_two_fixes_are_spread_evenly_also_over_midnight(tmp_pa
     rows = run()[:100]
     text = b""
     for k, row in enumerate(rows):
-        text += b"".join(one for kind in (("RMC", "HDT") if k % 10 == 0 else ("HDT",)) for one in lines(kind, late, row))
+        kinds = ("RMC", "HDT") if k % 10 == 0 else ("HDT",)
+        text += b"".join(one for kind in kinds for one in lines(kind, late, row))
     trial = imported(tmp_path, text)
     assert trial.t == pytest.approx(np.arange(100) * DT, abs=1e-6)
 
@@ -160,7 +162,8 @@ def test_logs_that_cannot_be_used(tmp_path, text, message):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [("antenna", "antena", "no key 'antena'; near: antenna"), ("nmea/1", "nmea/2", "schema"),
-     ("forward = 2.5", "fwd = 2.5", "antenna.fwd"), ("59.43", "95.0", "datum.latitude"), ("L_pp", "[L_pp", "not readable as TOML")],
+     ("forward = 2.5", "fwd = 2.5", "antenna.fwd"), ("59.43", "95.0", "datum.latitude"),
+     ("L_pp", "[L_pp", "not readable as TOML")],
 )  # fmt: skip
 def test_bad_mapping(tmp_path, old, new, message):
     with pytest.raises(DataError, match=message) as error:

@@ -21,7 +21,7 @@ from seatrial.realtime.intake import Intake
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.on_wire import OnWire, Speech
 from seatrial.realtime.plant import Plant
-from seatrial.realtime.wire import Message, WireError
+from seatrial.realtime.wire import Address, Message, Wire, WireError
 from seatrial.ships.files import load
 
 DEG = math.pi / 180.0
@@ -174,6 +174,23 @@ def test_through_instruments(ship):
     assert all(one["longgroundspd"] is None and one["groundspdstatus"] == "V" for one in speeds)
 
 
+@pytest.mark.parametrize(("scheme", "framed"), [("udp", True), ("udp", False), ("tcp", False)])
+def test_over_a_socket(ship, scheme, framed):
+    plant = Plant.of(ship, dt=0.02)
+    loop, wire = Loop({"s": plant}, 10.0, math.inf), Wire(Address(scheme, "127.0.0.1", 0))
+    on = OnWire(loop, "s", wire, Speech(Fittings(), framed=framed))
+    other = Wire(wire.address, connect=True)
+    other.send(mutations.whole()[0])
+    loop.run(5.0)
+    other.wait(1.0)
+    kinds = {message.sentence.kind for message in other.poll()}
+    assert {"HDT", "ROT", "RMC", "RSA"} <= kinds
+    assert on.conning.commander.startswith(scheme)
+    assert plant["delta_cmd"] == pytest.approx(10.0 * DEG)
+    wire.close()
+    other.close()
+
+
 def test_speech_that_cannot_be():
     with pytest.raises(WireError, match="no sentence 'HDX'; near: HDT"):
         Speech(Fittings(), {"HDX": 1.0})
@@ -199,6 +216,17 @@ def test_requests_that_are_wrong(options, message, capsys):
     told = capsys.readouterr().err
     assert message in told
     assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize(("code", "status"), [("print('{address}')", 0), ("raise SystemExit(3)", 1)])
+def test_another_program_beside_her(code, status, capsys):
+    options = ["--nmea", "udp://127.0.0.1:0", "--factor", "100", "--duration", "1000"]
+    assert main(["steer", "kvlcc2_l7", *options, "--beside", f'python -c "{code}"']) == status
+    told = capsys.readouterr()
+    if status:
+        assert "the program beside her failed, exit status 3" in told.err
+    else:
+        assert told.out.startswith("127.0.0.1:")
 
 
 def test_command_line(tmp_path, capsys):

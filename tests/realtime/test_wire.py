@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import socket
+import threading
 import time
 
 import mutations
 import pytest
 
 from seatrial.data.nmea_framing import Line, Tag, datagram
+from seatrial.data.nmea_ship import Fittings
 from seatrial.realtime.intake import Intake
+from seatrial.realtime.loop import Loop
+from seatrial.realtime.on_wire import OnWire, Speech
+from seatrial.realtime.plant import Plant
 from seatrial.realtime.wire import Address, Wire, WireError
+from seatrial.ships.files import load
 
 HTC, ROR = mutations.whole()[1], mutations.whole()[0]
 UDP, TCP = Address("udp", "127.0.0.1", 0), Address("tcp", "127.0.0.1", 0)
@@ -170,6 +177,12 @@ def test_a_flood_is_cut_and_others_get_through():
     assert len(intake.take(ROR, "good", 5.0)) == 1
 
 
+def test_a_flood_from_many_ports_is_cut_as_well():
+    intake = Intake(rate=100.0)
+    taken = sum(len(intake.take(ROR, f"port {k % 50}", 0.0)) for k in range(5000))
+    assert taken == 400
+
+
 def test_it_does_not_grow():
     intake = Intake()
     for k in range(5000):
@@ -194,3 +207,41 @@ def test_a_flood_over_the_socket_does_not_stop_the_loop(udp):
     assert time.monotonic() - start < 1.0
     assert len(until(udp, 10**9, 0.2)) + udp.counts["flooded"] >= 0
     assert udp.counts["sentences"] <= 1000
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scheme", ["udp", "tcp"])
+def test_no_step_is_missed_under_fire(scheme):
+    """Three seconds of rubble as fast as a sender can: every tick is taken."""
+    plant = Plant.of(load("kvlcc2_l7"), dt=0.02)
+    loop, wire = Loop({"s": plant}, 10.0, 5.0), Wire(Address(scheme, "127.0.0.1", 0))
+    on = OnWire(loop, "s", wire, Speech(Fittings(), {"HDT": 1.0}))
+    good = Wire(wire.address, connect=True)
+    stop = threading.Event()
+
+    def fire() -> None:
+        kind = socket.SOCK_DGRAM if scheme == "udp" else socket.SOCK_STREAM
+        with socket.socket(socket.AF_INET, kind) as gun:
+            gun.connect((wire.address.host, wire.address.port))
+            gun.settimeout(0.1)
+            for data in mutations.datagrams(10**9, seed=3):
+                if stop.is_set():
+                    return
+                try:
+                    gun.send(data.replace(b"ROR", b"XXX") or b"x")
+                except OSError:
+                    continue
+
+    firing = threading.Thread(target=fire)
+    loop.after(lambda loop: good.send(ROR) if loop.k % 5 == 0 else None)
+    firing.start()
+    report = loop.run(15.0)
+    stop.set()
+    firing.join()
+    assert report.ticks == 150
+    assert report.slipped == 0.0
+    assert report.events.get("dropped", 0) == 0
+    assert math.isfinite(plant["psi"])
+    assert on.wire.counts["datagrams"] > 500
+    wire.close()
+    good.close()

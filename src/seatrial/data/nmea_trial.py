@@ -83,7 +83,8 @@ def read(path: Path, aboard: Aboard | None = None) -> Trial:
     where = {} if datum is None else {"datum": {"latitude": datum.latitude, "longitude": datum.longitude}}
     meta = {**CONVENTIONS, **told_meta(told), **where, **aboard.meta, "processing": steps}
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
-    return Trial(path.stem, t - t[0], known, {}, meta)
+    # seconds since 1970 are told to a quarter of a microsecond only
+    return Trial(path.stem, np.round(t - t[0], 6), known, {}, meta)
 
 
 def _rate(t: Array, psi: Array, steps: list[str]) -> Array:

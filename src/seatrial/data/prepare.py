@@ -95,6 +95,22 @@ def segments(trial: Trial, names: Sequence[str] = (), min_duration: float = 0.0)
     )
 
 
+def unbroken(trial: Trial, longest: float) -> tuple[Trial, ...]:
+    """The runs between leaps of time longer than `longest` [s], for what was steered meanwhile nobody knows.
+
+    Runs of one row are left out.  A trial without such a leap comes back unchanged; otherwise the runs are
+    named ``<trial>_1, _2, ...``.
+    """
+    edges = [0, *(np.flatnonzero(np.diff(trial.t) > longest) + 1).tolist(), len(trial)]
+    runs = [(a, b) for a, b in pairwise(edges) if b - a > 1]
+    if len(edges) == 2:
+        return (trial,)
+    return tuple(
+        replace(trial.rows(slice(a, b)), name=f"{trial.name}_{k}").noting(f"run {k} between leaps of time")
+        for k, (a, b) in enumerate(runs, start=1)
+    )
+
+
 def interpolate_gaps(trial: Trial, longest: float, names: Sequence[str] = ()) -> Trial:
     """Fill gaps of at most `longest` [s] between good samples by straight lines; longer ones stay.
 

@@ -118,6 +118,8 @@ def _root(path: Path, where: str, root: str) -> Path:
 def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> Callable[[Path], Trial]:
     from ..data.importing import FORMATS, READERS
     from ..data.mapping import read, read_mapping
+    from ..data.nmea_trial import read as read_nmea
+    from ..data.nmea_trial import read_aboard
     from ..data.trialfile import read_trial
 
     if format == "csv":
@@ -127,6 +129,9 @@ def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> 
         return lambda file: read(file, table)
     if format is None:
         return read_trial
+    if format == "nmea" and mapping is not None:
+        aboard = read_aboard(path.parent / mapping)
+        return lambda file: read_nmea(file, aboard)
     if format not in READERS:
         raise StudyError(f"{path}: {where}.format: {unknown(format, FORMATS, 'format')}")
     return READERS[format]

@@ -11,6 +11,9 @@ from ..data.nmea_framing import LARGEST, Tag, read_line, split
 _SENDERS = 64
 """Senders that are remembered at a time; the one silent for longest is forgotten first."""
 
+_TOGETHER = 4.0
+"""Lines that are taken from all senders together, over those from one: many ports must not stop the loop either."""
+
 _BEHIND, _REMEMBERED = 100, 10.0
 """A TAG line number up to this many behind the last one is a repetition, for this long [s]; later it is a new start."""
 
@@ -26,6 +29,11 @@ class _Sender:
     heard: float = 0.0
 
 
+def _refill(who: _Sender, rate: float, now: float) -> None:
+    who.left = min(rate, who.left + rate * max(now - who.since, 0.0))
+    who.since = now
+
+
 class Intake:
     """Sifts datagrams; never raises, never grows.
 
@@ -35,8 +43,9 @@ class Intake:
     """
 
     def __init__(self, rate: float = 500.0) -> None:
-        """An intake that takes so many lines per second from each sender, and as many at once."""
+        """So many lines per second from each sender, and as many at once; from all together four times that."""
         self.rate = rate
+        self._all = _Sender(_TOGETHER * rate, 0.0)
         self.counts: Counter[str] = Counter()
         self._senders: OrderedDict[str, _Sender] = OrderedDict()
 
@@ -53,11 +62,13 @@ class Intake:
             self.counts["oversized"] += 1
             return []
         who = self._sender(sender, now)
+        _refill(self._all, _TOGETHER * self.rate, now)
         lines = max(data.count(b"\n"), 1)
-        if who.left < lines:
+        if min(who.left, self._all.left) < lines:
             self.counts["flooded"] += lines
             return []
         who.left -= lines
+        self._all.left -= lines
         found = [self._sentence(line, who, now) for line in split(data)]
         return [one for one in found if one is not None]
 
@@ -68,8 +79,7 @@ class Intake:
             if len(self._senders) > _SENDERS:
                 self._senders.popitem(last=False)
         self._senders.move_to_end(name)
-        who.left = min(self.rate, who.left + self.rate * max(now - who.since, 0.0))
-        who.since = now
+        _refill(who, self.rate, now)
         return who
 
     def _sentence(self, line: bytes, who: _Sender, now: float) -> Sentence | None:

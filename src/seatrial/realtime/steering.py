@@ -13,6 +13,9 @@ from ..ships import Ship
 _POLE = 0.1
 """Pole of the integral action as a share of the loop's frequency: slow enough to leave turns alone."""
 
+_NEAR = math.radians(5.0)
+"""Heading error up to which the integral grows [rad]."""
+
 _AHEAD = 2.5
 """Look-ahead of the track follower in ship lengths, as in the manoeuvre `track`."""
 
@@ -70,6 +73,6 @@ class SteeringControl:
         most = min(limit, self.limit)
         error = float(wrapped(here - psi))
         wanted = float(self.gains.K_p * error - self.gains.K_d * (r - turning) + self.gains.K_i * self._integral)
-        if abs(wanted) < most:  # the integral waits while the rudder is at its limit
+        if abs(wanted) < most and abs(error) < _NEAR:  # what a turn adds up is no weather
             self._integral += error * dt
         return min(max(wanted, -most), most)

@@ -25,8 +25,8 @@ _CLIENTS = 16
 _ANSWERED = 30.0
 """How long a sender of datagrams is answered after its last valid sentence [s]."""
 
-_BUDGET = 1000
-"""Datagrams or pieces taken in at a time; what is beyond waits in the socket, which drops what it cannot hold."""
+_BUDGET, _PIECES = 1000, 8
+"""Datagrams, and pieces of 4096 bytes from a TCP client, taken in at a time; what is beyond waits in the socket."""
 
 _UNFINISHED, _UNSENT = 1024, 65536
 """Bytes of a TCP line without an end, and of what a TCP client has not read, at most."""
@@ -220,7 +220,7 @@ class Wire:
         now = time.monotonic()
         for client in tuple(self._clients):
             self._push(client, b"")
-            for _ in range(_BUDGET // _CLIENTS):
+            for _ in range(_PIECES):
                 try:
                     data = client.socket.recv(4096)
                 except BlockingIOError:

@@ -1,0 +1,234 @@
+"""The command steer: a ship on the wire, for whatever speaks NMEA 0183."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Generator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from .approach import time_step
+from .cli_support import DEGREE, UsageError, around_ship, emit, note, positive, read_ship
+from .data.geodesy import Datum
+from .data.nmea_ship import Fittings
+from .engine import SimulationError
+from .models import STATES, Sampled
+from .parameters import unknown
+from .realtime.loop import Loop, LoopError
+from .realtime.on_wire import RATES, OnWire, Speech
+from .realtime.plant import Plant
+from .realtime.recording import Recording
+from .realtime.wire import Address, Wire, WireError
+from .ships import Ship
+
+_NAME = "ship"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asks of `steer`; as on the command line."""
+
+    ship: str
+    nmea: str
+    to: tuple[str, ...] = ()
+    anywhere: bool = False
+    framed: bool = False
+    only: str | None = None
+    place: str | None = None
+    antenna: str | None = None
+    rate: float = 10.0
+    factor: float = 1.0
+    duration: float | None = None
+    hold: float = 10.0
+    speed: float | None = None
+    heading: float = 0.0
+    wind: str | None = None
+    current: str | None = None
+    sensors: bool = False
+    seed: int = 0
+    log: Path | None = None
+    out: Path | None = None
+    beside: str | None = None
+
+
+def steer(asked: Request, json: bool) -> None:
+    """Run a ship on the wire until the time is over, or the user has had enough.
+
+    Raises:
+        UsageError: a request that cannot be carried out.
+    """
+    positive(rate=asked.rate, factor=asked.factor, duration=asked.duration, hold=asked.hold, speed=asked.speed)
+    ship = read_ship(asked.ship)
+    try:
+        address = Address.parse(asked.nmea, asked.anywhere)
+        to = [Address.parse(one, asked.anywhere) for one in asked.to]
+        loop, plant = _loop(ship, asked)
+        speech = Speech(_fittings(ship, asked), _rates(asked.only), asked.framed)
+        wire = Wire(address, to=to)
+    except (WireError, LoopError) as error:
+        raise UsageError(str(error)) from None
+    try:
+        with _writing(asked.log) as log:
+            on_wire = OnWire(loop, _NAME, wire, speech, log=log, hold=asked.hold)
+            record = _recording(asked, plant, loop)
+            note(f"{ship.name} on {wire.address}, {loop.rate:g} Hz, time factor {asked.factor:g}; Ctrl-C ends it")
+            _run(loop, asked.duration or math.inf, _beside(asked.beside, wire.address, json))
+            if record is not None:
+                record.close()
+    finally:
+        wire.close()
+    _summary(loop, on_wire, record, json)
+
+
+@contextmanager
+def _beside(command: str | None, address: Address, json: bool) -> Generator[subprocess.Popen[bytes] | None]:
+    """Another program for as long as she sails; what it printed follows when it is over."""
+    if command is None:
+        yield None
+        return
+    words = [word.replace("{address}", f"{address.host}:{address.port}") for word in shlex.split(command)]
+    if words and words[0] == "python":  # the one that runs here, whatever the path holds
+        words[0] = sys.executable
+    with tempfile.TemporaryFile() as said:
+        try:
+            process = subprocess.Popen(words, stdout=said)
+        except (OSError, IndexError) as error:
+            raise UsageError(f"--beside: '{command}' cannot be run: {error}") from None
+        try:
+            yield process
+        finally:
+            if process.poll() is None:
+                process.terminate()
+            process.wait()
+            said.seek(0)
+            (sys.stderr if json else sys.stdout).write(said.read().decode(errors="replace"))
+
+
+def _run(loop: Loop, duration: float, beside: AbstractContextManager[subprocess.Popen[bytes] | None]) -> None:
+    """Sail, telling what happens as it happens; not longer than the program beside her runs.
+
+    Raises:
+        SimulationError: that program failed.
+    """
+    told = 0
+
+    def tell(loop: Loop) -> None:
+        nonlocal told
+        counted = sum(loop.report.events.values())
+        for event in loop.events[-(counted - told) :] if counted > told else ():
+            note(f"{event.t:9.1f} s  {event.kind}: {event.text}")
+        told = counted
+
+    loop.after(tell)
+    with beside as process:
+        if process is not None:
+            loop.after(lambda loop: loop.stop() if process.poll() is not None else None)
+        try:
+            loop.run(duration)
+        except KeyboardInterrupt:
+            note("ended")
+        failed = process is not None and process.poll()
+    if failed:
+        raise SimulationError(f"the program beside her failed, exit status {failed}")
+
+
+def _loop(ship: Ship, asked: Request) -> tuple[Loop, Plant]:
+    """A loop with the ship in it, at a step that fits the rate as well as her."""
+    if isinstance(ship.model, Sampled):
+        dt = float(ship.model.dt)
+        rate = 1.0 / (dt * max(round(1.0 / (asked.rate * dt)), 1))
+    else:
+        rate = asked.rate
+        dt = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
+    around = around_ship(ship, asked.wind, None, asked.current, None, None, asked.seed)
+    current = around.weather.series(dt, 1)[0]
+    speed = ship.speed if asked.speed is None else asked.speed
+    psi = asked.heading * DEGREE
+    u_C = float(current[2]) * math.cos(psi) + float(current[3]) * math.sin(psi)
+    v_C = float(current[3]) * math.cos(psi) - float(current[2]) * math.sin(psi)
+    start = (0.0, 0.0, psi, speed + u_C, v_C, 0.0)
+    plant = Plant.of(ship, dt=dt, environment=around.weather, start=start, seed=asked.seed)
+    if asked.sensors:
+        from .sensors.suite import usual
+
+        return Loop({_NAME: plant}, rate, asked.factor, sensors=usual(ship)), plant
+    return Loop({_NAME: plant}, rate, asked.factor), plant
+
+
+def _fittings(ship: Ship, asked: Request) -> Fittings:
+    latitude, longitude = _pair("--place", asked.place, "LAT,LON in degrees such as 35.1,139.7")
+    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0))
+    antenna = _pair("--antenna", asked.antenna, "FORWARD,STARBOARD in metres")
+    stern = -0.5 * ship.L_pp
+    return Fittings(Datum(latitude, longitude), round(time.time()), antenna, stern=stern, transducer=draught)
+
+
+def _pair(option: str, text: str | None, form: str) -> tuple[float, float]:
+    if text is None:
+        return 0.0, 0.0
+    try:
+        first, second = (float(part) for part in text.split(","))
+    except ValueError:
+        raise UsageError(f"{option} is '{text}'; write {form}") from None
+    if not (math.isfinite(first) and math.isfinite(second)):
+        raise UsageError(f"{option} is '{text}'; write {form}")
+    return first, second
+
+
+def _rates(only: str | None) -> dict[str, float]:
+    if only is None:
+        return dict(RATES)
+    usual = {**RATES, "VDO": 0.5}
+    names = [name.strip().upper() for name in only.split(",")]
+    for name in names:
+        if name not in usual:
+            raise UsageError(f"--only: {unknown(name, usual, 'sentence')}")
+    return {name: usual[name] for name in names}
+
+
+@contextmanager
+def _writing(path: Path | None) -> Generator[BinaryIO | None]:
+    if path is None:
+        yield None
+        return
+    try:
+        file = path.open("wb")
+    except OSError as error:
+        raise UsageError(f"--log: {path}: {error.strerror}") from None
+    with file:
+        yield file
+
+
+def _recording(asked: Request, plant: Plant, loop: Loop) -> Recording | None:
+    if asked.out is None:
+        return None
+    record = Recording(plant, asked.out, kind="by wire")
+    loop.witness(_NAME, record)
+    return record
+
+
+def _summary(loop: Loop, on_wire: OnWire, record: Recording | None, json: bool) -> None:
+    plant, report = loop.vessels[_NAME].plant, loop.report
+    if json:
+        emit({
+            "ship": plant.ship.name, "address": str(on_wire.wire.address), "t": report.t,
+            "state": {name: plant[name] for name in STATES}, "commander": on_wire.conning.commander,
+            "mode": on_wire.conning.mode, "orders": dict(on_wire.conning.counts), "wire": dict(on_wire.wire.counts),
+            "overruns": report.overruns, "worst_late": report.worst_late, "events": dict(report.events),
+            "written": [str(path) for path in record.paths] if record else [],
+        })  # fmt: skip
+        return
+    taken = on_wire.conning.counts["taken"]
+    sys.stdout.write(
+        f"{report.t:g} s sailed, heading {math.degrees(plant['psi']) % 360.0:.1f} deg, {taken} orders taken, "
+        f"{on_wire.wire.counts['sent']} datagrams sent, {report.overruns} of {report.ticks} ticks late\n"
+    )
+    for path in record.paths if record else ():
+        sys.stdout.write(f"{path}\n")

@@ -1,0 +1,104 @@
+"""A headless browser over its own wire, for tests that must see the page."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+import time
+from pathlib import Path
+from typing import Any, Self
+
+from websockets.sync.client import connect
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+_FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--mute-audio",
+          "--disable-background-networking", "--disable-component-update", "--remote-debugging-port=0")  # fmt: skip
+
+
+class Browser:
+    """One page of a headless Chromium."""
+
+    def __init__(self, folder: Path, width: int = 1280, height: int = 800) -> None:
+        flags = (*_FLAGS, f"--user-data-dir={folder}", f"--window-size={width},{height}", "about:blank")
+        self._process = subprocess.Popen([str(CHROMIUM), *flags], stderr=subprocess.PIPE, text=True)
+        port = self._port()
+        with connect(port, max_size=None, proxy=None) as ws:
+            ws.send(json.dumps({"id": 1, "method": "Target.getTargets"}))
+            targets = json.loads(ws.recv())["result"]["targetInfos"]
+        page = next(one["targetId"] for one in targets if one["type"] == "page")
+        self._ws = connect(f"{port.partition('/devtools')[0]}/devtools/page/{page}", max_size=None, proxy=None)
+        self._id = 0
+        self.requests: list[str] = []
+        self.errors: list[str] = []
+        for domain in ("Page", "Network", "Runtime", "Log"):
+            self.call(f"{domain}.enable")
+
+    def _port(self) -> str:
+        for line in self._process.stderr or ():
+            found = re.search(r"(ws://\S+)", line)
+            if found:
+                return found[1]
+        raise RuntimeError("the browser said nothing of its port")
+
+    def call(self, method: str, **given: Any) -> dict[str, Any]:
+        self._id += 1
+        self._ws.send(json.dumps({"id": self._id, "method": method, "params": given}))
+        while True:
+            said = json.loads(self._ws.recv(timeout=30))
+            if said.get("id") == self._id:
+                if "error" in said:
+                    raise RuntimeError(said["error"])
+                return said["result"]
+            self._note(said)
+
+    def _note(self, said: dict[str, Any]) -> None:
+        given = said.get("params", {})
+        if said["method"] == "Network.requestWillBeSent":
+            self.requests.append(given["request"]["url"])
+        elif said["method"] == "Network.webSocketCreated":
+            self.requests.append(given["url"])
+        elif said["method"] == "Runtime.exceptionThrown":
+            self.errors.append(json.dumps(given["exceptionDetails"])[:400])
+        elif said["method"] == "Log.entryAdded" and given["entry"]["level"] == "error":
+            self.errors.append(given["entry"]["text"])
+
+    def size(self, width: int, height: int, scale: float = 1.0, mobile: bool = False) -> None:
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=mobile)
+
+    def open(self, url: str) -> None:
+        self.call("Page.navigate", url=url)
+
+    def says(self, expression: str) -> Any:
+        done = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        if "exceptionDetails" in done:
+            raise RuntimeError(json.dumps(done["exceptionDetails"])[:400])
+        return done["result"].get("value")
+
+    def until(self, expression: str, seconds: float = 15.0) -> None:
+        end = time.monotonic() + seconds
+        while not self.says(f"Boolean({expression})"):
+            if time.monotonic() > end:
+                raise TimeoutError(f"never came: {expression}; {self.errors}")
+            time.sleep(0.05)
+
+    def key(self, key: str, code: int, text: str = "") -> None:
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code,
+                      **({"text": text} if text and kind == "keyDown" else {}))  # fmt: skip
+
+    def picture(self, path: Path, whole: bool = False) -> None:
+        data = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)["data"]
+        path.write_bytes(base64.b64decode(data))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ws.close()
+        self._process.terminate()
+        self._process.wait(10)
+        if self._process.stderr:
+            self._process.stderr.close()
