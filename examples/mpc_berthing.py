@@ -1,18 +1,21 @@
-"""A tug berths under model predictive control; the controller knows the exported CasADi function and nothing else.
+"""A tug berths under model predictive control; the controller knows exported files of a model, not the tug itself.
 
 The plan is a curve to a berth 3 m aside of the approach, along which the tug comes to rest.  Every 1 s the
-controller looks 25 s ahead, orders revolutions and directions of both azimuth thrusters within their limits, and
-the tug (its whole plant, actuators included, also exported) answers.  There is a current, and it is measured.
+controller looks 25 s ahead and orders revolutions and directions of both azimuth thrusters within their limits.
+What answers is the published tug, actuators included, whichever model the controller has of it: an identified
+one is judged by what it does to the true ship.  There is a current, and it is measured.
 
 Run from anywhere: python examples/mpc_berthing.py [MODEL]; the published tug where no other is named
 """
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,8 +32,8 @@ LENGTH, ASIDE, DURATION = 20.0, 3.0, 80.0
 LEAST, MOST = 0.5, 10.0
 """Revolutions [1/s]: a propeller that stands still has no direction, and the solver no slope."""
 
-TURN = (0.1151, 0.1161)
-"""Rates of turn of the azimuth thrusters [rad/s]."""
+TRUTH = "qiuxin5"
+CONTROLS = ("n_1", "alpha_1", "n_2", "alpha_2")
 
 CURRENT = (0.02, -0.03)
 """Velocity of the water north and east [m/s]."""
@@ -50,12 +53,24 @@ SOLVER = {
 }  # fmt: skip
 
 
-def export(folder: Path, model: str = "qiuxin5") -> None:
-    """What `seatrial export MODEL --casadi tug.casadi --actuators 0.2` does."""
+def export(folder: Path, model: str = TRUTH) -> None:
+    """What `seatrial export MODEL --casadi tug.casadi` does, the rates of its servos, and the true tug with actuators.
+
+    Raises:
+        ValueError: a model whose controls are not those of the tug, or whose thrusters turn at any rate.
+    """
     from seatrial.exchange import plant, save_casadi
     from seatrial.ships.files import load
 
-    save_casadi(plant(load(model), STEP / SUBSTEPS), folder / "tug.casadi")
+    ship = load(model)
+    if tuple(ship.model.controls) != CONTROLS:
+        raise ValueError(f"{model}: its controls are {', '.join(ship.model.controls)}; a tug has {', '.join(CONTROLS)}")
+    turn = [float(getattr(ship.actuators.of(name), "rate", math.inf)) for name in CONTROLS[1::2]]
+    if not np.isfinite(turn).all():
+        raise ValueError(f"{model}: give the thrusters a rate of turn, [actuators.alpha_1] and [actuators.alpha_2]")
+    save_casadi(plant(ship, STEP / SUBSTEPS), folder / "tug.casadi")
+    save_casadi(plant(load(TRUTH), STEP / SUBSTEPS), folder / "true.casadi")
+    (folder / "turn.json").write_text(json.dumps(turn), encoding="utf-8")
 
 
 def plan(t: float) -> np.ndarray:
@@ -90,19 +105,19 @@ class Controller:
     Any iterate that keeps to the tug's equations within `HOLDS` gives orders; without one the last plan goes on.
     """
 
-    def __init__(self, rates: Any, horizon: int = HORIZON) -> None:
+    def __init__(self, rates: Any, turn: Sequence[float], horizon: int = HORIZON) -> None:
         self.horizon, predict = horizon, prediction(rates)
         Z, W = ca.MX.sym("Z", 8, horizon + 1), ca.MX.sym("W", 4, horizon)
         wanted, start, e = ca.MX.sym("R", 6, horizon + 1), ca.MX.sym("z_0", 8), ca.MX.sym("e", 8)
         cost, links = 0.0, [Z[:, 0] - start]
         for k in range(horizon):
-            error, turn = Z[:6, k + 1] - wanted[:, k + 1], W[2:, k]
-            cost += ca.dot(ca.DM(WEIGHTS) * error, error) + 1e-3 * ca.dot(W[:2, k], W[:2, k]) + ca.dot(turn, turn)
+            error, turned = Z[:6, k + 1] - wanted[:, k + 1], W[2:, k]
+            cost += ca.dot(ca.DM(WEIGHTS) * error, error) + 1e-3 * ca.dot(W[:2, k], W[:2, k]) + ca.dot(turned, turned)
             links.append(Z[:, k + 1] - predict(Z[:, k], W[:, k], e))
         posed = {"x": ca.veccat(Z, W), "f": cost, "g": ca.veccat(*links), "p": ca.veccat(start, wanted, e)}
         self.solver = ca.nlpsol("mpc", "ipopt", posed, {"expand": True, "print_time": False, "ipopt": SOLVER})
-        high = np.array([MOST, MOST, *TURN])
-        free, low = np.full(8 * (horizon + 1), np.inf), np.array([LEAST, LEAST, *(-w for w in TURN)])
+        high = np.array([MOST, MOST, *turn])
+        free, low = np.full(8 * (horizon + 1), np.inf), np.array([LEAST, LEAST, *(-w for w in turn)])
         self.low = np.concatenate([-free, np.tile(low, horizon)])
         self.high = np.concatenate([free, np.tile(high, horizon)])
         self.last: np.ndarray | None = None
@@ -156,8 +171,9 @@ def berth(folder: Path, begin: float = 0.0, end: float = DURATION + 20.0, horizo
         begin, end: which part of the plan [s].
         horizon: how many steps the controller looks ahead.
     """
-    controller = Controller(ca.Function.load(str(folder / "tug.casadi")), horizon)
-    tug = ca.Function.load(str(folder / "tug_ordered_step.casadi"))
+    turn = json.loads((folder / "turn.json").read_text(encoding="utf-8"))
+    controller = Controller(ca.Function.load(str(folder / "tug.casadi")), turn, horizon)
+    tug = ca.Function.load(str(folder / "true_ordered_step.casadi"))
     e = np.array([0.0, 0.0, *CURRENT, 0.0, 0.0, 0.0, 0.0])
     x, a = plan(begin) + np.array([0.0, 0.2, 0.0, 0.0, 0.0, 0.0]), np.array([3.0, 0.3, 3.0, -0.3])
     t = begin + STEP * np.arange(round((end - begin) / STEP) + 1)
@@ -188,4 +204,7 @@ def main(model: str = "qiuxin5") -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:2])
+    try:
+        main(*sys.argv[1:2])
+    except ValueError as error:  # of the ships as well: a model that there is not
+        sys.exit(f"error: {error}")

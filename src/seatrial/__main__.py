@@ -13,8 +13,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 def main() -> int:
     """Run the command line; returns the exit status."""
-    from .cli import main as run
-
+    try:
+        from .cli import main as run
+    except KeyboardInterrupt:  # before there is a command line to say so
+        sys.stderr.write("interrupted\n")
+        return 130
     return run()
 
 

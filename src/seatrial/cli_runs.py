@@ -12,10 +12,11 @@ from typing import Any
 import typer
 
 from . import __version__
+from .cli_spread import keep_members, spread_numbers, tell_spread
 from .cli_support import UsageError, cautions, emit, figure, note, positive, read_ship, show_table
 from .data import Trial
 from .engine import SimulationError
-from .identify import Fit, Issue, Progress
+from .identify import Fit, Issue, Progress, StudyError
 from .identify.study import Study
 from .ships import Ship
 from .validate import Comparison
@@ -65,8 +66,15 @@ def _fit(study: Study, out: Path, json: bool) -> None:
         _tell_summary(load_fit_summary(out), out, json, kept_back)
         return
     with kept(out, fresh), _progress() as progress:
-        fit = study.estimator.fit(study.problem, progress=progress, checkpoint=out / CHECKPOINT)
+        try:
+            fit = study.estimator.fit(study.problem, progress=progress, checkpoint=out / CHECKPOINT)
+        except KeyboardInterrupt:
+            note(f"stopped; run the same command again to go on in {out}")
+            raise
+        except StudyError as error:  # of an estimator, which knows no file
+            raise StudyError(str(error) if str(study.path) in str(error) else f"{study.path}: {error}") from None
     save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
+    keep_members(study, fit, out, scales(study.problem.trials, study.sigma))
     standardised = _report(study, fit, out)
     (out / CHECKPOINT).unlink(missing_ok=True)
     _tell_summary({**load_fit_summary(out), "standardised": standardised}, out, json, kept_back)
@@ -87,11 +95,13 @@ def validate(
     ship, trials = read_ship(model), read_trials(paths)
     for line in cautions(ship, trials):
         note(line)
+    sure = tell_spread(model, ship, trials)
     comparisons, failed = compared(ship, trials, restart, scales(trials, None), smooth_start=smooth_start)
     made = _provenance(ship)
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),
-        findings=tuple(str(f) for t in trials for f in check(t) if f.severity != "info"),
+        findings=(*(str(s) for s in sure if s.verdict != "inside"),
+                  *(str(f) for t in trials for f in check(t) if f.severity != "info")),
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
                     "restart": "none" if restart is None else f"{restart:g} s",
                     **({} if smooth_start is None else {"starts": f"from the readings of {smooth_start:g} s"}),
@@ -100,7 +110,7 @@ def validate(
     if out is not None:
         note(f"wrote {report.write(out)}")
     if json:
-        emit(report.numbers())
+        emit(report.numbers() | spread_numbers(sure))
     else:
         _tell_comparisons(report)
     if failed:
@@ -183,14 +193,21 @@ def _report(study: Study, fit: Fit, out: Path) -> dict[str, float]:
     tuned = read_ship(str(out / MODEL))
     comparisons, _ = compared(tuned, trials, study.restart, scales(trials, study.sigma), problem.ship)
     report = Report(
-        f"{fit.ship.name}: study {study.name}", comparisons, fit, tuple(t.name for t in problem.trials),
+        _heading(study, fit), comparisons, fit, tuple(t.name for t in problem.trials),
         tuple(str(f) for t in (*problem.trials, *trials) for f in check(t) if f.severity == "error"),
         {"study": str(study.path), "digest": study.digest, "version": f"seatrial {__version__}",
-         "trials": f"{len(problem.trials)} for training, {len(problem.validation)} for validation",
+         "trials": f"{len(problem.trials)} for training, {len(problem.validation)} for validation, "
+                   f"{len(study.test)} kept back",
          "command": f"seatrial identify {study.path} -o {out}"},
     )  # fmt: skip
     report.write(out / PAGE)
     return report.pooled
+
+
+def _heading(study: Study, fit: Fit) -> str:
+    """What the study calls itself, else ship and file; a file named study.toml says nothing."""
+    of = "fitted" if study.name == "study" else f"study {study.name}"
+    return study.title or f"{fit.ship.name}: {of}"
 
 
 @contextmanager

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,12 @@ from .data import Array, DataError
 from .data.table import lines_of, numbers, split_row
 from .data.units import KNOWN
 from .identify.servo import ServoFit, fit_servo, servos
+from .identify.store import replace_file
 from .identify.thrust_map import ThrustMap, fit_thrust, fit_thrusters, shared
 
 _HEAD = re.compile(r"^(?P<kind>[nT])(_(?P<name>\w+))?\s*\[(?P<unit>[^\]]+)\]$")
 _UNITS = {"n": "1/s", "T": "N"}
+_HEADING = "# Tables of a ship file (docs/extending.md)."
 
 
 def thrust_map(
@@ -28,9 +31,10 @@ def thrust_map(
         DataError: a table that cannot be used; names column, line or revolutions.
         UsageError: options that contradict each other.
     """
-    _writable(out, table)
+    _writable(out, "thrusters", table)
     names = None if thrusters is None else [name.strip() for name in thrusters.split(",") if name.strip()]
     columns = read_pull(table)
+    rows = len(lines_of(table)) - 1
     if together:
         if not names or len(columns) != 1:
             raise UsageError("--together takes one column of thrust and names whose it is: --thrusters 1,2")
@@ -40,6 +44,8 @@ def thrust_map(
     else:
         found = fit_thrusters(columns, names, order=order)
     for one in found:
+        if one.rows < rows:
+            note(f"note: thruster {one.name}: {rows - one.rows} of {rows} rows have no revolutions or no thrust")
         if one.n_low >= 0:
             note(f"note: thruster {one.name} was not tested astern; astern = 1 is an assumption")
     if out is not None:
@@ -77,6 +83,8 @@ def read_pull(path: Path) -> dict[str, tuple[Array, Array]]:
             raise DataError(f"{path}: column '{head}': named twice; keep one")
         found[match["kind"], match["name"] or ""] = k
         factors.append(KNOWN[match["unit"]][1])
+    if len(lines) < 2:
+        raise DataError(f"{path}: no rows below the heading; write revolutions and thrust of each level")
     values, _ = numbers(path, lines, 1, heads, ",")
     out: dict[str, tuple[Array, Array]] = {}
     for (kind, name), k in found.items():
@@ -85,11 +93,18 @@ def read_pull(path: Path) -> dict[str, tuple[Array, Array]]:
             if at is None:
                 raise DataError(f"{path}: column '{heads[k]}': no revolutions; add n [1/s] or n_{name} [1/s]")
             pair = values[:, [at, k]] * [factors[at], factors[k]]
-            pair = pair[~(pair != pair).any(axis=1)]
-            out[name or "1"] = pair[:, 0], pair[:, 1]
+            out[name or "1"] = _filled(f"{path}: column '{heads[k]}'", pair)
     if not out:
         raise DataError(f"{path}: no thrust; add a column such as T_1 [N]")
     return out
+
+
+def _filled(where: str, pair: Array) -> tuple[Array, Array]:
+    """Revolutions and thrust of the rows that have both."""
+    lacking = (pair != pair).any(axis=1)
+    if lacking.all():
+        raise DataError(f"{where}: no row has both revolutions and thrust")
+    return pair[~lacking, 0], pair[~lacking, 1]
 
 
 def servo(paths: Sequence[Path], controls: Sequence[str], out: Path | None, json: bool) -> None:
@@ -100,7 +115,7 @@ def servo(paths: Sequence[Path], controls: Sequence[str], out: Path | None, json
     """
     from .data.trialfile import read_trials
 
-    _writable(out, *paths)
+    _writable(out, "actuators", *paths)
     trials = read_trials(paths)
     wanted = tuple(controls) or servos(trials)
     if not wanted:
@@ -130,20 +145,38 @@ def _with(one: ServoFit, key: str, unit: float) -> str:
     return f"{value / unit:.5g} ± {one.sigma[key] / unit:.2g}" if key in one.sigma else "–"
 
 
-def _writable(out: Path | None, *sources: Path) -> None:
-    """Refuse an output that is no TOML file, lies nowhere, or is one of the inputs."""
+def _writable(out: Path | None, kind: str, *sources: Path) -> None:
+    """Refuse an output that is no TOML file, lies nowhere, is one of the inputs, or holds what is not ours to replace.
+
+    Args:
+        kind: the table that tells a file of this command: "thrusters", or "actuators" alone.
+    """
     if out is None:
         return
     if out.suffix != ".toml":
         raise UsageError(f"{out}: a part of a ship file ends in .toml")
     if not out.parent.is_dir():
         raise UsageError(f"{out}: no such folder: {out.parent}")
+    if out.is_dir():
+        raise UsageError(f"{out}: is a folder; name a file with -o")
     if any(out.exists() and source.exists() and out.samefile(source) for source in sources):
         raise UsageError(f"{out}: is an input; choose another file with -o")
+    if out.exists() and not _ours(out, kind):
+        raise UsageError(f"{out}: exists, and this command did not write it; choose another file with -o")
+
+
+def _ours(out: Path, kind: str) -> bool:
+    """Whether a file is what the same command wrote before, and so may be replaced."""
+    try:
+        text = out.read_text(encoding="utf-8")
+        tables = set(tomllib.loads(text))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return False
+    return text.startswith(_HEADING) and kind in tables and ("thrusters" in tables) == (kind == "thrusters")
 
 
 def _write(out: Path, text: str) -> None:
-    out.write_text(f"# Tables of a ship file (docs/extending.md).\n\n{text}", encoding="utf-8")
+    replace_file(out, f"{_HEADING}\n\n{text}")
     note(f"wrote {out}")
 
 
@@ -165,7 +198,7 @@ def _map_toml(one: ThrustMap, table: str) -> str:
     lines += [
         f"n_max = {_number(one.n_max, '1/s', 'greatest revolutions tested')}",
         f"astern = {_number(one.astern, '', back)}", "",
-        f"[actuators.n_{one.name}]", f"low = {_number(one.n_low, '1/s', 'least revolutions tested')}",
+        f"[actuators.n_{one.name}]", f"low = {_number(one.n_low, '1/s', 'least revolutions that the map holds for')}",
         f"high = {_number(one.n_max, '1/s', 'greatest revolutions tested')}", "",
     ]  # fmt: skip
     return "\n".join(lines)

@@ -14,12 +14,12 @@ import numpy as np
 
 from .approach import approach, fastest, straight, surge_balance, time_step
 from .data import UNITS, Array, Trial
-from .engine import Failure, Rollout, Scalars, SimulationError
+from .engine import Failure, Rollout, Scalars, SimulationError, System
 from .engine.rollout import simulator
 from .engine.trace import over_rows
 from .environment import CHANNELS, Environment, Uniform, Weather
 from .manoeuvres import Policy, Scheduled
-from .models import STATES, Sampled, follows, unit
+from .models import STATES, Sampled, Stepped, follows, unit
 from .parameters import unknown, values
 from .ships import Ship, ShipError
 from .systems import closed_loop, logged, loop_memory, loop_values, open_loop, open_loop_parameters
@@ -87,11 +87,12 @@ def campaign(
     six = _under_way(speed, around[0]) if start is None else start
     if len(six) != len(STATES):
         raise ShipError(f"start: {len(six)} numbers; give x, y, psi, u, v_m, r")
-    state = (*six, *([0.0] * (len(system.states) - 6)))
+    rest = (*six, *([0.0] * (len(system.states) - 6)))
     columns = {name: np.asarray(column, dtype=np.float64) for name, column in vary.items()}
-    memory = _begin(ship, policy, step, {n: v for n, v in columns.items() if n.startswith("policy.")}, state)
+    memory = _begin(ship, policy, step, {n: v for n, v in columns.items() if n.startswith("policy.")}, rest)
+    state = _settled(ship, system, rest, memory, around[0])
     return simulator(system, tuple(vary)).run(
-        np.tile(state, (lanes, 1)), np.broadcast_to(around, (lanes, *around.shape)),
+        np.tile(state, (lanes // len(state), 1)), np.broadcast_to(around, (lanes, *around.shape)),
         np.array(list(shared.values()), dtype=np.float64),
         memory0=np.broadcast_to(memory, (lanes, memory.shape[1])),
         lanewise=np.column_stack(list(columns.values())) if vary else None,
@@ -104,6 +105,16 @@ def _under_way(speed: float, around: Array) -> tuple[float, ...]:
     """Heading north at `speed` through the water: over ground the current comes on top."""
     here = Environment(*around[: len(CHANNELS)].tolist())
     return (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0)
+
+
+def _settled(ship: Ship, system: System, state: tuple[float, ...], memory: Array, around: Array) -> Array:
+    """The first state per lane, shape (lanes or 1, states): what a model remembers as if all had long been so."""
+    recall = None if isinstance(ship.model, Stepped) else getattr(ship.model, "recall", None)
+    if recall is None:
+        return np.array([state])
+    acting = memory[:, [system.memory.index(control) for control in ship.model.controls]]
+    rows = [np.append(controls, around[: len(CHANNELS)]) for controls in acting]
+    return np.array([(*state[: len(STATES)], *recall(row[None], 1.0)[0]) for row in rows])
 
 
 _VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))

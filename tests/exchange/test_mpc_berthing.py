@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import math
+import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+
+from seatrial.actuators import Actuators
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "mpc_berthing.py"
 
@@ -33,6 +38,31 @@ def test_the_plan_is_a_motion(example: Any) -> None:
         assert (dx, dy) == pytest.approx((u * math.cos(psi), u * math.sin(psi)), abs=1e-6)
         assert (v_m, r) == pytest.approx((0.0, turn), abs=1e-6)
     assert example.plan(1e3) == pytest.approx((example.LENGTH, example.ASIDE, 0.0, 0.0, 0.0, 0.0))
+
+
+def test_the_true_tug_answers_whatever_the_model(example: Any, tmp_path: Path) -> None:
+    """A model with other servos changes what the controller knows, not the tug."""
+    from seatrial.ships.files import load, save
+
+    tug = load("qiuxin5")
+    servos = {**tug.actuators.by_name, "alpha_1": replace(tug.actuators.of("alpha_1"), rate=0.3)}
+    save(replace(tug, name="other", actuators=Actuators(servos)), tmp_path / "other.toml")
+    for folder, model in (("a", "qiuxin5"), ("b", str(tmp_path / "other.toml"))):
+        (tmp_path / folder).mkdir()
+        example.export(tmp_path / folder, model)
+    assert json.loads((tmp_path / "b" / "turn.json").read_text()) == [0.3, 0.1161]
+    true = [(tmp_path / folder / "true.casadi.json").read_text() for folder in "ab"]
+    assert true[0] == true[1]
+    with pytest.raises(ValueError, match="a tug has n_1"):
+        example.export(tmp_path, "kvlcc2")
+
+
+def test_a_model_that_there_is_not_in_one_line(tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, str(EXAMPLE), "nosuchmodel"], cwd=tmp_path, check=False,
+                          capture_output=True, text=True)  # fmt: skip
+    assert done.returncode != 0
+    assert "nosuchmodel" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.long

@@ -7,7 +7,7 @@ import pytest
 
 from seatrial.actuators import Actuator, Azimuth
 from seatrial.data import DataError, Trial
-from seatrial.identify.servo import fit_servo, servos
+from seatrial.identify.servo import answered, fit_servo, servos
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 from seatrial.simulate import approach, simulate
@@ -83,6 +83,29 @@ def test_uneven_time_and_gaps() -> None:
     found = fit_servo([trial.having(alpha_1=holed, alpha_1_cmd=ordered)], "alpha_1")
     assert found.servo.rate == pytest.approx(0.2, rel=0.01)
     assert found.samples == len(trial) - 30
+
+
+@pytest.mark.long
+def test_no_lag_is_made_of_a_noisy_first_angle() -> None:
+    """A servo with a rate only has neither lag nor dead time, whatever its first reading happened to be."""
+    trials = [log(Azimuth(rate=0.1151), STEPS[:5], hold=5.0, noise=0.0035, seed=seed) for seed in range(10)]
+    for trial in trials:
+        first = trial["alpha_1"].copy()
+        first[0] += 0.0105  # three times the noise
+        found = fit_servo([trial.having(alpha_1=first)], "alpha_1")
+        assert (found.servo.lag, found.servo.dead_time) == (0.0, 0.0)
+        assert abs(found.servo.rate - 0.1151) < 3.5 * found.sigma["rate"]
+
+
+def test_the_angle_that_answers_is_quieter_than_its_reading() -> None:
+    servo, noise = Azimuth(rate=0.1151), 0.0035
+    true, read = log(servo)["alpha_1"], log(servo, noise=noise, offset=0.01, seed=7)
+    quiet = answered(fit_servo([read], "alpha_1"), read)
+    assert np.sqrt(np.mean((quiet - true) ** 2)) < 0.2 * noise
+    holed = read["alpha_1"].copy()
+    holed[:5], holed[-3:] = np.nan, np.nan
+    late = answered(fit_servo([read], "alpha_1"), read.having(alpha_1=holed))
+    assert np.flatnonzero(np.isnan(late)).tolist() == [0, 1, 2, 3, 4, len(read) - 3, len(read) - 2, len(read) - 1]
 
 
 @pytest.mark.long

@@ -70,7 +70,7 @@ def test_a_study_is_read(study) -> None:
         ('"rudder.t_R"', '"rudder.t_r"', "near: rudder.t_R"),
         ("ratio = 0.5", "ratoi = 0.5", "near: ratio"),
         ("window = 30", "windwo = 30", "near: window"),
-        ("window = 30", 'window = "30"', "must be a float"),
+        ("window = 30", 'window = "30"', "must be a number"),
         ("Trajectory", "Trajektory", "Trajectory"),
         ("seatrial-study/1", "seatrial-study/9", "this version reads"),
     ],

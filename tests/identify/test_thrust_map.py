@@ -132,12 +132,51 @@ def test_thrusters_and_columns() -> None:
 @pytest.mark.parametrize(("n", "T", "words"), [
     ([0.0, 1.0, 2.0], [0.0, 1.0], "3 revolutions and 2 thrusts"),
     ([0.0, 1.0, 2.0], [0.0, 1.0, np.nan], "a row has no number"),
+    ([], [], "no row of revolutions and thrust"),
+    ([0.0, 1.0, 2.0, 3.0], [0.0, 0.0, 0.0, 0.0], "thrust is zero in every row"),
     ([0.0, 5.0, 10.0], [0.0, 1.0, 4.0], "2 different revolutions ahead"),
     ([-9.0, 0.0, 3.0, 6.0, 9.0], [-60.0, 0.0, 1.0, 4.0, 9.0], "check the signs"),
 ])  # fmt: skip
 def test_bad_tables(n: list[float], T: list[float], words: str) -> None:
     with pytest.raises(DataError, match=words):
         fit_thrust(np.array(n), np.array(T))
+
+
+@pytest.mark.parametrize(("levels", "repeats", "sigma"), [
+    ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.05), ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.3),
+    ([2.0, 4.0, 5.5, 7.0, 8.5, 10.0], 1, 0.3), ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 3, 0.3),
+])  # fmt: skip
+def test_a_small_table_knows_how_little_it_knows(levels: list[float], repeats: int, sigma: float) -> None:
+    """No set of terms goes through all points; beyond three sigma lies one map in twenty at most."""
+    n, at, far = np.repeat(levels, repeats), 5.0 ** np.arange(6), 0
+    for seed in range(40):
+        found = fit_thrust(n, noisy(seed, sigma, n))
+        assert len(found.powers) <= np.unique(n[n > 0]).size + (0.0 in levels and 0 in found.powers) - 2
+        off = abs(float(found.thrust(5.0)) - pull(np.array(5.0)))
+        far += off > 3 * np.sqrt(at @ found.covariance @ at)
+    assert far <= 2
+
+
+def test_rows_at_rest_tell_nothing_of_the_noise() -> None:
+    n = np.array([1.0, 2.0, 4.0, 6.0, 8.0, 9.0, 10.0])
+    T = noisy(3, 0.3, n)
+    plain = fit_thrust(n, T, order=3, offset=False)
+    rested = fit_thrust(np.append(np.zeros(20), n), np.append(np.zeros(20), T), order=3, offset=False)
+    assert rested.sigma == pytest.approx(plain.sigma)
+
+
+def test_thrust_has_the_sign_of_the_revolutions_and_the_range_is_what_was_tested() -> None:
+    n = np.repeat([3.0, 4.0, 5.0, 6.0, 7.0, 8.0], 2)
+    rng = np.random.default_rng(0)
+    for curve in (0.9 * n**2 - 3.0, 8.0 * (n - 2.5), pull(n)):
+        found = fit_thrust(n, curve + 0.1 * rng.standard_normal(n.size))
+        assert (found.thrust(np.linspace(max(found.n_low, 0.2), 8.0, 100)) > -0.05).all()
+        assert (found.n_low == 3.0) == (0 in found.powers)
+    lifted = fit_thrust(n, 2.0 + 0.5 * n**2 + 0.01 * rng.standard_normal(n.size), offset=True)
+    assert (lifted.powers[0], lifted.n_low) == (0, 3.0)
+    with pytest.raises(DataError, match="1 1/s was not tested, the map holds from 3 to 8"):
+        lifted.thrust(1.0)
+    lifted.thrust(3.0)
 
 
 def test_too_high_an_order() -> None:

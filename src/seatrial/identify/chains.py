@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..models import STATES, Model
-from ..replay import inputs
+from ..replay import inputs, unseen
 from .loss import Loss
 from .windows import even
 
@@ -105,6 +105,7 @@ def _cut(trial: Trial, model: Model, jump: int, every: int, scale: Array) -> lis
         wanted = f"the {jump + 1} of one window; shorten the window"
         raise DataError(f"{trial.name}: {len(trial)} samples are fewer than {wanted}")
     series = inputs(trial, model)
+    hidden = unseen(model, series, trial.dt)
     rows = np.arange(len(state), dtype=np.float64)
     bridged = np.column_stack([np.interp(rows, rows[good], column[good]) for column in state.T])
     out: list[Part] = []
@@ -114,8 +115,7 @@ def _cut(trial: Trial, model: Model, jump: int, every: int, scale: Array) -> lis
         counts = (compared <= last) & ((compared > begin) | (begin == first))
         measured = state[np.minimum(compared, last)]
         scaled = np.where(np.isfinite(measured) & counts[:, None], scale, 0.0)
-        # States of a model beyond those that are measured begin at rest.
-        node = np.append(bridged[begin], np.zeros(len(model.states) - len(STATES)))
+        node = np.append(bridged[begin], hidden[begin])
         length = np.array(np.count_nonzero(compared[:-1] < last), dtype=np.intp)
         motion = bridged[np.minimum(compared, last)]
         out.append((node, series[at], np.where(scaled > 0, measured, 0.0), scaled, motion, length))

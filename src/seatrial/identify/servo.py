@@ -23,12 +23,12 @@ from ..actuators import Actuator, Azimuth
 from ..data import Array, DataError, Trial
 
 _EXTRAS = ((), ("lag",), ("dead_time",), ("lag", "dead_time"))
+# A lag or a dead time that is none is kept in one log of a thousand.
 _DOUBT = 1e-3
-"""A lag or a dead time that is none is kept in one log of a thousand."""
+# Step of a difference quotient, relative; absolute for a first angle [rad].
 _DIFFERENCE = 1e-5
-"""Step of a difference quotient, relative; absolute for a first angle [rad]."""
+# Ranges of the search: this many times the greatest rate seen; lag and dead time up to this many seconds more.
 _FAST = 5.0
-"""Ranges of the search: this many times the greatest rate seen; lag and dead time up to this many seconds more."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +121,27 @@ def fit_servo(trials: Sequence[Trial], control: str, *, offset: bool = True) -> 
     return _told(control, logs, _chosen(fits), steps, turning)
 
 
+def answered(found: ServoFit, trial: Trial) -> Array:
+    """The angle at each row as the fitted servo answers the orders of a log [rad], without noise and offset.
+
+    As input of a fit it is worth more than the reading: what a noisy angle pushes aside in one sample, the ship
+    carries on for the rest of the trial.  Rows before the first reading and after the last are gaps.
+
+    Raises:
+        DataError: as `fit_servo`.
+    """
+    log = _log(trial, found.control)
+
+    def errors(ahead: Array) -> Array:
+        return log.errors(found.servo, found.offset, float(ahead[0]))
+
+    first = least_squares(errors, [0.0], diff_step=1e-5)
+    out = np.full(len(trial), np.nan)
+    begin = int(np.argmax(np.isfinite(trial[found.control])))
+    out[begin : begin + log.t.size] = log.angles(found.servo, found.offset, float(first.x[0])) - found.offset
+    return out
+
+
 @dataclass(frozen=True)
 class _Found:
     names: tuple[str, ...]
@@ -209,7 +230,8 @@ def _fit(logs: Sequence[_Log], extras: tuple[str, ...], turning: bool, offset: b
     starts = np.hstack([mesh, np.zeros((len(mesh), len(logs)))])
     start = min(starts, key=lambda values: float((misfit.errors(values) ** 2).sum()))
     found = least_squares(misfit.errors, np.clip(start, low + 1e-9, high - 1e-9), bounds=(low, high),
-                          jac=cast(Any, misfit.slopes), x_scale=scale, xtol=1e-12, ftol=1e-14, gtol=1e-14, max_nfev=60)  # fmt: skip
+                          jac=cast(Any, misfit.slopes), x_scale=scale,
+                          xtol=1e-12, ftol=1e-14, gtol=1e-14, max_nfev=60)  # fmt: skip
     return _Found(names, found.x[: len(names)], found.fun, np.asarray(found.jac))
 
 
@@ -252,9 +274,7 @@ def _slow_rates(log: _Log) -> Array:
     return np.abs(y[k:] - y[:-k]) / (t[k:] - t[:-k])
 
 
-def _told(
-    control: str, logs: Sequence[_Log], found: _Found, steps: Array, turning: bool
-) -> ServoFit:
+def _told(control: str, logs: Sequence[_Log], found: _Found, steps: Array, turning: bool) -> ServoFit:
     """The fit with its uncertainties and what to beware of."""
     servo, offset = _servo(found.names, found.values, turning)
     e, count = found.errors, found.errors.size

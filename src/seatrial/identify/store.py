@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from ..data import DataError
 from ..ships import Entry, Ship
 from ..ships.writing import save
 from . import Fit, Problem, StudyError
@@ -84,7 +85,7 @@ def kept(folder: str | Path, fresh: bool) -> Generator[None, None, None]:
     """Give a folder that was only just claimed free again where the estimator refuses the study."""
     try:
         yield
-    except StudyError:
+    except (StudyError, DataError):
         if fresh:
             (Path(folder) / RUN).unlink(missing_ok=True)
             with suppress(OSError):  # something else is in it

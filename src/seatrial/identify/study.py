@@ -17,6 +17,7 @@ from ..ships.files import find_class, load
 from ..ships.writing import to_toml
 from . import Estimator, Loss, Nuisance, Problem, StudyError
 from .freedom import freedom
+from .study_checks import filled, finite, kind, positive, steps, whole
 from .study_data import Split, chosen, read_data
 
 if TYPE_CHECKING:
@@ -78,13 +79,19 @@ def read_study(path: str | Path) -> Study:
         free, fixed = freedom(ship.model, said.free)
     except StudyError as error:
         raise StudyError(f"{here}: {error}") from None
+    train, torn = whole(train)
+    filled(here, ship, (*train, *validation, *test))
+    finite(f"{here}: estimator", said.estimator)
+    positive(f"{here}: loss.sigma", said.loss.sigma)
+    positive(f"{here}: nuisance.bias", said.nuisance.bias)
     problem = Problem(
         ship, train, free, _loss(here, said.loss, train),
         Nuisance(said.nuisance.initial, said.nuisance.current, said.nuisance.bias), validation, said.data.extrapolate,
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
     _long_enough(here, train, said.estimator)
-    notes = (f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()
+    notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *torn,
+             *steps(here, train, said.estimator))  # fmt: skip
     return Study(
         here.stem, here, problem, estimator, test, said.report.restart, digest(problem, estimator), notes,
         said.title, _rival(here, said.rival, free), virtual,
@@ -109,9 +116,9 @@ def digest(problem: Problem, estimator: Estimator) -> str:
         settings = replace(settings, threads=None)  # their number changes no digit
     for part in (to_toml(problem.ship), problem.free, problem.loss, problem.nuisance, settings):
         found.update(repr(part).encode())
-    for kind, trials in (("train", problem.trials), ("validation", problem.validation)):
+    for part_of, trials in (("train", problem.trials), ("validation", problem.validation)):
         for trial in trials:
-            found.update(f"{kind} {trial.name}".encode())
+            found.update(f"{part_of} {trial.name}".encode())
             found.update(trial.t.tobytes())
             for name in sorted(trial.channels):
                 found.update(name.encode() + trial[name].tobytes())
@@ -222,7 +229,7 @@ def read_estimator(path: Path, table: Mapping[str, Any], where: str = "estimator
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
             given[key] = float(value)
         elif isinstance(default, float | int | str | bool) and type(value) is not type(default):
-            raise StudyError(f"{path}: {where}.{key} is {value!r}; it must be a {type(default).__name__}")
+            raise StudyError(f"{path}: {where}.{key} is {value!r}; it must be {kind(default)}")
     try:
         return cls(**given)
     except (TypeError, ValueError) as error:

@@ -62,8 +62,8 @@ class PublishedTable(_Table):
     """What a paper found, to stand beside: relative errors in per cent by velocity, R2 by azimuth."""
 
     source: str
-    full: dict[str, float] = {}
-    rival: dict[str, float] = {}
+    full: dict[Literal["u", "v_m", "r"], float] = {}
+    rival: dict[Literal["u", "v_m", "r"], float] = {}
     R2: dict[str, float] = {}
 
 

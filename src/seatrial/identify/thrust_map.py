@@ -1,9 +1,10 @@
 """Thrust by revolutions, per thruster, from bollard-pull data: the polynomial of `forces.azimuth.Azimuth`.
 
 Which terms are kept is decided by cross-validation: all rows of one level of revolutions are left out
-at a time, except the greatest, since to predict that one is to extrapolate, which a map refuses.  Of
-the sets whose error is not significantly above the least, the one with fewest terms is taken; a
-polynomial that falls anywhere within the tested range is none of them.
+at a time, except the greatest, since to predict that one is to extrapolate, which a map refuses.  Every
+set leaves a level to spare when one is left out, so that an error is never that of an exact interpolation.
+Of the sets whose error is not significantly above the least, the one with fewest terms is taken; a
+polynomial that falls anywhere within the tested range, or pushes against n there, is none of them.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 
 from ..data import Array, DataError
 from ..forces.azimuth import Azimuth
+from .thrust_polynomial import design, inflation, least_squares, left_out
 
 GREATEST = 5
 """Highest power of n that an azimuth thruster knows."""
@@ -22,6 +24,10 @@ GREATEST = 5
 _GRID = np.linspace(0.0, 1.0, 401)
 # A table or a polynomial may fall by these shares of the greatest thrust and still count as monotone.
 _NOISE, _RIPPLE = 0.02, 1e-3
+# Share of the greatest revolutions below which the sign of the thrust is that of the offset.
+_AT_REST = 0.02
+# Levels of revolutions that a set of terms leaves to spare, so that one is left when another is left out.
+_SPARE = 2
 # Levels of revolutions from which on the table itself tells its noise.
 _MANY = 16
 
@@ -50,7 +56,8 @@ class ThrustMap:
         coefficients: c_0 to c_5 [N s^k], shape (6,); zero where the term is left out.
         covariance: of the coefficients, shape (6, 6), from the scatter of the rows.
         astern: thrust astern over that ahead at the same |n|; 1, an assumption, where none was tested.
-        n_low, n_max: revolutions tested, from the least (negative astern) to the greatest [1/s].
+        n_low, n_max: revolutions that the map holds for, from the least (negative astern) to the greatest [1/s].
+            Ahead it is the least tested, or 0 where rest was tested or the polynomial has no term at rest.
         R2: share of the variance of the thrust that the map explains.
         rmse: root mean square misfit of the rows [N].
         candidates: the sets of terms that were tried, the one taken included.
@@ -88,14 +95,15 @@ class ThrustMap:
             DataError: revolutions that were not tested.
         """
         asked = np.asarray(n, dtype=np.float64)
-        beyond = asked[(asked > self.n_max * (1 + 1e-9)) | (asked < self.n_low * (1 + 1e-9))]
+        slack = 1e-9 * self.n_max
+        beyond = asked[(asked > self.n_max + slack) | (asked < self.n_low - slack)]
         if beyond.size and not extrapolate:
             raise DataError(
                 f"thruster {self.name}: {beyond.flat[0]:g} 1/s was not tested, the map holds from {self.n_low:g} to "
                 f"{self.n_max:g} 1/s; stay within, test further, or ask for extrapolation"
             )
         held = np.clip(asked, -self.n_max, self.n_max)
-        ahead = _design(np.abs(held), range(GREATEST + 1)) @ self.coefficients
+        ahead = design(np.abs(held), range(GREATEST + 1)) @ self.coefficients
         return np.where(held < 0, -self.astern, np.where(held > 0, 1.0, 0.0)) * ahead
 
     def azimuth(self, x: float, y: float) -> Azimuth:
@@ -124,12 +132,7 @@ def fit_thrust(
     """
     n, thrust = np.asarray(n, dtype=np.float64), np.asarray(thrust, dtype=np.float64)
     where = f"thruster {name}"
-    if n.shape != thrust.shape or n.ndim != 1:
-        raise DataError(f"{where}: {n.size} revolutions and {thrust.size} thrusts; give one of each a row")
-    if not (np.isfinite(n).all() and np.isfinite(thrust).all()):
-        raise DataError(f"{where}: a row has no number; leave the row out")
-    if order is not None and not 1 <= order <= GREATEST:
-        raise DataError(f"{where}: order is {order}; it is from 1 to {GREATEST}")
+    _usable(where, n, thrust, order)
     _rising(where, n, thrust, tolerance)
     ahead = n >= 0
     a, T = n[ahead], thrust[ahead]
@@ -137,17 +140,19 @@ def fit_thrust(
     if levels.size < 3:
         raise DataError(f"{where}: {levels.size} different revolutions ahead; a map needs at least 3")
     powers, candidates = _choose(where, a, T, order, offset, levels.size)
-    c, covariance = _least_squares(a, T, powers)
+    c, covariance = least_squares(a, T, powers)
+    covariance *= inflation(a, T, powers)
+    rested = bool((n <= 0).any()) or 0 not in powers
     coefficients, full = np.zeros(GREATEST + 1), np.zeros((GREATEST + 1, GREATEST + 1))
     coefficients[list(powers)] = c
     full[np.ix_(powers, powers)] = covariance
-    back = _design(-n[~ahead], powers) @ c
+    back = design(-n[~ahead], powers) @ c
     astern = float(-thrust[~ahead] @ back / (back @ back)) if back.size else 1.0
     if not 0.0 <= astern <= 2.0:
         raise DataError(f"{where}: {astern:.3g} times the thrust ahead astern; check the signs of n and of the thrust")
-    misfit = np.concatenate([T - _design(a, powers) @ c, thrust[~ahead] + astern * back])
+    misfit = np.concatenate([T - design(a, powers) @ c, thrust[~ahead] + astern * back])
     return ThrustMap(
-        name, coefficients, full, astern, min(float(n.min()), 0.0), float(a.max()),
+        name, coefficients, full, astern, min(float(n.min()), 0.0) if rested else float(n.min()), float(a.max()),
         1.0 - float(misfit @ misfit) / float(((thrust - thrust.mean()) ** 2).sum()),
         float(np.sqrt(np.mean(misfit**2))), candidates, n.size,
     )  # fmt: skip
@@ -184,21 +189,18 @@ def fit_thrusters(
     return tuple(fit_thrust(*table[name], name=name, order=order, offset=offset) for name in names)
 
 
-def _design(n: Array, powers: Sequence[int]) -> Array:
-    return np.stack([n**k for k in powers], axis=-1)
-
-
-def _least_squares(n: Array, thrust: Array, powers: Sequence[int]) -> tuple[Array, Array]:
-    """Coefficients and their covariance; revolutions scaled to 1, so that n^5 and n are of one size."""
-    top = float(n.max())
-    scale = top ** np.array(powers, dtype=np.float64)
-    A = _design(n / top, powers)
-    c, *_ = np.linalg.lstsq(A, thrust, rcond=None)
-    spare = max(n.size - len(powers), 1)
-    noise = float(((thrust - A @ c) ** 2).sum()) / spare
-    # A perfect table still has terms: their variance is tiny, not zero.
-    covariance = max(noise, 1e-24 * float(thrust @ thrust)) * np.linalg.pinv(A.T @ A)
-    return c / scale, covariance / np.outer(scale, scale)
+def _usable(where: str, n: Array, thrust: Array, order: int | None) -> None:
+    """Refuse tables without numbers, and an order that there is not."""
+    if n.shape != thrust.shape or n.ndim != 1:
+        raise DataError(f"{where}: {n.size} revolutions and {thrust.size} thrusts; give one of each a row")
+    if not n.size:
+        raise DataError(f"{where}: no row of revolutions and thrust; a map needs at least 3 revolutions ahead")
+    if not (np.isfinite(n).all() and np.isfinite(thrust).all()):
+        raise DataError(f"{where}: a row has no number; leave the row out")
+    if not thrust.any():
+        raise DataError(f"{where}: thrust is zero in every row; check the column and its unit")
+    if order is not None and not 1 <= order <= GREATEST:
+        raise DataError(f"{where}: order is {order}; it is from 1 to {GREATEST}")
 
 
 def _rising(where: str, n: Array, thrust: Array, tolerance: float) -> None:
@@ -228,17 +230,20 @@ def _choose(
     tried = [(0, *powers) if o else powers for powers in full for o in ((False, True) if offset is None else (offset,))]
     if order is None and not offset:
         tried.append((2,))  # Sawada 2024 Eq. 25
-    tried = sorted((p for p in tried if len(p) <= levels), key=lambda p: (len(p), sum(p)))
+    spare, rest = _SPARE if order is None else 1, bool((n == 0).any())
+    tried = [p for p in tried if len(p) + spare <= levels + (rest and 0 in p)]
+    tried = sorted(tried, key=lambda p: (len(p), sum(p)))
     if not tried:
         raise DataError(f"{where}: {levels} different revolutions ahead; order {order} needs more than {order}")
-    squares = [_left_out(n, thrust, powers) for powers in tried]
-    monotone = [_monotone(_least_squares(n, thrust, powers)[0], powers, float(n.max())) for powers in tried]
+    squares = [left_out(n, thrust, powers) for powers in tried]
+    monotone = [_monotone(least_squares(n, thrust, powers)[0], powers, float(n.max())) for powers in tried]
     found = tuple(
         Candidate(p, float(np.sqrt(np.mean(e))), m) for p, e, m in zip(tried, squares, monotone, strict=True)
     )
     usable = [k for k, m in enumerate(monotone) if m]
     if not usable:
-        raise DataError(f"{where}: every polynomial falls within the tested range; check the table, or lower the order")
+        raise DataError(f"{where}: every polynomial falls or pushes against the revolutions within the tested range; "
+                        "check the table, or lower the order")  # fmt: skip
     best = min(usable, key=lambda k: found[k].error)
     for k in usable:
         worse = squares[k] - squares[best]
@@ -247,18 +252,9 @@ def _choose(
     return found[best].powers, found
 
 
-def _left_out(n: Array, thrust: Array, powers: tuple[int, ...]) -> Array:
-    """Squared error of each row whose level was left out of the fit; the greatest level never is."""
-    levels = [level for level in np.unique(n) if level < n.max()]
-    errors: list[Array] = []
-    for level in levels:
-        out = n == level
-        c, _ = _least_squares(n[~out], thrust[~out], powers)
-        errors.append((thrust[out] - _design(n[out], powers) @ c) ** 2)
-    return np.concatenate(errors)
-
-
 def _monotone(c: Array, powers: tuple[int, ...], top: float) -> bool:
-    """Whether the polynomial rises from rest to the greatest revolutions, ripples apart."""
-    curve = _design(_GRID * top, powers) @ c
-    return bool((np.maximum.accumulate(curve) - curve).max() <= _RIPPLE * np.abs(curve).max() and curve[-1] > 0)
+    """Whether the polynomial rises from rest to the greatest revolutions and has their sign, ripples apart."""
+    curve = design(_GRID * top, powers) @ c
+    ripple = _RIPPLE * np.abs(curve).max()
+    rises = (np.maximum.accumulate(curve) - curve).max() <= ripple and curve[-1] > 0
+    return bool(rises and curve[_GRID >= _AT_REST].min() >= -ripple)

@@ -26,7 +26,10 @@ from ..ships.files import find_class, load
 from ..simulate import approach, simulate
 from ..weather import Gust, WeatherError
 from . import StudyError
+from .plant_lint import tested
 
+# Of revolutions, that the map of a bench needs.
+_LEVELS = 3
 _ANGLES = ("psi", "r", "delta", "alpha")
 _AROUND = {"wind": ("U_T", "gamma_T"), "current": ("U_C", "gamma_C")}
 
@@ -203,7 +206,11 @@ def _bench(table: Any, ship: Ship) -> Bench | None:
         return None
     if not hasattr(ship.model, "thrusters"):
         raise StudyError(f"virtual.bench: {ship.name} has no thrusters to pull at")
-    return Bench(tuple(table.revolutions), table.repeats, table.noise)
+    bench = Bench(tuple(table.revolutions), table.repeats, table.noise)
+    ahead = {n for n in bench.revolutions if n > 0}
+    if len(ahead) < _LEVELS:
+        raise StudyError(f"virtual.bench.revolutions has {len(ahead)} levels ahead; a map needs {_LEVELS} or more")
+    return bench
 
 
 def _truth(table: Any) -> Ship:
@@ -257,6 +264,11 @@ def _policy(name: str, one: Any, ship: Ship, speed: float, n_P: float) -> Manoeu
     side = -1.0 if (one.rudder or 0.0) < 0 else 1.0
     n_P = n_P if one.revolutions is None else one.revolutions
     most = {name: float(getattr(ship.actuators.of(name), "high", math.inf)) for name in ship.model.controls}
+    if one.revolutions is not None:
+        for name, (low, high) in tested(ship).items():
+            if not low <= one.revolutions <= high * (1 + 1e-9):
+                raise StudyError(f"{where}.revolutions is {one.revolutions:g} 1/s; thrust by {name} of {ship.name} was "
+                                 f"tested from {low:g} to {high:g} 1/s")  # fmt: skip
     bounded = {name: high for name, high in most.items() if math.isfinite(high)}
     settings = Settings(n_P, speed, ship.L_pp, limit, rudder, heading, side, one.seed, controls=bounded)
     known = [f.name for f in fields(cls)]

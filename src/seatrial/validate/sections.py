@@ -24,6 +24,9 @@ _GROWTH = (
 _DRAWN = 12
 _LONG = 120
 
+_OPEN = 1e9
+"""An interval this wide bounds nothing."""
+
 
 def document(report: Report) -> str:
     """The whole page."""
@@ -181,7 +184,7 @@ def _fit(fit: Fit) -> str:
     rows = [
         [
             free.path, number(free.start, 4), number(float(fit.values[i]), 4), number(float(fit.sigma[i]), 2),
-            f"{number(free.low)} … {number(free.high)}" if math.isfinite(free.high - free.low) else "–",
+            f"{number(free.low)} … {number(free.high)}" if free.high - free.low < _OPEN else "–",
             "yes" if free.path in fit.at_bound else "", number(float(fit.shrinkage[i]), 2),
             status.get(free.path, "–"),
         ]

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..data import Array, Trial
-from ..identify.servo import ServoFit
+from ..identify.servo import ServoFit, answered
 from ..identify.thrust_map import ThrustMap
 from .figures import canvas, svg
-from .shooting_cases import FULL, RIVAL, TRUTH, Case
+from .shooting_cases import AS_SAILED, CALM, FULL, IGNORED, RIVAL, TRUTH, WIND_KNOWN, Case
 from .shooting_scores import HORIZONS, VELOCITIES, Score
 
 _DEGREES = math.degrees(1.0)
@@ -26,7 +26,8 @@ _STYLES: dict[str, dict[str, Any]] = {
     FULL: {"color": "#0072B2", "ls": "-", "marker": "o", "zorder": 2.5},
     RIVAL: {"color": "#D55E00", "ls": (0, (6, 2)), "marker": "s"},
 }
-_MARKS = (("#0072B2", "o"), ("#009E73", "D"), ("#E69F00", "^"), ("#CC79A7", "s"))
+# One and the same in every report, whichever of the cases it has.
+_MARKS = {AS_SAILED: ("#0072B2", "o"), WIND_KNOWN: ("#009E73", "D"), IGNORED: ("#E69F00", "^"), CALM: ("#CC79A7", "s")}
 
 
 def steps(scores: Mapping[str, Score], names: Mapping[str, str], dt: float, what: str) -> str:
@@ -46,7 +47,7 @@ def steps(scores: Mapping[str, Score], names: Mapping[str, str], dt: float, what
 
 def runs(scores: Mapping[str, Score], names: Mapping[str, str]) -> str:
     """Root mean square error of each run (You 2023 Fig. 21), trials numbered in their order."""
-    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
     figure, axes = canvas(3, (5.2, 5.4))
     for ax, name in zip(axes, VELOCITIES, strict=True):
@@ -60,6 +61,7 @@ def runs(scores: Mapping[str, Score], names: Mapping[str, str]) -> str:
         ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         ax.yaxis.set_minor_formatter(NullFormatter())
         ax.set_ylabel(label)
+    axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     axes[-1].set_xlabel("trial kept back, as numbered below")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     figure.align_ylabels(axes)
@@ -73,7 +75,7 @@ def estimates(cases: Sequence[Case]) -> str:
     ax.axvspan(-3.0, 3.0, color="#eef2f5", zorder=0.5)
     ax.axvline(0.0, color="#b5bcc2", lw=1.0)
     for k, case in enumerate(cases):
-        colour, mark = _MARKS[k % len(_MARKS)]
+        colour, mark = _MARKS[case.name]
         rows = np.arange(len(paths)) + 0.5 * ((k + 0.5) / len(cases) - 0.5)
         ax.plot(case.away, rows, mark, color=colour, ms=4.5, mfc=colour if k == 0 else "white", ls="none",
                 label=case.name)  # fmt: skip
@@ -90,7 +92,7 @@ def motion(measured: Trial, predicted: Mapping[str, Trial], names: Mapping[str, 
     figure, axes = canvas(3, (5.2, 4.4))
     for ax, name in zip(axes, VELOCITIES, strict=True):
         label, factor = _AXES[name]
-        ax.plot(measured.t, factor * measured[name], color="#b5bcc2", lw=1.0, label="measured")
+        ax.plot(measured.t, factor * measured[name], color="#c9d0d6", lw=3.6, label="measured")
         for who, trial in predicted.items():
             ax.plot(trial.t, factor * trial[name], lw=1.4, label=names[who], **_STYLES[who] | {"marker": ""})
         ax.set_ylabel(label)
@@ -104,7 +106,7 @@ def servo(fit: ServoFit, trial: Trial) -> str:
     """Order, angle measured and angle of the servo over one log, and what is left (You 2023 Fig. 15)."""
     name = fit.control
     order, angle = trial[f"{name}_cmd"], trial[name]
-    modelled = _obeyed(fit, trial.t, order, float(angle[0]))
+    modelled = answered(fit, trial) + fit.offset
     figure, (above, below) = canvas(2, (5.2, 3.8))
     above.step(trial.t, _DEGREES * order, where="post", color="#8a8a8a", ls=(0, (1, 1.5)), lw=1.2, label="ordered")
     above.plot(trial.t, _DEGREES * angle, color="#111", lw=2.2, label="measured")
@@ -133,14 +135,3 @@ def thrust(fit: ThrustMap, n: Array, pull: Array, true: Array) -> str:
     figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
     figure.align_ylabels((above, below))
     return svg(figure, f"thrust {fit.name}")
-
-
-def _obeyed(fit: ServoFit, t: Array, order: Array, start: float) -> Array:
-    """Angle of the servo under the orders, the offset of the sensor included [rad]."""
-    servo: Any = fit.servo
-    rows = np.clip(np.searchsorted(t + float(servo.dead_time), t[:-1] + 1e-9, "right") - 1, 0, None)
-    out = [start - fit.offset]
-    for row, step in zip(rows, np.diff(t).tolist(), strict=True):
-        _, (angle,) = servo.advance((out[-1],), float(order[row]), step)
-        out.append(angle)
-    return np.array(out) + fit.offset

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..data import Trial
 from ..engine import SimulationError
+from ..identify.servo import ServoFit
 from ..identify.store import replace_file
 from ..replay import replay
 from . import shooting_figures as drawings
@@ -63,7 +64,7 @@ def _head(shot: Shot, title: str) -> str:
          f"error of {names[RIVAL]} over that of {names[FULL]}: surge, sway, yaw"),
         (f"{len(first.away) - far} of {len(first.away)}", "parameters within 3 sigma of the truth"),
         (number(worst), f"error after {HORIZONS[-1]} steps over the truth's own, the worst of six states"),
-        (f"{number(first.fits[FULL].seconds, 2)} s", f"to fit {samples} samples, compiling included"),
+        (f"{number(first.fits[FULL].seconds, 2)} s", f"to fit {samples} samples; compiled before, if kept"),
     )
     shown = "".join(
         f'<div class="tile{" main" if k == 0 else ""}"><b>{text(value)}</b><span>{text(what)}</span></div>'
@@ -91,6 +92,10 @@ def _levels(shot: Shot) -> str:
         found.append(f"wind of {wind.U_T:g} m/s from {_DEGREES * wind.gamma_T:.0f}°{gusts}")
     if wind.U_C:
         found.append(f"a current of {wind.U_C:g} m/s towards {_DEGREES * wind.gamma_C:.0f}°")
+    own = [sail.current[0] for sail in virtual.sails.values() if sail.current is not None and sail.current[0]]
+    if own:
+        span = f"{min(own):g}" if min(own) == max(own) else f"{min(own):g} to {max(own):g}"
+        found.append(f"a current of {span} m/s in {len(own)} of {len(virtual.sails)} trials, as each says")
     noise = ", ".join(
         f"{name} {number(_DEGREES * sd, 2)}°" if name[:3] in ("psi", "alp", "r", "del") else f"{name} {sd:g}"
         for name, sd in virtual.sensors.noise.items()
@@ -180,7 +185,7 @@ def _drawn(shot: Shot, case: Case) -> str:
             predicted[who] = replay(case.fits[who].ship, worst)
         except SimulationError:
             continue
-    caption = f"{worst.name}, the trial of the greatest error in yaw: predicted from its first state on"
+    caption = f"{worst.name}, where {names[FULL]} err most in yaw: predicted from its first state on"
     return figure(drawings.motion(worst, predicted, names), caption)
 
 
@@ -241,6 +246,12 @@ def _pulls(shot: Shot) -> tuple[str, str]:
     return (table(head, rows, words=(1,)) if rows else ""), drawn
 
 
+def _lag(fit: ServoFit) -> str:
+    """The lag with its sigma; none where the logs tell of none."""
+    servo: Any = fit.servo
+    return f"{number(float(servo.lag), 2)} ± {number(fit.sigma['lag'], 1)}" if "lag" in fit.sigma else "none told"
+
+
 def _angles(shot: Shot) -> tuple[str, str]:
     """Table and drawings of the servos."""
     published = shot.study.published.get("R2", {})
@@ -251,10 +262,11 @@ def _angles(shot: Shot) -> tuple[str, str]:
         true: Any = shot.drive.truth.actuators.of(name)
         paper = f"{published[name]:g}" if name in published else "–"
         rows.append([
-            name, f"{servo.rate:.5f} ± {fit.sigma['rate']:.1g}", f"{true.rate:.5f}", number(servo.lag, 2),
+            name, f"{servo.rate:.5f} ± {fit.sigma['rate']:.1g}", f"{true.rate:.5f}", _lag(fit),
+            number(float(true.lag), 2),
             number(_DEGREES * fit.rmse), f"{fit.R2:.5f}", paper,
         ])  # fmt: skip
         busiest = max(shot.study.problem.trials, key=lambda t, c=name: float(np.abs(np.diff(t[f"{c}_cmd"])).sum()))
         drawn += figure(drawings.servo(fit, busiest), f"{name} in {busiest.name}")
-    head = ["", "rate [rad/s]", "truth", "lag [s]", "RMSE [°]", "R²", "R², the paper's"]
+    head = ["", "rate [rad/s]", "truth", "lag [s]", "truth", "RMSE [°]", "R²", "R², the paper's"]
     return (table(head, rows) if rows else ""), drawn

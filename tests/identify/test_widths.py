@@ -1,0 +1,68 @@
+"""Priors whose width left-out trials choose: free where trials speak for it, none where they do not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from seatrial.data import Trial
+from seatrial.identify import Loss, Problem, StudyError
+from seatrial.identify.widths import Widths
+from seatrial.manoeuvres.turning import Turning
+from seatrial.models import STATES
+from seatrial.parameters import Free
+from seatrial.ships import Ship
+from seatrial.ships.files import load
+from seatrial.simulate import simulate
+
+BARE = load("esso_osaka_3m_hybrid")
+Y_v = BARE.model.hull.Y_v
+FREE = (Free("hull.Y_v", Y_v, prior=Y_v, sigma=0.3 * abs(Y_v)),
+        *(Free(f"residual_{path}", 0.0, prior=0.0, sigma=1.0) for path in ("Y.d_n_N", "N.d_n_N")))  # fmt: skip
+
+
+def trials(ship: Ship, noise: float, seconds: float = 60.0) -> tuple[Trial, ...]:
+    rng, made = np.random.default_rng(0), []
+    for k, delta in enumerate((0.1, -0.3, 0.2, -0.2)):
+        trial = simulate(ship, Turning(delta=delta, n_P=9.0), speed=0.3, duration=seconds, dt=0.1, method="euler")
+        noisy = {n: trial[n] + noise * s * rng.standard_normal(len(trial)) for n, s in zip(STATES, SIZE, strict=True)}
+        made.append(replace(trial.having(**noisy), name=f"turn_{k}"))
+    return tuple(made)
+
+
+SIZE = (1.0, 1.0, 0.2, 0.1, 0.05, 0.02)
+
+
+def problem(made: tuple[Trial, ...]) -> Problem:
+    return Problem(BARE, made, FREE, Loss(dict(zip(STATES, SIZE, strict=True)), 1.0))
+
+
+@pytest.mark.long
+def test_left_out_trials_choose() -> None:
+    estimator = Widths(window=20.0, widths=(0.0, 1.0), parts=2, threads=1)
+    told = estimator.fit(problem(trials(BARE.having({"residual_Y.d_n_N": 0.3, "residual_N.d_n_N": -0.2}), 0.01)))
+    assert "prior width 1 by left-out trials (0: " in told.status
+    assert told.values[1:] == pytest.approx((0.3, -0.2), abs=0.05)
+    alone = estimator.fit(problem(trials(BARE, 0.5, 25.0)))
+    assert "prior width 0 by" in alone.status
+    assert [f.path for f in alone.free] == ["hull.Y_v"]
+    assert alone.ship.model.residual_Y.get("d_n_N") == 0.0
+
+
+@pytest.mark.parametrize(("given", "told"), [
+    ({"widths": (1.0, 1.0)}, "different factors"), ({"widths": (-1.0,)}, "none below zero"),
+    ({"parts": 1}, "parts is 1"), ({"vary": "unit_*"}, "write a list"), ({"widths": ()}, "widths is"),
+])  # fmt: skip
+def test_settings_that_cannot_be(given: dict[str, object], told: str) -> None:
+    with pytest.raises(StudyError, match=told):
+        Widths(**given)  # type: ignore[arg-type]
+
+
+def test_problems_that_leave_nothing_to_choose() -> None:
+    one = trials(BARE, 0.0, 25.0)
+    with pytest.raises(StudyError, match="2 trials to leave out"):
+        Widths(window=20.0).fit(problem(one[:2]))
+    with pytest.raises(StudyError, match="vary fits no free parameter"):
+        Widths(window=20.0, vary=("rudder.*",)).fit(problem(one))
