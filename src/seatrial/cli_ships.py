@@ -139,12 +139,16 @@ def export(
     actuators: Annotated[
         float | None, typer.Option(metavar="S", help="Also a step of S seconds from orders, through the actuators.")
     ] = None,
+    fmu: Annotated[Path | None, typer.Option(help="Co-simulation slave by FMI 2.0 (.fmu), orders in.")] = None,
+    hull: Annotated[bool, typer.Option("--hull", help="Of --fmu: the hull alone, forces in.")] = False,
+    dt: Annotated[float | None, typer.Option(help="Of --fmu: internal step [s]; else one that suits the ship.")] = None,
     json: Json = False,
 ) -> None:
-    """The plant of a ship for controllers: a CasADi function, C, a Python file."""
+    """The plant of a ship for controllers and co-simulation: a CasADi function, C, a Python file, an FMU."""
+    from .cli_export import Slave
     from .cli_export import export as run
 
-    run(model, casadi, c, python, actuators, json)
+    run(model, casadi, c, python, actuators, Slave(fmu, hull, dt), json)
 
 
 def thrust_map(

@@ -324,7 +324,7 @@ def test_a_file_is_replaced_whole(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("options", "text"), [
-    ((), "export to what? give --casadi FILE, --c FOLDER or --python FILE"),
+    ((), "export to what? give --casadi FILE, --c FOLDER, --python FILE or --fmu FILE"),
     (("--casadi", "none/f.casadi"), "no such folder: none"),
     (("--python", "none/f.py"), "no such folder: none"),
     (("--python", "f.txt"), "a Python file ends in .py"),

@@ -11,14 +11,17 @@ the same right-hand side, operation for operation, with the numbers of the ship:
 x: states, first those of `models.STATES`; u: actual controls; e: `environment.CHANNELS`; a: memory of the
 actuators (actual values first of all); o: orders, one a control.  All in SI units and radians.  A ship in
 discrete time has no right-hand side and is refused, but for a network: `save_network` writes its step in Python.
+
+`save_fmu` packs the same C, its numbers made settable, as a co-simulation slave: the whole ship, or its hull alone.
 """
 
 from __future__ import annotations
 
 from .c_source import save_c
 from .casadi_function import save_casadi
+from .fmu import save_fmu
 from .network_source import save_network
 from .plant import Plant, plant
 from .python_source import save_python
 
-__all__ = ["Plant", "plant", "save_c", "save_casadi", "save_network", "save_python"]
+__all__ = ["Plant", "plant", "save_c", "save_casadi", "save_fmu", "save_network", "save_python"]

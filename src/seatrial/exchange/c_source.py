@@ -111,7 +111,7 @@ def _places(upper: str, letter: str, variables: Sequence[Variable]) -> str:
     return f"enum {{ {', '.join(f'{upper}_{letter}_{name} = {k}' for k, name in enumerate(apart))} }};"
 
 
-def _function(head: str, f: Any, letters: str, targets: Sequence[str]) -> list[str]:
+def array_function(head: str, f: Any, letters: str, targets: Sequence[str]) -> list[str]:
     """A C function of arrays: elements read once, then terms, then the outputs."""
     listed = listing(f, lambda i, j: f"{letters[i]}{j}", C)
     idle = [letter for i, letter in enumerate(letters) if not any(place[0] == i for place in listed.reads)]
@@ -130,10 +130,10 @@ def source_text(plant: Plant) -> str:
     name, nx = plant.name, f"{plant.name.upper()}_NX"
     rates = f"void {name}_rates(const double x[], const double u[], const double e[], double dx[])"
     lines = [f"/* {plain(plant.title)}: see {name}.h */", f'#include "{name}.h"', "", "#include <math.h>", "",
-             *_function(rates, plant.rates, "xue", ("dx",)),
+             *array_function(rates, plant.rates, "xue", ("dx",)),
              *_STEP_BODY.format(name=name, head=_STEP, nx=nx).splitlines()]  # fmt: skip
     if plant.servos is not None:
-        lines += ["", *_function(f"void {name}_actuate({_ACTUATE})", plant.servos.baked, "ao", ("u", "a_next"))]
+        lines += ["", *array_function(f"void {name}_actuate({_ACTUATE})", plant.servos.baked, "ao", ("u", "a_next"))]
         lines += _ORDERED_BODY.format(name=name, head=_ORDERED, upper=name.upper()).splitlines()
     return "\n".join([*lines, ""])
 

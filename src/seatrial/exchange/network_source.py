@@ -13,7 +13,7 @@ from ..models.network import INPUTS, Network
 from ..models.neural import Neural
 from ..ships import Ship, ShipError
 from .plant import ABOUT, one_line, unit_around
-from .writing import write
+from .writing import title, write
 
 
 def save_network(ship: Ship, path: str | Path) -> tuple[Path, ...]:
@@ -62,7 +62,7 @@ def _docstring(ship: Ship, network: Network) -> list[str]:
              for letter, names in (("x", STATES), ("u", ship.model.controls), ("e", CHANNELS))
              for k, name in enumerate(names)]  # fmt: skip
     text = [
-        one_line(str(ship.notes.get("title", ship.name))), "",
+        one_line(title(ship)), "",
         f"A network of kind {network.kind} with {network.count} weights; its inputs are",
         f"{', '.join(INPUTS[: network.inputs])} in SI units, velocities through the water and apparent wind.",
         "step(x, u, e, memory) is the state after DT seconds and the memory then; begin(x, u, e) is the memory of",

@@ -18,6 +18,7 @@ from ..models import Sampled, Stepped, unit
 from ..parameters import Scalar, Spec, walk
 from ..ships import Ship, ShipError
 from ..systems import closed_loop, loop_values, open_loop
+from .writing import title
 
 ABOUT = {
     "x": "position north", "y": "position east", "psi": "heading, clockwise from north",
@@ -159,8 +160,7 @@ def plant(ship: Ship, dt: float | None = None) -> Plant:
     dx = _tidy(traced(x, ca.vertcat(u, e), ca.vertcat(p, *offsets)))
     used, open_ = _used([x, u, e], p, [dx], known)
     return Plant(
-        name=identifier(ship.name), title=one_line(str(ship.notes.get("title", ship.name))),
-        states=tuple(_state(ship, n) for n in system.states),
+        name=identifier(ship.name), title=one_line(title(ship)), states=tuple(_state(ship, n) for n in system.states),
         controls=tuple(_control(ship, n) for n in ship.model.controls),
         environment=tuple(Variable(n, unit_around(n), ABOUT[n]) for n in CHANNELS),
         numbers=used, open=open_, servos=None if dt is None else _servos(ship, dt),

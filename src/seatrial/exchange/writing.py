@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Files that are there whole or not at all, and what they are headed with."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from ..ships import ShipError
+from ..ships import Ship, ShipError
 
 
-def write(files: Mapping[Path, str | Callable[[str], None]]) -> tuple[Path, ...]:
+def write(files: Mapping[Path, str | bytes | Callable[[str], None]]) -> tuple[Path, ...]:
     """Write files of one folder together: all are complete before the first takes its place.
 
     Args:
-        files: by path the text, or what saves itself under a name that it is given.
+        files: by path the text or bytes, or what saves itself under a name that it is given.
 
     Raises:
         ShipError: a folder that is not there, or a file that cannot be written.
@@ -26,7 +26,7 @@ def write(files: Mapping[Path, str | Callable[[str], None]]) -> tuple[Path, ...]
             if callable(content):
                 content(str(scratch[path]))
             else:
-                scratch[path].write_text(content, encoding="utf-8")
+                scratch[path].write_bytes(content.encode() if isinstance(content, str) else content)
             os.chmod(scratch[path], 0o644)
         for path, made in scratch.items():
             os.replace(made, path)
@@ -36,6 +36,14 @@ def write(files: Mapping[Path, str | Callable[[str], None]]) -> tuple[Path, ...]
         for made in scratch.values():
             made.unlink(missing_ok=True)
     return tuple(files)
+
+
+def title(ship: Ship) -> str:
+    """What heads an exported file: a ship that a study fitted is no longer what its title said before."""
+    made = ship.notes.get("provenance")
+    if isinstance(made, Mapping) and "study" in made:
+        return f"{ship.name}: fitted in study {made['study']}"
+    return str(ship.notes.get("title", ship.name))
 
 
 def _scratch(path: Path) -> Path:

@@ -1,0 +1,109 @@
+"""Trials as logs of robots: MCAP files, and bags of ROS 2."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Iterator, Mapping
+from heapq import merge
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..data import UNITS, Array, DataError, Trial
+from ..data.geodesy import Datum
+from ..data.robot_files import Message, write_bag, write_mcap
+from ..data.robot_messages import FIX, FRAMES, NUMBER, ODOMETRY, POSE, TWIST, VELOCITY, began, packed
+from ..data.sidecar import sidecar_text
+
+FORMATS = ("mcap", "rosbag2")
+"""What can be written."""
+
+TOPICS: Mapping[str, str] = {ODOMETRY: "/odom", FIX: "/fix", TWIST: "/twist"}
+"""Topics of the motion; every other channel goes out as a number on a topic of its own name."""
+
+
+def save_robot_log(trial: Trial, format: str, folder: Path) -> Path:
+    """Write a trial as `folder/<name>.mcap`, or as the bag `folder/<name>`.
+
+    Raises:
+        DataError: times that no stamp can hold, or a bag that is there already.
+    """
+    path = folder / (f"{trial.name}.mcap" if format == "mcap" else trial.name)
+    sidecar_text(path, trial.meta)  # refuses what no file can say
+    if format != "mcap" and path.exists():
+        raise DataError(f"{path}: is there already; remove it or choose another folder with -o")
+    units = {name: trial.unit(name) for name in trial.channels if name not in UNITS}
+    note = {"name": trial.name, "meta": _plain(trial.meta), "units": units}
+    scratch = folder / f".{path.name}.part"
+    try:
+        scratch.mkdir(exist_ok=True)
+        (write_mcap if format == "mcap" else write_bag)(scratch / path.name, messages(trial), note)
+        (scratch / path.name).replace(path)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be written: {error.strerror}") from None
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    return path
+
+
+def messages(trial: Trial) -> Iterator[Message]:
+    """All messages of a trial in the order of time; a row without any value of a topic has none of it."""
+    stamps = _stamps(trial)
+    frames = {**FRAMES, **{str(k): str(v) for k, v in dict(trial.meta.get("frames") or {}).items() if k in FRAMES}}
+    topics: list[tuple[str, str, dict[str, Array]]] = []
+    moving = {name: trial[name] for name in VELOCITY if name in trial}
+    if all(name in trial for name in POSE):
+        pose = {name: trial[name] for name in (*POSE, "phi") if name in trial}
+        topics.append((TOPICS[ODOMETRY], ODOMETRY, {**pose, **moving}))
+        topics += _fixes(trial)
+    if moving:
+        topics.append((TOPICS[TWIST], TWIST, moving))
+    used = {name for _, _, columns in topics for name in columns}
+    topics += [(f"/{name}", NUMBER, {"value": column}) for name, column in trial.channels.items() if name not in used]
+    streams = [_stream(topic, kind, stamps, columns, frames) for topic, kind, columns in topics]
+    return merge(*streams, key=lambda message: message.logged)
+
+
+def _stream(
+    topic: str, kind: str, stamps: list[int], columns: Mapping[str, Array], frames: Mapping[str, str]
+) -> Iterator[Message]:
+    names = tuple(columns)
+    for stamp, row in zip(stamps, zip(*(column.tolist() for column in columns.values()), strict=True), strict=True):
+        told = {name: value for name, value in zip(names, row, strict=True) if math.isfinite(value)}
+        if told and (kind not in (FIX, NUMBER) or len(told) == len(names)):
+            yield Message(topic, kind, stamp, packed(kind, stamp, told, frames))
+
+
+def _fixes(trial: Trial) -> list[tuple[str, str, dict[str, Array]]]:
+    """The position of midship on the globe, where the trial says where its origin is."""
+    said: Any = trial.meta.get("datum")
+    try:
+        datum = Datum(float(said["latitude"]), float(said["longitude"]))
+    except (TypeError, KeyError, ValueError):
+        return []
+    places = np.full((len(trial), 2), math.nan)
+    for k in np.flatnonzero(np.isfinite(trial["x"] + trial["y"])).tolist():
+        places[k] = datum.place(float(trial["x"][k]), float(trial["y"][k]))
+    return [(TOPICS[FIX], FIX, {"latitude": places[:, 0], "longitude": places[:, 1]})]
+
+
+def _stamps(trial: Trial) -> list[int]:
+    """Times [ns]: since 1970 where the trial says when it began, else since its start."""
+    first = began(trial.name, trial.meta)
+    stamps = [first + round(1e9 * t) for t in trial.t.tolist()]
+    if any(not 0 <= stamp < 2**31 * 10**9 for stamp in stamps[:1] + stamps[-1:]):
+        raise DataError(f"{trial.name}: begins at {trial.t[0]:g} s; stamps count from zero, so begin there or later")
+    return stamps
+
+
+def _plain(value: Any) -> Any:
+    """The same in the types that JSON has."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    return value if isinstance(value, str | int | float | bool) or value is None else str(value)
