@@ -11,7 +11,7 @@ from typing import Any
 
 HERE = Path(__file__).parent
 TABLE = HERE.parent / "docs" / "benchmarks.md"
-SCRIPTS = ("engine", "peers", "campaign", "tuning", "export", "shooting", "networks", "training", "realtime")
+SCRIPTS = ("engine", "peers", "campaign", "tuning", "export", "shooting", "networks", "training", "realtime", "envs")
 
 
 def best(job: Callable[[], Any], seconds: float = 1.5, least: int = 5) -> float:

@@ -12,11 +12,12 @@ import pytest
 
 ROOT = Path(__file__).parents[1] / "src" / "seatrial"
 ROOMS = (
-    "parameters", "symbolic", "engine", "data", "environment", "weather", "forces", "actuators", "models",
-    "ships", "sensors", "manoeuvres", "approach", "systems", "simulate", "replay_start", "replay", "identify",
-    "validate", "choosing", "exchange", "realtime", "cli_support", "cli_wire", "cli_tuning", "cli_shooting",
-    "cli_networks", "cli_runs", "demo", "cli_estimate", "cli_models", "cli_check", "cli_resample", "cli_design",
-    "cli_imo", "cli_requirements", "cli_export", "cli_thrusters", "cli_ships", "cli_manoeuvres", "cli",
+    "parameters", "symbolic", "engine", "data", "environment", "weather", "forces", "actuators", "models", "ships",
+    "sensors", "manoeuvres", "approach", "systems", "simulate", "replay_start", "replay", "identify", "validate",
+    "choosing", "exchange", "realtime", "envs", "cli_support", "cli_spread", "cli_wire", "cli_convert",
+    "cli_tuning", "cli_shooting", "cli_networks", "cli_runs", "demo", "cli_estimate", "cli_models", "cli_check",
+    "cli_resample", "cli_design", "cli_imo", "cli_requirements", "cli_export", "cli_thrusters", "cli_ships",
+    "cli_manoeuvres", "cli_bridge", "cli",
 )  # fmt: skip
 """From left to right: a room may import those before it and itself."""
 

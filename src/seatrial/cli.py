@@ -110,10 +110,12 @@ for command in (ships, show, simulate, models, estimate, design, requirements, i
 
 @app.command("import")
 def import_(
-    format: Annotated[str, typer.Argument(help="frt-esso, simman, usv-asw, nmea, or csv with --mapping.")],
+    format: Annotated[
+        str, typer.Argument(help="frt-esso, simman, usv-asw, nmea, mcap, rosbag2, or csv with --mapping.")
+    ],
     source: Annotated[Path, typer.Argument(metavar="SRC", help="A log, or a folder of them.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the trial files.")],
-    mapping: Annotated[Path | None, typer.Option(help="Mapping file, for csv and nmea.")] = None,
+    mapping: Annotated[Path | None, typer.Option(help="Mapping file: csv, nmea, mcap, rosbag2.")] = None,
     json: Json = False,
 ) -> None:
     """Foreign logs to trial files."""
@@ -124,6 +126,19 @@ def import_(
         emit({"format": format, "written": [str(path) for path in written]})
     else:
         sys.stdout.write(f"{len(written)} trials in {out}; next: seatrial check {out}\n")
+
+
+@app.command()
+def convert(
+    trials: Trials,
+    to: Annotated[str, typer.Option(help="mcap or rosbag2.")],
+    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the logs.")],
+    json: Json = False,
+) -> None:
+    """Trial files to logs of robots, in standard messages."""
+    from .cli_convert import convert as run
+
+    run(trials, to, out, json)
 
 
 @app.command()
@@ -229,7 +244,7 @@ def predict(
     json: Json = False,
 ) -> None:
     """Free-run prediction of trials on their own rows."""
-    from .cli_spread import tell_spread
+    from .cli_spread import spread_numbers, tell_spread
     from .data.trialfile import read_trials, write_trial
     from .replay import replay
 
@@ -250,7 +265,7 @@ def predict(
         write_trial(prediction, out / f"{prediction.name}.csv")
     written = [str(out / f"{one.name}.csv") for one in predictions]
     if json:
-        emit({"model": ship.name, "restart": restart, "written": written} | ({"spread": sure} if sure else {}))
+        emit({"model": ship.name, "restart": restart, "written": written} | spread_numbers(sure))
     else:
         sys.stdout.write("".join(f"{path}\n" for path in written))
     if len(written) < len(measured):

@@ -85,7 +85,7 @@ def test_requests_that_are_wrong(tmp_path):
         import_log("csv", tmp_path, tmp_path / "o")
     with pytest.raises(DataError, match=r"no column 'Time'|no column"):
         import_log("frt-esso", tmp_path / "a.csv", tmp_path / "o")
-    assert FORMATS == ("frt-esso", "simman", "usv-asw", "nmea", "csv")
+    assert FORMATS == ("frt-esso", "simman", "usv-asw", "nmea", "mcap", "rosbag2", "csv")
 
 
 def test_esso(data_file, tmp_path):

@@ -1,7 +1,7 @@
 """Foreign logs to trial files.
 
-A format is a module with `read(path) -> Trial`; `csv` is read by a mapping file, and `nmea` may have one that says
-where the instruments are.  Everything is read
+A format is a module with `read(path) -> Trial`; `csv` is read by a mapping file, `nmea` may have one that says where
+the instruments are, `mcap` and `rosbag2` one that says which topics are what.  Everything is read
 before anything is written, so that a file that fails leaves nothing behind.
 """
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ..parameters import unknown
-from . import DataError, Trial, frt_esso, nmea_log, nmea_trial, simman, usv_asw
+from . import DataError, Trial, frt_esso, nmea_log, nmea_trial, robot_files, robot_log, simman, usv_asw
 from .mapping import read as read_by_mapping
 from .mapping import read_mapping
 from .table import existing, lines_of
@@ -20,6 +20,7 @@ from .trialfile import FOREIGN, read_trial, write_trial
 
 READERS: Mapping[str, Callable[[Path], Trial]] = MappingProxyType({
     "frt-esso": frt_esso.read, "simman": simman.read, "usv-asw": usv_asw.read, "nmea": nmea_trial.read,
+    "mcap": robot_log.read, "rosbag2": robot_log.read,
 })  # fmt: skip
 """Formats whose columns are known."""
 
@@ -27,7 +28,7 @@ FORMATS = (*READERS, "csv")
 """Names that `import_log` knows."""
 
 _SUFFIXES = {"frt-esso": frt_esso.SUFFIX, "simman": simman.SUFFIX, "usv-asw": usv_asw.SUFFIX, "nmea": nmea_log.SUFFIX,
-             "csv": ".csv"}  # fmt: skip
+             "mcap": robot_files.SUFFIX, "csv": ".csv"}  # fmt: skip
 
 
 def import_log(
@@ -37,9 +38,10 @@ def import_log(
 
     Args:
         format: one of `FORMATS`.
-        src: a file, or a folder whose files (of the format's suffix, also in its folders) are read.
+        src: a file, or a folder whose files (of the format's suffix, also in its folders) are read; for rosbag2 the
+            folder of a bag, or one of such folders.
         out: folder for the trial files; made if it is not there.
-        mapping: mapping file, for the format csv, and where it helps for nmea.
+        mapping: mapping file, for the format csv, and where it helps for nmea, mcap and rosbag2.
 
     Returns:
         The CSV files written, in the order read.
@@ -98,6 +100,11 @@ def _reader(format: str, mapping: str | Path | None) -> Callable[[Path], Trial]:
     if format == "nmea" and mapping is not None:
         aboard = nmea_trial.read_aboard(Path(mapping))
         return lambda path: nmea_trial.read(path, aboard)
+    if format in ("mcap", "rosbag2") and mapping is not None:
+        from .robot_schema import read_topics
+
+        topics = read_topics(Path(mapping))
+        return lambda path: robot_log.read(path, topics)
     if format != "csv":
         if mapping is not None:
             raise DataError(f"format {format} takes no mapping file; its columns are known")
@@ -110,10 +117,20 @@ def _reader(format: str, mapping: str | Path | None) -> Callable[[Path], Trial]:
 
 def _files(format: str, src: Path) -> list[Path]:
     here = existing(src)
+    if format == "rosbag2":
+        return _bags(here)
     if not here.is_dir():
         return [here]
     suffix = _SUFFIXES[format]
     found = sorted(f for f in here.rglob("*") if f.suffix.lower() == suffix and f.is_file())
     if not found:
         raise DataError(f"{here}: no file *{suffix} in this folder or below; is format {format} right?")
+    return found
+
+
+def _bags(here: Path) -> list[Path]:
+    """The folders of bags, each with its metadata, at or below `here`."""
+    found = sorted(file.parent for file in here.rglob(robot_files.BAG)) if here.is_dir() else []
+    if not found:
+        raise DataError(f"{here}: no bag of ROS 2; give its folder, the one with {robot_files.BAG} in it")
     return found

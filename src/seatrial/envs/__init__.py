@@ -1,0 +1,42 @@
+"""Gymnasium environments: ships as something to learn from.
+
+Importing this room registers three environments, each as a single one and as a vector of ships in one kernel::
+
+    import gymnasium
+    import seatrial.envs
+
+    env = gymnasium.make("seatrial/Course-v0", ship="kvlcc2")
+    envs = gymnasium.make_vec("seatrial/Berth-v0", num_envs=1024, current=(0.0, 0.05))
+
+Contract: a task (`tasks.Task`) is plain Python over scalars, traced together with ship and actuators, so that
+observation, reward and the end of an episode come out of the compiled step.  docs/robots.md says what is observed and
+what is paid.  Needs the extra `gym`.
+"""
+
+from __future__ import annotations
+
+try:
+    import gymnasium
+except ImportError:
+    raise ImportError("environments for learning need the extra 'gym': pip install 'seatrial[gym]'") from None
+
+from .berth import Berth
+from .course import Course
+from .lanes import Settings
+from .single import ShipEnv
+from .tasks import Task, TaskError
+from .track import Track
+from .vector import ShipVectorEnv
+
+__all__ = ["IDS", "Berth", "Course", "Settings", "ShipEnv", "ShipVectorEnv", "Task", "TaskError", "Track"]
+
+IDS = {"seatrial/Course-v0": ("kvlcc2_l7", Course()), "seatrial/Track-v0": ("kvlcc2_l7", Track()),
+       "seatrial/Berth-v0": ("esso_osaka_3m_harbour", Berth())}  # fmt: skip
+"""What is registered: the ship, unless another is asked for, and the task."""
+
+for _id, (_ship, _task) in IDS.items():
+    if _id not in gymnasium.registry:
+        gymnasium.register(
+            _id, entry_point="seatrial.envs.single:ShipEnv", vector_entry_point="seatrial.envs.vector:ShipVectorEnv",
+            kwargs={"ship": _ship, "task": _task}, order_enforce=True,
+        )  # fmt: skip

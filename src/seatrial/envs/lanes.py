@@ -1,0 +1,215 @@
+"""Many ships at one task, moved by one action at a time in buffers that stay where they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..approach import approach, fastest
+from ..data import Array
+from ..engine.csource import LANES
+from ..engine.rollout import simulator
+from ..environment import CALM, CHANNELS
+from ..realtime.helm import Helm
+from ..ships import Ship
+from ..systems import loop_memory, loop_values
+from .draws import uniform
+from .stepping import Buffers, stepping
+from .system import Work, actions, compiled_of, free_names, refused, scale_of
+from .tasks import Task, TaskError, spread
+
+# Actions a ship length at the approach speed, and how much of a fastest motion may decay within a time step.
+_ACTIONS, _DECAY = 25.0, 0.5
+_AROUND = 4
+"""Draws of wind and current, before those of parameters and of the task."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is around the ships, and how they differ.
+
+    Attributes:
+        period: time between two actions [s]; None for about a 25th of a ship length at the approach speed.
+        steps: time steps within it; None for what her fastest motion needs, at least two.
+        limit: actions after which an episode is cut off.
+        wind: least and greatest true wind of an episode, from any direction [m/s].
+        current: least and greatest current of an episode, towards any direction [m/s].
+        randomise: parameters of the ship (`hull.Y_v`) and by which share of their value they differ to either side.
+    """
+
+    period: float | None = None
+    steps: int | None = None
+    limit: int = 1000
+    wind: tuple[float, float] = (0.0, 0.0)
+    current: tuple[float, float] = (0.0, 0.0)
+    randomise: Mapping[str, float] = field(default_factory=dict[str, float])
+
+
+def work_of(ship: Ship, task: Task, settings: Settings) -> Work:
+    """A ship at a task, with settings that were left out filled in.
+
+    Raises:
+        TaskError: a ship or a setting that cannot be.
+    """
+    refused(ship)
+    _check(settings)
+    period = settings.period or _round(ship.L_pp / (_ACTIONS * max(ship.speed, 1e-3)))
+    steps = settings.steps or max(2, math.ceil(fastest(ship) * period / _DECAY))
+    turns = approach(ship)[1]
+    orders = actions(ship, task, turns)
+    if settings.wind[1] and not _feels_wind(ship):
+        raise TaskError(f"wind: {ship.name} has no force of wind; leave it at (0, 0)")
+    return Work(ship, task, scale_of(ship, period), orders, period / steps, settings.limit, task.turns * turns)
+
+
+def _check(settings: Settings) -> None:
+    if settings.period is not None and not (settings.period > 0.0 and math.isfinite(settings.period)):
+        raise TaskError(f"period is {settings.period:g} s; it must be above zero")
+    for name in ("steps", "limit"):
+        value = getattr(settings, name)
+        if value is not None and value < 1:
+            raise TaskError(f"{name} is {value}; it must be one or more")
+    for name in ("wind", "current"):
+        low, high = getattr(settings, name)
+        if not (0.0 <= low <= high < math.inf):
+            raise TaskError(f"{name} is ({low:g}, {high:g}); give the least and the greatest speed [m/s]")
+
+
+def _round(wanted: float) -> float:
+    """The greatest of 1, 2 and 5 times a power of ten that is not above `wanted`."""
+    decade = 10.0 ** math.floor(math.log10(wanted))
+    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= wanted)
+
+
+def _feels_wind(ship: Ship) -> bool:
+    state = (0.0, 0.0, 0.7, ship.speed, *([0.0] * (len(ship.model.states) - 4)))
+    control, windy = tuple(0.1 for _ in ship.model.controls), CALM._replace(wind_x=10.0)
+    return ship.model.derivative(state, control, CALM) != ship.model.derivative(state, control, windy)
+
+
+class Lanes:
+    """Lanes of one kernel; each has its own seed, episode, parameters, wind and current.
+
+    Attributes:
+        work: what they do.
+        lanes: how many.
+        observation: shape (lanes, len(work.seen)), float32; written over by each step.
+        reward, terminated, truncated: of the last step, shape (lanes,); so are these.
+    """
+
+    def __init__(self, ship: Ship, task: Task, lanes: int, settings: Settings, threads: int = 1) -> None:
+        if lanes < 1 or threads < 1:
+            raise TaskError(f"{lanes} ships on {threads} threads; give one or more of each")
+        self.work, self.lanes, self.settings = work_of(ship, task, settings), lanes, settings
+        self.system, inner = compiled_of(self.work)
+        self._free = free_names(inner, settings.randomise)
+        values = loop_values(ship, Helm(ship.model.controls, self.work.turns))
+        self._nominal = np.array([values[name] for name in self._free])
+        blocks = -(-lanes // LANES)
+        self._buffers = Buffers.of(self.system, blocks, len(self._free), np.array(list(values.values())))
+        self._views(blocks, len(self.work.orders), len(self.work.seen))
+        self._rest = self._first_memory()
+        self.seeds, self.episodes = (np.zeros(blocks * LANES, dtype=np.uint64) for _ in range(2))
+        steps, compiled = round(self.work.scale.period / self.work.dt), simulator(self.system, self._free)
+        self._step = stepping(compiled, self._buffers, self.work.dt, steps, threads)
+
+    def _views(self, blocks: int, chosen: int, seen: int) -> None:
+        """The same memory in the shapes that the outside has."""
+        buffers, at, states = self._buffers, len(CHANNELS), len(self.system.states)
+        carried, lanes, last = states + len(self.system.memory), blocks * LANES, self._buffers.out[:, 1]
+        self._state, self._memory, self._series = buffers.state, buffers.memory, buffers.series
+        self._carried = last[:, :states], last[:, states:carried]
+        self._chosen, self._held = self._series[:, at : at + chosen], self._series[:, -1]
+        self._actions = np.zeros((lanes, chosen))
+        self._by_block = self._actions.reshape(blocks, LANES, chosen).transpose(0, 2, 1)
+        observations = np.zeros((lanes, seen), dtype=np.float32)
+        self._told = last[:, carried : carried + seen].transpose(0, 2, 1)
+        self._observed = observations.reshape(blocks, LANES, seen)
+        self._judged = tuple(last[:, carried + seen + k] for k in range(3))
+        self._rewards = np.zeros(lanes)
+        self._over, self._cut, self._done = (np.zeros(lanes, dtype=np.bool_) for _ in range(3))
+        self.observation, self.reward = observations[: self.lanes], self._rewards[: self.lanes]
+        self.terminated, self.truncated = self._over[: self.lanes], self._cut[: self.lanes]
+
+    def _first_memory(self) -> Array:
+        """What the actuators remember at the start: shafts turn as the task has it, all else rests."""
+        ship, turns = self.work.ship, self.work.turns
+        start = (0.0,) * len(ship.model.states)
+        return np.array(loop_memory(ship, Helm(ship.model.controls, turns), self.work.dt, {"policy.n_P": turns}, start))
+
+    def seed(self, seeds: NDArray[np.uint64]) -> None:
+        """Give each lane its seed and begin counting its episodes anew; shape (lanes,)."""
+        self.seeds[: self.lanes] = seeds
+        self.seeds[self.lanes :] = seeds[-1]
+        self.episodes[:] = 0
+
+    def reset(self) -> None:
+        """Begin an episode on every lane; `observation` is of its start."""
+        self._begin(np.arange(len(self.seeds)))
+        self._held[...] = 1.0
+        self._advance()
+        self._done[:] = False
+
+    def step(self, action: Any) -> None:
+        """One action on every lane; a lane whose episode is over begins the next one instead.
+
+        Args:
+            action: shape (lanes, actions), -1 to 1; beyond that as at the ends.
+        """
+        self._actions[: self.lanes] = action
+        self._chosen[...] = self._by_block
+        self._held[...] = self._done.reshape(self._held.shape)
+        if self._done.any():
+            self._begin(np.flatnonzero(self._done))
+        self._advance()
+        np.logical_or(self._over, self._cut, out=self._done)
+
+    def _advance(self) -> None:
+        self._step()
+        states, memory = self._carried
+        self._state[...] = states
+        self._memory[...] = memory
+        self._observed[...] = self._told
+        for into, told in zip((self._rewards, self._over, self._cut), self._judged, strict=True):
+            into.reshape(told.shape)[...] = told
+
+    def _begin(self, at: NDArray[np.intp]) -> None:
+        """Start an episode on these lanes."""
+        block, lane = at // LANES, at % LANES
+        free, task = len(self._free), self.work.task
+        draws = uniform(self.seeds[at], self.episodes[at], _AROUND + free + task.draws)
+        self.episodes[at] += np.uint64(1)
+        wind = spread(draws[:, 0], *self.settings.wind)
+        current = spread(draws[:, 2], *self.settings.current)
+        around = [wind * np.cos(2 * math.pi * draws[:, 1]), wind * np.sin(2 * math.pi * draws[:, 1]),
+                  current * np.cos(2 * math.pi * draws[:, 3]), current * np.sin(2 * math.pi * draws[:, 3])]  # fmt: skip
+        for k, values in enumerate(around):
+            self._series[block, k, lane] = values
+        halves = np.array(list(self.settings.randomise.values()))
+        shares = 1.0 + halves * (2.0 * draws[:, _AROUND : _AROUND + free] - 1.0)
+        self._buffers.own[block, :free, lane] = self._nominal * shares
+        start = task.begin(self.work.scale, draws[:, _AROUND + free :])
+        c, s = np.cos(start.state[:, 2]), np.sin(start.state[:, 2])
+        start.state[:, 3] += around[2] * c + around[3] * s
+        start.state[:, 4] += around[3] * c - around[2] * s
+        self._state[block, :, lane] = 0.0
+        self._state[block, :6, lane] = start.state
+        first, rest = len(CHANNELS) + len(self.work.orders), len(self._rest)
+        self._series[block, first : first + len(task.goal), lane] = start.goal
+        self._memory[block, :rest, lane] = self._rest
+        self._memory[block, rest, lane] = 0.0
+        self._memory[block, rest + 1 : rest + 1 + len(task.memory), lane] = start.memory
+
+    def value(self, name: str) -> Array:
+        """A state or a control of every lane now, in SI units, shape (lanes,)."""
+        return self._buffers.out[:, 1, self.system.stored.index(name)].reshape(-1)[: self.lanes].copy()
+
+    def series(self, name: str) -> Array:
+        """A channel of the environment on every lane, shape (lanes,)."""
+        return self._series[:, self.system.series.index(name)].reshape(-1)[: self.lanes].copy()
+

@@ -1,0 +1,219 @@
+"""Ship, actuators and task as one system: an action in, the next moment out, observed and judged in the same step.
+
+An action is given for several time steps.  The engine stores what `before` logs at the end of them: there the task
+sees the state after the motion and the memory from before it.  A lane that is held keeps state and memory, which is
+how a new episode is observed in the same call in which the others move on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..engine import System
+from ..environment import CHANNELS
+from ..models import Sampled, Stepped, follows
+from ..parameters import Scalar, unknown
+from ..realtime.helm import Helm, limits, obeying
+from ..ships import Ship
+from ..symbolic import clip, where
+from ..systems import closed_loop
+from .tasks import Judged, Scalars, Scale, Seen, Task, TaskError, any_of, held, outside
+
+REWARDS = 1e3
+"""Rewards are held to this size, so that no blow-up of a model poisons a learner."""
+
+_RUDDER = math.radians(35.0)
+
+
+@dataclass(frozen=True)
+class Order:
+    """One entry of an action: what it orders, and the orders of -1 and +1 there."""
+
+    name: str
+    low: float
+    high: float
+
+
+def actions(ship: Ship, task: Task, turns: float) -> tuple[Order, ...]:
+    """What an agent orders aboard this ship.
+
+    Args:
+        ship: the ship.
+        task: the task.
+        turns: revolutions of her approach [1/s], the range of a shaft that nothing limits.
+
+    Raises:
+        TaskError: a ship that lacks an order, or an order without a range.
+    """
+    obeys = obeying(ship)
+    found: list[Order] = []
+    for name in task.steers or ship.model.controls:
+        if name not in obeys:
+            raise TaskError(f"{ship.name}: {unknown(name, obeys, 'order')}; {type(task).__name__} steers by it")
+        control, factor = obeys[name][0]
+        low, high = sorted(end / factor if factor else end for end in _range(ship, control, turns))
+        if name == "delta" and control.startswith("alpha"):  # thrusters steer like rudders under way
+            low, high = max(low, -_RUDDER), min(high, _RUDDER)
+        found.append(Order(name, low, high))
+    return tuple(found)
+
+
+def _range(ship: Ship, control: str, turns: float) -> tuple[float, float]:
+    """Least and greatest value of a control: its actuator's, else its validity, else what is usual."""
+    low, high = limits(ship, control)
+    if math.isfinite(low) and math.isfinite(high):
+        return low, high
+    if control in ship.validity:
+        return ship.validity[control]
+    follow = dict(zip(ship.model.controls, follows(ship.model), strict=True))[control][0]
+    if follow == "n_P" and turns > 0.0:
+        return -turns, turns
+    if control.startswith("delta"):
+        return -_RUDDER, _RUDDER
+    if control.startswith("alpha"):
+        return -math.pi, math.pi
+    raise TaskError(f"{ship.name}: {control} has no limits; give low and high in [actuators.{control}] of her file")
+
+
+@dataclass(frozen=True)
+class Work:
+    """A ship at a task.
+
+    Attributes:
+        ship, task, scale: who does what, by which measures.
+        orders: the entries of an action.
+        dt: time step [s].
+        limit: actions after which an episode is cut off.
+        turns: revolutions that no action orders [1/s].
+    """
+
+    ship: Ship
+    task: Task
+    scale: Scale
+    orders: tuple[Order, ...]
+    dt: float
+    limit: int
+    turns: float
+
+    @property
+    def seen(self) -> tuple[Seen, ...]:
+        """Entries of an observation: those of the task, then what each actuator does as a share of its range."""
+        return (*self.task.seen, *(Seen(name, -1.5, 1.5) for name in self.ship.model.controls))
+
+    def shares(self, controls: Scalars) -> Scalars:
+        """Actual controls as shares of the ranges, 0 in the middle of each."""
+        out: list[Scalar] = []
+        for name, value in zip(self.ship.model.controls, controls, strict=True):
+            low, high = self._own_range(name)
+            out.append((value - 0.5 * (high + low)) * (2.0 / (high - low)))
+        return tuple(out)
+
+    def _own_range(self, control: str) -> tuple[float, float]:
+        return _range(self.ship, control, max(abs(self.turns), 1e-6))
+
+    def ordered(self, action: Scalars) -> Scalars:
+        """An order for each control; what no action moves holds the approach."""
+        given = {
+            name: factor * self.turns if order == "n_P" else 0.0
+            for name, (order, factor) in zip(self.ship.model.controls, follows(self.ship.model), strict=True)
+        }
+        obeys = obeying(self.ship)
+        for order, share in zip(self.orders, action, strict=True):
+            value = 0.5 * (order.high + order.low) + 0.5 * (order.high - order.low) * clip(share, -1.0, 1.0)
+            given |= {control: factor * value for control, factor in obeys[order.name]}
+        return tuple(given.values())
+
+    def judged(self, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars) -> Judged:
+        """The moment: within the ranges of observation, over as well where the model no longer holds."""
+        shares = self.shares(controls)
+        steering = {control for order in self.orders for control, _ in obeying(self.ship)[order.name]}
+        own = tuple(s for n, s in zip(self.ship.model.controls, shares, strict=True) if n in steering)
+        said = self.task.judge(self.scale, state[:6], own, goal, memory)
+        bounds = dict.fromkeys(self.ship.model.states, (-math.inf, math.inf)) | {
+            name: ends for name, ends in self.ship.validity.items() if name in self.ship.model.states}  # fmt: skip
+        beyond = any_of(*(outside(value, *bounds[name])
+                          for name, value in zip(self.ship.model.states, state, strict=True)))  # fmt: skip
+        seen = held((*said.seen, *shares), self.seen)
+        return Judged(seen, clip(said.reward, -REWARDS, REWARDS), any_of(said.over, beyond), said.memory)
+
+
+def compiled_of(work: Work) -> tuple[System, System]:
+    """The system of a ship at her task, and the closed loop inside it.
+
+    Series are the environment, the action, the goal and whether the lane is held; the memory is that of the loop,
+    the actions taken and the task's; logged are the observation, the reward, terminated and truncated.
+    """
+    inner = closed_loop(work.ship, Helm(work.ship.model.controls), work.dt)
+    order_names = tuple(f"action.{order.name}" for order in work.orders)
+    system = System(
+        states=inner.states, parameters=inner.parameters,
+        series=(*CHANNELS, *order_names, *(f"goal.{name}" for name in work.task.goal), "held"),
+        memory=(*inner.memory, "actions", *(f"task.{name}" for name in work.task.memory)),
+        acting=(*inner.acting, "moving"), derivative=_derivative(inner), before=_before(work, inner),
+        logged=(*(one.name for one in work.seen), "reward", "terminated", "truncated"),
+    )  # fmt: skip
+    return system, inner
+
+
+def _derivative(inner: System) -> Callable[[Scalars, Scalars, Scalars], Scalars]:
+    def derivative(state: Scalars, acting: Scalars, parameters: Scalars) -> Scalars:
+        # a product, as a choice between the rates and none would keep the compiler from using vectors
+        return tuple(acting[-1] * rate for rate in inner.derivative(state, acting[:-1], parameters))
+
+    return derivative
+
+
+def _before(work: Work, inner: System) -> Callable[..., tuple[Scalars, Scalars, Scalars]]:
+    around, chosen, kept = len(CHANNELS), len(work.orders), len(inner.memory)
+    goal = around + chosen
+    places = [inner.memory.index(name) for name in work.ship.model.controls]
+    advance: Any = inner.before
+
+    def before(
+        t: Scalar, dt: Scalar, state: Scalars, memory: Scalars, series: Scalars, parameters: Scalars
+    ) -> tuple[Scalars, Scalars, Scalars]:
+        loop, done, own = memory[:kept], memory[kept], memory[kept + 1 :]
+        orders = work.ordered(series[around:goal])
+        acting, after, _ = advance(t, dt, state, loop, (*series[:around], *orders), parameters)
+        said = work.judged(state, tuple(loop[k] for k in places), series[goal:-1], own)
+        # the clock starts at each action, so its first step is known by the time
+        begins = where(t < 0.5 * dt, 1.0, 0.0)
+        after = (*after, done + begins,
+                 *(where(begins > 0.5, new, old) for new, old in zip(said.memory, own, strict=True)))  # fmt: skip
+        still = series[-1] > 0.5
+        cut = where(done >= work.limit, 1.0 - said.over, 0.0)
+        logged = (*said.seen, *(where(still, 0.0, value) for value in (said.reward, said.over, cut)))
+        remembered = tuple(where(still, old, new) for old, new in zip(memory, after, strict=True))
+        return (*acting, 1.0 - series[-1]), remembered, logged
+
+    return before
+
+
+def refused(ship: Ship) -> None:
+    """Raise a TaskError for a model that no step of this kind can hold."""
+    if isinstance(ship.model, Sampled | Stepped):
+        raise TaskError(f"{ship.name}: a model in discrete time; environments take ships in continuous time")
+
+
+def scale_of(ship: Ship, period: float) -> Scale:
+    """Measures of a ship; a breadth that her file does not tell is taken as a sixth of her length."""
+    breadth = float(getattr(getattr(ship.model, "body", ship.model), "B", 0.0))
+    return Scale(ship.L_pp, breadth or ship.L_pp / 6.0, ship.speed, period)
+
+
+def free_names(inner: System, spread: Mapping[str, float]) -> tuple[str, ...]:
+    """Names of the loop for parameters of the ship that differ from lane to lane.
+
+    Raises:
+        TaskError: no such parameter, or a spread that is not between 0 and 1.
+    """
+    known = [name[5:] for name in inner.parameters if name.startswith("ship.")]
+    for name, half in spread.items():
+        if name not in known:
+            raise TaskError(f"randomise: {unknown(name, known, 'parameter')}")
+        if not 0.0 <= half < 1.0:
+            raise TaskError(f"randomise: {name} is {half:g}; give a share from 0 to below 1, such as 0.1")
+    return tuple(f"ship.{name}" for name in spread)

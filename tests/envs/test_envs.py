@@ -1,0 +1,310 @@
+"""Environments: what Gymnasium asks of them, what physics does, and that lanes are strangers to each other."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+from seatrial.environment import CALM
+from seatrial.envs import IDS, Berth, Course, ShipEnv, ShipVectorEnv, TaskError, Track
+from seatrial.envs.draws import uniform
+from seatrial.envs.lanes import Lanes, Settings
+from seatrial.envs.tasks import Scale
+from seatrial.realtime.plant import Plant
+from seatrial.ships.files import load
+
+DEGREE = math.pi / 180.0
+
+
+def vector(id: str, ships: int = 20, **settings: Any) -> Any:
+    return gymnasium.make_vec(id, num_envs=ships, **settings)
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_gymnasium_finds_nothing_wrong(id: str) -> None:
+    check_env(gymnasium.make(id).unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_the_vector_is_the_single_one_many_times(id: str) -> None:
+    envs, env = vector(id), gymnasium.make(id)
+    many, _ = envs.reset(seed=11)
+    one, _ = env.reset(seed=14)
+    assert np.array_equal(one, many[3])
+    assert envs.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    envs.action_space.seed(0)
+    for _ in range(30):
+        actions = envs.action_space.sample()
+        seen, reward, over, cut, _ = envs.step(actions)
+        alone = env.step(actions[3])
+        assert np.array_equal(alone[0], seen[3])
+        assert alone[1:4] == (reward[3], over[3], cut[3])
+        assert seen in envs.observation_space
+        assert not over[3]
+
+
+def test_the_plant_is_that_of_everywhere() -> None:
+    """The same orders give the same ship in the real-time plant, to rounding."""
+    env = ShipEnv("kvlcc2_l7", Course(), current=(0.1, 0.1))
+    env.reset(seed=2)
+    lanes = env.lanes
+    start = tuple(float(lanes.value(name)[0]) for name in ("x", "y", "psi", "u", "v_m", "r"))
+    plant = Plant.of(load("kvlcc2_l7"), dt=lanes.work.dt, start=start, n_P=lanes.work.turns)
+    plant.surround(CALM._replace(**{f"current_{k}": float(lanes.series(f"current_{k}")[0]) for k in "xy"}))
+    assert math.hypot(plant["current_x"], plant["current_y"]) == pytest.approx(0.1)
+    for k in range(50):
+        action = np.array([math.sin(0.1 * k)], dtype=np.float32)
+        plant.order("delta", float(action[0]) * 35.0 * DEGREE)
+        env.step(action)
+        for _ in range(round(lanes.work.scale.period / lanes.work.dt)):
+            plant.step()
+        for name in ("x", "y", "psi", "u", "v_m", "r", "delta", "n_P"):
+            assert lanes.value(name)[0] == pytest.approx(plant[name], rel=1e-9, abs=1e-12), name
+
+
+def test_steps_are_short_enough() -> None:
+    """Forty times as many time steps move the ship by less than a thousandth of her length in ten lengths."""
+    ends: list[np.ndarray[Any, Any]] = []
+    for steps in (None, 80):
+        env = ShipEnv("kvlcc2", Course(off=math.inf), steps=steps)
+        env.reset(seed=1)
+        for k in range(400):
+            env.step(np.array([0.4 if k % 200 < 100 else -0.4], dtype=np.float32))
+        ends.append(np.array([env.lanes.value(n)[0] for n in ("x", "y")]))
+    assert np.hypot(*(ends[1] - ends[0])) < 1e-3 * 320.0
+
+
+def test_seeds_and_lanes() -> None:
+    envs = vector("seatrial/Track-v0", 20, current=(0.0, 0.2), randomise={"hull.Y_v": 0.2, "hull.N_v": 0.2})
+    fewer = vector("seatrial/Track-v0", 5, current=(0.0, 0.2), randomise={"hull.Y_v": 0.2, "hull.N_v": 0.2})
+    first, again, few = envs.reset(seed=4)[0], envs.reset(seed=4)[0], fewer.reset(seed=4)[0]
+    assert np.array_equal(first, again)
+    assert np.array_equal(first[:5], few)
+    assert len({tuple(row) for row in first.tolist()}) == 20
+    assert not np.array_equal(envs.reset()[0], first)
+    swapped = fewer.reset(seed=[8, 4, 5, 6, 7])[0]
+    assert np.array_equal(swapped[1:], few[:4])
+
+
+def test_draws_are_even() -> None:
+    draws = uniform(np.arange(400, dtype=np.uint64), np.zeros(400, dtype=np.uint64), 25)
+    assert draws.min() >= 0.0
+    assert draws.max() < 1.0
+    counts = np.histogram(draws, 20, (0.0, 1.0))[0]
+    assert np.sum((counts - 500.0) ** 2 / 500.0) < 43.8  # chi square, 19 degrees of freedom, 99.9 %
+    assert abs(np.corrcoef(draws.T)[0, 1]) < 0.2
+
+
+def test_wind_current_and_parameters_differ_within_their_ranges() -> None:
+    lanes = Lanes(load("kvlcc2_l7"), Course(), 200, Settings(current=(0.1, 0.3), randomise={"hull.Y_v": 0.1}))
+    lanes.seed(np.arange(200, dtype=np.uint64))
+    lanes.reset()
+    size = np.hypot(lanes.series("current_x"), lanes.series("current_y"))
+    assert 0.1 <= size.min() < 0.12
+    assert 0.28 < size.max() <= 0.3
+    psi, u, v = (lanes.value(n) for n in ("psi", "u", "v_m"))
+    through = u - lanes.series("current_x") * np.cos(psi) - lanes.series("current_y") * np.sin(psi)
+    assert through == pytest.approx(lanes.work.scale.U)
+    assert v == pytest.approx(lanes.series("current_y") * np.cos(psi) - lanes.series("current_x") * np.sin(psi))
+    for _ in range(40):
+        lanes.step(np.full((200, 1), 0.5, dtype=np.float32))
+    assert np.ptp(lanes.value("r")) > 0.0
+    with pytest.raises(TaskError, match="no force of wind"):
+        Lanes(load("kvlcc2_l7"), Course(), 1, Settings(wind=(0.0, 5.0)))
+    windy = Lanes(load("esso_osaka_3m"), Course(), 64, Settings(wind=(0.5, 1.0)))
+    windy.seed(np.arange(64, dtype=np.uint64))
+    windy.reset()
+    assert np.hypot(windy.series("wind_x"), windy.series("wind_y")).min() >= 0.5
+
+
+def test_an_episode_over_begins_anew_at_the_next_step() -> None:
+    envs = vector("seatrial/Course-v0", 32, limit=50)
+    envs.reset(seed=0)
+    action = np.ones((32, 1), dtype=np.float32)
+    over = np.zeros(32, dtype=bool)
+    ended = 0
+    for _ in range(120):
+        seen, reward, terminated, truncated, _ = envs.step(action)
+        assert (reward[over] == 0.0).all()
+        assert np.abs(seen[over, 4]).max(initial=0.0) == 0.0  # no rate of turn at a start
+        assert not (terminated & truncated).any()
+        assert not (over & (terminated | truncated)).any()
+        assert (reward[terminated] < -100.0).all()
+        over = terminated | truncated
+        ended += int(over.sum())
+    assert ended > 32
+
+
+def test_cut_off_at_the_limit() -> None:
+    env = gymnasium.make("seatrial/Course-v0", limit=7)
+    env.reset(seed=0)
+    flags = [env.step(np.zeros(1, dtype=np.float32))[2:4] for _ in range(7)]
+    assert flags == [(False, False)] * 6 + [(False, True)]
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.unwrapped.step(np.zeros(1, dtype=np.float32))
+
+
+def test_a_plain_autopilot_keeps_the_course_better_than_none() -> None:
+    def total(steer: bool) -> float:
+        envs = vector("seatrial/Course-v0", 64, limit=300)
+        seen, _ = envs.reset(seed=5)
+        paid, live = np.zeros(64), np.ones(64, dtype=bool)
+        for _ in range(300):
+            e, r = np.arctan2(seen[:, 0], seen[:, 1]), seen[:, 4]
+            order = np.clip((-1.0 * e - 1.0 * r) / (35.0 * DEGREE), -1.0, 1.0) if steer else np.zeros(64)
+            seen, reward, over, cut, _ = envs.step(order[:, None].astype(np.float32))
+            paid += np.where(live, reward, 0.0)
+            live &= ~(over | cut)
+        if steer:
+            assert np.abs(np.arctan2(seen[:, 0], seen[:, 1])).mean() < 2.0 * DEGREE
+        return float(paid.mean())
+
+    assert total(True) > 0.3 * total(False)
+
+
+def test_an_autopilot_on_the_line_of_sight_follows_the_track_to_its_end() -> None:
+    envs = vector("seatrial/Track-v0", 64)
+    seen, _ = envs.reset(seed=5)
+    worst, live, arrived = np.zeros(64), np.ones(64, dtype=bool), np.zeros(64, dtype=bool)
+    for _ in range(900):
+        h = np.arctan2(seen[:, 1], seen[:, 2]) + np.arctan(seen[:, 0] / 2.0)
+        order = np.clip((-1.5 * h - 1.5 * seen[:, 8]) / (35.0 * DEGREE), -1.0, 1.0)
+        seen, reward, over, cut, _ = envs.step(order[:, None].astype(np.float32))
+        arrived |= live & over & (reward > -50.0)
+        worst = np.where(live, np.maximum(worst, np.abs(seen[:, 0])), worst)
+        live &= ~(over | cut)
+    assert arrived.all()
+    assert worst.max() < 2.5
+
+
+def test_a_plain_law_berths_the_ship_without_a_touch() -> None:
+    envs = vector("seatrial/Berth-v0", 32)
+    seen, _ = envs.reset(seed=1)
+    live, berthed, touched = np.ones(32, dtype=bool), np.zeros(32, dtype=bool), np.zeros(32, dtype=bool)
+    for _ in range(1000):
+        x, y, s, c, _, u, v, r = seen[:, :8].T.astype(float)
+        psi, ahead = np.arctan2(s, c), np.clip(-0.5 * x, -0.5, 0.5)
+        aside = np.clip(-0.8 * y, -0.15, 0.15) * (np.abs(x) < 0.5)
+        sway, yaw = np.clip(10.0 * (aside - v), -1.0, 1.0), np.clip(-2.5 * psi - 2.0 * r, -1.0, 1.0)
+        orders = (4.0 * (ahead - u) + 0.5 * ahead, yaw * np.sign(np.maximum(u, 0.02)), sway + yaw, sway - yaw)
+        seen, reward, over, cut, _ = envs.step(np.clip(np.column_stack(orders), -1.0, 1.0).astype(np.float32))
+        berthed |= live & over & (reward > 5.0)
+        touched |= live & over & (reward < -5.0)
+        live &= ~(over | cut)
+    assert berthed.sum() >= 29
+    assert not touched.any()
+
+
+@pytest.mark.parametrize(("state", "over", "sign"), [
+    ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 1.0, 1.0),  # berthed
+    ((0.0, 0.0, 0.0, 0.1, 0.0, 0.0), 0.0, 0.0),  # there, but with way on
+    ((0.0, 0.4, 0.0, 0.0, 0.1, 0.0), 1.0, -1.0),  # alongside the quay and through it
+    ((-3.0, -0.2, 0.5, 0.1, 0.0, 0.0), 1.0, -1.0),  # the bow touches first
+    ((-3.0, -3.0, 0.5, 0.1, 0.0, 0.0), 0.0, 0.0),
+    ((-30.0, -3.0, 0.0, 0.1, 0.0, 0.0), 1.0, -1.0),  # out of the harbour
+])  # fmt: skip
+def test_berthed_touched_or_gone(state: tuple[float, ...], over: float, sign: float) -> None:
+    said = Berth().judge(Scale(3.0, 0.5, 0.4, 0.2), state, (0.0,), (), (0.0,))
+    assert said.over == over
+    if over:
+        assert sign * float(said.reward) > 5.0
+
+
+def test_harder_contact_costs_more() -> None:
+    scale, soft = Scale(3.0, 0.5, 0.4, 0.2), (0.0, 0.3, 0.0, 0.0, 0.01, 0.0)
+    hard = (*soft[:4], 0.2, 0.0)
+    first, second = (Berth().judge(scale, state, (0.0,), (), (0.0,)).reward for state in (soft, hard))
+    assert float(second) < float(first) - 10.0
+
+
+def test_port_and_starboard_are_alike() -> None:
+    task, scale = Track(), Scale(7.0, 1.0, 1.2, 0.2)
+    state, goal = (3.0, 2.0, 0.1, 1.0, 0.05, 0.01), (1.0, 0.0, math.cos(0.5), math.sin(0.5), 30.0)
+    other, turned = (3.0, -2.0, -0.1, 1.0, -0.05, -0.01), (1.0, 0.0, math.cos(0.5), -math.sin(0.5), 30.0)
+    a, b = (task.judge(scale, *case, (0.0,)) for case in ((state, (0.2,), goal), (other, (-0.2,), turned)))
+    assert float(a.reward) == pytest.approx(float(b.reward))
+    assert [float(v) for v in a.seen] == pytest.approx([
+        v * s for v, s in zip(map(float, b.seen), (-1, -1, 1, 1, -1, 1, 1, -1, -1), strict=True)])  # fmt: skip
+
+
+def test_a_blow_up_ends_the_episode_and_nothing_else() -> None:
+    lanes = Lanes(load("kvlcc2_l7"), Course(), 20, Settings())
+    lanes.seed(np.arange(20, dtype=np.uint64))
+    lanes.reset()
+    lanes._state[0, 4, 3] = np.nan
+    lanes.step(np.zeros((20, 1), dtype=np.float32))
+    assert lanes.terminated.tolist() == [k == 3 for k in range(20)]
+    assert np.isfinite(lanes.observation).all()
+    assert np.isfinite(lanes.reward).all()
+    lanes.step(np.zeros((20, 1), dtype=np.float32))
+    assert np.isfinite(lanes.value("v_m")).all()
+
+
+@pytest.mark.parametrize(("ship", "task"), [
+    ("esso_osaka_3m_hybrid", Berth()), ("twin_virtual", Track()), ("milliampere", Course())])  # fmt: skip
+def test_ships_of_other_kinds(ship: str, task: Any) -> None:
+    env = ShipEnv(ship, task)
+    seen, _ = env.reset(seed=0)
+    for _ in range(20):
+        seen = env.step(env.action_space.high)[0]
+    assert seen in env.observation_space
+    assert seen[-1] != 0.0  # her last actuator moved
+    if ship == "milliampere":
+        assert [(o.name, round(o.high / DEGREE)) for o in env.lanes.work.orders] == [("delta", 35)]
+
+
+@pytest.mark.parametrize(("settings", "says"), [
+    ({"period": 0.0}, "period"), ({"limit": 0}, "limit"), ({"current": (1.0, 0.5)}, "current"),
+    ({"randomise": {"hull.Y_w": 0.1}}, "hull.Y_v"), ({"randomise": {"hull.Y_v": 1.5}}, "share"),
+    ({"ship": "kvlcc2_l7_arx"}, "discrete time"), ({"ship": "mariner", "task": Berth()}, "n_P has no limits"),
+])  # fmt: skip
+def test_what_cannot_be_is_told_in_a_line(settings: dict[str, Any], says: str) -> None:
+    with pytest.raises(TaskError, match=says) as caught:
+        ShipEnv(**{"ship": "kvlcc2_l7", "task": Course(), **settings})
+    assert "\n" not in str(caught.value)
+
+
+def test_actions_that_are_none() -> None:
+    envs = ShipVectorEnv("kvlcc2_l7", Course(), 4)
+    envs.reset(seed=0)
+    with pytest.raises(ValueError, match=r"takes \(4, 1\)"):
+        envs.step(np.zeros((4, 2), dtype=np.float32))
+    with pytest.raises(ValueError, match="not finite"):
+        envs.step(np.full((4, 1), np.nan, dtype=np.float32))
+    with pytest.raises(ValueError, match="2 seeds for 4 ships"):
+        envs.reset(seed=[1, 2])
+
+
+def test_threads_and_the_virtual_machine_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(threads: int = 1) -> Any:
+        envs = ShipVectorEnv("kvlcc2_l7", Course(), 40, threads=threads)
+        envs.reset(seed=3)
+        return np.stack([envs.step(np.full((40, 1), 0.3, dtype=np.float32))[0] for _ in range(5)])
+
+    plain = run()
+    assert np.array_equal(run(3), plain)
+    monkeypatch.setenv("SEATRIAL_CC", "none")
+    with pytest.warns(UserWarning, match="virtual machine"):
+        slow = run()
+    np.testing.assert_allclose(slow, plain, atol=1e-6)
+
+
+def test_arrays_are_the_callers_own_unless_asked_otherwise() -> None:
+    for copy in (True, False):
+        envs = ShipVectorEnv("kvlcc2_l7", Course(), 4, copy=copy)
+        first = envs.reset(seed=0)[0]
+        assert np.shares_memory(first, envs.step(np.ones((4, 1), dtype=np.float32))[0]) is not copy
+
+
+def test_without_gymnasium_the_extra_is_named() -> None:
+    code = "import sys; sys.modules['gymnasium'] = None\nimport seatrial.envs"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "pip install 'seatrial[gym]'" in done.stderr.splitlines()[-1]
