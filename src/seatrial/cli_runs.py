@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,10 @@ import typer
 
 from . import __version__
 from .cli_spread import keep_members, spread_numbers, tell_spread
-from .cli_support import UsageError, cautions, emit, figure, note, positive, read_ship, show_table
+from .cli_support import DEGREE, UsageError, cautions, emit, figure, fitting, note, positive, read_ship, show_table
 from .data import Trial
 from .engine import SimulationError
-from .identify import Fit, Issue, Progress, StudyError
+from .identify import Fit, Issue, Progress
 from .identify.study import Study
 from .ships import Ship
 from .validate import Comparison
@@ -52,6 +53,7 @@ def _fit(study: Study, out: Path, json: bool) -> None:
     """One fit: lint, checkpoint, save, report."""
     from .identify.lint import lint, raise_on_errors
     from .identify.store import SUMMARY, claim, kept, load_fit_summary, save_fit
+    from .identify.verdicts import overruled
 
     kept_back = bool(study.problem.validation or study.test)
     issues = lint(study.problem, study.test, study.estimator)
@@ -65,19 +67,14 @@ def _fit(study: Study, out: Path, json: bool) -> None:
         note(f"{out}: this study is done already, with the same data and settings; nothing was run")
         _tell_summary(load_fit_summary(out), out, json, kept_back)
         return
-    with kept(out, fresh), _progress() as progress:
-        try:
-            fit = study.estimator.fit(study.problem, progress=progress, checkpoint=out / CHECKPOINT)
-        except KeyboardInterrupt:
-            note(f"stopped; run the same command again to go on in {out}")
-            raise
-        except StudyError as error:  # of an estimator, which knows no file
-            raise StudyError(str(error) if str(study.path) in str(error) else f"{study.path}: {error}") from None
+    with kept(out, fresh), fitting(study.path, f" to go on in {out}"), _progress() as progress:
+        fit = study.estimator.fit(study.problem, progress=progress, checkpoint=out / CHECKPOINT)
+    fit = overruled(fit, study.unidentified)
     save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
     keep_members(study, fit, out, scales(study.problem.trials, study.sigma))
-    standardised = _report(study, fit, out)
+    standardised, ahead = _report(study, fit, out)
     (out / CHECKPOINT).unlink(missing_ok=True)
-    _tell_summary({**load_fit_summary(out), "standardised": standardised}, out, json, kept_back)
+    _tell_summary({**load_fit_summary(out), "standardised": standardised, "forecasts": ahead}, out, json, kept_back)
 
 
 def validate(
@@ -87,6 +84,7 @@ def validate(
     """Compare a model and its baselines with trials; exit 1 where a prediction failed."""
     from .data.check import check
     from .data.trialfile import read_trials
+    from .validate.assumptions import assumptions
     from .validate.report import Report
 
     positive(restart=restart, smooth_start=smooth_start)
@@ -102,6 +100,7 @@ def validate(
         f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),
         findings=(*(str(s) for s in sure if s.verdict != "inside"),
                   *(str(f) for t in trials for f in check(t) if f.severity != "info")),
+        assumptions=assumptions(ship),
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
                     "restart": "none" if restart is None else f"{restart:g} s",
                     **({} if smooth_start is None else {"starts": f"from the readings of {smooth_start:g} s"}),
@@ -182,26 +181,30 @@ def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
     return {"fitted": ship} | ({"published": read_ship(str(base))} if base in library() else {})
 
 
-def _report(study: Study, fit: Fit, out: Path) -> dict[str, float]:
-    """The page of a fit on the trials kept back (those of training, where none was); pooled errors."""
+def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[dict[str, Any]]]:
+    """The page of a fit on the trials kept back (those of training, where none was); pooled errors and forecasts."""
     from .data.check import check
     from .identify.store import MODEL
+    from .validate.assumptions import assumptions
+    from .validate.foresight import foreseen
     from .validate.report import Report
 
     problem = study.problem
     trials = (*problem.validation, *study.test) or problem.trials
     tuned = read_ship(str(out / MODEL))
+    ahead, untold = foreseen(study, fit.ship)
     comparisons, _ = compared(tuned, trials, study.restart, scales(trials, study.sigma), problem.ship)
     report = Report(
         _heading(study, fit), comparisons, fit, tuple(t.name for t in problem.trials),
-        tuple(str(f) for t in (*problem.trials, *trials) for f in check(t) if f.severity == "error"),
+        (*untold, *(str(f) for t in (*problem.trials, *trials) for f in check(t) if f.severity == "error")),
+        assumptions(fit.ship, [f.path for f in fit.free]), ahead,
         {"study": str(study.path), "digest": study.digest, "version": f"seatrial {__version__}",
          "trials": f"{len(problem.trials)} for training, {len(problem.validation)} for validation, "
                    f"{len(study.test)} kept back",
          "command": f"seatrial identify {study.path} -o {out}"},
     )  # fmt: skip
     report.write(out / PAGE)
-    return report.pooled
+    return report.pooled, [asdict(f) for f in ahead]
 
 
 def _heading(study: Study, fit: Fit) -> str:
@@ -246,6 +249,9 @@ def _tell_summary(summary: Mapping[str, Any], out: Path, json: bool, kept_back: 
     for label, value in summary.get("standardised", {}).items():
         of = "trials kept back" if kept_back else "the training trials (none was kept back)"
         sys.stdout.write(f"standardised error on {of}, {label}: {figure(value)}\n")
+    for f in summary.get("forecasts", ()):
+        sys.stdout.write(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
+                         f"{figure(f['heading'] / DEGREE)} deg\n")  # fmt: skip
     sys.stdout.write(f"{summary['status']}; {summary['seconds']:.1f} s; wrote {out}/model.toml, {out}/{PAGE}\n")
 
 

@@ -15,6 +15,7 @@ from seatrial.forces.rudder_linear import Linear
 from seatrial.forces.rudder_neutral import OffCentre
 from seatrial.forces.shallow import ShallowPolynomial
 from seatrial.forces.thruster_fixed import Fixed
+from seatrial.identify.freer import with_units
 from seatrial.models.fossen import Fossen, Inertia, Particulars
 from seatrial.models.network import Network, initial
 from seatrial.models.neural import Neural
@@ -72,9 +73,9 @@ def _network() -> Neural:
 
 
 def _hybrid() -> Ship:
-    """The library's hybrid with a residual and a drift; some weights, fitted to nothing."""
-    bare = load("esso_osaka_3m_hybrid")
-    drawn = {p: 0.1 * math.sin(k) for k, p in enumerate(values(bare.model)) if p.startswith("residual_")}
+    """The library's hybrid with a residual, a small network and a drift; some weights, fitted to nothing."""
+    bare, _ = with_units(load("esso_osaka_3m_hybrid"), 3, 0)
+    drawn = {p: 0.1 * math.sin(k) for k, p in enumerate(values(bare.model)) if p.startswith(("residual_", "unit_out"))}
     return bare.having(drawn | {"drift_along": 0.006, "drift_across": -0.002})
 
 

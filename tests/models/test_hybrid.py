@@ -21,8 +21,8 @@ from seatrial.parameters import Free, ParameterError, Terms, match, values
 from seatrial.replay import inputs, replay, unseen
 from seatrial.ships import ShipError
 from seatrial.ships.files import load, save
-from seatrial.simulate import simulate
-from seatrial.systems import open_loop, open_loop_parameters
+from seatrial.simulate import campaign, simulate
+from seatrial.systems import closed_loop, open_loop, open_loop_parameters
 
 MMG, BARE = load("esso_osaka_3m"), load("esso_osaka_3m_hybrid")
 WEIGHTS = {p: 0.1 * float(np.sin(k)) for k, p in enumerate(values(BARE.model)) if p.startswith("residual_")}
@@ -34,8 +34,7 @@ def flow(**changes: float) -> Flow:
 
 
 def residual(at: Flow, slow_n: float = 8.0) -> np.ndarray:
-    m = DRAWN.model
-    return np.array(m.scale.force(at, slow_n, m.residual_X, m.residual_Y, m.residual_N), dtype=float)
+    return np.array(DRAWN.model.residual(at, slow_n), dtype=float)
 
 
 def test_unfitted_it_is_the_mmg_ship() -> None:
@@ -52,7 +51,7 @@ def test_unfitted_it_is_the_mmg_ship() -> None:
 def test_a_term_is_the_product_of_its_factors_over_their_typical_sizes() -> None:
     scale = BARE.model.scale
     sway = Terms(("d_n_N", "b_w"), (1.0, -1.0))
-    force = scale.force(flow(), 8.0, Terms(("u_U",), (2.0,)), sway, Terms(("m",), (3.0,)))
+    force = scale.force(scale.factors(flow(), 8.0), Terms(("u_U",), (2.0,)), sway, Terms(("m",), (3.0,)))
     assert pytest.approx(scale.X_0 * 2.0 * (0.2 / 0.3) ** 2) == force.X
     a, b = 1.5 / 2.0, -0.7 / 2.0
     assert pytest.approx(scale.Y_0 * (0.3 / 0.5 * 0.9 * 0.9 - b * np.hypot(a, b)), rel=1e-5) == force.Y
@@ -111,6 +110,15 @@ def test_a_restarted_prediction_remembers_what_came_before_it() -> None:
         assert predicted[name][later] == pytest.approx(trial[name][later], abs=2e-3 * np.ptp(trial[name])), name
     forgetful = replay(DRAWN.having({"drift_along": 0.0, "drift_across": 0.0}), trial, restart=100.0, method="euler")
     assert np.abs(forgetful["x"] - trial["x"])[later].max() > 10 * np.abs(predicted["x"] - trial["x"])[later].max()
+
+
+def test_a_simulation_starts_settled_to_what_it_begins_with() -> None:
+    wind, policy = Uniform(U_T=2.0, gamma_T=1.0), Turning(delta=0.4, n_P=9.0)
+    lanes = campaign(DRAWN, policy, {"policy.delta": np.array([0.1, 0.3])}, speed=0.3, duration=1.0, dt=0.1,
+                     environment=wind)  # fmt: skip
+    columns = closed_loop(DRAWN, policy, 0.1).stored
+    first = lanes.values[:, 0, [columns.index(name) for name in DRAWN.model.states[6:]]]
+    assert first == pytest.approx(np.tile((2.0 * np.cos(1.0), 2.0 * np.sin(1.0), 9.0), (2, 1)))
 
 
 def test_a_saved_hybrid_reads_back(tmp_path) -> None:

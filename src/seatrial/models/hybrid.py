@@ -10,12 +10,14 @@ from scipy.signal import lfilter
 
 from ..data import Array
 from ..environment import Environment
+from ..forces import Flow, Force
 from ..forces.shallow import afloat
 from ..parameters import Scalar, Terms, spec, terms
 from . import STATES
 from .common import Surroundings
 from .mmg import Mmg
 from .residual import Scale, meaning, odd
+from .units import inward, network, outward
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +26,8 @@ class Hybrid(Mmg):
 
     The residual is linear in its weights `residual_X`, `residual_Y` and `residual_N` (see `residual`), so that
     `shooting:Trajectory` fits them with the coefficients of the physics, through the trajectory; all zero, the
-    ship is the MMG ship.  It is silent at rest in still air and bounded everywhere.
+    ship is the MMG ship.  Hidden tanh units of those terms, `unit_in` and `unit_out`, make a small network beside it
+    (see `units`).  All of it is silent at rest in still air and bounded everywhere.
 
     The water at the surface drifts with the wind that blew over it in the last minutes: `drift_along` times that wind
     downwind and `drift_across` to the right of it, both after a first-order lag `tau_wind`.  A logged current comes
@@ -33,7 +36,7 @@ class Hybrid(Mmg):
 
     Three states follow the six: the lagged wind (where it comes from) and the lagged revolutions.  A prediction
     from a log starts them from the log before it (`recall`), as settled where there is none; a simulation starts them
-    at zero, as of a ship that has lain in a calm.
+    settled to the wind and the revolutions it begins with.
     """
 
     states: ClassVar[tuple[str, ...]] = (*STATES, "slow_wind_x", "slow_wind_y", "slow_n")
@@ -43,6 +46,8 @@ class Hybrid(Mmg):
     residual_X: Terms = terms(meaning)
     residual_Y: Terms = terms(meaning)
     residual_N: Terms = terms(meaning)
+    unit_in: Terms = terms(inward)
+    unit_out: Terms = terms(outward)
     drift_along: Scalar = spec("", "surface drift downwind over the speed of the wind", (-0.1, 0.1), default=0.0)
     drift_across: Scalar = spec("", "surface drift to the right of it, likewise", (-0.1, 0.1), default=0.0)
     tau_wind: Scalar = spec("s", "time in which the drift follows the wind", (1.0, 1e5), default=60.0)
@@ -70,7 +75,7 @@ class Hybrid(Mmg):
         around = Surroundings.of(state, drifting)
         flow = around.flow(self.body, control[0], control[1])
         force = self.force(flow, control[2:])
-        force = force + self.scale.force(flow, slow_n, self.residual_X, self.residual_Y, self.residual_N)
+        force = force + self.residual(flow, slow_n)
         body = afloat(self.body, self.hull, flow)
         rates = around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
         return (
@@ -78,6 +83,14 @@ class Hybrid(Mmg):
             (environment.wind_y + environment.current_y - wind_y) / self.tau_wind,
             (control[0] - slow_n) / self.tau_shaft,
         )  # fmt: skip
+
+    def residual(self, flow: Flow, slow_n: Scalar) -> Force:
+        """What trials show beyond the physics [N, N, N m], polynomial and network; `slow_n` [1/s] is remembered."""
+        factors = self.scale.factors(flow, slow_n)
+        force = self.scale.force(factors, self.residual_X, self.residual_Y, self.residual_N)
+        if not self.unit_in.names:
+            return force
+        return force + self.scale.sized(network(self.unit_in, self.unit_out, factors))
 
     def recall(self, series: Array, dt: float) -> Array:
         """The three remembered states at each row, from the rows before it; settled at the first.

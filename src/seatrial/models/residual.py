@@ -7,6 +7,7 @@ what it was at their edge, and the physics below it, which grows with the square
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..forces import Flow, Force
@@ -86,19 +87,25 @@ class Scale:
         # Rounded at no wind by TINY, which is taken off again: still air pushes nothing.
         return found | {"w": speed(found["a"], found["b"]) - speed(0.0, 0.0)}
 
-    def force(self, flow: Flow, remembered: Scalar, X: Terms, Y: Terms, N: Terms) -> Force:
-        """Sum of the terms [N, N, N m]; `remembered` are revolutions [1/s]."""
-        factors = self.factors(flow, remembered)
-        return Force(
-            self.X_0 * _sum(X, factors), self.Y_0 * _sum(Y, factors), self.N_0 * _sum(N, factors)
-        )  # fmt: skip
+    def force(self, factors: Mapping[str, Scalar], X: Terms, Y: Terms, N: Terms) -> Force:
+        """Sum of the terms [N, N, N m] of the factors by letter."""
+        return self.sized(Force(_sum(X, factors), _sum(Y, factors), _sum(N, factors)))
+
+    def sized(self, force: Force) -> Force:
+        """A force over the typical sizes as a force [N, N, N m]."""
+        return Force(self.X_0 * force.X, self.Y_0 * force.Y, self.N_0 * force.N)
 
 
-def _sum(terms: Terms, factors: dict[str, Scalar]) -> Scalar:
+def product(name: str, factors: Mapping[str, Scalar]) -> Scalar:
+    """A term: the product of its factors."""
+    total: Scalar = 1.0
+    for letter in name.split("_"):
+        total = total * factors[letter]
+    return total
+
+
+def _sum(terms: Terms, factors: Mapping[str, Scalar]) -> Scalar:
     total: Scalar = 0.0
     for name, weight in terms.items():
-        product: Scalar = weight
-        for letter in name.split("_"):
-            product = product * factors[letter]
-        total = total + product
+        total = total + weight * product(name, factors)
     return total
