@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Self
 
@@ -29,7 +30,9 @@ class Browser:
             ws.send(json.dumps({"id": 1, "method": "Target.getTargets"}))
             targets = json.loads(ws.recv())["result"]["targetInfos"]
         page = next(one["targetId"] for one in targets if one["type"] == "page")
-        self._ws = connect(f"{port.partition('/devtools')[0]}/devtools/page/{page}", max_size=None, proxy=None)
+        self._open = ExitStack()
+        address = f"{port.partition('/devtools')[0]}/devtools/page/{page}"
+        self._ws = self._open.enter_context(connect(address, max_size=None, proxy=None))
         self._id = 0
         self.requests: list[str] = []
         self.errors: list[str] = []
@@ -66,7 +69,8 @@ class Browser:
             self.errors.append(given["entry"]["text"])
 
     def size(self, width: int, height: int, scale: float = 1.0, mobile: bool = False) -> None:
-        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=mobile)
+        given = {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": mobile}
+        self.call("Emulation.setDeviceMetricsOverride", **given)
 
     def open(self, url: str) -> None:
         self.call("Page.navigate", url=url)
@@ -97,7 +101,7 @@ class Browser:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._ws.close()
+        self._open.close()
         self._process.terminate()
         self._process.wait(10)
         if self._process.stderr:

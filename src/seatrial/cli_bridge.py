@@ -1,0 +1,181 @@
+"""The command bridge: a page on which a ship is steered by hand."""
+
+from __future__ import annotations
+
+import ipaddress
+import math
+import socket
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .approach import time_step
+from .cli_manoeuvres import known, order
+from .cli_support import DEGREE, UsageError, around_ship, note, positive, read_ship
+from .environment import Weather
+from .manoeuvres import Manoeuvre
+from .models import Sampled
+from .realtime.bridge.deck import Deck, Outfit
+from .realtime.bridge.ghost import Ghost
+from .realtime.bridge.view import OWN
+from .realtime.loop import Loop, LoopError
+from .realtime.plant import Plant
+from .ships import Ship
+
+_RATE = 20.0
+
+_BUTTONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
+    "Turn 35° starboard": ("turning", {}),
+    "Turn 35° port": ("turning", {"side": "port"}),
+    "Zigzag 10/10": ("zigzag", {}),
+    "Zigzag 20/20": ("zigzag", {"rudder": 20.0, "heading": 20.0}),
+    "Initial turning": ("initial-turning", {}),
+    "Pull-out": ("pull-out", {}),
+    "Williamson turn": ("williamson", {}),
+    "Scharnow turn": ("scharnow", {}),
+    "Stopping": ("stopping", {}),
+    "Crash astern": ("crash-astern", {}),
+}
+"""Manoeuvres on the page: text, kind, and what is asked of it [deg]."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asks of `bridge`; as on the command line."""
+
+    ship: str
+    host: str = "127.0.0.1"
+    port: int = 8020
+    anywhere: bool = False
+    factor: float = 1.0
+    speed: float | None = None
+    heading: float = 0.0
+    wind: str | None = None
+    gusts: str | None = None
+    current: str | None = None
+    waves: str | None = None
+    depth: float | None = None
+    seed: int = 1
+    ghost: Path | None = None
+    other: tuple[str, ...] = ()
+    out: Path = Path()
+    hold: float = 5.0
+
+
+def bridge(asked: Request) -> None:
+    """Serve the page until the user has had enough.
+
+    Raises:
+        UsageError: a request that cannot be carried out.
+    """
+    positive(factor=asked.factor, speed=asked.speed, hold=asked.hold)
+    listening = _listen(asked)
+    with listening:
+        try:
+            from .realtime.bridge.server import LOCAL, serve
+        except ImportError as error:
+            raise UsageError(f"bridge needs {error.name}; pip install 'seatrial[web]'") from None
+        ship = read_ship(asked.ship)
+        ghost = _ghost(ship, asked.ghost)
+        try:
+            loop = Loop(_fleet(ship, asked, ghost), _rate(ship), asked.factor)
+        except LoopError as error:
+            raise UsageError(str(error)) from None
+        if not asked.out.is_dir():
+            raise UsageError(f"{asked.out}: no such folder; recordings go there (-o)")
+        deck = Deck(loop, Outfit(_drills(ship), asked.out, ghost, asked.hold))
+        note(f"{ship.name}: http://{asked.host}:{listening.getsockname()[1]}/ (Ctrl-C ends it)")
+        try:
+            serve(deck, loop, listening, ("*",) if asked.anywhere else LOCAL)
+        except KeyboardInterrupt:
+            note("ended")
+        sys.stdout.write("".join(f"{path}\n" for path in deck.close()))
+
+
+def _listen(asked: Request) -> socket.socket:
+    """The port, taken before anything else is done."""
+    try:
+        ip = ipaddress.IPv4Address("127.0.0.1" if asked.host == "localhost" else asked.host)
+    except ValueError:
+        raise UsageError(f"--host is '{asked.host}'; write an IPv4 address such as 127.0.0.1") from None
+    if not ip.is_loopback and not asked.anywhere:
+        raise UsageError(f"--host {asked.host} is beyond this machine; allow that with --anywhere")
+    if not 0 <= asked.port <= 65535:
+        raise UsageError(f"--port is {asked.port}; it is 1 to 65535, or 0 for a free one")
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((str(ip), asked.port))
+        listening.listen(64)
+    except OSError as error:
+        listening.close()
+        raise UsageError(f"port {asked.port} of {asked.host}: {error.strerror}; choose another with --port") from None
+    return listening
+
+
+def _rate(ship: Ship) -> float:
+    """Ticks a second: 20, or the greatest that a model in discrete time allows."""
+    if not isinstance(ship.model, Sampled):
+        return _RATE
+    dt = float(ship.model.dt)
+    return 1.0 / (dt * max(round(1.0 / (_RATE * dt)), 1))
+
+
+def _plant(
+    ship: Ship, rate: float, weather: Weather, start: tuple[float, ...], seed: int, through_water: bool
+) -> Plant:
+    """A ship at a step that fits the rate as well as her; velocities at the start are over ground or through water."""
+    fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
+    dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
+    x, y, psi, u, v_m, r = start
+    if through_water:
+        _, _, north, east, *_ = weather.series(dt, 1)[0].tolist()
+        u, v_m = u + north * math.cos(psi) + east * math.sin(psi), v_m + east * math.cos(psi) - north * math.sin(psi)
+    return Plant.of(ship, dt=dt, environment=weather, start=(x, y, psi, u, v_m, r), seed=seed)
+
+
+def _fleet(ship: Ship, asked: Request, ghost: Ghost | None) -> dict[str, Plant]:
+    rate = _rate(ship)
+    weather = around_ship(
+        ship, asked.wind, asked.gusts, asked.current, asked.waves, asked.depth, asked.seed
+    ).weather  # fmt: skip
+    speed = ship.speed if asked.speed is None else asked.speed
+    start = (0.0, 0.0, asked.heading * DEGREE, speed, 0.0, 0.0) if ghost is None else ghost.start
+    fleet = {OWN: _plant(ship, rate, weather, start, asked.seed, ghost is None)}
+    for number, text in enumerate(asked.other, 1):
+        other, start = _other(text)
+        fleet[f"{number} {other.name}"] = _plant(other, rate, weather, start, asked.seed, True)
+    return fleet
+
+
+def _other(text: str) -> tuple[Ship, tuple[float, ...]]:
+    """Another ship, on a straight run: NAME@NORTH,EAST,HEADING[,SPEED] [m, deg, m/s]."""
+    name, _, place = text.partition("@")
+    try:
+        north, east, heading, *rest = (float(part) for part in place.split(","))
+        (speed,) = rest or (None,)
+    except ValueError:
+        raise UsageError(f"--other is '{text}'; write SHIP@NORTH,EAST,HEADING such as kcs@2000,500,180") from None
+    if not all(map(math.isfinite, (north, east, heading, speed or 0.0))) or (speed or 0.0) < 0.0:
+        raise UsageError(f"--other is '{text}'; place and heading are numbers, the speed zero or above")
+    ship = read_ship(name)
+    return ship, (north, east, heading * DEGREE, ship.speed if speed is None else speed, 0.0, 0.0)
+
+
+def _ghost(ship: Ship, path: Path | None) -> Ghost | None:
+    if path is None:
+        return None
+    from .data.trialfile import read_trial
+
+    return Ghost(read_trial(path), ship.model.controls)
+
+
+def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
+    """The buttons; what the ship cannot do says so when it is pressed."""
+
+    def made(kind: str, given: Mapping[str, Any]) -> Callable[[float], Manoeuvre]:
+        return lambda n_P: order(kind, ship, ship.speed, n_P, dict(given))
+
+    return {text: made(kind, given) for text, (kind, given) in _BUTTONS.items() if kind in known()}

@@ -1,0 +1,74 @@
+"""A standard manoeuvre steered in the loop, tick by tick, and its figures as they come."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...data import DataError, Trial
+from ...manoeuvres import Index, Manoeuvre
+from ...models import STATES
+from ..columns import Columns, usual_names
+from ..plant import Plant
+
+_CHECK, _ROW, _LAST = 0.25, 0.01, 500.0
+"""How often figures are read off, how far apart rows are, and when to give up: in the time of one ship length."""
+
+
+class Drill:
+    """One manoeuvre under way.
+
+    It steers once a tick, so its orders act a tick later than in `simulate`.
+
+    Attributes:
+        kind: of the manoeuvre.
+        over: whether it is.
+        complete: whether the run holds all that its figures need.
+        indices: the figures so far, by name.
+    """
+
+    def __init__(self, policy: Manoeuvre, plant: Plant, speed: float) -> None:
+        """Begin where the ship is.
+
+        Args:
+            speed: that sets how long it may take [m/s].
+        """
+        self.kind, self.over, self.complete = policy.kind, False, False
+        self.indices: Mapping[str, Index] = {}
+        self._policy, self._begun = policy, plant.t
+        self._memory = policy.begin(_state(plant))
+        self._orders: tuple[str, ...] = getattr(policy, "orders", ("n_P", "delta"))
+        self._columns = Columns(plant, usual_names(plant))
+        self._rows: list[list[float]] = []
+        self._length = plant.ship.L_pp / max(speed, 1e-3)
+        self._checked = 0.0
+
+    def steer(self, plant: Plant) -> dict[str, float]:
+        """Orders for the next tick; those that the ship does not know are left out."""
+        t = plant.t - self._begun
+        if not self._rows or t - self._rows[-1][0] >= _ROW * self._length:
+            row = self._columns.row()
+            row[0] = t
+            self._rows.append(row)
+        if t - self._checked >= _CHECK * self._length:
+            self._checked = t
+            self._read(plant.ship.L_pp)
+            self.over = self.complete or t > _LAST * self._length
+        given, self._memory = self._policy.command(t, _state(plant), self._memory)
+        pairs = zip(self._orders, given, strict=True)
+        return {name: float(value) for name, value in pairs if name in plant.orders}
+
+    def _read(self, L_pp: float) -> None:
+        t, *values = np.array(self._rows).T.copy()
+        trial = Trial(self.kind, t, dict(zip(self._columns.names[1:], values, strict=True)))
+        try:
+            self.complete = bool(self._policy.complete(trial))
+            self.indices = self._policy.indices(trial, L_pp)
+        except DataError:  # the run does not hold enough of it yet
+            return
+
+
+def _state(plant: Plant) -> tuple[Any, ...]:
+    return tuple(plant[name] for name in STATES)

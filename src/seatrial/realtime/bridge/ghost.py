@@ -1,0 +1,77 @@
+"""A measured trial that sails beside the ship, laid where she was when it began."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...data import Array, DataError, Trial
+from ...models import STATES
+
+_POSE = ("x", "y", "psi")
+
+
+class Ghost:
+    """Position and heading of a trial at any time since its first row, moved and turned as a whole.
+
+    Attributes:
+        name: of the trial.
+        start: the first (x, y, psi, u, v_m, r) on record [m, rad, m/s, rad/s]; velocities that are not are zero.
+        duration: how long it lasts [s].
+    """
+
+    def __init__(self, trial: Trial, controls: Sequence[str]) -> None:
+        """A ghost of a trial.
+
+        Args:
+            trial: with x, y and psi.
+            controls: of the ship beside it; those on record are what `orders` gives.
+
+        Raises:
+            DataError: fewer than two rows with position and heading.
+        """
+        known = np.all(np.isfinite(trial.stack(*_POSE)), axis=1)
+        if known.sum() < 2:
+            raise DataError(f"{trial.name}: a ghost needs two rows or more with x, y and psi")
+        run = trial.rows(known)
+        self.name, self._t = trial.name, run.t - run.t[0]
+        self.duration = float(self._t[-1])
+        self._x, self._y, self._psi = run["x"], run["y"], np.unwrap(run["psi"])
+        self.start = tuple(_first(run, name) for name in STATES)
+        columns = {name: f"{name}_cmd" if f"{name}_cmd" in run else name for name in controls}
+        self._orders = {name: run[column] for name, column in columns.items() if column in run}
+        self.lay((0.0, *(self.start[:3])))
+
+    def lay(self, at: Sequence[float]) -> None:
+        """Let it begin at a time [s] and a pose (x, y [m], psi [rad])."""
+        self._t_0, self._x_0, self._y_0, psi = at
+        self._turn = psi - float(self._psi[0])
+
+    def pose(self, t: float) -> tuple[float, float, float] | None:
+        """Where it is at a time [s]: x, y [m], psi [rad]; None before it begins and after it is over."""
+        since = t - self._t_0
+        if not -1e-9 <= since <= self.duration + 1e-9:
+            return None
+        north, east = self._at(self._x, since) - self._x[0], self._at(self._y, since) - self._y[0]
+        c, s = math.cos(self._turn), math.sin(self._turn)
+        psi = self._at(self._psi, since) + self._turn
+        return self._x_0 + float(c * north - s * east), self._y_0 + float(s * north + c * east), psi
+
+    def orders(self, t: float) -> Mapping[str, float]:
+        """What its controls were ordered to at that time, or did where no order is on record; gaps are left out."""
+        since = t - self._t_0
+        if not 0.0 <= since <= self.duration:
+            return {}
+        row = int(np.searchsorted(self._t, since + 1e-9, side="right")) - 1
+        found = {name: float(values[row]) for name, values in self._orders.items()}
+        return {name: value for name, value in found.items() if math.isfinite(value)}
+
+    def _at(self, values: Array, since: float) -> float:
+        return float(np.interp(since, self._t, values))
+
+
+def _first(run: Trial, name: str) -> float:
+    value = float(run[name][0]) if name in run else 0.0
+    return value if math.isfinite(value) else 0.0

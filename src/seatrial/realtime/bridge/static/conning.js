@@ -1,0 +1,47 @@
+// The conning display: where she heads, how fast she goes and turns, in figures that are read from afar.
+
+import { DEGREE, KNOT, course, fixed, sided } from "./units.js";
+
+const CELLS = [
+  ["heading", "Heading", "°"], ["course", "Course", "°"], ["turn", "Rate of turn", "°/min"],
+  ["speed", "Speed, ground", "kn"], ["water", "Speed, water", "kn"], ["drift", "Drift angle", ""],
+  ["across", "Sideways", "kn"], ["gap", "Ghost, distance", "m"], ["off", "Ghost, heading", ""],
+];
+
+export class Conning {
+  constructor(section) {
+    section.innerHTML = CELLS.map(([id, name, unit]) =>
+      `<div class="cell" data-cell="${id}"><span>${name}</span><b>–</b><i>${unit}</i></div>`).join("")
+      + '<div class="rot" title="Rate of turn"><i class="zero"></i><i class="actual"></i><span>P</span><span>S</span></div>';
+    this.cells = Object.fromEntries([...section.querySelectorAll("[data-cell]")].map(cell => [cell.dataset.cell, cell]));
+    this.bar = section.querySelector(".rot .actual");
+  }
+
+  begin(hello) {
+    this.most = 0.7 * hello.speed / hello.ship.L;  // about what a hard turn reaches
+    for (const id of ["gap", "off"]) this.cells[id].hidden = hello.ghost === null;
+  }
+
+  draw({ own, around, ghost }) {
+    const [, , psi, u, v, r] = own, [, , cx, cy] = around;
+    const uw = u - cx * Math.cos(psi) - cy * Math.sin(psi), vw = v + cx * Math.sin(psi) - cy * Math.cos(psi);
+    const U = Math.hypot(u, v), moving = U > 0.02 * Math.sqrt(9.81);
+    this.#put("heading", course(psi));
+    this.#put("course", moving ? course(psi + Math.atan2(v, u)) : "–");
+    this.#put("turn", sided(r * 60 / DEGREE));
+    this.#put("speed", fixed(U / KNOT, 2));
+    this.#put("water", fixed(uw / KNOT, 2));
+    this.#put("drift", moving ? sided(Math.atan2(vw, uw) / DEGREE, 1, "°") : "–");
+    this.#put("across", sided(v / KNOT, 2));
+    this.#put("gap", ghost ? fixed(ghost[3]) : "–");
+    this.#put("off", ghost ? sided(ghost[4] / DEGREE, 1, "°") : "–");
+    const share = Math.min(Math.abs(r) / this.most, 1) * 50;
+    this.bar.style.left = `${r < 0 ? 50 - share : 50}%`;
+    this.bar.style.width = `${share}%`;
+  }
+
+  #put(id, text) {
+    const cell = this.cells[id].children[1];
+    if (cell.textContent !== text) cell.textContent = text;
+  }
+}

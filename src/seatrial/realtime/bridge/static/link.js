@@ -1,0 +1,101 @@
+// The line to the ship: pictures in, requests out, and the state between two pictures.
+
+const KEY = "seatrial-bridge";
+const DEEP = 40;
+
+export class Link extends EventTarget {
+  /** Hello and the last picture; null until they come. */
+  hello = null;
+  last = null;
+  /** Pictures that came, and how many a second. */
+  pictures = 0;
+  #socket = null;
+  #frames = [];
+  #wait = 250;
+  #shown = null;
+  #at = 0;
+
+  open() {
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = this.#socket = new WebSocket(`${scheme}://${location.host}/line`);
+    socket.onopen = () => { this.#wait = 250; socket.send(JSON.stringify({ hello: token() })); };
+    socket.onmessage = event => this.#take(JSON.parse(event.data));
+    socket.onclose = () => {
+      this.#tell("lost");
+      setTimeout(() => this.open(), this.#wait);
+      this.#wait = Math.min(this.#wait * 2, 4000);
+    };
+  }
+
+  /** Ask for something; a line that is down takes nothing. */
+  ask(request) {
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(request));
+  }
+
+  get commands() { return this.last !== null && this.hello !== null && this.last.command[0] === this.hello.hello; }
+
+  /** The state to draw at a moment of the display [ms]: between two pictures, so that motion is smooth. */
+  between(now) {
+    const last = this.last;
+    if (last === null) return null;
+    const step = Math.min(Math.max((now - this.#at) / 1000, 0), 0.25);
+    this.#at = now;
+    const delay = Math.max(0.1 * last.factor, 2 / this.hello.rate);
+    const wanted = last.t - delay;
+    if (this.#shown === null || Math.abs(this.#shown - wanted) > 8 * delay) this.#shown = wanted;
+    else if (last.paused) this.#shown += (last.t - this.#shown) * 0.3;
+    else this.#shown += step * last.factor + (wanted - this.#shown) * 0.03;
+    const t = this.#shown = Math.min(this.#shown, last.t);
+    const frames = this.#frames;
+    let k = frames.length - 1;
+    while (k > 0 && frames[k - 1].t > t) k -= 1;
+    const b = frames[k], a = frames[Math.max(k - 1, 0)];
+    const w = b.t > a.t ? Math.min(Math.max((t - a.t) / (b.t - a.t), 0), 1) : 1;
+    return mix(a, b, w, t);
+  }
+
+  #take(said) {
+    if (said.hello !== undefined) {
+      this.hello = said;
+      this.#restart();
+      this.#tell("hello");
+    } else if (said.note !== undefined) {
+      this.dispatchEvent(new CustomEvent("note", { detail: said.note }));
+    } else {
+      const back = this.last !== null && said.t < this.last.t;
+      if (back) this.#restart();
+      const fresh = this.last === null || said.t !== this.last.t;
+      this.last = said;
+      if (fresh) {
+        this.#frames.push(said);
+        if (this.#frames.length > DEEP) this.#frames.shift();
+        this.pictures += 1;
+      }
+      if (said.n % 10 === 0) this.ask({ do: "beat", read: said.n });
+      this.#tell(back ? "back" : "picture");
+      if (back) this.#tell("picture");
+    }
+  }
+
+  #restart() { this.#frames = []; this.#shown = null; this.last = null; }
+
+  #tell(kind) { this.dispatchEvent(new Event(kind)); }
+}
+
+function token() {
+  let mine = sessionStorage.getItem(KEY);
+  if (mine === null) {
+    mine = Array.from(crypto.getRandomValues(new Uint8Array(12)), b => b.toString(16).padStart(2, "0")).join("");
+    sessionStorage.setItem(KEY, mine);
+  }
+  return mine;
+}
+
+const between = (a, b, w) => a.map((value, k) => value + w * (b[k] - value));
+
+function mix(a, b, w, t) {
+  const keyed = (one, two) => Object.fromEntries(Object.keys(two).map(k => [k, (one[k] ?? two[k]) + w * (two[k] - (one[k] ?? two[k]))]));
+  const others = Object.fromEntries(Object.entries(b.others).map(([name, s]) => [name, between(a.others[name] ?? s, s, w)]));
+  return { t, own: between(a.own, b.own, w), act: keyed(a.act, b.act), ord: b.ord, around: between(a.around, b.around, w),
+    others, ghost: a.ghost && b.ghost ? between(a.ghost, b.ghost, w) : b.ghost ?? null };
+}

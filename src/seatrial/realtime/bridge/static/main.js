@@ -1,0 +1,77 @@
+// The page: one line to the ship, pictures twenty times a second, drawn as often as the display allows.
+
+import { Chart } from "./chart.js";
+import { Conning } from "./conning.js";
+import { Helm } from "./controls.js";
+import { Link } from "./link.js";
+import { Panel } from "./panel.js";
+import { Strips } from "./strips.js";
+
+const $ = id => document.getElementById(id);
+const NAMES = ["ink", "muted", "line", "water", "actual", "ordered", "ghost", "other"];
+let palette = null;
+const colours = () => palette ??= Object.fromEntries(NAMES.map(name =>
+  [name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()]));
+
+function night(on) {
+  document.documentElement.dataset.theme = on ? "night" : "day";
+  $("night").setAttribute("aria-pressed", String(on));
+  localStorage.setItem("seatrial-night", String(on));
+  palette = null;
+}
+const kept = localStorage.getItem("seatrial-night");
+night(kept === null ? matchMedia("(prefers-color-scheme: dark)").matches : kept === "true");
+const turn = () => night(document.documentElement.dataset.theme !== "night");
+$("night").onclick = turn;
+
+let quiet = null;
+function say(text, stays = false) {
+  clearTimeout(quiet);
+  $("notice").textContent = text;
+  $("notice").hidden = !text;
+  if (!stays) quiet = setTimeout(() => { $("notice").hidden = true; }, 6000);
+}
+
+const link = new Link(), chart = new Chart($("chart"), colours), conning = new Conning($("conning"));
+const strips = new Strips($("strips"), colours), panel = new Panel(link, say);
+let helm = null;
+
+link.addEventListener("hello", () => {
+  const hello = link.hello, places = { rudders: $("rudders"), engines: $("engines"), thrusters: $("thrusters") };
+  helm = new Helm(hello, request => link.ask(request), places);
+  for (const part of [chart, conning, strips, panel]) part.begin(hello);
+  say("");
+});
+link.addEventListener("picture", () => {
+  chart.keep(link.last); strips.keep(link.last); panel.show(link.last);
+  document.body.classList.toggle("failed", link.last.failed !== null);
+});
+link.addEventListener("back", () => { chart.clear(); strips.clear(); });
+link.addEventListener("lost", () => say("The line to the ship is down; trying again…", true));
+link.addEventListener("note", event => say(event.detail));
+
+addEventListener("keydown", event => {
+  if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("input, select, textarea")) return;
+  if (event.key === " " && event.target.closest("button, summary")) return;
+  const key = event.key.toLowerCase();
+  if (key === "n") turn();
+  else if (key === "c") chart.follow = true;
+  else if (key === "p" && link.commands) panel.pause();
+  else if (event.key === "+") chart.zoom(1.5);
+  else if (event.key === "-") chart.zoom(1 / 1.5);
+  else if (!(link.commands && helm?.key(event))) return;
+  event.preventDefault();
+});
+
+/** Figures on how smooth it is, for whoever asks. */
+const stats = globalThis.seatrial = { drawn: 0, link, chart };
+function draw(now) {
+  requestAnimationFrame(draw);
+  const state = link.between(now);
+  if (state === null || helm === null) return;
+  chart.draw(state); conning.draw(state); strips.draw(now, state.t);
+  helm.show(state, link.last.clipped, link.commands);
+  stats.drawn += 1;
+}
+requestAnimationFrame(draw);
+link.open();

@@ -1,0 +1,114 @@
+// Everything around the wheel: command, time, manoeuvres and their figures, recording, ghost, weather, log.
+
+import { DEGREE, KNOT, clock, figure, fixed, sided } from "./units.js";
+
+const $ = id => document.getElementById(id);
+const put = (element, text) => { if (element.textContent !== text) element.textContent = text; };
+
+export class Panel {
+  constructor(link, say) {
+    this.link = link;
+    this.say = say;
+    const ask = request => () => link.ask(request);
+    $("take").onclick = ask({ do: "take" }); $("give").onclick = ask({ do: "give" }); $("keep").onclick = ask({ do: "keep" });
+    $("pause").onclick = () => this.pause(); $("step").onclick = ask({ do: "step" }); $("reset").onclick = ask({ do: "reset" });
+    $("pace").onchange = e => { link.ask({ do: "pace", factor: Number(e.target.value) }); e.target.blur(); };
+    $("record").onclick = () => link.ask({ do: link.last?.record ? "unrecord" : "record" });
+    $("lay").onclick = ask({ do: "ghost" }); $("follow").onclick = ask({ do: "ghost", follow: true });
+    $("around").querySelector("form").onsubmit = e => {
+      e.preventDefault();
+      const of = name => Number(e.target.elements[name].value);
+      link.ask({ do: "around", U_T: of("U_T") * KNOT, gamma_T: of("gamma_T") * DEGREE, U_C: of("U_C") * KNOT, gamma_C: of("gamma_C") * DEGREE });
+    };
+  }
+
+  begin(hello) {
+    document.title = `${hello.ship.name} – bridge`;
+    put($("ship"), hello.ship.name);
+    $("buttons").replaceChildren(...hello.drills.map(name => {
+      const button = document.createElement("button");
+      button.textContent = name; button.dataset.drill = name;
+      button.onclick = () => this.link.ask(button.getAttribute("aria-pressed") === "true" ? { do: "end" } : { do: "drill", name });
+      return button;
+    }));
+    $("ghost").hidden = hello.ghost === null;
+    this.#filled = false;
+  }
+
+  #filled = false; #told = -1; #figures = "";
+
+  pause() { this.link.ask({ do: this.link.last?.paused ? "resume" : "pause" }); }
+
+  show(frame) {
+    const [holder, asking, stale, present] = frame.command, me = this.link.hello.hello, mine = holder === me;
+    put($("clock"), clock(frame.t));
+    put($("holder"), stale ? `${holder} is silent` : mine ? "You have command" : `${holder} has command`);
+    $("command").title = `You are ${me}; on the bridge: ${present.join(", ")}`;
+    $("command").dataset.state = stale ? "stale" : mine ? "mine" : "theirs";
+    $("take").hidden = mine;
+    put($("take"), stale ? "Take command" : asking === me ? "Asked…" : "Ask for command");
+    $("asked").hidden = !(mine && asking && present.includes(asking));
+    put($("asked").firstElementChild, `${asking} asks for command.`);
+    put($("pause"), frame.paused ? "Go on" : "Pause");
+    $("step").hidden = !frame.paused;
+    if (document.activeElement !== $("pace")) $("pace").value = String(frame.factor);
+    this.#recording(frame.record);
+    for (const element of document.querySelectorAll("#pause, #step, #reset, #pace, #record, #drills button, #around input")) element.disabled = !mine;
+    this.#drill(frame.drill);
+    this.#ghost(frame);
+    this.#log(frame);
+    if (!this.#filled) this.#fill(frame.around);
+  }
+
+  #recording(record) {
+    const button = $("record");
+    button.setAttribute("aria-pressed", String(record !== null));
+    put(button, record === null ? "Record" : `Recording, ${record[1]} rows`);
+    button.title = record?.[0] ?? "Record to a trial file";
+  }
+
+  #drill(drill) {
+    for (const button of document.querySelectorAll("[data-drill]"))
+      button.setAttribute("aria-pressed", String(drill !== null && !drill[1] && drill[0] === button.dataset.drill));
+    const text = JSON.stringify(drill);
+    if (text === this.#figures) return;
+    this.#figures = text;
+    if (drill === null) { $("figures").replaceChildren(); return; }
+    const [name, over, complete, indices] = drill, table = document.createElement("table");
+    const state = complete ? "complete" : over ? "ended" : "under way; any order on the wheel ends it";
+    table.createCaption().textContent = `${name}: ${state}`;
+    for (const index of indices) {
+      const row = table.insertRow();
+      for (const cell of figure(index)) row.insertCell().textContent = cell;
+    }
+    $("figures").replaceChildren(table);
+  }
+
+  #ghost(frame) {
+    const ghost = this.link.hello.ghost;
+    if (ghost === null) return;
+    const off = frame.ghost ? `${fixed(frame.ghost[3])} m away, heading off by ${sided(frame.ghost[4] / DEGREE, 1, "°")}` : "not under way";
+    put($("ghost-says"), `${ghost.name} (${clock(ghost.duration)}): ${off}${frame.following ? "; its orders are obeyed" : ""}`);
+  }
+
+  #log(frame) {
+    if (frame.told === this.#told) return;
+    const fresh = this.#told >= 0 && frame.told > this.#told ? frame.events.at(-1) : null;
+    this.#told = frame.told;
+    $("events").replaceChildren(...frame.events.toReversed().map(([t, kind, text]) => {
+      const line = document.createElement("li");
+      line.textContent = `${clock(t)} ${kind}: ${text}`;
+      line.dataset.kind = kind;
+      return line;
+    }));
+    if (fresh && fresh[1] !== "heard" && fresh[1] !== "inside") this.say(`${fresh[1]}: ${fresh[2]}`);
+  }
+
+  #fill([wx, wy, cx, cy]) {
+    this.#filled = true;
+    const form = $("around").querySelector("form"), degrees = (y, x) => ((Math.atan2(y, x) / DEGREE + 360) % 360).toFixed(0);
+    const set = (name, value) => { form.elements[name].value = value; };
+    set("U_T", (Math.hypot(wx, wy) / KNOT).toFixed(1)); set("gamma_T", degrees(wy, wx));
+    set("U_C", (Math.hypot(cx, cy) / KNOT).toFixed(1)); set("gamma_C", degrees(cy, cx));
+  }
+}

@@ -1,0 +1,53 @@
+// What the page shows: degrees, knots, revolutions a minute.  Everything else on the page and the wire is SI.
+
+export const DEGREE = Math.PI / 180;
+export const KNOT = 1852 / 3600;
+
+const SHOWN = { "rad": ["°", 1 / DEGREE], "1/s": ["rpm", 60] };
+
+/** Unit on the page and the factor towards it, of an SI unit. */
+export const shown = unit => SHOWN[unit] ?? [unit, 1];
+
+/** A course or heading as three digits and a tenth. */
+export function course(psi) {
+  const degrees = (((psi / DEGREE) % 360) + 360) % 360;
+  return (degrees >= 359.95 ? 0 : degrees).toFixed(1).padStart(5, "0");
+}
+
+/** A number with a true minus and no "-0". */
+export function fixed(value, digits = 1) {
+  const text = Math.abs(value).toFixed(digits);
+  return value < 0 && Number(text) !== 0 ? `−${text}` : text;
+}
+
+/** An angle or rate with its side in words, since colour alone is not enough: P for port, S for starboard. */
+export function sided(value, digits = 1, unit = "") {
+  const text = Math.abs(value).toFixed(digits);
+  return Number(text) === 0 ? `${text}${unit}` : `${text}${unit} ${value < 0 ? "P" : "S"}`;
+}
+
+/** Seconds as h:mm:ss. */
+export function clock(t) {
+  const s = Math.floor(t + 1e-6), two = n => String(n).padStart(2, "0");
+  return `${s >= 3600 ? `${Math.floor(s / 3600)}:` : ""}${two(Math.floor(s / 60) % 60)}:${two(s % 60)}`;
+}
+
+/** The name of an order as a mariner would say it. */
+export function label(name) {
+  const [kind, ...rest] = name.split("_"), which = rest.join(" ");
+  if (name === "delta") return "Rudder";
+  if (name === "n_P") return "Engine";
+  if (kind === "delta") return `Rudder ${which}`;
+  if (kind === "alpha") return `Azimuth ${which}`;
+  if (name.startsWith("n_P_")) return `Engine ${rest.slice(1).join(" ")}`;
+  if (kind === "n" || kind === "f") return `${isNaN(which) ? which[0].toUpperCase() + which.slice(1) : `No. ${which}`} thruster`;
+  return name.replaceAll("_", " ");
+}
+
+/** A figure of a manoeuvre as text. */
+export function figure([name, value, unit, lengths]) {
+  const [to, factor] = unit === "rad/s" ? ["°/s", 1 / DEGREE] : unit === "m/s" ? ["kn", 1 / KNOT] : shown(unit);
+  const number = Number((value * factor).toPrecision(4));
+  return [name.replaceAll("_", " "), `${fixed(number, Math.abs(number) < 10 ? 2 : 1)} ${to === "-" ? "" : to}`,
+    lengths === null ? "" : `${lengths.toFixed(2)} L`];
+}
