@@ -10,6 +10,7 @@ import numpy as np
 
 from .environment import CALM
 from .models import Sampled, follows
+from .models.settled import settled
 from .ships import Ship, ShipError
 
 # A step this fraction of L/U keeps RK4 errors of a turn far below its indices' last digit.
@@ -33,8 +34,8 @@ def time_step(ship: Ship) -> float:
 
 def fastest(ship: Ship) -> float:
     """Greatest magnitude of the eigenvalues of (u, v_m, r) at the approach speed, rudder midships [1/s]."""
-    state = np.array([0.0, 0.0, 0.0, ship.speed, 0.0, 0.0, *([0.0] * (len(ship.model.states) - 6))])
     control, h = straight(ship, ship.n_P or 0.0), 1e-6 * max(ship.speed, 1e-3)
+    state = np.array(_ahead(ship, ship.speed, control))
     matrix = np.empty((state.size - 3, state.size - 3))
     for k in range(3, state.size):
         aside = np.zeros(state.size)
@@ -51,11 +52,17 @@ def straight(ship: Ship, n_P: float) -> tuple[float, ...]:
 
 def surge_balance(ship: Ship, u: float, n_P: float) -> float:
     """Surge acceleration straight ahead in calm at `u` [m/s] and `n_P` [1/s]; [m/s^2]."""
-    state = (0.0, 0.0, 0.0, u, *([0.0] * (len(ship.model.states) - 4)))
+    control = straight(ship, n_P)
+    state = _ahead(ship, u, control)
     if isinstance(ship.model, Sampled):
-        control = straight(ship, n_P)
         return float(ship.model.advance(state, control, CALM, ship.model.begin(state, control))[0][0])
-    return float(ship.model.derivative(state, straight(ship, n_P), CALM)[3])
+    return float(ship.model.derivative(state, control, CALM)[3])
+
+
+def _ahead(ship: Ship, u: float, control: tuple[float, ...]) -> tuple[float, ...]:
+    """The state straight ahead in calm, settled to the controls."""
+    rest = settled(ship.model, np.array([[*control, *CALM]], dtype=np.float64))[0]
+    return (0.0, 0.0, 0.0, u, 0.0, 0.0, *rest.tolist())
 
 
 def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -> tuple[float, float]:

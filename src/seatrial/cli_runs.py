@@ -17,7 +17,7 @@ from .cli_spread import keep_members, spread_numbers, tell_spread
 from .cli_support import DEGREE, UsageError, cautions, emit, figure, fitting, note, positive, read_ship, show_table
 from .data import Trial
 from .engine import SimulationError
-from .identify import Fit, Issue, Progress
+from .identify import Fit, Progress
 from .identify.study import Study
 from .ships import Ship
 from .validate import Comparison
@@ -51,14 +51,15 @@ def identify(path: Path, out: Path, json: bool, quick: bool = False, only: Seque
 
 def _fit(study: Study, out: Path, json: bool) -> None:
     """One fit: lint, checkpoint, save, report."""
-    from .identify.lint import lint, raise_on_errors
+    from .identify.lint import lines, lint, raise_on_errors
+    from .identify.resume import forget
     from .identify.store import SUMMARY, claim, kept, load_fit_summary, save_fit
     from .identify.verdicts import overruled
 
     kept_back = bool(study.problem.validation or study.test)
     issues = lint(study.problem, study.test, study.estimator)
     raise_on_errors(issues)
-    for line in (*study.notes, *_warnings(issues)):
+    for line in (*study.notes, *lines(issues)):
         note(line)
     if out.exists() and not out.is_dir():
         raise UsageError(f"{out}: is a file; -o takes a folder")
@@ -73,7 +74,7 @@ def _fit(study: Study, out: Path, json: bool) -> None:
     save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
     keep_members(study, fit, out, scales(study.problem.trials, study.sigma))
     standardised, ahead = _report(study, fit, out)
-    (out / CHECKPOINT).unlink(missing_ok=True)
+    forget(out / CHECKPOINT)
     _tell_summary({**load_fit_summary(out), "standardised": standardised, "forecasts": ahead}, out, json, kept_back)
 
 
@@ -199,12 +200,16 @@ def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[d
         (*untold, *(str(f) for t in (*problem.trials, *trials) for f in check(t) if f.severity == "error")),
         assumptions(fit.ship, [f.path for f in fit.free]), ahead,
         {"study": str(study.path), "digest": study.digest, "version": f"seatrial {__version__}",
-         "trials": f"{len(problem.trials)} for training, {len(problem.validation)} for validation, "
-                   f"{len(study.test)} kept back",
+         "trials": _counted({"for training": problem.trials, "for validation": problem.validation,
+                             "kept back": study.test}),
          "command": f"seatrial identify {study.path} -o {out}"},
     )  # fmt: skip
     report.write(out / PAGE)
     return report.pooled, [asdict(f) for f in ahead]
+
+
+def _counted(parts: Mapping[str, Sequence[Trial]]) -> str:
+    return ", ".join(f"{len(trials)} {what}" for what, trials in parts.items() if trials)
 
 
 def _heading(study: Study, fit: Fit) -> str:
@@ -228,10 +233,6 @@ def _progress() -> Generator[Progress, None, None]:
 def _words(iteration: int, objective: float, validation: float) -> str:
     watched = "" if math.isnan(validation) else f", validation {validation:.5g}"
     return f"iteration {iteration}: objective {objective:.6g}{watched}"
-
-
-def _warnings(issues: Iterable[Issue]) -> list[str]:
-    return [f"{issue.severity}: {issue.where}: {issue.text}" for issue in issues if issue.severity != "error"]
 
 
 def _tell_summary(summary: Mapping[str, Any], out: Path, json: bool, kept_back: bool) -> None:

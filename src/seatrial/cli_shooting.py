@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
-from .cli_support import UsageError, emit, figure, note, show_table
+from .cli_support import UsageError, emit, figure, fitting, note, show_table
 from .identify import StudyError
 from .identify.study import Study
 
@@ -24,8 +24,9 @@ def is_shot(study: Study) -> bool:
 
 def shoot(study: Study, out: Path, as_json: bool) -> None:
     """Lint, fit the model and its rival in every weather, save the model, report; a finished run is only told about."""
-    from .identify.lint import lint, raise_on_errors
+    from .identify.lint import lines, lint, raise_on_errors
     from .identify.store import claim, kept, save_fit
+    from .identify.verdicts import overruled
     from .validate.shooting_cases import shot
     from .validate.shooting_page import write
 
@@ -34,7 +35,7 @@ def shoot(study: Study, out: Path, as_json: bool) -> None:
                          "data.test, of [virtual]")  # fmt: skip
     issues = lint(study.problem, study.test, study.estimator)
     raise_on_errors(issues)
-    for line in (*study.notes, *(f"{i.severity}: {i.where}: {i.text}" for i in issues)):
+    for line in (*study.notes, *lines(issues)):
         note(line)
     if out.exists() and not out.is_dir():
         raise UsageError(f"{out}: is a file; -o takes a folder")
@@ -43,11 +44,11 @@ def shoot(study: Study, out: Path, as_json: bool) -> None:
     if (out / PAGE).exists():
         note(f"{out}: this study is done already, with the same data and settings; nothing was run")
     else:
-        with kept(out, fresh):
+        with kept(out, fresh), fitting(study.path, ""):
             note(f"fitting {len(study.problem.free)} parameters")
-            fit = study.estimator.fit(study.problem)
-        note(f"{fit.status}; the rival, and both in other weathers")
-        found = shot(study, fit, study.virtual)
+            fit = overruled(study.estimator.fit(study.problem), study.unidentified)
+            note(f"{fit.status}; the rival, and both in other weathers")
+            found = shot(study, fit, study.virtual)
         save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
         write(out / PAGE, found, provenance={
             "study": str(study.path), "digest": digest, "version": f"seatrial {__version__}",

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ import numpy as np
 from .data import DataError, Trial
 from .environment import Environment, Uniform, Weather
 from .forces.shallow import SHALLOWEST
+from .identify import StudyError
 from .manoeuvres import Index
 from .models import STATES, Sampled, Stepped
 from .ships import Ship
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 DEGREE = math.pi / 180.0
+# Median steps of a trial that are missing in one place: worth a word.
+_LEAP = 10
 
 
 class UsageError(ValueError):
@@ -37,6 +41,18 @@ def note(text: str) -> None:
 def note_warning(message: Warning | str, *_: Any) -> None:
     """A Python warning as one line for the user."""
     note(f"note: {message}")
+
+
+@contextmanager
+def fitting(study: Path, again: str) -> Generator[None, None, None]:
+    """Say what to do after Ctrl-C, and which file it is that an estimator refuses."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        note(f"stopped; run the same command again{again}")
+        raise
+    except StudyError as error:  # of an estimator, which knows no file
+        raise StudyError(str(error) if str(study) in str(error) else f"{study}: {error}") from None
 
 
 def emit(document: Mapping[str, Any]) -> None:
@@ -219,6 +235,9 @@ def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
     lines: list[str] = []
     for trial in trials:
         lines += [f"warning: {trial.name}: {text}; extrapolated" for text in untested(ship, trial)]
+        leap = float(np.diff(trial.t).max()) if len(trial) > 2 else 0.0
+        if leap > _LEAP * trial.dt:
+            lines.append(f"warning: {trial.name} leaps over {leap:.3g} s; what was steered meanwhile nobody knows")
         length = trial.meta.get("L_pp")
         if isinstance(length, int | float) and abs(length / ship.L_pp - 1) > 0.02:
             lines.append(f"warning: {trial.name} is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m")

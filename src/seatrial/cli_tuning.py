@@ -25,7 +25,7 @@ _EVERY = 250
 
 def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool) -> None:
     """Lint, go through the ranges with checkpoints, save the chosen fit, report; a finished run is only told about."""
-    from .identify.lint import lint, raise_on_errors
+    from .identify.lint import lines, lint, raise_on_errors
     from .identify.store import claim, kept, save_fit
     from .validate.tuning_page import write
 
@@ -33,7 +33,7 @@ def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool) -> None:
     problem = replace(study.problem, validation=tests)
     issues = lint(study.problem, study.test, estimator)
     raise_on_errors(issues)
-    for line in (*study.notes, *(f"{i.severity}: {i.where}: {i.text}" for i in issues)):
+    for line in (*study.notes, *lines(issues)):
         note(line)
     if out.exists() and not out.is_dir():
         raise UsageError(f"{out}: is a file; -o takes a folder")

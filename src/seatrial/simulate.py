@@ -19,7 +19,8 @@ from .engine.rollout import simulator
 from .engine.trace import over_rows
 from .environment import CHANNELS, Environment, Uniform, Weather
 from .manoeuvres import Policy, Scheduled
-from .models import STATES, Sampled, Stepped, follows, unit
+from .models import STATES, Sampled, follows, unit
+from .models.settled import settled
 from .parameters import unknown, values
 from .ships import Ship, ShipError
 from .systems import closed_loop, logged, loop_memory, loop_values, open_loop, open_loop_parameters
@@ -109,12 +110,9 @@ def _under_way(speed: float, around: Array) -> tuple[float, ...]:
 
 def _settled(ship: Ship, system: System, state: tuple[float, ...], memory: Array, around: Array) -> Array:
     """The first state per lane, shape (lanes or 1, states): what a model remembers as if all had long been so."""
-    recall = None if isinstance(ship.model, Stepped) else getattr(ship.model, "recall", None)
-    if recall is None:
-        return np.array([state])
-    acting = memory[:, [system.memory.index(control) for control in ship.model.controls]]
-    rows = [np.append(controls, around[: len(CHANNELS)]) for controls in acting]
-    return np.array([(*state[: len(STATES)], *recall(row[None], 1.0)[0]) for row in rows])
+    controls = memory[:, [system.memory.index(control) for control in ship.model.controls]]
+    rest = settled(ship.model, np.hstack([controls, np.tile(around[: len(CHANNELS)], (len(controls), 1))]))
+    return np.hstack([np.tile(state[: len(STATES)], (len(rest), 1)), rest])
 
 
 _VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))

@@ -200,3 +200,10 @@ def test_identify_runs_once_and_knows_its_folder(trial: Path, tmp_path: Path, ca
 def test_a_ship_that_cannot_feel_the_wind_refuses_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", "kvlcc2_l7", "turning", "--wind", "5,90"]) == 2
     assert "kvlcc2_l7 has no force of wind" in capsys.readouterr().err
+
+
+def test_validate_says_where_a_log_leaps(trial: Path, capsys) -> None:
+    log = read_trial(trial)
+    write_trial(log.rows((log.t < 20.0) | (log.t > 40.0)), trial)
+    assert main(["validate", "kvlcc2_l7", str(trial)]) == 0
+    assert "zigzag_20_20 leaps over 20" in capsys.readouterr().err

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from seatrial.data import Trial
-from seatrial.identify import Loss, Problem, StudyError
+from seatrial.identify import Issue, Loss, Problem, StudyError
 from seatrial.identify.evolution import Evolution
 from seatrial.identify.fine_tuning import FineTuning
-from seatrial.identify.lint import lint, raise_on_errors
+from seatrial.identify.lint import lines, lint, raise_on_errors
 from seatrial.identify.logo import Shooting
 from seatrial.identify.multistart import MultiStart
 from seatrial.identify.shooting import OneStep, Trajectory
@@ -173,3 +173,18 @@ def test_the_remedy_against_measured_starts_is_one_that_the_estimator_takes(
     found = [i for i in lint(sure, (), estimator) if "too small" in i.text]
     assert [i.where for i in found] == [where] * bool(where)
     assert all(i.text.endswith(words) for i in found)
+
+
+def test_a_log_may_name_the_ship_that_this_is_another_model_of(problem: Problem) -> None:
+    log = replace(problem.trials[0], meta={**problem.trials[0].meta, "ship": "the_tanker"})
+    of_others = replace(problem, trials=(log,))
+    assert any("is of ship 'the_tanker'" in issue.text for issue in lint(of_others))
+    ours = replace(of_others, ship=replace(problem.ship, of="the_tanker"))
+    assert not any("is of ship" in issue.text for issue in lint(ours))
+
+
+def test_what_holds_of_many_trials_is_one_line() -> None:
+    many = [Issue("warning", name, "has no wind") for name in "abc"]
+    assert lines([*many, Issue("warning", "free", "odd")]) == (
+        "warning: a and 2 more: has no wind", "warning: free: odd")  # fmt: skip
+    assert lines(many[:1]) == ("warning: a: has no wind",)

@@ -106,6 +106,50 @@ def test_a_trial_with_a_long_leap_of_time_is_taken_as_two(study: Callable[..., P
     assert any("taken as 2 trials" in line for line in found.notes)
 
 
+def test_a_trial_kept_back_with_a_leap_is_taken_as_two_as_well(study: Callable[..., Path], tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    from seatrial.data.trialfile import read_trial
+
+    path = study('train = ["log"]', 'train = ["log"]\ntest = ["other"]')
+    log = read_trial(tmp_path / "log.csv")
+    torn = log.rows((log.t < 12.0) | (log.t > 25.0))
+    write_trial(replace(torn, name="other"), tmp_path / "other.csv")
+    found = read_study(path)
+    assert [trial.name for trial in found.problem.trials] == ["log"]
+    assert [trial.name for trial in found.test] == ["other_1", "other_2"]
+    assert any(line.startswith("warning: other leaps over 10 steps") for line in found.notes)
+
+
+def test_what_is_said_to_be_unidentified_must_be_a_number_of_the_ship(study: Callable[..., Path]) -> None:
+    path = study("[estimator]", '[report.unidentified]\n"damping.X_u" = "calm"\n[estimator]')
+    assert read_study(path).unidentified == {"damping.X_u": "calm"}
+    path = study("[estimator]", '[report.unidentified]\n"damping.X_q" = "calm"\n[estimator]')
+    with pytest.raises(StudyError, match=r"study\.toml: report\.unidentified: .*damping\.X_q"):
+        read_study(path)
+
+
+@pytest.mark.parametrize(("thrown", "words"), [
+    (KeyboardInterrupt(), "stopped; run the same command again\n"),
+    (StudyError("initial is 'x'"), "you2023.toml: initial is 'x'"),
+])  # fmt: skip
+def test_a_study_with_a_rival_says_how_it_goes_on_and_whose_file_it_is(
+    thrown: BaseException, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    from seatrial.cli_shooting import is_shot
+
+    path = ROOT / "studies" / "you2023.toml"
+    assert is_shot(read_study(path))
+
+    def fit(*_: object, **__: object) -> None:
+        raise thrown
+
+    monkeypatch.setattr(type(read_study(path).estimator), "fit", fit)
+    assert main(["identify", str(path), "-o", str(tmp_path / "run")]) == (130 if "stopped" in words else 2)
+    assert words in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("old", "new", "words"), [
     ("[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]", "[0.0, 5.0]", "1 levels ahead"),
     ("revolutions = 10.0, rudder = 0.0", "revolutions = 30.0, rudder = 0.0", "was tested from 0 to 10 1/s"),

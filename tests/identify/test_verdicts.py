@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from seatrial.identify import Fit, Verdict
 from seatrial.identify.gauss_newton import Normal
-from seatrial.identify.verdicts import posterior, verdicts
+from seatrial.identify.verdicts import overruled, posterior, verdicts
 from seatrial.parameters import Free
 
 
@@ -59,3 +60,19 @@ def test_a_wide_prior_or_interval_does_not_make_a_parameter_known(free, value, s
     assert found.status == status
     if status == "not identified" and sigma > abs(value):
         assert "2.7 of its size, though the data removed 100% of the prior variance" in found.text
+
+
+def test_what_no_data_of_a_kind_tell_is_not_identified_however_small_sigma_is():
+    free = (Free("hull.Y_v", -0.3), Free("hull.N_r", -0.1))
+    fit = Fit(
+        ship=None, free=free, values=np.array([-0.3, -0.1]), sigma=np.full(2, 1e-3), covariance=1e-6 * np.eye(2),
+        shrinkage=np.ones(2), at_bound=(), verdicts=tuple(Verdict(f.path, "identified", "well") for f in free),
+        history=np.zeros((1, 4)), objective=1.0, seconds=1.0, evaluations=1, status="converged", digest="",
+    )  # fmt: skip
+    found = {v.subject: v for v in overruled(fit, {"hull.Y_v": "the antenna", "propeller.D_P": "a scale"}).verdicts}
+    assert {name: v.status for name, v in found.items()} == {
+        "hull.Y_v": "not identified", "hull.N_r": "identified", "propeller.D_P": "not identified",
+    }  # fmt: skip
+    assert found["hull.Y_v"].text == "well; all the same: the antenna"
+    assert found["propeller.D_P"].text == "held, not fitted: a scale"
+    assert overruled(fit, {}).verdicts == fit.verdicts

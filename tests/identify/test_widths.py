@@ -9,6 +9,7 @@ import pytest
 
 from seatrial.data import Trial
 from seatrial.identify import Loss, Problem, StudyError
+from seatrial.identify.resume import ResumeError, forget
 from seatrial.identify.widths import Widths
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
@@ -66,3 +67,36 @@ def test_problems_that_leave_nothing_to_choose() -> None:
         Widths(window=20.0).fit(problem(one[:2]))
     with pytest.raises(StudyError, match="vary fits no free parameter"):
         Widths(window=20.0, vary=("rudder.*",)).fit(problem(one))
+
+
+@pytest.fixture
+def asked(monkeypatch) -> list[float]:
+    """The widths that were asked for, each scoring itself; the third time the process is killed."""
+    found: list[float] = []
+
+    def left_out(_: Widths, __: Problem, width: float) -> float:
+        if len(found) == 2:
+            found.append(-1.0)
+            raise KeyboardInterrupt
+        found.append(width)
+        return float("inf") if width == 0.0 else width
+
+    monkeypatch.setattr(Widths, "_left_out", left_out)
+    return found
+
+
+def test_a_killed_choice_goes_on_with_the_widths_it_had_not_tried(tmp_path, asked) -> None:
+    estimator, checkpoint = Widths(window=20.0, widths=(0.0, 2.0, 1.0), parts=2), tmp_path / "checkpoint.npz"
+    made = problem(trials(BARE, 0.0, 25.0))
+    with pytest.raises(KeyboardInterrupt):
+        estimator._scores(made, checkpoint)
+    assert asked == [0.0, 2.0, -1.0]
+    assert estimator._scores(made, checkpoint) == {0.0: float("inf"), 2.0: 2.0, 1.0: 1.0}
+    assert asked == [0.0, 2.0, -1.0, 1.0]
+    with pytest.raises(ResumeError, match=r"checkpoint\.widths\.json belongs to another problem"):
+        replace(estimator, window=10.0)._scores(made, checkpoint)
+    (tmp_path / "checkpoint.widths.json").write_text('{"digest": "x", "scores": [1')
+    with pytest.raises(ResumeError, match="holds no scores"):
+        estimator._scores(made, checkpoint)
+    forget(checkpoint)
+    assert not list(tmp_path.iterdir())

@@ -18,11 +18,14 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
 from seatrial.models.residual import meaning, odd
 from seatrial.parameters import Free, ParameterError, Terms, match, values
+from seatrial.realtime.plant import Plant
 from seatrial.replay import inputs, replay, unseen
 from seatrial.ships import ShipError
 from seatrial.ships.files import load, save
-from seatrial.simulate import campaign, simulate
+from seatrial.simulate import campaign, simulate, surge_balance, time_step
 from seatrial.systems import closed_loop, open_loop, open_loop_parameters
+from seatrial.validate.noise_windows import Cut, Predictor
+from seatrial.validate.requirements.probe import Probe
 
 MMG, BARE = load("esso_osaka_3m"), load("esso_osaka_3m_hybrid")
 WEIGHTS = {p: 0.1 * float(np.sin(k)) for k, p in enumerate(values(BARE.model)) if p.startswith("residual_")}
@@ -121,10 +124,55 @@ def test_a_simulation_starts_settled_to_what_it_begins_with() -> None:
     assert first == pytest.approx(np.tile((2.0 * np.cos(1.0), 2.0 * np.sin(1.0), 9.0), (2, 1)))
 
 
+def test_a_ship_to_be_steered_starts_settled() -> None:
+    wind = Uniform(U_T=2.0, gamma_T=1.0)
+    plant = Plant.of(DRAWN, dt=0.1, environment=wind, start=(0.0, 0.0, 0.0, 0.3, 0.0, 0.0), n_P=9.0)
+    begun = (2.0 * np.cos(1.0), 2.0 * np.sin(1.0), 9.0)
+    assert [plant[name] for name in DRAWN.model.states[6:]] == pytest.approx(begun)
+    plant.step()
+    plant.reset()
+    assert [plant[name] for name in DRAWN.model.states[6:]] == pytest.approx(begun)
+
+
+def test_the_balance_of_a_straight_run_is_that_of_water_that_knows_the_shaft() -> None:
+    control, u = (9.0, 0.0), 0.3
+    known = DRAWN.model.derivative((0.0, 0.0, 0.0, u, 0.0, 0.0, 0.0, 0.0, 9.0), control, Environment())[3]
+    assert surge_balance(DRAWN, u, 9.0) == pytest.approx(float(known), rel=1e-12)
+
+
+def test_an_examination_settles_the_ship_to_what_acts() -> None:
+    around, control = Environment(wind_x=2.0, wind_y=-1.0), (9.0, 0.1)
+    probe = Probe(DRAWN, 0.3, 9.0)
+    known = DRAWN.model.derivative((0.0, 0.0, 0.0, 0.3, 0.05, 0.01, 2.0, -1.0, 9.0), control, around)[3:6]
+    assert probe.rates(0.3, 0.05, 0.01, control, around) == pytest.approx(np.array(known, dtype=float))
+    _, runs = probe.drift([probe.state(u=0.3)], [control], 20.0, around)
+    dt, held = time_step(DRAWN), np.array([[*control, *around]])
+    steps = round(20.0 / dt) + 1
+    alone = simulator(open_loop(DRAWN)).run(
+        np.array([[0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 2.0, -1.0, 9.0]]), held[None], open_loop_parameters(DRAWN),
+        dt=dt, steps=steps, every=max(steps // 400, 1),
+    )  # fmt: skip
+    assert runs[0] == pytest.approx(alone.values[0, :, :6])
+
+
+def test_windows_under_disturbances_remember_the_log_before_them() -> None:
+    trial = turning()
+    cut = Cut.of({"turn": [trial]}, DRAWN, dict.fromkeys(STATES, 1.0), 100.0)
+    known = unseen(DRAWN.model, inputs(trial, DRAWN.model), trial.dt)
+    assert cut.hidden[:, 0] == pytest.approx(known[cut.row])
+    assert cut.lanes(cut.row > 0).hidden.shape[0] == len(cut.row) - 1
+    predictor = Predictor.of([DRAWN])[0]
+    blank = replace(cut, hidden=np.zeros_like(cut.hidden))
+    later = cut.row > 0
+    ours, without = (np.abs(predictor.errors(some)[later]).max() for some in (cut, blank))
+    assert without > 10 * ours
+
+
 def test_a_saved_hybrid_reads_back(tmp_path) -> None:
     again = load(save(DRAWN, tmp_path / "model.toml"))
     assert values(again.model) == values(DRAWN.model)
     assert again.model.states == DRAWN.model.states
+    assert again.of == "esso_osaka_3m"
 
 
 def test_a_ship_file_with_a_term_that_cannot_be_is_refused_in_one_line(tmp_path) -> None:

@@ -8,10 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from ..actuators import table
 from ..approach import approach, straight
+from ..environment import CALM
 from ..models import unit
+from ..models.settled import settled
 from ..parameters import Spec, walk
 from ..ships import Ship
 from .plant import Number, Plant
@@ -130,11 +133,10 @@ def _placed(name: str, about: str) -> tuple[str, str, str]:
 
 def _beginning(ship: Ship, whole: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """State and controls at the start: a straight run at the approach speed, or a hull at rest."""
-    rest = (0.0,) * (len(ship.model.states) - 4)
-    if not whole:
-        return (0.0, 0.0, 0.0, 0.0, *rest), (0.0,) * len(ship.model.controls)
-    speed, n_P = approach(ship)
-    return (0.0, 0.0, 0.0, float(speed), *rest), tuple(float(c) for c in straight(ship, n_P))
+    speed, n_P = approach(ship) if whole else (0.0, 0.0)
+    control = tuple(float(c) + 0.0 for c in straight(ship, n_P))  # no zero with a sign
+    rest = settled(ship.model, np.array([[*control, *CALM]], dtype=np.float64))[0]
+    return (0.0, 0.0, 0.0, float(speed), 0.0, 0.0, *rest.tolist()), control
 
 
 def _inputs(

@@ -48,6 +48,18 @@ def lint(problem: Problem, test: Sequence[Trial] = (), estimator: Estimator | No
     return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
 
 
+def lines(issues: Iterable[Issue]) -> tuple[str, ...]:
+    """Warnings and errors as lines, in their order; what holds of many trials alike is said once, with how many."""
+    places: dict[tuple[str, str], dict[str, None]] = {}
+    for issue in issues:
+        places.setdefault((issue.severity, issue.text), {})[issue.where] = None
+    return tuple(f"{severity}: {_named(tuple(where))}: {text}" for (severity, text), where in places.items())
+
+
+def _named(where: Sequence[str]) -> str:
+    return where[0] if len(where) == 1 else f"{where[0]} and {len(where) - 1} more"
+
+
 def raise_on_errors(issues: Iterable[Issue]) -> None:
     """Raise a StudyError that names the first error, and how many more there are."""
     errors = [issue for issue in issues if issue.severity == "error"]
@@ -120,7 +132,7 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
     if isinstance(length, int | float) and abs(length / ship.L_pp - 1) > _LENGTH:
         remedy = 'scale it (scale_to = "ship" in [data], data.prepare.froude_scaled), or take the ship it belongs to'
         yield Issue("error", trial.name, f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m; {remedy}")
-    elif name is not None and name != ship.name:
+    elif name is not None and name not in ship.names:
         yield Issue("warning", trial.name, f"is of ship '{name}', the study is of '{ship.name}'")
     if getattr(ship.model, "wind", None) is not None and not ("U_T" in trial and "gamma_T" in trial):
         yield Issue("warning", trial.name, "has no wind (U_T, gamma_T), which the model could use; taken as still air")

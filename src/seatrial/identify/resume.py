@@ -19,6 +19,12 @@ class ResumeError(ValueError):
     """A checkpoint of another problem."""
 
 
+def forget(checkpoint: Path) -> None:
+    """Remove a checkpoint, and what stands beside it under its stem: the fit is saved."""
+    for file in checkpoint.parent.glob(f"{checkpoint.stem}.*"):
+        file.unlink(missing_ok=True)
+
+
 @dataclass
 class Resume:
     """Progress of all starts; the one mutable record of a fit.

@@ -15,8 +15,9 @@ from ..data import Array
 from ..parameters import unknown
 from ..ships import Ship
 from ..ships.files import load
-from . import FitError, Progress, StudyError
-from .lint import lint, raise_on_errors
+from . import FitError, Issue, Progress, StudyError
+from .lint import lines, lint, raise_on_errors
+from .resume import forget
 from .series import Cell, Row, Series
 from .store import HISTORY, MODEL, SUMMARY, claim, kept, load_fit_summary, save_fit
 
@@ -60,24 +61,19 @@ def check(cells: Sequence[tuple[Row, Cell]], series: Series) -> list[str]:
     Raises:
         StudyError: a problem that cannot be run.
     """
-    places: dict[str, dict[str, None]] = {}
+    found: list[Issue] = []
     seen: set[object] = set()
     for _, cell in cells:
         problem = cell.problem
         trials = (tuple(t.name for t in some) for some in (problem.trials, problem.validation))
-        mark = problem.ship.name, problem.free, *trials
+        mark = problem.ship.name, problem.free, getattr(cell.estimator, "starts_remedy", None), *trials
         if mark in seen:
             continue
         seen.add(mark)
-        issues = lint(problem, tuple(series.tests.values()))
+        issues = lint(problem, tuple(series.tests.values()), cell.estimator)
         raise_on_errors(issues)
-        for issue in issues:
-            places.setdefault(f"{issue.severity}: {{}}: {issue.text}", {})[issue.where] = None
-    return [line.replace("{}", _named(list(where)), 1) for line, where in places.items()]
-
-
-def _named(where: Sequence[str]) -> str:
-    return where[0] if len(where) == 1 else f"{where[0]} and {len(where) - 1} more"
+        found += issues
+    return list(lines(found))
 
 
 def left(series: Series, out: Path, only: Sequence[str] = ()) -> list[tuple[Row, Cell]]:
@@ -141,7 +137,7 @@ def run(
             told(f"error: {failed[-1]}")
             continue
         save_fit(fit, where, cell.problem, study=f"{series.name}: {row.key}")
-        (where / CHECKPOINT).unlink(missing_ok=True)
+        forget(where / CHECKPOINT)
     return failed
 
 

@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..data import Trial
-from ..parameters import Free, unknown
+from ..parameters import Free, specs, unknown
 from ..ships import Ship, ShipError
 from ..ships.files import find_class, load
 from ..ships.writing import to_toml
 from . import Estimator, Loss, Nuisance, Problem, StudyError
 from .freedom import freedom
 from .study_checks import filled, finite, kind, positive, steps, whole
-from .study_data import Split, chosen, read_data
+from .study_data import Split, chosen, read_data, read_raw
 
 if TYPE_CHECKING:
     from .virtual_trials import VirtualTrials
@@ -41,6 +41,7 @@ class Study:
         rival: what a simpler model frees that is fitted beside; empty where there is none.
         virtual: where the trials come from, if they are made.
         published: what a paper found; empty where the study does not say.
+        unidentified: what these data do not tell though sigma may be small, by path, and why.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Study:
     rival: tuple[Free, ...] = ()
     virtual: VirtualTrials | None = None
     published: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    unidentified: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @property
     def sigma(self) -> Mapping[str, float] | None:
@@ -79,7 +81,8 @@ def read_study(path: str | Path) -> Study:
         free, fixed = freedom(ship.model, said.free)
     except StudyError as error:
         raise StudyError(f"{here}: {error}") from None
-    train, torn = whole(train)
+    _known(here, ship, said.report.unidentified)
+    (train, torn), (validation, off), (test, kept) = (whole(trials) for trials in (train, validation, test))
     filled(here, ship, (*train, *validation, *test))
     finite(f"{here}: estimator", said.estimator)
     positive(f"{here}: loss.sigma", said.loss.sigma)
@@ -90,13 +93,30 @@ def read_study(path: str | Path) -> Study:
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
     _long_enough(here, train, said.estimator)
-    notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *torn,
+    notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *torn, *off, *kept,
              *steps(here, train, said.estimator))  # fmt: skip
     return Study(
         here.stem, here, problem, estimator, test, said.report.restart, digest(problem, estimator), notes,
         said.title, _rival(here, said.rival, free), virtual,
-        said.report.published.model_dump() if said.report.published else {},
+        said.report.published.model_dump() if said.report.published else {}, said.report.unidentified,
     )  # fmt: skip
+
+
+def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:
+    """Trials kept back as they were read, each with the table [data.smoother] that the study puts on it.
+
+    Empty where the study has no such table. A forecast is held against these: what is smoothed has looked ahead.
+    """
+    said = _checked(study.path, _document(study.path))
+    return () if said.virtual is not None else read_raw(study.path, said.data, study.problem.ship)
+
+
+def _known(here: Path, ship: Ship, unidentified: Mapping[str, str]) -> None:
+    """Refuse a path of [report.unidentified] that the ship has not."""
+    known = specs(ship.model)
+    for path in unidentified:
+        if path not in known:
+            raise StudyError(f"{here}: report.unidentified: {unknown(path, known)}")
 
 
 def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:

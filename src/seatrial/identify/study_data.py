@@ -59,6 +59,16 @@ def read_data(path: Path, data: Any, ship: Ship) -> Split:
     return found[2], found[1], found[0]
 
 
+def read_raw(path: Path, data: Any, ship: Ship) -> tuple[tuple[Any, Trial], ...]:
+    """Trials of test and validation of every set that has a smoother, before it: the table and the trial."""
+    found: list[tuple[Any, Trial]] = []
+    for one in data.set or (data,):
+        if one.smoother is not None:
+            test, validation, _ = _one(path, "data", one.model_copy(update={"smoother": None, "train": []}), ship)
+            found += [(one.smoother, trial) for trial in (*validation, *test)]
+    return tuple(found)
+
+
 def chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) -> list[str]:
     """Names that fit the patterns of `key`, in the order of the patterns; each fits at least one."""
     every = list(names)

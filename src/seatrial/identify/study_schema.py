@@ -69,6 +69,7 @@ class PublishedTable(_Table):
 
 class ReportTable(_Table):
     restart: float | None = Field(default=None, gt=0.0)
+    unidentified: dict[str, str] = {}
     published: PublishedTable | None = None
 
 

@@ -8,13 +8,14 @@ the two counts: a prior or an interval that is wide enough is tightened by any d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..data import Array
 from ..parameters import Free
-from . import Verdict
+from . import Fit, Verdict
 from .gauss_newton import Normal
 
 # Share of the prior variance that the data must remove: below the first nothing is learned,
@@ -88,6 +89,23 @@ def _size(free: Sequence[Free], values: Array) -> Array:
     """How large each parameter is: at the start, where its prior has it or as estimated, whichever is largest."""
     known = [max(abs(f.start), abs(f.prior) if np.isfinite(f.sigma) else 0.0) for f in free]
     return np.maximum(known, np.abs(values))
+
+
+def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
+    """The fit with the verdict "not identified" on what no data of this kind tell, however small sigma is.
+
+    Args:
+        unidentified: why, by path; a path that is not free is held at an assumed number.
+    """
+    free = [f.path for f in fit.free]
+    told = [
+        replace(v, status="not identified", text=f"{v.text}; all the same: {unidentified[v.subject]}")
+        if v.subject in unidentified else v
+        for v in fit.verdicts
+    ]  # fmt: skip
+    held = [Verdict(path, "not identified", f"held, not fitted: {why}") for path, why in unidentified.items()
+            if path not in free]  # fmt: skip
+    return replace(fit, verdicts=(*told, *held))
 
 
 def verdicts(

@@ -19,7 +19,8 @@ import numpy as np
 from ..data import Trial
 from . import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
 from .objective import TrajectoryObjective
-from .shooting import Trajectory
+from .shooting import Trajectory, digest
+from .widths_record import Scores
 from .windows import spread
 
 
@@ -54,9 +55,11 @@ class Widths(Trajectory):
     ) -> Fit:
         """Estimate the free parameters with the width that predicts left-out trials best; see `Estimator`.
 
-        The choice is told in `Fit.status`; with the width 0, `Fit.free` holds the other parameters only.
+        The choice is told in `Fit.status`; with the width 0, `Fit.free` holds the other parameters only.  What each
+        width has scored stands beside the checkpoint, so that a killed run does not ask again.
 
         Raises:
+            ResumeError: what stands there belongs to another problem.
             StudyError: fewer trials than parts, or no parameter to vary.
             FitError: the model blows up at every start, or with every width.
         """
@@ -66,7 +69,7 @@ class Widths(Trajectory):
         if not any(self._varied(f.path) for f in problem.free):
             raise StudyError(f"estimator.vary fits no free parameter: {', '.join(self.vary)}")
         alone = len(self.widths) == 1
-        scores = {w: 0.0 if alone else self._left_out(problem, w) for w in self.widths}
+        scores = {self.widths[0]: 0.0} if alone else self._scores(problem, checkpoint)
         best = min(scores, key=lambda w: scores[w])
         if not np.isfinite(scores[best]):
             raise FitError("left-out trials blow up with every width of the prior; give the smaller ones, 0 the least")
@@ -74,6 +77,14 @@ class Widths(Trajectory):
         told = ", ".join(f"{w:g}: {score:.3g}" for w, score in scores.items())
         status = f"{fit.status}; prior width {best:g} by left-out trials ({told})"
         return replace(fit, seconds=time.perf_counter() - began, status=status)
+
+    def _scores(self, problem: Problem, checkpoint: Path | None) -> dict[float, float]:
+        """Score of each width on left-out trials, those taken from an earlier run that it has finished."""
+        record = Scores.beside(checkpoint, digest(problem, self))
+        for width in self.widths:
+            if width not in record.found:
+                record.note(width, self._left_out(problem, width))
+        return {width: record.found[width] for width in self.widths}
 
     def _varied(self, path: str) -> bool:
         return any(fnmatchcase(path, pattern) for pattern in self.vary)

@@ -17,6 +17,7 @@ from ..engine.rollout import Simulator, simulator
 from ..engine.single import Stepper, stepper
 from ..environment import CHANNELS, Environment, Uniform, Weather, components
 from ..models import STATES, Sampled, Stepped, follows
+from ..models.settled import settled
 from ..parameters import unknown
 from ..ships import Ship, ShipError
 from ..systems import closed_loop, loop_memory, loop_values
@@ -98,10 +99,13 @@ class Plant:
         self._valid = tuple((n, self._at[n], *v) for n, v in ship.validity.items() if n in system.states)
         self._around = Surroundings(environment, self.dt)
         self._orders = dict.fromkeys(self.controls, 0.0)
-        state, turns = self._start(start, n_P)
+        six, turns = self._start(start, n_P)
         policy = Helm(self.controls, turns)
+        memory = loop_memory(ship, policy, self.dt, {"policy.n_P": turns}, six)
+        acting = [memory[system.memory.index(control)] for control in self.controls]
+        rest = settled(ship.model, np.array([[*acting, *self._around.values]], dtype=np.float64))[0]
         self._stepper = self._made(compiled, loop_values(ship, policy))
-        self._stepper.load(np.array([*state, *loop_memory(ship, policy, self.dt, {"policy.n_P": turns}, state)]))
+        self._stepper.load(np.array([*six, *rest, *memory]))
         self._stepper.surround(self._around.at(0))
         for (order, factor), control in zip(follows(ship.model), self.controls, strict=True):
             self.order(control, factor * turns if order == "n_P" else 0.0)
@@ -252,19 +256,18 @@ class Plant:
         return about, values
 
     def _start(self, start: Sequence[float] | None, n_P: float | None) -> tuple[tuple[float, ...], float]:
-        """Initial state and revolutions."""
-        ship, rest = self.ship, [0.0] * (len(self.ship.model.states) - len(STATES))
-        here = Environment(*self._around.values)
+        """The six at the start and the revolutions."""
+        ship, here = self.ship, Environment(*self._around.values)
         if start is None:
             turns = approach(ship)[1] if n_P is None else n_P
-            return (0.0, 0.0, 0.0, ship.speed + here.current_x, here.current_y, 0.0, *rest), turns
+            return (0.0, 0.0, 0.0, ship.speed + here.current_x, here.current_y, 0.0), turns
         if len(start) != len(STATES) or not all(math.isfinite(value) for value in start):
             raise ShipError(f"{ship.name}: a start is six finite numbers: x, y, psi, u, v_m, r")
         if n_P is None:
             ahead = components(1.0, start[2])
             through = start[3] - here.current_x * ahead[0] - here.current_y * ahead[1]
             n_P = approach(ship, through)[1] if through > 1e-6 * max(ship.speed, 1.0) else 0.0
-        return (*map(float, start), *rest), n_P
+        return tuple(map(float, start)), n_P
 
     def _made(self, compiled: Compiled, given: Mapping[str, float]) -> Stepper:
         parameters = np.array(list(given.values()), dtype=np.float64)

@@ -49,6 +49,7 @@ class Ship:
         validity: closed interval of each state outside which the model says nothing.
         entries: provenance of each parameter by path.
         notes: free text of the file: title, references, cautions, fit provenance.
+        of: name of the ship that this is another model of, as logs of her give it; empty where it is `name`.
     """
 
     name: str
@@ -60,6 +61,12 @@ class Ship:
     validity: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
     entries: Mapping[str, Entry] = field(default_factory=dict[str, Entry])
     notes: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    of: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What a log may call the ship: the name of this model, and that of the ship it is a model of."""
+        return (self.name, self.of) if self.of else (self.name,)
 
     def having(self, changes: Mapping[str, float]) -> Ship:
         """The same ship with some parameters of its model replaced."""

@@ -30,7 +30,7 @@ __all__ = ["library", "load", "save", "to_toml"]
 SCHEMA = "seatrial-ship/1"
 _NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
 FOLDER = Path(__file__).parent
-TOP = ("schema", "name", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
+TOP = ("schema", "name", "of", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
 
 
 def library() -> tuple[str, ...]:
@@ -128,7 +128,7 @@ class _Reading:
         return Ship(
             name=self.text("name", self.path.stem), model=model, actuators=read_actuators(self, model), L_pp=length,
             speed=speed, n_P=n_P, validity=self.validity(model), entries=self.entries,
-            notes=self.table("notes"),
+            notes=self.table("notes"), of=self.text("of", "") if "of" in self.document else "",
         )  # fmt: skip
 
     def table(self, dotted: str) -> Mapping[str, Any]:

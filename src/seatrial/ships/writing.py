@@ -56,6 +56,7 @@ def to_toml(ship: Ship, provenance: Mapping[str, Any] | None = None, weights: st
     lines = [
         'schema = "seatrial-ship/1"',
         f"name = {_text(ship.name)}",
+        *([f"of = {_text(ship.of)}"] if ship.of else []),
         f"family = {_text(_type(ship.model, 'models'))}",
     ]
     lines += _particulars(ship)

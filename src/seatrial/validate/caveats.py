@@ -22,7 +22,7 @@ def caveats(report: Report) -> list[str]:
         return ["Nothing was compared: the page says nothing about how well anything predicts."]
     trials = [next(iter(found.values())).measured for found in report.trials.values()]
     lines = [*_unseen(report), *_horizon(report), *_range(trials), *_environment(trials)]
-    return [*lines, *_baselines(report), *_scales(report), *_parameters(report)]
+    return [*lines, *_baselines(report), *_scales(report), *_assumed(report), *_parameters(report)]
 
 
 def _unseen(report: Report) -> Iterator[str]:
@@ -49,6 +49,11 @@ def _horizon(report: Report) -> Iterator[str]:
         yield (
             f"Predictions were set back to the measured state every {every}: beyond that horizon nothing is "
             "shown, and the start of each stretch is free of error by construction."
+        )
+    if report.forecasts:
+        yield (
+            "The measured states are those of a smoother, which looks ahead and leans on the untuned model: read the "
+            "forecasts for what the model foresees."
         )
     if any(c.restart is None for c in report.comparisons):
         yield "Free runs from the first sample: early errors are carried along and weigh in every later row."
@@ -91,6 +96,13 @@ def _scales(report: Report) -> Iterator[str]:
     scales = {tuple(sorted(c.sigma.items())) for c in report.comparisons}
     if len(scales) > 1:
         yield "Trials are scaled by their own standard deviations: compare labels within a trial, not trials."
+
+
+def _assumed(report: Report) -> Iterator[str]:
+    if report.assumptions:
+        names = ", ".join(f"{a.path} = {number(a.value)}{' ' * bool(a.unit)}{a.unit}" for a in report.assumptions[:6])
+        more = ", ..." if len(report.assumptions) > 6 else ""
+        yield f"Assumed, neither measured nor fitted: {names}{more}."
 
 
 def _parameters(report: Report) -> Iterator[str]:

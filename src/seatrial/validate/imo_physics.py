@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from ..environment import CALM
 from ..forces.propeller import KoseWake, Standard
 from ..models import Sampled, follows
+from ..models.settled import settled
 from ..parameters import values
 from ..ships import Ship
 from ..simulate import straight, surge_balance
@@ -29,10 +32,11 @@ def held_speed(ship: Ship, V: float, n_P: float) -> bool:
     """Whether nothing changes the surge velocity: neither speed, nor revolutions, nor turning."""
     if isinstance(ship.model, Sampled):
         return not any(path.rpartition(".")[2].startswith("u_") for path in values(ship.model))
-    rest = [0.0] * (len(ship.model.states) - 6)
+    control = straight(ship, n_P)
+    rest = settled(ship.model, np.array([[*control, *CALM]], dtype=np.float64))[0].tolist()
     motions = ((V, 0.0), (0.5 * V, 0.0), (V, 0.3 * V))  # at speed, slow, turning
     rates = [
-        float(ship.model.derivative((0.0, 0.0, 0.0, u, -v, v / ship.L_pp, *rest), straight(ship, n_P), CALM)[3])
+        float(ship.model.derivative((0.0, 0.0, 0.0, u, -v, v / ship.L_pp, *rest), control, CALM)[3])
         for u, v in motions
     ]
     return all(abs(rate) * ship.L_pp < _NOTHING * V * V for rate in rates)

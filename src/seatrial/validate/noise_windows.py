@@ -18,7 +18,7 @@ from ..engine import Scalars, System
 from ..engine.rollout import simulator
 from ..environment import CHANNELS, to_body
 from ..models import STATES, Sampled
-from ..replay import inputs
+from ..replay import inputs, unseen
 from ..ships import Ship
 from ..symbolic import cos, sin
 from ..systems import open_loop, open_loop_parameters
@@ -37,6 +37,8 @@ class Cut:
         label: what each window is counted under, such as its kind of manoeuvre; shape (lanes,).
         trial, row: index of the trial of each window and of its first row there, shape (lanes,).
         state0: state in which each starts, shape (lanes, 6).
+        hidden: states of the model beyond the six, as the log before each row leaves them, shape
+            (lanes, steps, states - 6); they begin so and go by the model afterwards.
         series: what acts, by `names`, shape (lanes, steps, channels).
         names: controls, environment, then `EXTRA`.
         measured: shape (lanes, steps, 6), heading unwrapped; NaN beyond the end.
@@ -48,6 +50,7 @@ class Cut:
     trial: NDArray[np.intp]
     row: NDArray[np.intp]
     state0: Array
+    hidden: Array
     series: Array
     names: tuple[str, ...]
     measured: Array
@@ -64,22 +67,23 @@ class Cut:
         every = [(label, trial) for label, some in trials.items() for trial in some]
         dt = float(np.median([trial.dt for _, trial in every]))
         steps = round(restart / dt)
-        parts: list[tuple[str, int, int, Array, Array]] = []
+        parts: list[tuple[str, int, int, Array, Array, Array]] = []
         for k, (label, trial) in enumerate(every):
             if np.abs(np.diff(trial.t) - dt).max() > 0.01 * dt:
                 raise DataError(f"{trial.name}: steps of {dt:g} s are needed; resample it (data.prepare.resample)")
             state, acting = states(trial), inputs(trial, ship.model)
+            hidden = unseen(ship.model, acting, dt)
             acting = np.hstack([acting, np.zeros((len(acting), len(EXTRA)))])
             for a in range(0, len(trial) - 1, steps):
                 if not np.isfinite(state[a]).all():
                     raise DataError(f"{trial.name}: no complete reading at t = {trial.t[a]:g} s, where a window starts")
                 rows = np.arange(a, a + steps)
                 held, inside = np.minimum(rows, len(trial) - 1), (rows < len(trial))[:, None]
-                parts.append((label, k, a, acting[held], np.where(inside, state[held], np.nan)))
-        label, index, row, series, measured = (np.array(column) for column in zip(*parts, strict=True))
+                parts.append((label, k, a, hidden[held], acting[held], np.where(inside, state[held], np.nan)))
+        label, index, row, hidden, series, measured = (np.array(column) for column in zip(*parts, strict=True))
         names = (*ship.model.controls, *CHANNELS, *EXTRA)
         scale = np.array([sigma[name] for name in STATES])
-        return Cut(label, index, row, measured[:, 0], series, names, measured, scale, dt)
+        return Cut(label, index, row, measured[:, 0], hidden, series, names, measured, scale, dt)
 
     def adding(self, channels: Sequence[str], values: Array) -> Cut:
         """The same with values on top of channels, shape (lanes, channels) or (lanes, steps, channels)."""
@@ -93,7 +97,7 @@ class Cut:
 
     def lanes(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> Cut:
         """Only some windows."""
-        own = ("label", "trial", "row", "state0", "series", "measured")
+        own = ("label", "trial", "row", "state0", "hidden", "series", "measured")
         return replace(self, **{name: getattr(self, name)[which] for name in own})
 
     def at(self, channels: Sequence[str]) -> list[int]:
@@ -157,8 +161,7 @@ class Predictor:
 
         Euler's rule at the trials' own step, as the common evaluator has it.
         """
-        extra = len(self.compiled.system.states) - len(STATES)
-        begun = np.hstack([cut.state0, np.zeros((len(cut.state0), extra))])
+        begun = np.hstack([cut.state0, cut.hidden[:, 0]])
         run = self.compiled.run(
             begun, cut.series, self.parameters, dt=cut.dt, steps=cut.series.shape[1], every=every, method="euler"
         )
@@ -167,8 +170,7 @@ class Predictor:
     def accelerations(self, cut: Cut) -> Array:
         """The model's own rates of u, v_m and r at every measured row, shape (lanes, steps, 3)."""
         lanes, steps, channels = cut.series.shape
-        state = np.nan_to_num(cut.measured).reshape(lanes * steps, -1)
-        state = np.hstack([state, np.zeros((len(state), len(self.compiled.system.states) - len(STATES)))])
+        state = np.concatenate([np.nan_to_num(cut.measured), cut.hidden], axis=2).reshape(lanes * steps, -1)
         rates = self.compiled.evaluate(state, cut.series.reshape(lanes * steps, channels), self.parameters)
         return rates[:, 3:6].reshape(lanes, steps, 3)
 

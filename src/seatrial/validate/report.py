@@ -12,7 +12,9 @@ from typing import Any
 from ..identify import Fit
 from ..identify.store import replace_file
 from . import Comparison
+from .assumptions import Assumption
 from .comparison import CONSTANT_VELOCITY, pooled
+from .foresight import Foresight
 
 PUBLISHED = "published"
 
@@ -32,6 +34,8 @@ class Report:
         fit: the fit that made the ship, where it was fitted.
         trained_on: names of the trials that fit has seen.
         findings: what the checks of the data found, one line each.
+        assumptions: numbers of the ship that nobody measured.
+        forecasts: errors of forecasts from what a filter knew, where the trials come of a smoother.
         provenance: ship, data files, software version, digest, command, date: name to text.
     """
 
@@ -40,6 +44,8 @@ class Report:
     fit: Fit | None = None
     trained_on: tuple[str, ...] = ()
     findings: tuple[str, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()
+    forecasts: tuple[Foresight, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict[str, str])
 
     def __post_init__(self) -> None:
@@ -94,11 +100,16 @@ class Report:
     def numbers(self) -> dict[str, Any]:
         """Everything the page says in numbers, SI units and radians."""
         from .caveats import caveats
+        from .verdict import sentence, worse
 
         return {
             "schema": "seatrial-report/1",
             "title": self.title,
+            "summary": sentence(self),
             "standardised": self.pooled,
+            "worse": {other: worse(self, other) for other in self.labels[1:]},
+            "forecasts": [asdict(f) for f in self.forecasts],
+            "assumptions": [asdict(a) for a in self.assumptions],
             "trials": {
                 name: {label: _of_comparison(c) for label, c in found.items()}
                 for name, found in self.trials.items()

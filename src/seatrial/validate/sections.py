@@ -13,6 +13,7 @@ from .caveats import caveats
 from .comparison import CONSTANT_VELOCITY
 from .page import bullets, figure, number, page, table, text
 from .report import Report
+from .verdict import against, sentence
 
 _UNITS = {"x": "m", "y": "m", "psi": "°", "u": "m/s", "v_m": "m/s", "r": "°/s"}
 _DEGREES = math.degrees(1.0)
@@ -35,10 +36,12 @@ def document(report: Report) -> str:
         _verdict(report),
         _trial_table(report),
         _horizons(report, styles),
+        _forecasts(report),
         _trials(report, styles),
         _channels(report),
         _indices(report),
         _fit(report.fit) if report.fit else "",
+        _assumptions(report),
         f"<h2>Findings in the data</h2>{bullets(report.findings)}" if report.findings else "",
         _provenance(report.provenance),
     ]
@@ -54,28 +57,11 @@ def _verdict(report: Report) -> str:
     )
     limits = f'<div class="note"><strong>What this does not show</strong>{bullets(caveats(report))}</div>'
     return (
-        f'<h1>{text(report.title)}</h1><p class="lead">{text(_sentence(report))}</p>'
+        f'<h1>{text(report.title)}</h1><p class="lead">{text(sentence(report))}</p>{bullets(against(report))}'
         f'<div class="tiles">{tiles}</div><p class="soft">Standardised mean squared error, summed over the '
         "states and pooled over the trials by samples (Wakita 2022, Eq. 25); 0 is perfect, less is better."
         f"</p>{limits}"
     )
-
-
-def _sentence(report: Report) -> str:
-    if not report.comparisons:
-        return "Nothing was compared."
-    subject, errors = report.labels[0], report.pooled
-    shared = sum(len(found) == len(report.labels) for found in report.trials.values())
-    count = f"{shared} trial{'s' if shared != 1 else ''}"
-    parts = [f"Over {count}, '{subject}' has a standardised error of {number(errors[subject])}"]
-    for other in report.labels[1:]:
-        both = [f for f in report.trials.values() if subject in f and other in f]
-        wins = sum(f[subject].standardised < f[other].standardised for f in both)
-        if errors[other] > 0 and math.isfinite(errors[subject]):
-            ratio = errors[subject] / errors[other]
-            size = f"{number(100 * ratio, 2)} %" if ratio < 2 else f"{number(ratio)} times"
-            parts.append(f"{size} of that of '{other}' (better in {wins} of {len(both)})")
-    return "; ".join(parts) + "."
 
 
 def _trial_table(report: Report) -> str:
@@ -119,6 +105,31 @@ def _pooled_horizon(report: Report, label: str, channels: Sequence[str], factor:
             if math.isfinite(sum(parts)):
                 squares.setdefault(end, []).append(sum(parts))
     return {end: factor * math.sqrt(float(np.mean(values))) for end, values in squares.items()}
+
+
+def _forecasts(report: Report) -> str:
+    """What a filter that runs through the raw log foresees with each model."""
+    if not report.forecasts:
+        return ""
+    rows = [
+        [f.trial, f.label, f"{f.horizon:g}", str(f.count),
+         number(f.position), number(_DEGREES * f.heading), number(f.end)]
+        for f in sorted(report.forecasts, key=lambda f: (f.trial, f.horizon))
+    ]  # fmt: skip
+    head = ["trial", "label", "horizon [s]", "forecasts", "position [m]", "heading [°]", "position at the end [m]"]
+    note = (
+        "Root mean square errors against raw fixes and compass. Each forecast begins at what a filter with this model "
+        "knew then, holds the disturbances found so far, and takes the controls as logged: in a closed loop these "
+        "answer to what came, so all but constant velocity are a little too good."
+    )
+    return f'<h2>Forecasts</h2>{table(head, rows, words=(1,))}<p class="soft">{note}</p>'
+
+
+def _assumptions(report: Report) -> str:
+    rows = [[a.path, number(a.value, 4), a.unit, a.why] for a in report.assumptions]
+    note = "Neither measured nor fitted; in the words of the ship file. What is fitted is right only if these are."
+    head = ["number", "value", "unit", "assumed"]
+    return f'<h2>Assumptions</h2>{table(head, rows, words=(2, 3))}<p class="soft">{note}</p>' if rows else ""
 
 
 def _trials(report: Report, styles: figures.Styles) -> str:

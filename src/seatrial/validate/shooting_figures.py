@@ -26,6 +26,8 @@ _STYLES: dict[str, dict[str, Any]] = {
     FULL: {"color": "#0072B2", "ls": "-", "marker": "o", "zorder": 2.5},
     RIVAL: {"color": "#D55E00", "ls": (0, (6, 2)), "marker": "s"},
 }
+_FAR = 15.0
+"""Errors beyond so many sigma are drawn on a logarithmic scale, so that those within three can be told apart."""
 # One and the same in every report, whichever of the cases it has.
 _MARKS = {AS_SAILED: ("#0072B2", "o"), WIND_KNOWN: ("#009E73", "D"), IGNORED: ("#E69F00", "^"), CALM: ("#CC79A7", "s")}
 
@@ -79,6 +81,12 @@ def estimates(cases: Sequence[Case]) -> str:
         rows = np.arange(len(paths)) + 0.5 * ((k + 0.5) / len(cases) - 0.5)
         ax.plot(case.away, rows, mark, color=colour, ms=4.5, mfc=colour if k == 0 else "white", ls="none",
                 label=case.name)  # fmt: skip
+    farthest = max(float(np.abs(case.away).max()) for case in cases)
+    if farthest > _FAR:
+        ax.set_xscale("symlog", linthresh=3.0, linscale=1.5)
+        ticks = [v for v in (0, 1, 3, 10, 30, 100, 300, 1000) if v < 2.0 * farthest]
+        ax.set_xticks([-v for v in ticks[:0:-1]] + ticks, [f"{v:g}" for v in [-v for v in ticks[:0:-1]] + ticks])
+        ax.minorticks_off()
     ax.set_yticks(range(len(paths)), [path.partition(".")[2] for path in paths])
     ax.set_ylim(len(paths) - 0.5, -0.5)
     ax.set_xlabel("(estimate − truth) / sigma; within 3 is shaded")

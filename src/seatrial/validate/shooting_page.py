@@ -64,7 +64,8 @@ def _head(shot: Shot, title: str) -> str:
          f"error of {names[RIVAL]} over that of {names[FULL]}: surge, sway, yaw"),
         (f"{len(first.away) - far} of {len(first.away)}", "parameters within 3 sigma of the truth"),
         (number(worst), f"error after {HORIZONS[-1]} steps over the truth's own, the worst of six states"),
-        (f"{number(first.fits[FULL].seconds, 2)} s", f"to fit {samples} samples; compiled before, if kept"),
+        (f"{number(first.fits[FULL].seconds, 2)} s",
+         f"to fit {samples} samples; more on a machine that has nothing compiled"),
     )
     shown = "".join(
         f'<div class="tile{" main" if k == 0 else ""}"><b>{text(value)}</b><span>{text(what)}</span></div>'
@@ -127,7 +128,8 @@ def _relative(shot: Shot) -> str:
         [case.name, *(number(case.smaller(v)) for v in VELOCITIES), case.about] for case in shot.cases
     ]
     return (
-        f"<h2>Relative errors (Tab. 5)</h2>{table(['', 'surge u', 'sway v_m', 'yaw r', 'whose'], rows, words=(4,))}"
+        f"<h2>Relative errors (You 2023 Tab. 5)</h2>"
+        f"{table(['', 'surge u', 'sway v_m', 'yaw r', 'whose'], rows, words=(4,))}"
         f'<p class="soft">{text(note)}</p>{source}<h3>Error of the rival over that of the model</h3>'
         f"{table(['', 'surge u', 'sway v_m', 'yaw r', 'what the model knows'], ratios, words=(4,))}"
     )
@@ -150,7 +152,7 @@ def _horizons(shot: Shot) -> str:
         for case in shot.cases
     ]
     return (
-        f'<h2>Errors over the steps predicted (Fig. 22)</h2><div class="figures">{drawn}</div>'
+        f'<h2>Errors over the steps predicted (You 2023 Fig. 22)</h2><div class="figures">{drawn}</div>'
         f"<h3>After {HORIZONS[-1]} steps ({HORIZONS[-1] * dt:g} s): {names[FULL]} over the truth's own error</h3>"
         f"{table(['', *_STATES], rows)}"
     )
@@ -168,7 +170,7 @@ def _runs(shot: Shot) -> str:
     ]  # fmt: skip
     drawing = figure(drawings.runs(case.scores, names), "Root mean square error of each whole run")
     return (
-        f'<h2>Errors by manoeuvre (Fig. 21)</h2><div class="figures">{drawing}{_drawn(shot, case)}</div>'
+        f'<h2>Errors by manoeuvre (You 2023 Fig. 21)</h2><div class="figures">{drawing}{_drawn(shot, case)}</div>'
         f"{table(head, rows, words=(1,))}"
         f'<p class="soft">By velocity and number of parameters; the truth itself is in the figure.</p>'
     )
@@ -205,7 +207,7 @@ def _parameters(shot: Shot) -> str:
     words = bullets(f"{v.subject}: {v.text}" for v in fit.verdicts if v.status != "identified")
     told = bullets(_within(case) for case in shot.cases)
     return (
-        f'<h2>The parameters (Tab. 3)</h2>{told}<div class="figures">{drawing}</div>'
+        f'<h2>The parameters (You 2023 Tab. 3)</h2>{told}<div class="figures">{drawing}</div>'
         f"{table(head, rows, words=(len(head) - 1,))}"
         '<p class="soft">SI units. Estimate and sigma are those of the first case; in the columns of the cases: '
         "estimate less truth, in sigma of the case.</p>"
@@ -228,7 +230,7 @@ def _drive(shot: Shot) -> str:
     if not pulled + turned:
         return ""
     drawn = f'<div class="figures">{pulled}{turned}</div>'
-    return f"<h2>Thrust and azimuth servos (Figs. 14 and 15)</h2>{pulls}{angles}{drawn}"
+    return f"<h2>Thrust and azimuth servos (You 2023 Figs. 14 and 15)</h2>{pulls}{angles}{drawn}"
 
 
 def _pulls(shot: Shot) -> tuple[str, str]:

@@ -14,6 +14,7 @@ from ...data import Array, Trial
 from ...engine.rollout import simulator
 from ...environment import CALM, CHANNELS, Environment, Uniform, Weather
 from ...models import STATES, Sampled, follows
+from ...models.settled import settled
 from ...parameters import Scalar, spec
 from ...ships import Ship, ShipError
 from ...simulate import approach, simulate, time_step
@@ -103,14 +104,16 @@ class Probe:
         return low <= value <= high
 
     def state(self, u: float = 0.0, v_m: float = 0.0, r: float = 0.0) -> tuple[float, ...]:
-        """A state at the origin, heading north, with these velocities."""
-        return (0.0, 0.0, 0.0, u, v_m, r, *([0.0] * (len(self.ship.model.states) - len(STATES))))
+        """A state at the origin, heading north, with these velocities; `rates` and `drift` settle what is beyond."""
+        return (0.0, 0.0, 0.0, u, v_m, r)
 
     def rates(
         self, u: float, v_m: float, r: float, control: tuple[float, ...], around: Environment = CALM
     ) -> Array:
         """Rates of u, v_m, r [m/s^2, m/s^2, rad/s^2]."""
-        model, state = self.ship.model, self.state(u, v_m, r)
+        model = self.ship.model
+        rest = settled(model, np.array([[*control, *around]], dtype=np.float64))[0]
+        state = (*self.state(u, v_m, r), *rest.tolist())
         if isinstance(model, Sampled):
             return np.array(model.advance(state, control, around, model.begin(state, control))[0], dtype=float)
         return np.array(model.derivative(state, control, around)[3:6], dtype=float)
@@ -131,11 +134,11 @@ class Probe:
         self, states: Sequence[tuple[float, ...]], controls: Sequence[tuple[float, ...]], duration: float,
         around: Environment = CALM,
     ) -> tuple[Array, Array]:  # fmt: skip
-        """Times and states (lanes, rows, 6) from given states under held controls."""
+        """Times and states (lanes, rows, 6) from given states under held controls, settled to them."""
         dt = time_step(self.ship)
         steps = max(round(duration / dt), 2) + 1
         series = np.array([[(*control, *around)] for control in controls], dtype=float)
-        begun = np.array(states, dtype=float)
+        begun = np.hstack([np.array(states, dtype=float), settled(self.ship.model, series[:, 0])])
         run = simulator(open_loop(self.ship)).run(
             begun, series, open_loop_parameters(self.ship), dt=dt, steps=steps, every=max(steps // 400, 1),
             memory0=open_loop_memory(self.ship, begun, series[:, 0, : -len(CHANNELS)]),
