@@ -117,6 +117,12 @@ def test_a_trial_without_a_length_cannot_be_scaled(folder: Path, tmp_path: Path)
         study(tmp_path, text)
 
 
+def test_an_empty_folder_is_said_to_be_empty(folder: Path) -> None:
+    (folder / "nothing").mkdir()
+    with pytest.raises(StudyError, match=r"data.set 2.root: \S*nothing holds no file of .csv, .dat, .parquet, .xlsx$"):
+        study(folder, STUDY.replace('root = "sea"', 'root = "nothing"'))
+
+
 @pytest.mark.parametrize(
     ("entry", "words"),
     [

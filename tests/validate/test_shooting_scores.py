@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.environment import Uniform
 from seatrial.identify import StudyError
 from seatrial.identify.study import read_study
 from seatrial.manoeuvres.zigzag import Zigzag
@@ -91,3 +92,13 @@ def test_trials_are_sailed_each_in_its_own_way(tmp_path):
     pulled = study.virtual.pulled()
     assert set(pulled) == {"1", "2"}
     assert all(len(n) == 33 for n, _ in pulled.values())
+
+
+def test_a_hybrid_begins_with_what_the_log_before_tells():
+    bare = load("esso_osaka_3m_hybrid")
+    hybrid = bare.having({"drift_along": 0.02, "residual_Y.d_n_N": 0.2})
+    run = simulate(hybrid, Zigzag(n_P=9.0, delta=0.35, psi=0.35), duration=60.0, dt=0.2, speed=0.3,
+                   environment=Uniform(U_T=3.0, gamma_T=1.0))  # fmt: skip
+    found = score(hybrid, [run])
+    assert max(found.relative.values()) < 0.01
+    assert found.steps["y"][-1] < 1e-3

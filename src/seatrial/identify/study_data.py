@@ -77,7 +77,8 @@ def chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) 
         fits = [n for n in every if fnmatch.fnmatchcase(n, pattern) or n.rpartition(".")[0] == pattern]
         if not fits:
             near = difflib.get_close_matches(pattern, every, n=3, cutoff=0.3) or every[:3]
-            raise StudyError(f"{path}: {key}: '{pattern}' fits no file; near: {', '.join(near)}")
+            hint = f"near: {', '.join(near)}" if near else "there is none"
+            raise StudyError(f"{path}: {key}: '{pattern}' fits no file; {hint}")
         found.update(dict.fromkeys(fits))
     return list(found)
 
@@ -87,6 +88,8 @@ def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ..
     root = _root(path, where, data.root)
     sets = read_compositions(path.parent / data.sets) if data.sets else {}
     every = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in _SUFFIXES)
+    if not every:
+        raise StudyError(f"{path}: {where}.root: {root} holds no file of {', '.join(_SUFFIXES)}")
     names = {f.relative_to(root).as_posix(): f for f in every}
     lists = {key: expanded(f"{path}: {where}.{key}", getattr(data, key), sets) for key in (*_KINDS, "exclude")}
     taken = set(chosen(path, f"{where}.exclude", lists["exclude"], names))

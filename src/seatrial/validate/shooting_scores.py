@@ -11,7 +11,7 @@ import numpy as np
 from ..data import Array, Trial, unwrapped
 from ..engine.rollout import simulator
 from ..models import STATES
-from ..replay import inputs
+from ..replay import inputs, unseen
 from ..ships import Ship
 from ..systems import open_loop, open_loop_memory, open_loop_parameters
 
@@ -48,8 +48,10 @@ def score(ship: Ship, trials: Sequence[Trial]) -> Score:
     """Errors of `ship` on `trials`, which must have complete rows at even steps, the same in all."""
     states = [_states(trial) for trial in trials]
     acting = [inputs(trial, ship.model) for trial in trials]
+    known = [np.hstack([state, unseen(ship.model, rows, trials[0].dt)])
+             for state, rows in zip(states, acting, strict=True)]  # fmt: skip
     longest = max(len(trial) for trial in trials)
-    begun, lanes = np.array([state[0] for state in states]), np.array([_held(rows, longest) for rows in acting])
+    begun, lanes = np.array([state[0] for state in known]), np.array([_held(rows, longest) for rows in acting])
     whole = _predicted(ship, begun, lanes, trials[0].dt)
     columns = [STATES.index(name) for name in VELOCITIES]
     errors = [run[: len(state), columns] - state[:, columns] for run, state in zip(whole, states, strict=True)]
@@ -57,7 +59,7 @@ def score(ship: Ship, trials: Sequence[Trial]) -> Score:
     size = _rms(np.concatenate(states)[:, columns])
     away = _rms(np.concatenate(errors))
     relative = {name: a / b for name, a, b in zip(VELOCITIES, away, size, strict=True)}
-    short = _short(ship, states, acting, trials[0].dt)
+    short = _short(ship, known, acting, trials[0].dt)
     steps = {name: np.array(_rms(short[:, :, k])) for k, name in enumerate(STATES)}
     return Score(relative, runs, steps, len(short))
 
@@ -74,22 +76,25 @@ def _held(rows: Array, count: int) -> Array:
 
 
 def _short(ship: Ship, states: Sequence[Array], acting: Sequence[Array], dt: float) -> Array:
-    """Errors after each of `HORIZONS` steps from measured states, shape (starts, horizons, 6)."""
+    """Errors after each of `HORIZONS` steps, shape (starts, horizons, 6).
+
+    Args:
+        states: what each row begins with: the measured six, and what the log before it tells of the others.
+    """
     ahead, after = HORIZONS[-1], np.array(HORIZONS)
     places = [(k, row) for k, state in enumerate(states) for row in range(0, len(state) - ahead, _STRIDE)]
     begun = np.array([states[k][row] for k, row in places])
     lanes = np.array([acting[k][row : row + ahead + 1] for k, row in places])
-    ends = np.array([states[k][row + after] for k, row in places])
+    ends = np.array([states[k][row + after, : len(STATES)] for k, row in places])
     return _predicted(ship, begun, lanes, dt)[:, after] - ends
 
 
 def _predicted(ship: Ship, begun: Array, lanes: Array, dt: float) -> Array:
     """States from each start under the inputs of its lane, shape (lanes, steps, 6); not finite where one blows up."""
     system = open_loop(ship)
-    start = np.hstack([begun, np.zeros((len(begun), len(system.states) - len(STATES)))])
     run = simulator(system).run(
-        start, lanes, open_loop_parameters(ship), dt=dt, steps=lanes.shape[1],
-        memory0=open_loop_memory(ship, start, lanes[:, 0, : len(ship.model.controls)]),
+        begun, lanes, open_loop_parameters(ship), dt=dt, steps=lanes.shape[1],
+        memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)]),
     )  # fmt: skip
     return run.values[:, :, : len(STATES)]
 
