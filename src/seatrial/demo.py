@@ -103,12 +103,14 @@ def _report(
     fit: Fit, problem: Problem, unseen: tuple[Trial, ...], findings: list[str], out: Path
 ) -> dict[str, float]:
     from . import __version__
+    from .validate.assumptions import assumptions
     from .validate.report import Report
 
     comparisons, _ = compared(load(out / MODEL), unseen, RESTART, scales(unseen, None))
     report = Report(
         "A virtual sea trial of KVLCC2 (7 m)", comparisons, fit, tuple(t.name for t in problem.trials),
-        tuple(findings), {"command": "seatrial demo", "version": f"seatrial {__version__}", "seed": str(SEED)},
+        tuple(findings), assumptions(fit.ship, [f.path for f in fit.free]),
+        provenance={"command": "seatrial demo", "version": f"seatrial {__version__}", "seed": str(SEED)},
     )  # fmt: skip
     report.write(out / PAGE)
     return report.pooled

@@ -150,7 +150,9 @@ def typical(rows: Rows, model: Neural) -> tuple[float, ...]:
 def answers(rows: Rows, dt: float) -> tuple[float, ...]:
     """Typical size of the accelerations, over a second so that noise counts little; shape (3,)."""
     n = max(round(1.0 / dt), 1)
-    found = (rows.state[n:, 3:] - rows.state[:-n, 3:]) / (n * dt)
+    pieces = zip((0, *rows.ends[:-1]), rows.ends, strict=True)  # never from one recording to the next
+    found = np.concatenate([(rows.state[a + n : b, 3:] - rows.state[a : max(b - n, a), 3:]) / (n * dt)
+                            for a, b in pieces])  # fmt: skip
     found = found[np.isfinite(found).all(axis=1)]
     return tuple(np.maximum(np.std(found, axis=0), 1e-12).tolist()) if len(found) else (1.0, 1.0, 1.0)
 

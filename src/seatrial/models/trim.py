@@ -11,11 +11,12 @@ import numpy as np
 from ..data import Array
 from ..environment import CALM, Environment
 from ..parameters import ParameterError, Scalar, unknown
-from . import STATES, Model, Sampled, Stepped, follows
+from . import STATES, Model, Sampled, Stepped, follows, unit
 
 STEERING = ("n_P", "delta")
 _ITERATIONS = 60
 _SHORTEST = 1e-9
+_ROUNDING = 1e-12
 # How far the speed of a ship that cannot change her thrust may be from the one asked for.
 _NEAR = 0.01
 # Accelerations below this count as none [m/s^2, rad/s^2].
@@ -198,6 +199,11 @@ class _Search:
             if share <= _SHORTEST:
                 break
             here, left = there, f(there)
+        # An angle found whole turns away is the same balance, where the model feels it by sine and cosine.
+        turns = np.array([unit(name) == "rad" for name in self.unknowns])
+        within = np.where(turns, np.remainder(here + np.pi, 2.0 * np.pi) - np.pi, here)
+        if np.linalg.norm(f(within)) <= np.linalg.norm(left) + _ROUNDING:
+            here = within
         if self.speed is None and not np.any(slopes(here)[:, 0]):
             raise ParameterError("the model keeps whatever speed it starts with; give the speed")
         return self.told(*self.split(here.tolist()))

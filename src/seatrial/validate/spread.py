@@ -9,6 +9,7 @@ trials, beside the novelty of the samples (`coverage`).
 from __future__ import annotations
 
 import math
+import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -105,6 +106,8 @@ class Spread:
         words = {"leaves": "leaves the training data", "edge": "touches the edge of the training data",
                  "inside": "stays within the training data"}[self.verdict]  # fmt: skip
         c = self.coverage
+        if c is None and self.verdict == "inside":
+            words = "moves the members no more than usual; its samples could not be compared with the training data"
         novel = "" if c is None else f", {100 * c.share:.1f} % of the samples are novel" \
             + (f" in {', '.join(c.channels)}" if c.channels else "")  # fmt: skip
         return f"{self.name}: this manoeuvre {words} (spread {self.ratio:.2g} times the usual{novel})"
@@ -241,7 +244,9 @@ def load_members(path: Path, ship: Ship) -> Members:
         )  # fmt: skip
         units = None if int(a["units"]) < 0 else int(a["units"])
         found = Members(paths, a["fitted"], a["drawn"], units, states, restart, level, reference)
-    except (OSError, KeyError, ValueError) as error:
+        if found.drawn.ndim != 2 or found.drawn.shape[1] != len(paths) or found.fitted.shape != (len(paths),):
+            raise ValueError(f"members of shape {found.drawn.shape} for {len(paths)} parameters")
+    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
         raise ShipError(f"{path}: cannot be read: {error}; run the study again, or remove the file") from None
     known = values(ship.model)
     # The outputs of random units are in no ship file.
