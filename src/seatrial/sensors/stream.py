@@ -7,6 +7,7 @@ or run beside others, says the same again.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -59,7 +60,7 @@ EXACT = Errors()
 
 
 @dataclass(frozen=True, kw_only=True)
-class Instrument:
+class Instrument(ABC):
     """What all instruments have in common.
 
     Attributes:
@@ -93,18 +94,18 @@ class Instrument:
             raise SensorError(f"loss of the {self.kind} is {self.loss:g}; it is a share, from 0 to 1")
 
     @property
+    @abstractmethod
     def errors(self) -> Mapping[str, Errors]:
         """What is wrong with each value that it says."""
-        raise NotImplementedError
 
     @property
     def turns(self) -> tuple[str, ...]:
         """Values that are directions, told from 0 to 2 pi."""
         return ()
 
+    @abstractmethod
     def measure(self, truth: Truth) -> tuple[float, ...]:
         """The true values in the order of `errors`."""
-        raise NotImplementedError
 
     def start(self, seed: int = 0) -> Running:
         """One at work, from time 0 on.
