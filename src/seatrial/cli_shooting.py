@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
-from .cli_support import UsageError, emit, figure, fitting, note, show_table
+from .cli_support import claimed, emit, figure, fitting, note, show_table
 from .identify import StudyError
 from .identify.study import Study
 
@@ -25,7 +25,7 @@ def is_shot(study: Study) -> bool:
 def shoot(study: Study, out: Path, as_json: bool) -> None:
     """Lint, fit the model and its rival in every weather, save the model, report; a finished run is only told about."""
     from .identify.lint import lines, lint, raise_on_errors
-    from .identify.store import claim, kept, save_fit
+    from .identify.store import kept, save_fit
     from .identify.verdicts import overruled
     from .validate.shooting_cases import shot
     from .validate.shooting_page import write
@@ -37,13 +37,9 @@ def shoot(study: Study, out: Path, as_json: bool) -> None:
     raise_on_errors(issues)
     for line in (*study.notes, *lines(issues)):
         note(line)
-    if out.exists() and not out.is_dir():
-        raise UsageError(f"{out}: is a file; -o takes a folder")
     digest = _digest(study)
-    fresh = claim(out, digest, study.name)
-    if (out / PAGE).exists():
-        note(f"{out}: this study is done already, with the same data and settings; nothing was run")
-    else:
+    fresh, done = claimed(out, PAGE, digest, study.name)
+    if not done:
         with kept(out, fresh), fitting(study.path, ""):
             note(f"fitting {len(study.problem.free)} parameters")
             fit = overruled(study.estimator.fit(study.problem), study.unidentified)

@@ -272,3 +272,19 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"{folder}: not a folder that can be made: {error.strerror}") from None
+
+
+def claimed(out: Path, page: str, digest: str, name: str) -> tuple[bool, bool]:
+    """Whether the folder of a study with a page of its own is new, and whether the study is done in it.
+
+    Raises:
+        UsageError: `out` is a file.
+    """
+    from .identify.store import claim
+
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"{out}: is a file; -o takes a folder")
+    fresh, done = claim(out, digest, name), (out / page).exists()
+    if done:
+        note(f"{out}: this study is done already, with the same data and settings; nothing was run")
+    return fresh, done

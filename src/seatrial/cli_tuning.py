@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
-from .cli_support import UsageError, emit, figure, note, show_table
+from .cli_support import claimed, emit, figure, note, show_table
 from .data import Trial
 from .identify import Fit, Problem
 from .identify.fine_tuning import FineTuning, Told
@@ -26,7 +26,7 @@ _EVERY = 250
 def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool) -> None:
     """Lint, go through the ranges with checkpoints, save the chosen fit, report; a finished run is only told about."""
     from .identify.lint import lines, lint, raise_on_errors
-    from .identify.store import claim, kept, save_fit
+    from .identify.store import kept, save_fit
     from .validate.tuning_page import write
 
     tests = (*study.problem.validation, *study.test)
@@ -35,13 +35,9 @@ def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool) -> None:
     raise_on_errors(issues)
     for line in (*study.notes, *lines(issues)):
         note(line)
-    if out.exists() and not out.is_dir():
-        raise UsageError(f"{out}: is a file; -o takes a folder")
     digest = _digest(study)
-    fresh = claim(out, digest, study.name)
-    if (out / PAGE).exists():
-        note(f"{out}: this study is done already, with the same data and settings; nothing was run")
-    else:
+    fresh, done = claimed(out, PAGE, digest, study.name)
+    if not done:
         with kept(out, fresh), _progress() as told:
             tuning = estimator.tune(study.problem, tests, told=told, checkpoint=out / CHECKPOINT)
         save_fit(tuning.fit, out, problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
