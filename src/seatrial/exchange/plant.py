@@ -6,16 +6,16 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from ..actuators import queue_length
 from ..engine.trace import preparation, right_hand_side
 from ..environment import CHANNELS
+from ..manoeuvres.given import Given
 from ..models import Sampled, Stepped, unit
-from ..parameters import Scalar, Spec, walk
+from ..parameters import Spec, walk
 from ..ships import Ship, ShipError
 from ..systems import closed_loop, loop_values, open_loop
 from .writing import title
@@ -224,37 +224,13 @@ def _tidy(y: Any) -> Any:
     return ca.cse(ca.densify(y))
 
 
-@dataclass(frozen=True)
-class _Given:
-    """A policy whose orders are given from outside."""
-
-    memory: ClassVar[tuple[str, ...]] = ()
-    given: tuple[str, ...]
-
-    @property
-    def orders(self) -> tuple[str, ...]:
-        return self.given
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        return ()
-
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...], given: tuple[Scalar, ...] = ()
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-        return given, memory
-
-    def schedule(self, dt: float, steps: int) -> Any:
-        """Nothing fixed beforehand: this policy is traced, its orders come from whoever calls the exported step."""
-        return np.zeros((steps, len(self.given)))
-
-
 def _servos(ship: Ship, dt: float) -> Servos:
     for name in ship.model.controls:
         waiting = queue_length(float(ship.actuators.of(name).dead_time), dt)
         if waiting > _MOST_WAITING:
             found = f"{waiting} orders of {name} waiting"
             raise ShipError(f"{ship.name}: a step of {dt:g} s keeps {found}; take a longer one")
-    policy = _Given(ship.model.controls)
+    policy = Given(ship.model.controls)
     system, values = closed_loop(ship, policy, dt), loop_values(ship, policy)
     n, m = len(ship.model.controls), len(system.memory)
     own = [name for name in system.parameters if not name.startswith("ship.")]

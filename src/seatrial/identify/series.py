@@ -173,17 +173,12 @@ def _checked(path: Path, document: Mapping[str, Any]) -> Any:
     from pydantic import ValidationError
 
     from .series_schema import SeriesFile
+    from .study_schema import told
 
     try:
         found = SeriesFile.model_validate({**document, "fits": _completed(path, document.get("fits", {}))})
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        if first["type"] == "extra_forbidden":
-            known = SeriesFile.keys(first["loc"][:-1])
-            raise StudyError(f"{path}: {key}: {unknown(str(first['loc'][-1]), known, 'key')}") from None
-        said = "is missing" if first["type"] == "missing" else f"is {first['input']!r}: {first['msg']}"
-        raise StudyError(f"{path}: {key} {said}") from None
+        raise told(path, SeriesFile, error) from None
     for key, fit in found.fits.items():
         if not fit.ship:
             raise StudyError(f"{path}: fits.{key}.ship is missing")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -90,13 +89,3 @@ class SeriesFile(_Table):
     budgets: dict[str, BudgetTable] = {}
     published: PublishedTable | None = None
     report: ReportTable = ReportTable()
-
-    @classmethod
-    def keys(cls, place: Sequence[int | str]) -> list[str]:
-        """Known keys of the table at `place`."""
-        table: Any = cls
-        for key in place:
-            table = table.model_fields[str(key)].annotation if hasattr(table, "model_fields") else get_args(table)[-1]
-            table = next((one for one in get_args(table) if hasattr(one, "model_fields")), table) \
-                if type(None) in get_args(table) else table
-        return [f.alias or name for name, f in table.model_fields.items()]

@@ -161,18 +161,12 @@ def _checked(path: Path, document: Mapping[str, Any]) -> Any:
     """The document with its keys and types checked."""
     from pydantic import ValidationError
 
-    from .study_schema import StudyFile
+    from .study_schema import StudyFile, told
 
     try:
         return StudyFile.model_validate(document)
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        if first["type"] == "extra_forbidden":
-            known = StudyFile.keys(first["loc"][:-1])
-            raise StudyError(f"{path}: {key}: {unknown(str(first['loc'][-1]), known, 'key')}") from None
-        said = "is missing" if first["type"] == "missing" else f"is {first['input']!r}: {first['msg']}"
-        raise StudyError(f"{path}: {key} {said}") from None
+        raise told(path, StudyFile, error) from None
 
 
 def read_ship(path: Path, name: str) -> Ship:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ..parameters import unknown
+from . import StudyError
 
 
 class _Table(BaseModel):
@@ -145,13 +149,24 @@ class StudyFile(_Table):
     virtual: VirtualTable | None = None
     rival: RivalTable | None = None
 
-    @classmethod
-    def keys(cls, place: Sequence[int | str]) -> list[str]:
-        """Known keys of the table at `place`."""
-        table: Any = cls
-        for key in place:
-            # Below a table of tables, whatever the name; within one that may be left out, the table itself.
-            table = table.model_fields[str(key)].annotation if hasattr(table, "model_fields") else get_args(table)[-1]
-            table = next((one for one in get_args(table) if hasattr(one, "model_fields")), table) \
-                if type(None) in get_args(table) else table
-        return [f.alias or name for name, f in table.model_fields.items()]
+
+def known_keys(schema: Any, place: Sequence[int | str]) -> list[str]:
+    """Known keys of the table at `place` of a document."""
+    table = schema
+    for key in place:
+        # Below a table of tables, whatever the name; within one that may be left out, the table itself.
+        table = table.model_fields[str(key)].annotation if hasattr(table, "model_fields") else get_args(table)[-1]
+        table = next((one for one in get_args(table) if hasattr(one, "model_fields")), table) \
+            if type(None) in get_args(table) else table
+    return [f.alias or name for name, f in table.model_fields.items()]
+
+
+def told(path: Path, schema: Any, error: ValidationError) -> StudyError:
+    """The first thing wrong in a document, in one line."""
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        known = known_keys(schema, first["loc"][:-1])
+        return StudyError(f"{path}: {key}: {unknown(str(first['loc'][-1]), known, 'key')}")
+    said = "is missing" if first["type"] == "missing" else f"is {first['input']!r}: {first['msg']}"
+    return StudyError(f"{path}: {key} {said}")

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-import numpy as np
-
-from ..data import Array
+from ..manoeuvres.given import Given
 from ..models import follows
 from ..parameters import Scalar, spec
 from ..ships import Ship
@@ -19,32 +17,10 @@ class CommandError(ValueError):
 
 
 @dataclass(frozen=True)
-class Helm:
+class Helm(Given):
     """A policy whose orders are given step by step, one for each control."""
 
-    memory: ClassVar[tuple[str, ...]] = ()
-
-    given: tuple[str, ...] = ()
     n_P: Scalar = spec("1/s", "revolutions at the start", default=0.0)
-
-    @property
-    def orders(self) -> tuple[str, ...]:
-        """What it orders: what it is given."""
-        return self.given
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """It remembers nothing."""
-        return ()
-
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...], given: tuple[Scalar, ...] = ()
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-        """The orders as given."""
-        return given, memory
-
-    def schedule(self, dt: float, steps: int) -> Array:
-        """Nothing fixed beforehand; shape (steps, orders)."""
-        return np.zeros((steps, len(self.given)))
 
 
 def obeying(ship: Ship) -> dict[str, tuple[tuple[str, float], ...]]:

@@ -1,0 +1,39 @@
+"""Orders that come from outside, step by step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..data import Array
+from ..parameters import Scalar
+
+
+@dataclass(frozen=True)
+class Given:
+    """A policy that passes on what whoever calls the step hands it, one order for each name in `given`."""
+
+    memory: ClassVar[tuple[str, ...]] = ()
+
+    given: tuple[str, ...] = ()
+
+    @property
+    def orders(self) -> tuple[str, ...]:
+        """What it orders: what it is given."""
+        return self.given
+
+    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+        """It remembers nothing."""
+        return ()
+
+    def command(
+        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...], given: tuple[Scalar, ...] = ()
+    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+        """The orders as given."""
+        return given, memory
+
+    def schedule(self, dt: float, steps: int) -> Array:
+        """Nothing fixed beforehand; shape (steps, orders)."""
+        return np.zeros((steps, len(self.given)))
