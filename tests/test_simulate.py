@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.approach import step_doubt
 from seatrial.data import DataError, Trial
 from seatrial.engine import SimulationError
 from seatrial.environment import Uniform
@@ -48,6 +49,15 @@ def test_approach_is_a_balance_and_the_step_suits_the_ship(name: str) -> None:
     assert time_step(ship) * 250 * ship.speed / ship.L_pp <= 1.0
     assert 0.4 <= time_step(ship) / min(ship.L_pp / (250 * ship.speed), 0.5 / fastest(ship)) <= 1.0
     assert approach(ship, 1.0, 2.0) == (1.0, 2.0)
+
+
+def test_a_step_that_is_too_long_is_doubted() -> None:
+    ship = load("kvlcc2")
+    assert step_doubt(ship, time_step(ship)) is None
+    assert step_doubt(ship, 1.0) is None
+    assert "inaccurate above some 4 s; 0.1 s suits her" in str(step_doubt(ship, 5.0))
+    assert "unstable above some 40 s" in str(step_doubt(ship, 60.0))
+    assert step_doubt(load("kvlcc2_l7_arx"), 60.0) is None  # runs at its own step and no other
 
 
 def test_approach_without_a_balance_says_so(l7: Any) -> None:
@@ -118,6 +128,20 @@ def test_leaving_the_validity_names_time_and_state(l7: Any) -> None:
     narrow = replace(l7, validity={"r": (-0.01, 0.01)})
     with pytest.raises(SimulationError, match=r"kvlcc2_l7: r = .* at t = .* s is outside \[-0.01, 0.01\]"):
         simulate(narrow, Turning(n_P=11.85, delta=0.6), duration=60.0)
+
+
+def test_a_current_takes_nobody_out_of_the_validity() -> None:
+    """It speaks of the velocity through the water, which is the same wherever the water goes."""
+    ship = replace(load("kcs"), validity={"u": (0.0, 13.0), "v_m": (-4.0, 4.0)})
+    policy = Turning(n_P=ship.n_P, delta=0.6)
+    streams = (Uniform(U_C=U, gamma_C=0.5) for U in (0.0, 2.0, 5.0))
+    still, *moved = (simulate(ship, policy, duration=200.0, every=4, environment=stream) for stream in streams)
+    assert max(abs(moved[1]["v_m"])) > 4.0
+    for one, U in zip(moved, (2.0, 5.0), strict=True):
+        assert one["x"] - U * np.cos(0.5) * one.t == pytest.approx(still["x"], abs=0.05)
+    slow = replace(ship, validity={"u": (13.0, 20.0)})
+    with pytest.raises(SimulationError, match=r"kcs: u = 12.35 through the water at t = 0 s is outside \[13, 20\]"):
+        simulate(slow, policy, duration=20.0, environment=Uniform(U_C=5.0))
 
 
 def test_between_rows_the_log_tells_the_mean_of_what_acted() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .environment import CALM
-from .models import Sampled, follows
+from .models import Sampled, Stepped, follows
 from .models.settled import settled
 from .ships import Ship, ShipError
 
@@ -17,6 +17,9 @@ from .ships import Ship, ShipError
 _STEP = 1.0 / 250.0
 # RK4 is stable up to 2.8; a fifth of that keeps the fastest motion accurate as well.
 _STIFF = 0.5
+# Above 25 such fractions, or above `_STIFF`, the indices of a turn are off by more than some 0.05 %.
+_ROUGH = 1.0 / 10.0
+_UNSTABLE = 2.8
 
 
 def time_step(ship: Ship) -> float:
@@ -30,6 +33,19 @@ def time_step(ship: Ship) -> float:
     wanted = min(_STEP * ship.L_pp / max(ship.speed, 1e-3), _STIFF / max(fastest(ship), 1e-9))
     decade = 10.0 ** math.floor(math.log10(wanted))
     return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= wanted * (1 + 1e-9))
+
+
+def step_doubt(ship: Ship, dt: float) -> str | None:
+    """What is doubtful about a time step [s] that somebody wants for this ship; None where it is fine."""
+    if isinstance(ship.model, Sampled | Stepped):
+        return None
+    rate = max(fastest(ship), 1e-9)
+    most = min(_ROUGH * ship.L_pp / max(ship.speed, 1e-3), _STIFF / rate)
+    if dt <= most:
+        return None
+    unstable = dt > _UNSTABLE / rate
+    what = f"unstable above some {_UNSTABLE / rate:.2g} s" if unstable else f"inaccurate above some {most:.2g} s"
+    return f"a step of {dt:g} s is too long for {ship.name}: its integration is {what}; {time_step(ship):g} s suits her"
 
 
 def fastest(ship: Ship) -> float:
@@ -100,6 +116,7 @@ def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -
     from scipy.optimize import brentq
 
     if f(low) * f(high) > 0:
-        raise ShipError(f"{ship.name}: no steady run between {low:g} and {high:g}; give --speed and --rps")
+        raise ShipError(f"{ship.name}: no steady run between {low:g} and {high:g}; "
+                        "give n_P in [approach] of her file, or speed and revolutions where a command asks for both")
     found: Any = brentq(f, low, high, xtol=1e-14, rtol=1e-14)  # type: ignore[arg-type]
     return float(found)

@@ -96,6 +96,14 @@ def to_body(north: Scalar, east: Scalar, cos_psi: Scalar, sin_psi: Scalar) -> tu
     return north * cos_psi + east * sin_psi, east * cos_psi - north * sin_psi
 
 
+def through_water(
+    u: Scalar, v_m: Scalar, current_x: Scalar, current_y: Scalar, cos_psi: Scalar, sin_psi: Scalar
+) -> tuple[Scalar, Scalar]:
+    """Velocity through the water in ship axes (forward, starboard), from that over ground: what the hull feels."""
+    u_C, v_C = to_body(current_x, current_y, cos_psi, sin_psi)
+    return u - u_C, v_m - v_C
+
+
 def to_earth(u: Scalar, v_m: Scalar, cos_psi: Scalar, sin_psi: Scalar) -> tuple[Scalar, Scalar]:
     """A ship-fixed vector (forward, starboard) in earth axes (north, east)."""
     return u * cos_psi - v_m * sin_psi, u * sin_psi + v_m * cos_psi

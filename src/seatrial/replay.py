@@ -6,10 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .data import Array, DataError, Trial, unwrapped
+from .data.prepare import resampling
 from .engine import SimulationError
 from .engine.rollout import simulator
 from .environment import CHANNELS
 from .models import STATES, Model, Sampled, Stepped, follows
+from .models.settled import unseen
+from .replay_gaps import VECTORS, logged
 from .replay_start import smoothed_starts
 from .ships import Ship
 from .simulate import SIMULATED
@@ -21,49 +24,41 @@ def inputs(trial: Trial, model: Model) -> Array:
 
     Controls act with the mean of the two rows, which is exact for the ramp of an actuator; those that the
     trial's `meta["held"]` names, and the environment, hold from row to row.  Gaps hold the last value
-    before them.  A control that the trial lacks is taken from the order it follows (alpha_1 from delta);
-    waves and current that were not logged are none, and water without a depth is deep.
+    before them (`replay_gaps` tells where).  A control that the trial lacks is taken from the order it follows
+    (alpha_1 from delta); wind, waves and current that were not logged, or without a value in any row, are
+    none, and water without a depth is deep.
 
     Raises:
-        DataError: the trial lacks a control, or the wind that a network was trained with.
+        DataError: the trial lacks a control, or the wind that a network takes.
     """
     n = len(model.controls)
-    lacking = [name for name in getattr(model, "needed", ()) if name not in trial]
+    lacking = [name for name in getattr(model, "needed", ()) if not logged(trial, name)]
     if lacking and trial.meta.get("source") != SIMULATED:  # which says so where there was any wind
-        wanted = "the model was trained with it; log it, or take a model without"
-        raise DataError(f"{trial.name}: no channel {', '.join(lacking)}; {wanted}")
+        wanted = "the network takes the wind; log it, or take a network without (wind = false)"
+        raise DataError(f"{trial.name}: no values of {', '.join(lacking)}; {wanted}")
     series = np.zeros((len(trial), n + len(CHANNELS)))
     for k, (name, (order, factor)) in enumerate(zip(model.controls, follows(model), strict=True)):
         if name not in trial and order not in trial:
             raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(model.controls)}")
-        series[:, k] = trial[name] if name in trial else factor * trial[order]
+        source, factor = (name, 1.0) if name in trial else (order, factor)
+        if not logged(trial, source):
+            raise DataError(f"{trial.name}: {source} has no value in any row; the model is steered by it")
+        series[:, k] = factor * trial[source]
     around = {name: n + k for k, name in enumerate(CHANNELS)}
-    for first, size, direction in (
-        ("wind_x", "U_T", "gamma_T"), ("current_x", "U_C", "gamma_C"), ("wave_x", "H_S", "gamma_W"),
-    ):  # fmt: skip
-        if size in trial and direction in trial:
+    for first, (size, direction) in VECTORS.items():
+        if logged(trial, size) and logged(trial, direction):
             at = around[first]
             series[:, at] = trial[size] * np.cos(trial[direction])
             series[:, at + 1] = trial[size] * np.sin(trial[direction])
-    if "T_W" in trial:
+    if logged(trial, "T_W"):
         series[:, around["wave_T"]] = trial["T_W"]
-    if "depth" in trial:
+    if logged(trial, "depth"):
         series[:, around["per_depth"]] = 1.0 / trial["depth"]
     series = held(series)
     kept = trial.meta.get("held", ())
     ramps = [k for k, name in enumerate(model.controls) if name not in kept and not isinstance(model, Sampled)]
     series[:-1, ramps] = 0.5 * (series[:-1, ramps] + series[1:, ramps])
     return series
-
-
-def unseen(model: Model, series: Array, dt: float) -> Array:
-    """States beyond the six at each row of `inputs`, as the rows before it leave them; shape (rows, states - 6).
-
-    A model that remembers says so by a method `recall`; states that nothing tells of begin at rest.
-    """
-    # A stepped model recalls memory, not states; see `_recalled`.
-    recall = None if isinstance(model, Stepped) else getattr(model, "recall", None)
-    return np.zeros((len(series), len(model.states) - len(STATES))) if recall is None else recall(series, dt)
 
 
 def held(series: Array) -> Array:
@@ -138,8 +133,8 @@ def _step(ship: Ship, t: Array, trial: Trial) -> float:
     dt = float(np.median(np.diff(t)))
     if isinstance(ship.model, Sampled) and abs(dt / ship.model.dt - 1) > 0.01:
         raise DataError(
-            f"{trial.name}: sampled every {dt:g} s; {ship.name} runs at {ship.model.dt:g} s only, "
-            f"so resample it (seatrial resample TRIAL --dt {ship.model.dt:g} -o DIR) or fit the model at its step"
+            f"{trial.name}: sampled every {dt:g} s; {ship.name} runs at {ship.model.dt:g} s only; "
+            f"fit the model at that step, or {resampling(float(ship.model.dt), trial)}"
         )
     return ship.model.dt if isinstance(ship.model, Sampled) else dt
 

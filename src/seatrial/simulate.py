@@ -8,7 +8,7 @@ feeds a trial's own controls and wind to the model.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from .data import UNITS, Array, Trial
 from .engine import Failure, Rollout, Scalars, SimulationError, System
 from .engine.rollout import simulator
 from .engine.trace import over_rows
-from .environment import CHANNELS, Environment, Uniform, Weather
+from .environment import CHANNELS, Environment, Uniform, Weather, through_water
 from .manoeuvres import Policy, Scheduled
 from .models import STATES, Sampled, follows, unit
 from .models.settled import settled
@@ -98,8 +98,21 @@ def campaign(
         memory0=np.broadcast_to(memory, (lanes, memory.shape[1])),
         lanewise=np.column_stack(list(columns.values())) if vary else None,
         dt=step, steps=steps, every=every, method=method, threads=threads,
-        validity={k: v for k, v in ship.validity.items() if k in system.states},
+        validity={k: v for k, v in ship.validity.items() if k in system.states}, judged=_in_water(around, every),
     )  # fmt: skip
+
+
+def _in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array]] | None:
+    """What of the stored values [validity] speaks of: where there is a current, the velocity through the water."""
+    north, east = (around[::every, CHANNELS.index(name)] for name in ("current_x", "current_y"))
+    if not (north.any() or east.any()):
+        return None
+
+    def judged(values: Array) -> Mapping[str, Array]:
+        psi, u, v_m = (values[:, :, STATES.index(name)] for name in ("psi", "u", "v_m"))
+        return dict(zip(("u", "v_m"), through_water(u, v_m, north, east, np.cos(psi), np.sin(psi)), strict=True))
+
+    return judged
 
 
 def _under_way(speed: float, around: Array) -> tuple[float, ...]:
@@ -145,7 +158,8 @@ def _averaged(rows: Array, every: int, angle: bool = False) -> Array:
 
 
 def _told(failure: Failure, ship: Ship) -> str:
-    text = f"{failure.state} = {failure.value:.4g} at t = {failure.time:g} s"
+    water = " through the water" if failure.state in ("u", "v_m") and math.isfinite(failure.value) else ""
+    text = f"{failure.state} = {failure.value:.4g}{water} at t = {failure.time:g} s"
     if not math.isfinite(failure.value):
         return f"{text}; the model blows up"
     low, high = ship.validity[failure.state]

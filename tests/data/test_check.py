@@ -68,6 +68,51 @@ def test_each_fault_is_found(made, case):
     assert found[0].remedy
 
 
+def straight_then_turn():
+    """A ship without noise: straight on for 40 s, then in a steady turn for as long."""
+    t = np.arange(0.0, 80.0, 0.2)
+    turning = np.maximum(t - 40.0, 0.0)
+    u, v, r = 5.0, np.where(t > 40.0, -1.0, 0.0), np.where(t > 40.0, 0.02, 0.0)
+    psi = 0.7 + 0.02 * turning
+    aside = np.sin(psi) - np.sin(0.7), np.cos(0.7) - np.cos(psi)
+    ahead = 5.0 * np.minimum(t, 40.0)
+    x = ahead * np.cos(0.7) + (u * aside[0] + 1.0 * aside[1]) / 0.02
+    y = ahead * np.sin(0.7) + (u * aside[1] - 1.0 * aside[0]) / 0.02
+    channels = {"x": x, "y": y, "psi": psi, "u": np.full(t.size, u), "v_m": v, "r": r}
+    return Trial("run", t, channels, {}, {"L_pp": 100.0})
+
+
+def test_a_steady_run_without_noise_is_told_once_as_a_note():
+    trial = straight_then_turn()
+    [finding] = check(trial)
+    assert finding.severity == "info"
+    assert finding.where == "run: psi, u, v_m, r"
+    assert "agree to 0.03 %" in finding.evidence
+    slow = trial.having(u=np.where(np.arange(len(trial)) % 2, np.nan, trial["u"]))  # a log slower than the rows
+    assert not [f for f in check(slow) if f.what in ("frozen sensor", "repeated values")]
+
+
+def noisy(t):
+    random = np.random.default_rng(1)
+    sizes = {"x": 0.02, "y": 0.02, "u": 0.01, "v_m": 0.01}
+    return t.having(**{name: t[name] + size * random.standard_normal(len(t)) for name, size in sizes.items()})
+
+
+@pytest.mark.parametrize(
+    ("spoil", "channels"),
+    [
+        (lambda t: poked(t, "psi", slice(250, 350), None), {"psi"}),
+        (lambda t: poked(t, "r", slice(150, 350), None), {"r"}),
+        (lambda t: poked(t, "x", slice(50, 150), None), {"x"}),
+        (noisy, {"psi", "r"}),  # what else moves was measured, so these were too
+        (lambda t: t.having(r=np.gradient(t["psi"], t.t)), {"psi"}),  # r is no second witness
+    ],
+)
+def test_a_frozen_sensor_disagrees_with_the_others(spoil, channels):
+    found = {f.where.removeprefix("run: ") for f in check(spoil(straight_then_turn())) if f.what == "frozen sensor"}
+    assert channels <= found
+
+
 def test_overlap_between_training_and_test(made):
     part = replace(made.rows(slice(100, 300)), name="cut")
     [finding] = check_set([made], [part])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from exact_instruments import told_by_exact
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,7 +15,7 @@ from seatrial.data.nmea import NmeaError, Sentence, checksum, decode, encode
 from seatrial.data.nmea_fields import SENTENCES, Clock, Number, Place
 from seatrial.data.nmea_framing import LARGEST, TOKEN, Line, Tag, datagram, read_line, split, tag_block
 from seatrial.data.nmea_reading import readings
-from seatrial.data.nmea_ship import KNOT, SPOKEN, Fittings, measured
+from seatrial.data.nmea_ship import KNOT, SPOKEN, Fittings
 from seatrial.data.nmea_ship import lines as spoken
 
 NOW = {
@@ -31,7 +32,7 @@ def built(kind: str, **fields):
 
 
 def lines(kind: str, fit: Fittings, now: dict[str, float]) -> list[bytes]:
-    return spoken(kind, fit, measured(fit, now["t"], now))
+    return spoken(kind, fit, told_by_exact(fit, now))
 
 
 def line(text: str) -> bytes:
@@ -45,7 +46,7 @@ def told(kind: str) -> list[dict[str, float]]:
 def test_heading_is_in_degrees_from_north():
     assert lines("HDT", FIT, NOW) == [b"$HEHDT,350.00,T*19\r\n"]
     assert readings(decode(b"$RCHDT,335.2,T*34")) == {"psi": pytest.approx(math.radians(335.2))}  # of a manual
-    assert lines("THS", FIT, NOW)[0].startswith(b"$HETHS,350.00,S*")
+    assert lines("THS", FIT, NOW)[0].startswith(b"$HETHS,350.00,A*")
     for kind in ("HDT", "THS"):
         assert told(kind) == [{"psi": pytest.approx(math.radians(350.0))}]
 
@@ -98,6 +99,21 @@ def test_time_and_date_are_utc():
     assert b",311226," in lines("RMC", late, {**NOW, "t": 0.0})[0]
 
 
+@pytest.mark.parametrize(("simulator", "mode", "status", "quality"), [(False, "A", "A", 1), (True, "S", "V", 8)])
+def test_a_receiver_of_a_simulator_is_void_wherever_it_says_that_it_is_one(simulator, mode, status, quality):
+    fit = Fittings(simulator=simulator)
+    fix, course, speed, heading = (decode(lines(kind, fit, NOW)[0]) for kind in ("GGA", "RMC", "VTG", "THS"))
+    assert (course["posMode"], course["status"]) == (mode, status)
+    assert speed["posMode"] == heading["mi"] == mode
+    assert fix["quality"] == quality
+
+
+def test_engine_and_shaft_do_not_mix():
+    by_shaft, by_engine = readings(decode(line("RCRPM,S,0,100.0,,A"))), readings(decode(line("RCRPM,E,0,500.0,,A")))
+    assert by_shaft == {"rpm_S_0": 100.0}
+    assert by_engine == {"rpm_E_0": 500.0}
+
+
 def test_rudder_is_positive_to_starboard_and_a_single_one_stands_in_the_first_field():
     assert lines("RSA", FIT, NOW)[0].startswith(b"$RCRSA,-12.00,A,,V*")
     assert told("RSA") == [{"delta": pytest.approx(math.radians(-12.0))}]
@@ -109,6 +125,7 @@ def test_rudder_is_positive_to_starboard_and_a_single_one_stands_in_the_first_fi
 
 def test_revolutions_per_minute_are_positive_ahead_odd_to_starboard_even_to_port():
     assert lines("RPM", FIT, {**NOW, "n_P": -1.5})[0].startswith(b"$RCRPM,S,0,-90.00,,A*")
+    assert told("RPM") == [{"rpm_S_0": pytest.approx(90.0)}]
     three = Fittings(shafts=("n_1", "n_2", "n_3"))
     assert three.numbers == {"n_1": 2, "n_2": 0, "n_3": 1}
     assert Fittings(shafts=("n_1", "n_2")).numbers == {"n_1": 2, "n_2": 1}

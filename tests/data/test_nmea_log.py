@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 import pytest
+from exact_instruments import told_by_exact
 
+from seatrial.cli import main
 from seatrial.data import DataError
 from seatrial.data.geodesy import Datum
 from seatrial.data.importing import import_log
 from seatrial.data.nmea import checksum
 from seatrial.data.nmea_framing import Line, Tag, datagram
-from seatrial.data.nmea_ship import SPOKEN, Fittings, measured
+from seatrial.data.nmea_ship import SPOKEN, Fittings
 from seatrial.data.nmea_ship import lines as spoken
 from seatrial.data.trialfile import read_trial
 
@@ -47,7 +50,7 @@ def run() -> list[dict[str, float]]:
 
 
 def lines(kind: str, fit: Fittings, now: dict[str, float]) -> list[bytes]:
-    return spoken(kind, fit, measured(fit, now["t"], now))
+    return spoken(kind, fit, told_by_exact(fit, now))
 
 
 def tagged(now: dict[str, float], kinds=SPOKEN) -> bytes:
@@ -141,6 +144,66 @@ def test_bad_lines_are_counted_and_foreign_sentences_named(log, tmp_path):
     steps = "\n".join(trial.meta["processing"])
     assert "lines are no valid sentence, the first: line 6:" in steps
     assert "1 VDM" in steps or "VDM" not in steps
+
+
+def test_a_line_that_lost_its_stamp_takes_no_time_from_the_others(log, tmp_path):
+    _, text = log
+    whole = imported(tmp_path, text)
+    parts = text.splitlines(keepends=True)
+    rate = next(k for k in range(200, len(parts)) if b"ROT," in parts[k])
+    parts[rate] = parts[rate].rpartition(b"\\")[2]
+    cut = imported(tmp_path, b"".join(parts))
+    assert (cut.t == whole.t).all()
+    assert (cut["r"] == whole["r"]).all()  # the lines about it tell its time
+    assert cut.meta["lines"] == {"all": len(parts), "invalid": 0, "untimed": 0}
+    stamp = parts[rate - 1].split(b"\\")[1]
+    late = next(k for k in range(rate + 1, len(parts)) if stamp not in parts[k])
+    parts[late] = parts[late].rpartition(b"\\")[2]  # here they do not agree
+    again = imported(tmp_path, b"".join(parts))
+    assert (again.t == whole.t).all()
+    assert again.meta["lines"] == {"all": len(parts), "invalid": 0, "untimed": 1}
+
+
+def test_revolutions_of_the_engine_are_not_those_of_the_shaft(log, tmp_path):
+    _, text = log
+    engine = b"RCRPM,E,0,9000.0,,A"
+    parts = [one + b"$%s*%s\r\n" % (engine, checksum(engine).encode()) if b"RPM,S" in one else one
+             for one in text.splitlines(keepends=True)]  # fmt: skip
+    trial = imported(tmp_path, b"".join(parts))
+    assert (trial["n_P"] == imported(tmp_path, text)["n_P"]).all()
+    assert any("what RPM says of the engine is left out" in step for step in trial.meta["processing"])
+
+
+def test_what_is_left_of_a_damaged_log_is_in_its_place(log, tmp_path):
+    _, text = log
+    whole = imported(tmp_path, text)
+    damaged, random = bytearray(text), np.random.default_rng(7)
+    for k in random.integers(0, len(text), len(text) // 250).tolist():
+        damaged[k] = int(random.integers(0, 256))
+    trial = imported(tmp_path, bytes(damaged))
+    assert trial.meta["lines"]["invalid"] > 500
+    assert len(trial) <= ROWS
+    row = np.searchsorted(whole.t, trial.t - (trial.t[0] - whole.t[0]) - 1e-4)
+    for name in ("x", "y", "psi"):
+        there = np.isfinite(trial[name])
+        assert there.sum() > 0.5 * ROWS, name
+        assert np.abs(trial[name] - whole[name][row])[there].max() < 1e-3, name
+
+
+def test_damage_is_told_on_the_command_line(log, tmp_path, capsys):
+    _, text = log
+    parts = text.splitlines(keepends=True)
+    parts[5] = parts[5].replace(b",", b";")
+    (tmp_path / "log.nmea").write_bytes(b"".join(parts))
+    assert main(["import", "nmea", str(tmp_path / "log.nmea"), "-o", str(tmp_path / "out")]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("1 trials in ")
+    [line] = err.splitlines()
+    assert f"warning: log: 1 of {len(parts)} lines are no valid sentence and are left out" in line
+    assert main(["import", "nmea", str(tmp_path / "log.nmea"), "-o", str(tmp_path / "out"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["lines"] == {"log": {"all": len(parts), "invalid": 1, "untimed": 0}}
+    assert any("the first: line 6" in step for step in told["processing"]["log"])
 
 
 @pytest.mark.parametrize(

@@ -143,6 +143,52 @@ def test_positions_from_fixes_alone(tmp_path: Path) -> None:
     assert got.meta["datum"] == {"latitude": pytest.approx(35.0), "longitude": pytest.approx(139.0)}
 
 
+def test_the_datum_is_where_the_odometry_is_zero(tmp_path: Path) -> None:
+    """A fix 10 km north and east of it, at 60 deg north, where north differs between the two."""
+    datum = Datum(60.0, 10.0)
+    latitude, longitude = datum.place(10e3, 10e3)
+    found = [Message(topic, kind, k * 10**8, packed(kind, k * 10**8, values))
+             for k in range(3) for topic, kind, values in (
+                 ("/odom", ODOMETRY, {"x": 10e3, "y": 10e3, "psi": 0.0}),
+                 ("/gps", FIX, {"latitude": latitude, "longitude": longitude}))]  # fmt: skip
+    write_mcap(tmp_path / "far.mcap", found, {})
+    told_ = read(tmp_path / "far.mcap").meta["datum"]
+    assert datum.north_east(told_["latitude"], told_["longitude"]) == pytest.approx((0.0, 0.0), abs=1e-5)
+
+
+def twists(path: Path, frame: str, heading: float | None) -> Path:
+    """A log of velocity in a frame: 2 m/s north and 1 m/s east there."""
+    found = [Message("/twist", TWIST, k * 10**8, packed(TWIST, k * 10**8, {"u": 1.0, "v_m": -2.0, "r": 0.1},
+                                                        {**FRAMES, "ship": frame})) for k in range(3)]  # fmt: skip
+    if heading is not None:
+        at = {"x": 0.0, "y": 0.0, "psi": heading}
+        found += [Message("/odom", ODOMETRY, k * 10**8, packed(ODOMETRY, k * 10**8, at)) for k in range(3)]
+    write_mcap(path, found, {})
+    return path
+
+
+@pytest.mark.parametrize("frame", ["map", "odom", "earth", "world", "robot/map", "/odom_combined", "local_enu"])
+def test_a_velocity_in_the_earths_frame_is_turned_by_the_heading(tmp_path: Path, frame: str) -> None:
+    got = read(twists(tmp_path / "run.mcap", frame, heading=0.5 * math.pi))
+    assert got["u"] == pytest.approx([1.0] * 3)
+    assert got["v_m"] == pytest.approx([-2.0] * 3)
+    assert got["r"] == pytest.approx([0.1] * 3)
+    got = read(twists(tmp_path / "run.mcap", frame, heading=0.3))
+    assert got["u"] == pytest.approx([2.0 * math.cos(0.3) + math.sin(0.3)] * 3)
+    assert got["v_m"] == pytest.approx([math.cos(0.3) - 2.0 * math.sin(0.3)] * 3)
+    assert got.meta["frames"]["ship"] == FRAMES["ship"]
+    with pytest.raises(DataError, match=rf"in the earth's frame '{frame}', and no heading is known") as caught:
+        read(twists(tmp_path / "run.mcap", frame, heading=None))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("frame", ["base_link", "hull", "", "odometry_link", "mapper", "wamv/base_link"])
+def test_any_other_frame_of_a_velocity_is_the_ships(tmp_path: Path, frame: str) -> None:
+    got = read(twists(tmp_path / "run.mcap", frame, heading=0.3))
+    assert got["u"] == pytest.approx([1.0] * 3)
+    assert got["v_m"] == pytest.approx([-2.0] * 3)
+
+
 def test_a_mapping_names_topics_and_signs(tmp_path: Path) -> None:
     path = log(tmp_path / "two.mcap", topics=("/odom", "/ekf"))
     with pytest.raises(DataError, match=r"Odometry on /ekf, /odom; name one"):

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from seatrial.cli import main
 from seatrial.environment import CALM, Environment
 from seatrial.forces import Flow
 from seatrial.forces.azimuth import Azimuth
@@ -116,10 +117,19 @@ def test_what_is_said_of_the_masses(name: str) -> None:
     assert np.linalg.eigvalsh(0.5 * (M + M.T)).min() > 0
     body: Particulars = load(name).model.body  # type: ignore[attr-defined]
     assert body.m == {"qiuxin5": 187.6, "qiuxin5_6": 187.6, "cybership2": 23.8}.get(name, 0.0)
-    text = " ".join(inertia.doubts(body.m))
+    text = " ".join(inertia.doubts(body.m, body.L_pp))
+    assert ("gyration" in text) == (name == "qiuxin5_6")
     assert ("not symmetric" in text) == (name in ("milliampere", "qiuxin5"))
     assert ("displaced" in text) == name.startswith("qiuxin")
     assert "positive definite" not in text
+
+
+def test_a_ship_that_spins_is_told_of_before_and_stopped(capsys) -> None:
+    assert main(["simulate", "qiuxin5_6", "turning", "--rudder", "17.5"]) == 1
+    told = capsys.readouterr().err
+    assert "warning: qiuxin5_6: m_33 = 0.0632 kg m^2 is that of a radius of gyration of 0.018 m" in told
+    assert "is outside [-0.7, 0.7], where its file says that the model holds ([validity])" in told
+    assert main(["simulate", "qiuxin5_6", "turning", "--rudder", "10"]) == 0
 
 
 def test_mass_that_is_no_mass_is_doubted() -> None:

@@ -275,11 +275,11 @@ def test_trials_that_it_cannot_predict() -> None:
     ship = sailing(network(memory=8))
     trial = simulate(ship, ZIGZAG, speed=0.4, duration=20.0, environment=WIND)
     bare = Trial("bare", trial.t, {n: trial[n] for n in (*STATES, "n_P", "delta")}, meta={})
-    with pytest.raises(DataError, match="bare: no channel U_T, gamma_T; the model was trained with it"):
+    with pytest.raises(DataError, match="bare: no values of U_T, gamma_T; the network takes the wind"):
         replay(ship, bare)
     assert len(replay(sailing(network(wind=False)), bare)) == len(bare)
     every = Trial("slow", 2 * trial.t, trial.channels, meta=trial.meta)
-    with pytest.raises(DataError, match=r"sampled every 0.2 s; net runs at 0.1 s only.*seatrial resample TRIAL"):
+    with pytest.raises(DataError, match=r"every 0.2 s; net runs at 0.1 s only; .*resample FILE --dt 0.1"):
         replay(ship, every)
     short = Trial("short", trial.t[:8], {n: c[:8] for n, c in trial.channels.items()}, meta=trial.meta)
     with pytest.raises(DataError, match=r"short: 8 rows are too short a record; net looks 0.7 s back and needs 9"):
@@ -295,7 +295,7 @@ def test_a_calm_run_of_the_simulator_is_known_to_be_calm() -> None:
 
 def test_without_weights_it_says_so() -> None:
     ship = sailing(Network("forgetting", (8,), memory=3))
-    with pytest.raises(ParameterError, match="no weights yet; train it"):
+    with pytest.raises(ParameterError, match="untrained; train it"):
         ship.model.advance((0.0,) * 6, (0.0, 0.0), CALM, (0.0,) * 15)  # type: ignore[attr-defined]
     with pytest.raises(ShipError, match=r"its own step of 0\.1 s only"):
         simulate(ship, ZIGZAG, duration=10.0, dt=0.05)

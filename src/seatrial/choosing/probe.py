@@ -11,7 +11,8 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ..environment import CALM, Environment
-from ..models import STATES, Sampled, follows
+from ..models import Sampled, follows
+from ..models.settled import begun
 from ..models.trim import Trim, trim
 from ..ships import Ship
 
@@ -38,9 +39,9 @@ class Probe:
         return cls(ship, trim(ship.model, speed=ship.speed))
 
     def state(self, u: float, v_m: float, r: float) -> tuple[float, ...]:
-        """The states of the model, heading aside."""
-        U, extra = self.ship.speed, len(self.ship.model.states) - len(STATES)
-        return (0.0, 0.0, 0.4, u * U, v_m * U, r * U / self.ship.L_pp, *([0.0] * extra))
+        """The motion in SI units, heading aside; what the model has beyond settles to what acts (`under`)."""
+        U = self.ship.speed
+        return (0.0, 0.0, 0.4, u * U, v_m * U, r * U / self.ship.L_pp)
 
     def control(self, n: float, delta: float, tunnel: float = 0.0) -> tuple[float, ...]:
         """Controls at `n` times the revolutions of the straight run and `delta` off its rudder."""
@@ -59,8 +60,9 @@ class Probe:
     def under(
         self, state: tuple[float, ...], control: tuple[float, ...], environment: Environment = CALM
     ) -> Rates:
-        """The same under given controls; NaN where the model has no answer."""
+        """The same in a motion (six states) under given controls; NaN where the model has no answer."""
         model: Any = self.ship.model
+        state = begun(model, state, control, environment)
         try:
             if isinstance(model, Sampled):
                 du, dv, dr = model.advance(state, control, environment, model.begin(state, control))[0]

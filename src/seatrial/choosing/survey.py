@@ -14,6 +14,7 @@ from ..engine.rollout import simulator
 from ..environment import CALM
 from ..identify.excitation import TABLE_1, Published
 from ..models import Sampled
+from ..models.settled import begun
 from ..parameters import walk
 from ..ships import Ship
 from ..ships.files import find_class, library, load
@@ -140,6 +141,7 @@ def nanoseconds(probe: Probe) -> float:
     model: Any = ship.model
     dt = float(model.dt) if isinstance(model, Sampled) else 0.01 * ship.L_pp / ship.speed
     control, state = probe.control(1.0, 0.1), probe.state(1.0, 0.0, 0.0)
+    state = begun(ship.model, state, control, CALM)
     memory = model.begin(state, control) if isinstance(model, Sampled) else ()
     memory = memory[: len(system.memory) + len(system.hidden)]
     z, m = np.tile(np.array(state), (_LANES, 1)), np.tile(np.array(memory, dtype=float), (_LANES, 1))

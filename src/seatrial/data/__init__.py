@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ class Trial:
         channels: other channels by name, each of shape (samples,), SI units; NaN marks a gap.
         units: unit of each channel that is not a standard one.
         meta: what the sidecar says (ship, scale, kind, set points, source, licence, processing).
+        file: the trial file it was read from; None where there is none, or where its time is no longer the file's.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Trial:
     channels: Mapping[str, Array]
     units: Mapping[str, str] = field(default_factory=dict[str, str])
     meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    file: Path | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         for name, values in self.channels.items():

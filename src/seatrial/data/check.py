@@ -18,6 +18,7 @@ import numpy as np
 from . import Trial
 from .evidence import motion_slopes, rate_slope, rudder_effect, steady_turn
 from .sensor_checks import Fault, sensor_faults, wind_faults
+from .still import still_faults
 from .track import track_faults
 
 Severity = Literal["error", "warning", "info"]
@@ -63,7 +64,9 @@ def check(trial: Trial) -> tuple[Finding, ...]:
         return (_finding(trial, few),)
     faults = [*sensor_faults(trial)]
     if bool((np.diff(trial.t) > 0).all()):
-        for one in (_motion_faults, _yaw_faults, _rudder_faults, _scale_faults, wind_faults, track_faults):
+        for one in (
+            still_faults, _motion_faults, _yaw_faults, _rudder_faults, _scale_faults, wind_faults, track_faults,
+        ):  # fmt: skip
             faults += one(trial)
     found = [_finding(trial, fault) for fault in faults]
     return tuple(sorted(found, key=lambda f: ("error", "warning", "info").index(f.severity)))

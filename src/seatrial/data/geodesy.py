@@ -14,6 +14,9 @@ from . import DataError
 # Semi-axis [m] and squared eccentricity of WGS 84.
 _A, _E2 = 6378137.0, 0.00669437999014
 
+# Steps towards a datum at most, and how near [m] is there.
+_STEPS, _NEAR = 60, 1e-7
+
 
 @dataclass(frozen=True)
 class Datum:
@@ -41,16 +44,43 @@ class Datum:
         return c * (Z - Z0) - s * (X - X0), Y
 
     def place(self, x: float, y: float) -> tuple[float, float]:
-        """Latitude and longitude [deg] of the point that many metres north and east; the inverse of `north_east`."""
-        phi = math.radians(self.latitude)
-        w = 1.0 - _E2 * math.sin(phi) ** 2
-        M, N = _A * (1.0 - _E2) / w**1.5, _A / math.sqrt(w)
-        latitude, longitude = self.latitude, self.longitude
-        for _ in range(6):
-            north, east = self.north_east(latitude, longitude)
-            latitude += math.degrees((x - north) / M)
-            longitude += math.degrees((y - east) / (N * math.cos(phi)))
-        return latitude, (longitude + 180.0) % 360.0 - 180.0
+        """Latitude and longitude [deg] of the point that many metres north and east; the inverse of `north_east`.
+
+        Raises:
+            DataError: no point of the earth lies below that one of the plane.
+        """
+        s, c = math.sin(math.radians(self.latitude)), math.cos(math.radians(self.latitude))
+        q, (X0, _, Z0) = 1.0 / (1.0 - _E2), _earth_fixed(self.latitude, 0.0)
+        # Down from the plane by `depth` to X^2 + Y^2 + q Z^2 = a^2: a quadratic, of which the nearer root is wanted.
+        inward = c * X0 + q * s * Z0 + x * s * c * (q - 1.0)
+        off = x * x * (s * s + q * c * c) + y * y
+        rest = inward * inward - (c * c + q * s * s) * off
+        if rest < 0.0:
+            raise DataError(f"{x:g} m north and {y:g} m east of the datum is beyond the earth; stay within 6000 km")
+        depth = off / (inward + math.sqrt(rest))
+        X, Z = X0 - s * x - c * depth, Z0 + c * x - s * depth
+        longitude = self.longitude + math.degrees(math.atan2(y, X))
+        return math.degrees(math.atan2(q * Z, math.hypot(X, y))), (longitude + 180.0) % 360.0 - 180.0
+
+    @staticmethod
+    def seeing(latitude: float, longitude: float, x: float, y: float) -> Datum:
+        """The datum from which a place [deg] lies x metres north and y metres east.
+
+        North is that of the datum, not that of the place, so it is found step by step.
+
+        Raises:
+            DataError: there is none, or it is too near to a pole.
+        """
+        datum = Datum(latitude, longitude)
+        for _ in range(_STEPS):
+            north, east = datum.north_east(latitude, longitude)
+            datum = Datum(*datum.place(north - x, east - y))
+            if math.hypot(north - x, east - y) <= _NEAR:
+                return datum
+        raise DataError(
+            f"no datum {x:g} m south and {y:g} m west of latitude {latitude:g}, longitude {longitude:g}; "
+            "give one, nearer to the ship or farther from the pole"
+        )
 
 
 def _earth_fixed(latitude: float, longitude: float) -> tuple[float, float, float]:

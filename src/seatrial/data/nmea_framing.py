@@ -89,7 +89,7 @@ def datagram(lines: Iterable[Line]) -> bytes:
 
 
 def split(data: bytes) -> list[bytes]:
-    """The lines of a datagram, framed or plain.
+    """The lines of a datagram, framed or plain; a line ends in CR LF or in LF, and a CR elsewhere is a part of it.
 
     Raises:
         NmeaError: more than `LARGEST` bytes, or binary data.
@@ -97,7 +97,7 @@ def split(data: bytes) -> list[bytes]:
     if len(data) > LARGEST:
         raise NmeaError(f"a datagram of {len(data)} bytes; {LARGEST} is the most", "length")
     body = data.removeprefix(TOKEN)
-    return [line for line in body.splitlines() if line]
+    return [line for line in (one.removesuffix(b"\r") for one in body.split(b"\n")) if line]
 
 
 def read_line(line: bytes) -> Line:

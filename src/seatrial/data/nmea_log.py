@@ -1,9 +1,11 @@
 """A log of NMEA 0183 sentences as a trial.
 
 A line may begin with a TAG block, whose time ``c:`` counts, or with the logger's own stamp: seconds, or a
-date and time such as 2026-11-21T10:00:00.250Z.  Without either, RMC, GGA or ZDA tell the time, and what is
-said between two of them is spread evenly between.  Rows are those of the instrument that reads most often
-(heading, position or rate of turn); other readings go to the nearest row, and what has none stays a gap.
+date and time such as 2026-11-21T10:00:00.250Z.  A line that has lost its stamp has that of the lines before and
+after where these have one and the same, and is left out elsewhere.  Where most lines have none, RMC, GGA or ZDA
+tell the time, and what is said between two of them is spread evenly between.  Rows are those of the instrument
+that reads most often (heading, position or rate of turn); other readings go to the nearest row, and what has none
+stays a gap.
 """
 
 from __future__ import annotations
@@ -48,11 +50,14 @@ class Told:
         series: readings by the names of `nmea_reading.readings`.
         steps: what had to be done or left out, in words.
         epoch: seconds since 1970 at time 0, where the log tells it.
+        lines: how many lines the log has (``all``), how many of them are no valid sentence (``invalid``), and how
+            many sentences are left out as no time can be told for them (``untimed``).
     """
 
     series: dict[str, Series]
     steps: list[str] = field(default_factory=list[str])
     epoch: float | None = None
+    lines: Mapping[str, int] = field(default_factory=dict[str, int])
 
 
 @dataclass
@@ -73,18 +78,27 @@ def read_told(path: Path) -> Told:
         data = existing(path).read_bytes()
     except OSError as error:
         raise DataError(f"{path}: not readable: {error.strerror}") from None
-    found, steps = _read_lines(path, data.replace(TOKEN, b"").splitlines())
+    lines = data.replace(TOKEN, b"").splitlines()
+    found, wrong, steps = _read_lines(path, lines)
+    counts = {"all": len(lines), "invalid": wrong, "untimed": 0}
     stamped = sum(one.stamp is not None for one in found)
-    if stamped == len(found):
-        times = np.array([one.stamp for one in found], dtype=np.float64)
-        out = _sorted(((t, one.values) for t, one in zip(times.tolist(), found, strict=True)), steps)
-        return Told(out, steps, float(times.min()) if times.min() > _DAY * 365 else None)
-    if stamped:
-        steps.append(f"stamps of lines left aside: {len(found) - stamped} of {len(found)} lines have none")
-    return Told(_sorted(_by_clock(path, found), steps), [*steps, "time by the clock in RMC, GGA or ZDA"])
+    if 2 * stamped < len(found):
+        if stamped:
+            steps.append(f"stamps of lines left aside: {len(found) - stamped} of {len(found)} lines have none")
+        steps.append("time by the clock in RMC, GGA or ZDA")
+        return Told(_sorted(_by_clock(path, found), steps), steps, None, counts)
+    timed = _by_stamp(found)
+    if stamped < len(found):
+        counts["untimed"] = len(found) - len(timed)
+        steps.append(
+            f"{len(found) - stamped} of {len(found)} sentences have no stamp: {len(timed) - stamped} of them have that "
+            f"of the lines about them, {len(found) - len(timed)} are left out"
+        )
+    first = min(t for t, _ in timed)
+    return Told(_sorted(timed, steps), steps, first if first > _DAY * 365 else None, counts)
 
 
-def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], list[str]]:
+def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], int, list[str]]:
     found: list[_Reading] = []
     others: Counter[str] = Counter()
     wrong, first = 0, ""
@@ -111,7 +125,7 @@ def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], list[st
     steps = [f"{wrong} of {len(lines)} lines are no valid sentence, the first: {first}"] if wrong else []
     if others:
         steps.append("left out: " + ", ".join(f"{count} {kind}" for kind, count in sorted(others.items())))
-    return found, steps
+    return found, wrong, steps
 
 
 def framed_kind(line: bytes) -> str:
@@ -134,6 +148,24 @@ def _stamp(prefix: bytes) -> float | None:
     return (said if said.tzinfo else said.replace(tzinfo=UTC)).timestamp()
 
 
+def _by_stamp(found: list[_Reading]) -> list[tuple[float, Mapping[str, float]]]:
+    """Times by the stamps; a line without one has that of its neighbours where both are the same, or is left out."""
+    after: list[float | None] = []
+    following: float | None = None
+    for one in reversed(found):
+        after.append(following)
+        following = one.stamp if one.stamp is not None else following
+    timed: list[tuple[float, Mapping[str, float]]] = []
+    before: float | None = None
+    for one, later in zip(found, reversed(after), strict=True):
+        if one.stamp is not None:
+            before = one.stamp
+            timed.append((one.stamp, one.values))
+        elif before is not None and before == later:
+            timed.append((before, one.values))
+    return timed
+
+
 def _by_clock(path: Path, found: list[_Reading]) -> Iterable[tuple[float, Mapping[str, float]]]:
     """Times from the clock told in between; the first told is 0 o'clock of its own day."""
     groups: list[tuple[float, list[Mapping[str, float]]]] = []
@@ -148,7 +180,11 @@ def _by_clock(path: Path, found: list[_Reading]) -> Iterable[tuple[float, Mappin
                 groups.append((told, early if not groups else []))
         (groups[-1][1] if groups else early).append(one.values)
     if len(groups) < 2:
-        raise DataError(f"{path}: no time: no TAG block with c:, no stamps, and {len(groups)} times in RMC, GGA, ZDA")
+        stamped = sum(one.stamp is not None for one in found)
+        raise DataError(
+            f"{path}: no time: a TAG block with c: or a stamp on {stamped} of {len(found)} lines, and "
+            f"{len(groups)} times in RMC, GGA, ZDA"
+        )
     ends = [*(t for t, _ in groups[1:]), 2.0 * groups[-1][0] - groups[-2][0]]
     for (start, group), end in zip(groups, ends, strict=True):
         many = Counter(name for values in group for name in values)

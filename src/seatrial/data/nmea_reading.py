@@ -23,7 +23,8 @@ def readings(sentence: Sentence) -> dict[str, float]:
     """What a sentence says, in SI and radians; null and invalid fields are left out.
 
     Names beyond those of a trial: latitude, longitude [deg]; u_log, v_log, v_stern and the same with _water;
-    gamma_T_bow, true wind from the bow; delta_port; rpm_<number>; time_of_day; depth is from the surface.
+    gamma_T_bow, true wind from the bow; delta_port; rpm_S_<number> of a shaft and rpm_E_<number> of an
+    engine; time_of_day; depth is from the surface.
     """
     reader = _READ.get(sentence.kind)
     found = reader(sentence) if reader else {}
@@ -79,7 +80,7 @@ _READ: Mapping[str, Callable[[Sentence], Mapping[str, float | None]]] = MappingP
     "ZDA": lambda s: {"time_of_day": s.number("time")},
     "RSA": lambda s: {"delta": _good(s, "stbdangle", "stbdstatus", _RAD),
                       "delta_port": _good(s, "portangle", "portstatus", _RAD)},
-    "RPM": lambda s: {f"rpm_{s['engineshaftnum']}": _good(s, "rpm", "status")},
+    "RPM": lambda s: {f"rpm_{'E' if s['source'] == 'E' else 'S'}_{s['engineshaftnum']}": _good(s, "rpm", "status")},
     "MWV": _told_wind,
     "DPT": _told_depth,
     "ROR": lambda s: {"delta_cmd": _good(s, "stbdrudderorder", "stbdrudderstatus", _RAD),

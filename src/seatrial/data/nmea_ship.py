@@ -22,7 +22,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any
 
 from .geodesy import Datum
 from .nmea import Sentence, encode
@@ -31,17 +31,11 @@ KNOT = 1852.0 / 3600.0
 MILE = 1852.0
 
 
-class Truth(Protocol):
-    """True values by name: x, y, psi, u, v_m, r, the controls, wind_x, wind_y, current_x, current_y, per_depth."""
-
-    def __getitem__(self, name: str, /) -> float: ...
-
-
 Measured = Mapping[str, float]
 """What instruments say, SI and radians, by these names; what none says is left out.
 
 t; psi; r; latitude, longitude [deg], chi, U of the antenna; u_w, v_w, u, v_m of the log; v_w_stern, v_stern;
-U_A, gamma_A; U_T, gamma_T_bow; below [m], from the transducer to the ground; the controls.
+U_A, gamma_A; U_T, gamma_T_bow; transducer [m], its depth, and below, from it to the ground; the controls.
 """
 
 NULL_ISLAND = Datum(0.0, 0.0)
@@ -61,6 +55,8 @@ class Fittings:
         rudders: controls that are rudders, port to starboard.
         shafts: controls that are propellers, port to starboard.
         mmsi: of the transponder.
+        simulator: whether sentences say that they come from a simulator; what listens to them then takes no position,
+            as RMC is void in every mode but those of a true receiver.
     """
 
     datum: Datum = NULL_ISLAND
@@ -72,6 +68,12 @@ class Fittings:
     rudders: tuple[str, ...] = ("delta",)
     shafts: tuple[str, ...] = ("n_P",)
     mmsi: int = 0
+    simulator: bool = False
+
+    @property
+    def mode(self) -> str:
+        """What sentences say of themselves: A, autonomous, or S, simulator."""
+        return "S" if self.simulator else "A"
 
     @property
     def numbers(self) -> Mapping[str, int]:
@@ -87,27 +89,6 @@ def compass(angle: float) -> float:
     return math.degrees(angle) % 360.0
 
 
-def measured(fit: Fittings, t: float, now: Truth) -> Measured:
-    """What faultless instruments would say at time `t` [s]."""
-    psi, u, v_m, r = now["psi"], now["u"], now["v_m"], now["r"]
-    forward, starboard = fit.antenna
-    c, s = math.cos(psi), math.sin(psi)
-    place = fit.datum.place(now["x"] + c * forward - s * starboard, now["y"] + s * forward + c * starboard)
-    along, across = u - starboard * r, v_m + forward * r
-    drift_u, drift_v = _ahead_aside(now["current_x"], now["current_y"], psi)
-    ahead, aside = _ahead_aside(now["wind_x"], now["wind_y"], psi)
-    log, stern = v_m + fit.log * r, v_m + fit.stern * r
-    below = {"below": 1.0 / now["per_depth"] - fit.transducer} if now["per_depth"] > 0.0 else {}
-    return {
-        "t": t, "psi": psi, "r": r, "latitude": place[0], "longitude": place[1],
-        "chi": psi + math.atan2(across, along), "U": math.hypot(along, across),
-        "u_w": u - drift_u, "v_w": log - drift_v, "u": u, "v_m": log, "v_w_stern": stern - drift_v, "v_stern": stern,
-        "U_A": math.hypot(ahead + u, aside + v_m), "gamma_A": math.atan2(aside + v_m, ahead + u),
-        "U_T": math.hypot(ahead, aside), "gamma_T_bow": math.atan2(aside, ahead), **below,
-        **{name: now[name] for name in (*fit.rudders, *fit.shafts)},
-    }  # fmt: skip
-
-
 def _scaled(m: Measured, name: str, factor: float) -> float | None:
     return m[name] * factor if name in m else None
 
@@ -121,7 +102,7 @@ def _heading(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
 
 
 def _heading_status(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    return (Sentence("HE", "THS", {"headt": compass(m["psi"]), "mi": "S"}),)
+    return (Sentence("HE", "THS", {"headt": compass(m["psi"]), "mi": fit.mode}),)
 
 
 def _turn(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
@@ -142,22 +123,24 @@ def _speeds(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
 def _course(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
     return (Sentence("GP", "VTG", {
         "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": None, "cogmUnit": "M", "sogn": m["U"] / KNOT,
-        "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": "S",
+        "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": fit.mode,
     }),)  # fmt: skip
 
 
 def _minimum(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
     moment = _clock(fit, m)
     return (Sentence("GP", "RMC", {
-        "time": _of_day(moment), "status": "A", "lat": m["latitude"], "lon": m["longitude"], "spd": m["U"] / KNOT,
-        "cog": compass(m["chi"]), "date": moment.date(), "mv": None, "mvEW": None, "posMode": "S", "navStatus": "V",
+        "time": _of_day(moment), "status": "V" if fit.simulator else "A", "lat": m["latitude"], "lon": m["longitude"],
+        "spd": m["U"] / KNOT, "cog": compass(m["chi"]), "date": moment.date(), "mv": None, "mvEW": None,
+        "posMode": fit.mode, "navStatus": "V",
     }),)  # fmt: skip
 
 
 def _fix(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
     return (Sentence("GP", "GGA", {
-        "time": _of_day(_clock(fit, m)), "lat": m["latitude"], "lon": m["longitude"], "quality": 8, "numSV": 12,
-        "HDOP": 1.0, "alt": 0.0, "altUnit": "M", "sep": 0.0, "sepUnit": "M", "diffAge": None, "diffStation": None,
+        "time": _of_day(_clock(fit, m)), "lat": m["latitude"], "lon": m["longitude"],
+        "quality": 8 if fit.simulator else 1, "numSV": 12, "HDOP": 1.0, "alt": 0.0, "altUnit": "M",
+        "sep": 0.0, "sepUnit": "M", "diffAge": None, "diffStation": None,
     }),)  # fmt: skip
 
 
@@ -170,19 +153,22 @@ def _date(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
 
 
 def _rudders(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    angles = [math.degrees(m[name]) for name in fit.rudders]
-    if not angles:
+    """The outer two; who is alone stands in the starboard field."""
+    starboard, port = fit.rudders[-1:], fit.rudders[:1] if len(fit.rudders) > 1 else ()
+    said = {"stbd": [m[name] for name in starboard if name in m], "port": [m[name] for name in port if name in m]}
+    if not any(said.values()):
         return ()
-    port = angles[0] if len(angles) > 1 else None
     return (Sentence("RC", "RSA", {
-        "stbdangle": angles[-1], "stbdstatus": "A", "portangle": port, "portstatus": "V" if port is None else "A",
+        key: value for side, angles in said.items()
+        for key, value in ((f"{side}angle", math.degrees(angles[0]) if angles else None),
+                           (f"{side}status", "A" if angles else "V"))
     }),)  # fmt: skip
 
 
 def _revolutions(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
     return tuple(Sentence("RC", "RPM", {
         "source": "S", "engineshaftnum": number, "rpm": 60.0 * m[name], "pitch": None, "status": "A",
-    }) for name, number in fit.numbers.items())  # fmt: skip
+    }) for name, number in fit.numbers.items() if name in m)  # fmt: skip
 
 
 def _wind(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
@@ -193,7 +179,7 @@ def _wind(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
 
 
 def _depth(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    return (Sentence("SD", "DPT", {"depth": m.get("below"), "offset": fit.transducer, "rangescale": None}),)
+    return (Sentence("SD", "DPT", {"depth": m.get("below"), "offset": m["transducer"], "rangescale": None}),)
 
 
 SPOKEN: Mapping[str, Callable[[Fittings, Measured], tuple[Sentence, ...]]] = MappingProxyType({
@@ -219,11 +205,6 @@ def _transponder(fit: Fittings, m: Measured) -> list[bytes]:
         "heading": round(compass(m["psi"])) % 360, "second": _clock(fit, m).second,
     }  # fmt: skip
     return [line.encode() + b"\r\n" for line in encode_dict(said, talker_id="AI", sentence_type="VDO")]
-
-
-def _ahead_aside(north: float, east: float, psi: float) -> tuple[float, float]:
-    c, s = math.cos(psi), math.sin(psi)
-    return north * c + east * s, east * c - north * s
 
 
 def _clock(fit: Fittings, m: Measured) -> datetime:

@@ -78,10 +78,10 @@ def read(path: Path, aboard: Aboard | None = None) -> Trial:
     datum = _positions(channels, raw, psi, aboard, steps)
     _velocities(channels, raw, psi, r, aboard, steps)
     channels["r"] = r
-    _controls(channels, raw)
+    _controls(channels, raw, steps)
     _around(channels, raw, psi)
     where = {} if datum is None else {"datum": {"latitude": datum.latitude, "longitude": datum.longitude}}
-    meta = {**CONVENTIONS, **told_meta(told), **where, **aboard.meta, "processing": steps}
+    meta = {**CONVENTIONS, **told_meta(told), **where, **aboard.meta, "lines": dict(told.lines), "processing": steps}
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
     # seconds since 1970 are told to a quarter of a microsecond only
     return Trial(path.stem, np.round(t - t[0], 6), known, {}, meta)
@@ -134,8 +134,8 @@ def _velocities(
         channels["U_G"], channels["gamma_G"] = raw["U_G"], unwrapped(raw["gamma_G"])
 
 
-def _controls(channels: dict[str, Array], raw: Mapping[str, Array]) -> None:
-    """Rudders and shafts, numbered port to starboard where there are several."""
+def _controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[str]) -> None:
+    """Rudders and shafts, numbered port to starboard where there are several; engines where no shaft is told of."""
     for name in ("delta", "delta_cmd"):
         starboard, port = raw.get(name), raw.get(name.replace("delta", "delta_port"))
         suffix = name.removeprefix("delta")
@@ -143,9 +143,15 @@ def _controls(channels: dict[str, Array], raw: Mapping[str, Array]) -> None:
             channels[f"delta_1{suffix}"], channels[f"delta_2{suffix}"] = port, starboard
         elif starboard is not None:
             channels[name] = starboard
-    shafts = sorted((int(name[4:]) for name in raw if name.startswith("rpm_")), key=lambda k: k if k % 2 else -k)
-    for place, number in enumerate(shafts, 1):
-        channels["n_P" if len(shafts) == 1 else f"n_P_{place}"] = raw[f"rpm_{number}"] / 60.0
+    told = [name for name in raw if name.startswith("rpm_")]
+    of = "rpm_S_" if any(name.startswith("rpm_S_") for name in told) else "rpm_E_"
+    numbers = [int(name.removeprefix(of)) for name in told if name.startswith(of)]
+    if told and of == "rpm_E_":
+        steps.append("revolutions are those of the engine; the shaft is taken to turn as fast")
+    elif len(numbers) < len(told):
+        steps.append("revolutions are those of the shaft; what RPM says of the engine is left out")
+    for place, number in enumerate(sorted(numbers, key=lambda k: k if k % 2 else -k), 1):
+        channels["n_P" if len(numbers) == 1 else f"n_P_{place}"] = raw[f"{of}{number}"] / 60.0
 
 
 def _around(channels: dict[str, Array], raw: Mapping[str, Array], psi: Array) -> None:

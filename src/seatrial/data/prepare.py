@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
+import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -152,7 +153,17 @@ def resample(trial: Trial, dt: float) -> Trial:
         name: _resampled(trial.t, _averaged(trial.t, smooth, dt) if wide else smooth, t)
         for name, smooth in ((name, _continuous(name, values)) for name, values in trial.channels.items())
     }
-    return replace(trial, t=t, channels=channels).noting(f"resampled to {dt:g} s")
+    return replace(trial, t=t, channels=channels, file=None).noting(f"resampled to {dt:g} s")
+
+
+def resampling(dt: float, *trials: Trial) -> str:
+    """What a user does who needs trials on steps of `dt` [s]: a command to paste, where their files are known."""
+    files = [trial.file for trial in trials if trial.file is not None]
+    if len(files) < len(trials):
+        return f"make it a trial file (seatrial import) and resample that: seatrial resample FILE --dt {dt:g} -o DIR"
+    folder = files[0].parent if files[0].parent.name else files[0].parent.resolve()
+    beside = folder.with_name(f"{folder.name}_{dt:g}s")
+    return f"run: {shlex.join(['seatrial', 'resample', *map(str, files), '--dt', f'{dt:g}', '-o', str(beside)])}"
 
 
 def split(
@@ -198,7 +209,7 @@ def froude_scaled(trial: Trial, ratio: float) -> Trial:
         meta["L_pp"] = meta["L_pp"] * ratio
     if "scale" in meta:
         meta["scale"] = meta["scale"] / ratio
-    out = replace(trial, t=trial.t * root, channels=channels, units=units, meta=meta)
+    out = replace(trial, t=trial.t * root, channels=channels, units=units, meta=meta, file=None)
     return out.noting(f"scaled to a ship {ratio:g} times as long at equal Froude number")
 
 

@@ -26,8 +26,9 @@ import numpy as np
 from ..parameters import unknown
 from . import UNITS, Array, DataError, Trial, unwrapped
 from .geodesy import Datum
+from .prepare import to_body
 from .robot_files import Message, opened
-from .robot_messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, Told, began, told
+from .robot_messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, Told, began, earth_fixed, told
 from .sidecar import CONVENTIONS
 from .units import standard_unit
 
@@ -96,9 +97,9 @@ def read(path: Path, topics: Topics | None = None) -> Trial:
     steps = [f"imported from {', '.join(f'{t} ({series[t].kind})' for t in sorted(series))}"]
     if not keep.all():
         steps.append(f"{int((~keep).sum())} messages left out whose time was there already")
-    channels = _motion(path, rows, series, chosen)
-    datum, placed = _place(rows, series, chosen, topics, channels)
-    steps += placed
+    channels, turned = _motion(path, rows, series, chosen)
+    datum, placed = _place(path, rows, series, chosen, topics, channels)
+    steps += turned + placed
     channels |= _numbers(path, rows, series, topics)
     meta = {**CONVENTIONS, **_frames(series, chosen), **rows.start, **note.get("meta", {}), **topics.meta}
     if datum is not None and "datum" not in meta:
@@ -180,8 +181,8 @@ class _Rows:
 
 def _motion(
     path: Path, rows: _Rows, series: Mapping[str, _Series], chosen: Mapping[str, str | None]
-) -> dict[str, Array]:
-    """Pose and velocities; those of a twist where the odometry has none."""
+) -> tuple[dict[str, Array], list[str]]:
+    """Pose and velocities, those of a twist where the odometry has none; and what was done to them."""
     channels: dict[str, Array] = {}
     odometry, twist = chosen[ODOMETRY], chosen[TWIST]
     if odometry is not None:
@@ -191,11 +192,21 @@ def _motion(
             del channels["phi"]
     if twist is not None and not any(np.isfinite(channels.get(n, math.nan)).any() for n in ("u", "v_m", "r")):
         channels |= {n: rows.moved(series[twist], n) for n in ("u", "v_m", "r")}
-    return channels
+        frame = series[twist].said[0].frames[0]
+        if earth_fixed(frame):
+            psi = channels.get("psi")
+            if psi is None or not np.isfinite(psi).any():
+                wanted = "give an odometry with the heading, or the velocity in the ship's own frame"
+                raise DataError(f"{path}: {twist} is in the earth's frame '{frame}', and no heading is known; {wanted}")
+            # told as ahead and to starboard, it was east and, but for the sign, north
+            east, north = channels["u"], -channels["v_m"]
+            channels["u"], channels["v_m"] = to_body(north, east, psi)
+            return channels, [f"u, v_m: turned from '{frame}' into the ship's axes by psi"]
+    return channels, []
 
 
 def _place(
-    rows: _Rows, series: Mapping[str, _Series], chosen: Mapping[str, str | None], topics: Topics,
+    path: Path, rows: _Rows, series: Mapping[str, _Series], chosen: Mapping[str, str | None], topics: Topics,
     channels: dict[str, Array],
 ) -> tuple[Datum | None, list[str]]:  # fmt: skip
     """Where x and y are zero; positions from fixes where there is no odometry."""
@@ -210,13 +221,21 @@ def _place(
     first = Datum(float(latitude[k]), float(longitude[k]))
     if "x" in channels:
         x, y = float(channels["x"][k]), float(channels["y"][k])
-        return topics.datum or (Datum(*first.place(-x, -y)) if math.isfinite(x + y) else first), []
+        return topics.datum or (_zero(path, first, x, y) if math.isfinite(x + y) else first), []
     datum = topics.datum or first
     x, y = (np.full(len(rows.t), math.nan) for _ in range(2))
     for k in good.tolist():
         x[k], y[k] = datum.north_east(float(latitude[k]), float(longitude[k]))
     channels["x"], channels["y"] = x, y
     return datum, ["x, y are those of the antenna; midship is taken to be there"]
+
+
+def _zero(path: Path, fix: Datum, x: float, y: float) -> Datum:
+    """Where x and y are zero, as the odometry says that the fix is at (x, y)."""
+    try:
+        return Datum.seeing(fix.latitude, fix.longitude, x, y)
+    except DataError as error:
+        raise DataError(f"{path}: {error}") from None
 
 
 def _numbers(path: Path, rows: _Rows, series: Mapping[str, _Series], topics: Topics) -> dict[str, Array]:
@@ -242,6 +261,6 @@ def _frames(series: Mapping[str, _Series], chosen: Mapping[str, str | None]) -> 
     found: dict[str, str] = {}
     for kind, names in ((FIX, ("antenna",)), (TWIST, ("ship",)), (ODOMETRY, ("earth", "ship"))):
         topic = chosen[kind]
-        if topic is not None:
+        if topic is not None and not (kind == TWIST and earth_fixed(series[topic].said[0].frames[0])):
             found |= dict(zip(names, series[topic].said[0].frames, strict=True))
     return {"frames": found} if found else {}

@@ -9,6 +9,7 @@ not.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -46,6 +47,14 @@ class Told:
     stamp: int | None
     values: Mapping[str, float]
     frames: tuple[str, ...] = ()
+
+
+_EARTH = re.compile(r"(^|/)(map|odom|earth|world|utm|local_origin)(_\w*)?$|(^|[_/])enu($|[_/])")
+
+
+def earth_fixed(frame: str) -> bool:
+    """Whether a frame is by its name one of the earth, such as `map` or `odom`."""
+    return _EARTH.search(frame.lower()) is not None
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Checks of single channels and of the wind: gaps, clocks, steps, frozen values, degrees."""
+"""Checks of single channels and of the wind: gaps, clocks, steps, degrees."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import Trial
 from .prepare import complete
 
-_MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
+MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
+"""Channels that an instrument tells."""
+
 _DIRECTIONS = ("gamma_T", "gamma_A", "gamma_C")
 # No thruster turns faster than this [rad/s]; read as radians, one in degrees does.
 _SPIN = 4.0
@@ -35,10 +36,9 @@ def sensor_faults(trial: Trial) -> Iterator[Fault]:
     yield from _gap_faults(trial)
     yield from _time_faults(trial)
     yield from _angle_faults(trial)
-    for name in _MEASURED:
+    for name in MEASURED:
         if name in trial:
             yield from _step_faults(trial, name)
-            yield from _frozen_faults(trial, name)
 
 
 def _gap_faults(trial: Trial) -> Iterator[Fault]:
@@ -162,42 +162,6 @@ def _step_faults(trial: Trial, name: str) -> Iterator[Fault]:
             f"steps of {quantum:.3g} {trial.unit(name)}",
             "prefer integrated rates to differences of this channel, or smooth it",
         )  # fmt: skip
-
-
-def _frozen_faults(trial: Trial, name: str) -> Iterator[Fault]:
-    """A sensor that stands still while the ship moves, and one slower than the log."""
-    values = trial[name]
-    same = np.diff(values) == 0
-    if same.all() and name not in ("x", "y", "psi", "u", "v_m", "r"):
-        return  # a steady wind or an upright ship is legal, as in a simulated run
-    if "u" in trial:
-        same &= np.abs(trial["u"][1:]) > 0.2 * float(np.nanmax(np.abs(trial["u"]), initial=0.0))
-    start, length = _longest(same)
-    lasts = float(trial.t[start + length] - trial.t[start])
-    others = [n for n in _MEASURED if n != name and n in trial]
-    moving = any(np.unique(trial[n][start : start + length + 1]).size > length // 2 for n in others)
-    if length >= 20 and lasts >= max(2.0, 0.01 * trial.duration) and moving:
-        yield Fault(
-            "warning", name, "frozen sensor",
-            f"the same value {values[start]:.6g} for {lasts:.3g} s from t = {trial.t[start]:g} s",
-            "set these rows to gaps (NaN) or cut them",
-        )  # fmt: skip
-    elif name in ("x", "y", "psi") and 0.25 < float(np.mean(same)) < 0.98:
-        yield Fault(
-            "warning", name, "repeated values",
-            f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
-            "the sensor is slower than the log: keep its own samples, or smooth",
-        )  # fmt: skip
-
-
-def _longest(flags: NDArray[np.bool_]) -> tuple[int, int]:
-    """First index and length of the longest run of true flags."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
-    if edges.size == 0:
-        return 0, 0
-    starts, lengths = edges[::2], edges[1::2] - edges[::2]
-    k = int(np.argmax(lengths))
-    return int(starts[k]), int(lengths[k])
 
 
 def wind_faults(trial: Trial) -> Iterator[Fault]:

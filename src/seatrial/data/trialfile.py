@@ -12,6 +12,7 @@ import json
 import os
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -170,7 +171,7 @@ def _assemble(path: Path, units: Mapping[str, str], table: Array, lines: list[in
             kept[name] = unit
     t = channels.pop("t")
     check_time(path, "t", t, lines)
-    trial = Trial(path.stem, t, channels, kept, read_sidecar(path))
+    trial = Trial(path.stem, t, channels, kept, read_sidecar(path), path)
     if trial.meta.get("delta_positive") == "port_turn":
         trial = _starboard_positive(trial)
     return trial.noting(f"time continued over {added} empty rows at the end") if added else trial
@@ -179,7 +180,7 @@ def _assemble(path: Path, units: Mapping[str, str], table: Array, lines: list[in
 def _starboard_positive(trial: Trial) -> Trial:
     flipped = {n: -v for n, v in trial.channels.items() if re.fullmatch(r"delta(_\d+)?(_cmd)?", n)}
     out = trial.having(**flipped).noting("rudder sign turned: positive to starboard")
-    return Trial(out.name, out.t, out.channels, out.units, {**out.meta, "delta_positive": "starboard_turn"})
+    return replace(out, meta={**out.meta, "delta_positive": "starboard_turn"})
 
 
 def _check_writable(path: Path, trial: Trial) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
@@ -54,6 +54,7 @@ class Simulator:
         memory0: Array | None = None, lanewise: Array | None = None, t0: float = 0.0, every: int = 1,
         method: str = "rk4", threads: int | None = None,
         validity: Mapping[str, tuple[float, float]] | None = None,
+        judged: Callable[[Array], Mapping[str, Array]] | None = None,
     ) -> Rollout:  # fmt: skip
         """Integrate every lane and store every `every`-th step.
 
@@ -70,6 +71,8 @@ class Simulator:
             method: "rk4" or "euler"; a plant that cannot be traced goes by Euler's rule.
             threads: None takes `default_threads()`.
             validity: closed interval per state; a lane that leaves it fails from there on.
+            judged: from the stored values, what is held against the interval of a name in place of the state,
+                each of shape (lanes, rows).
         """
         lanes = state0.shape[0]
         packed = self.pack(series) if isinstance(series, np.ndarray) else series
@@ -82,7 +85,7 @@ class Simulator:
             threads=threads or default_threads(),
         )  # fmt: skip
         t = t0 + dt * every * np.arange(values.shape[1])
-        return _judged(t, values, self.system.states, validity or {})
+        return _judged(t, values, self.system.states, validity or {}, judged(values) if judged else {})
 
     def evaluate(self, state: Array, acting: Array, parameters: Array, lanewise: Array | None = None) -> Array:
         """Rates of each lane, one call of the right-hand side, shape (lanes, states)."""
@@ -183,12 +186,13 @@ def sensitivity(
 
 
 def _judged(
-    t: Array, values: Array, states: tuple[str, ...], validity: Mapping[str, tuple[float, float]]
-) -> Rollout:
+    t: Array, values: Array, states: tuple[str, ...], validity: Mapping[str, tuple[float, float]],
+    instead: Mapping[str, Array],
+) -> Rollout:  # fmt: skip
     """Find where lanes blew up or left their validity; blank what follows, let the others be."""
     bad = ~np.isfinite(values[:, :, : len(states)])
     for name, (low, high) in validity.items():
-        column = values[:, :, states.index(name)]
+        column = instead.get(name, values[:, :, states.index(name)])
         bad[:, :, states.index(name)] |= (column < low) | (column > high)
     if not bad.any():
         return Rollout(t, values)
@@ -196,6 +200,8 @@ def _judged(
     for lane in np.flatnonzero(bad.any(axis=(1, 2))):
         row = int(np.argmax(bad[lane].any(axis=1)))
         state = int(np.argmax(bad[lane, row]))
-        failures.append(Failure(int(lane), float(t[row]), states[state], float(values[lane, row, state])))
+        told, own = instead.get(states[state]), float(values[lane, row, state])
+        value = own if told is None or not np.isfinite(own) else float(told[lane, row])
+        failures.append(Failure(int(lane), float(t[row]), states[state], value))
         values[lane, row:] = np.nan
     return Rollout(t, values, tuple(failures))

@@ -23,7 +23,8 @@ from ..symbolic import cos, sin
 
 STATES = ("x", "y", "psi", "u", "v_m", "r")
 UNITS = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s",
-         "n_P": "1/s", "delta": "rad"}  # fmt: skip
+         "n_P": "1/s", "delta": "rad", "slow_wind_x": "m/s", "slow_wind_y": "m/s", "slow_n": "1/s",
+         "lead": "rad/s^2"}  # fmt: skip
 _PREFIXES = {"n": "1/s", "delta": "rad", "alpha": "rad", "f": "N", "X": "N", "Y": "N", "N": "N m"}
 
 

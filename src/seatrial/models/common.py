@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..environment import Environment, to_body, to_earth
+from ..environment import Environment, through_water, to_body, to_earth
 from ..forces import Flow, Force
 from ..parameters import Parts, Scalar
 from ..symbolic import cos, sin
@@ -34,8 +34,8 @@ class Surroundings(NamedTuple):
         """What a ship in `state` meets."""
         _, _, psi, u, v_m, r = state[:6]
         c, s = cos(psi), sin(psi)
-        u_C, v_C = to_body(environment.current_x, environment.current_y, c, s)
-        return cls(u, v_m, r, u - u_C, v_m - v_C, c, s, environment)
+        u_r, v_r = through_water(u, v_m, environment.current_x, environment.current_y, c, s)
+        return cls(u, v_m, r, u_r, v_r, c, s, environment)
 
     def flow(self, body: Any, n_P: Scalar = 0.0, delta: Scalar = 0.0) -> Flow:
         """The flow that force modules feel; `body` has rho, L_pp and d."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
@@ -12,6 +13,9 @@ from . import STATES
 from .common import Surroundings, thruster_controls, thruster_force, thruster_orders
 
 Row = tuple[Scalar, Scalar, Scalar]
+
+_LEAST_GYRATION = 0.1
+"""Radius of gyration in yaw over L_pp below which nothing is a ship: they have some 0.25."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +86,7 @@ class Inertia:
         )
         return surge, sway, yaw
 
-    def doubts(self, displaced: float = 0.0) -> tuple[str, ...]:
+    def doubts(self, displaced: float = 0.0, L_pp: float = 0.0) -> tuple[str, ...]:
         """What is physically doubtful about M, a sentence each; `displaced` is the mass of the ship [kg]."""
         found: list[str] = []
         a, b, c = (0.5 * (p + q) for p, q in (
@@ -99,6 +103,12 @@ class Inertia:
         for name, mass in (("11", self.m_11), ("22", self.m_22)):
             if mass < displaced:
                 found.append(f"m_{name} = {mass:g} kg is below the displaced {displaced:g} kg: added mass is negative")
+        if self.m_33 < displaced * (_LEAST_GYRATION * L_pp) ** 2:
+            radius = math.sqrt(self.m_33 / displaced)
+            found.append(
+                f"m_33 = {self.m_33:g} kg m^2 is that of a radius of gyration of {radius:.2g} m; "
+                f"ships have about a quarter of L_pp, here {0.25 * L_pp:.2g} m, and this one spins"
+            )
         return tuple(found)
 
 

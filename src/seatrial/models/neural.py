@@ -163,7 +163,7 @@ class Flight:
         held = np.repeat(x[:, None], back, axis=1)
         if recurrent(self.network.kind):
             return held
-        return np.where(memory[:, :1, None] > 0, memory[:, 1:].reshape(len(x), back, -1), held)
+        return np.where(memory[:, :1, None] > 0, memory[:, 1:].reshape(held.shape), held)
 
     def _begin(self, memory: Array, x: Array) -> None:
         self._start = None
@@ -207,5 +207,5 @@ def _to_body(acting: Array, which: slice, c: Array, s: Array) -> tuple[Array, Ar
 
 def _usable(network: Network) -> Network:
     if not network.trained:
-        raise ParameterError("the network has no weights yet; train it with seatrial identify")
+        raise ParameterError("the network is untrained; train it: seatrial identify STUDY.toml -o DIR")
     return network

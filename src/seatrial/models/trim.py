@@ -12,6 +12,7 @@ from ..data import Array
 from ..environment import CALM, Environment
 from ..parameters import ParameterError, Scalar, unknown
 from . import STATES, Model, Sampled, Stepped, follows, unit
+from .settled import begun
 
 STEERING = ("n_P", "delta")
 _ITERATIONS = 60
@@ -103,7 +104,7 @@ def trim(
 def point(
     model: Model | Sampled, state: Sequence[float], orders: Mapping[str, float], environment: Environment = CALM
 ) -> Trim:
-    """Any point, steady or not: the states of the model (those behind the first six zero where left out), and orders.
+    """Any point, steady or not: its states (those behind the first six settled where left out), and orders.
 
     Raises:
         ParameterError: an unknown order.
@@ -113,8 +114,10 @@ def point(
         if name not in known:
             raise ParameterError(unknown(name, known, "order"))
     search = _Search(model, known, dict(orders), (), state[3], state[2], environment)
-    missing = len(search.model.states) - len(state)
-    return search.told((*(float(x) for x in state), *([0.0] * missing)), dict(orders))
+    given = tuple(float(x) for x in state)
+    control = tuple(factor * orders.get(order, 0.0) for order, factor in follows(search.model))
+    whole = begun(search.model, given[: len(STATES)], control, environment)
+    return search.told((*given, *whole[len(given) :]), dict(orders))
 
 
 def next_sample(

@@ -80,8 +80,8 @@ def _numeric(value: Any) -> bool:
 def _weighted(path: Path, table: Mapping[str, Any], network: Network) -> Network:
     """The network with the weights that its table names; those of a save that was cut off count."""
     name, wanted = table["weights"], table.get("sha256")
-    if Path(name).name != name:
-        raise ShipError(f"{path}: network.weights is '{name}'; name a file beside the ship file")
+    if not isinstance(name, str) or not name or Path(name).name != name:
+        raise ShipError(f"{path}: network.weights is {name!r}; name a file beside the ship file")
     if wanted is None:
         raise ShipError(f"{path}: network: missing sha256, the digest of {name}")
     beside = path.parent / name
@@ -103,8 +103,11 @@ def _arrays(file: Path) -> dict[str, Any]:
     try:
         with np.load(file, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise ShipError(f"{file}: cannot be read as weights (.npz): {error}") from None
+    except OSError as error:
+        raise ShipError(f"{file}: cannot be read: {error.strerror or error}") from None
+    except (ValueError, EOFError, AttributeError, zipfile.BadZipFile):
+        remedy = "take it from the run that made the ship file, or train again"
+        raise ShipError(f"{file}: holds no weights, or is cut off or damaged; {remedy}") from None
 
 
 def network_lines(network: Network, name: str) -> Iterator[str]:
