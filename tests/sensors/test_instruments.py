@@ -9,7 +9,7 @@ import pytest
 
 from seatrial.environment import CHANNELS
 from seatrial.sensors import SensorError
-from seatrial.sensors.instruments import Anemometer, Feedback, Gnss, Gyro, RateGyro, SpeedLog
+from seatrial.sensors.instruments import Anemometer, EchoSounder, Feedback, Gnss, Gyro, RateGyro, SpeedLog
 from seatrial.sensors.stream import Errors
 from seatrial.sensors.suite import Suite, usual
 from seatrial.ships.files import load
@@ -180,13 +180,78 @@ def test_instruments_of_a_suite_err_independently_and_are_saved_and_restored():
             watch.restore(wrong)
 
 
+@pytest.mark.parametrize("rate", [0.2, 1.0, 5.0])
+def test_a_bias_that_is_called_back_has_the_same_variance_at_any_rate(rate):
+    error = Errors(walk=1.0, memory=1.0)
+    x = values(RateGyro(rate=rate, rate_of_turn=error), 8000.0 / rate, "r", dt=1.0 / rate)
+    # as many samples as are independent of each other decide how sure the variance is
+    independent = len(x) * math.tanh(1.0 / rate)
+    assert x[50:].var() == pytest.approx(0.5, rel=4.0 * math.sqrt(2.0 / independent))
+
+
+@pytest.mark.parametrize(("rate", "dt"), [(1.0, 1.0), (10.0, 1.0), (10.0, 0.1)])
+def test_outages_are_as_frequent_where_the_steps_are_slower_than_the_instrument(rate, dt):
+    gyro = RateGyro(rate=rate, outage_every=20.0, outage_length=1e-9)
+    asked = round(4000.0 / dt)
+    lost = asked - len(said(gyro, 4000.0, dt=dt))
+    # an outage of no length takes the sample in whose interval it falls
+    expected = asked * -math.expm1(-dt / 20.0)
+    assert lost == pytest.approx(expected, abs=4.0 * math.sqrt(expected))
+
+
+def test_noise_makes_no_speed_negative_and_of_no_wind_and_no_way_any_direction():
+    still = [r.values for _, r in said(Gnss(rate=10.0, velocity=Errors(noise=0.05), speed_quantum=0.05), 400.0)]
+    calm = [r.values for _, r in said(Anemometer(rate=10.0, wind=Errors(noise=0.3), speed_quantum=0.1), 400.0)]
+    for told, speed, course in ((still, "U", "chi"), (calm, "U_A", "gamma_A"), (calm, "U_T", "gamma_T_bow")):
+        assert min(one[speed] for one in told) == 0.0
+        quarters = np.histogram([one[course] for one in told], bins=4, range=(0.0, math.tau))[0]
+        assert quarters.min() > 0.8 * len(told) / 4
+    mean_square = np.mean([one["U_A"] ** 2 for one in calm])
+    assert mean_square == pytest.approx(2.0 * 0.09, rel=0.1)
+
+
+def test_the_resolution_of_speeds_and_directions():
+    receiver = Gnss(rate=10.0, velocity=Errors(noise=0.5), speed_quantum=0.25, course_quantum=0.1)
+    for _, reading in said(receiver, 20.0, truth=REST | {"u": 5.0}):
+        for name, quantum in (("U", 0.25), ("chi", 0.1)):
+            assert reading.values[name] / quantum == pytest.approx(round(reading.values[name] / quantum), abs=1e-9)
+
+
+def test_true_wind_is_that_of_the_weather_from_the_bow_whatever_she_does():
+    truth = {"wind_x": 8.0, "psi": math.radians(350.0), "u": 5.0, "v_m": -0.5, "r": 0.02}
+    told = once(Anemometer(at_x=-30.0, at_y=4.0), **truth)
+    assert (told["U_T"], told["gamma_T_bow"]) == pytest.approx((8.0, math.radians(10.0)))
+    assert set(once(Anemometer(motion=None), **truth)) == {"U_A", "gamma_A"}
+    # a vane that is turned to starboard shows the wind further to port
+    skew = once(Anemometer(skew=0.2), wind_x=8.0)
+    assert (skew["U_A"], skew["gamma_A"]) == pytest.approx((8.0, math.tau - 0.2))
+
+
+def test_the_echo_sounder_finds_the_ground_or_nothing():
+    sounder = EchoSounder(draught=5.0, reach=100.0)
+    assert once(sounder, per_depth=1 / 40.0) == pytest.approx({"transducer": 5.0, "below": 35.0})
+    for per_depth in (0.0, 1 / 106.0, 1 / 4.0):  # no ground, too deep, aground
+        assert once(sounder, per_depth=per_depth) == {"transducer": 5.0}
+    noisy = EchoSounder(rate=10.0, depth=Errors(noise=1.0, quantum=0.1))
+    found = [r.values["below"] for _, r in said(noisy, 100.0, truth=REST | {"per_depth": 1.0}) if "below" in r.values]
+    assert 0 < len(found) < 1000
+    assert min(found) >= 0.0
+    assert not [r for _, r in said(noisy, 10.0) if "below" in r.values]
+
+
+def test_the_log_tells_the_stern_where_it_is_asked_to():
+    truth = {"u": 5.0, "v_m": 0.2, "r": 0.01, "current_y": 0.5}
+    told = once(SpeedLog(at_x=10.0, stern_x=-40.0, ground=Errors()), **truth)
+    assert told == pytest.approx({"u_w": 5.0, "v_w": -0.2, "v_w_stern": -0.7, "u": 5.0, "v_m": 0.3, "v_stern": -0.2})
+
+
 def test_the_usual_instruments_of_a_ship_tell_her_controls():
     for name in ("kvlcc2", "milliampere"):
         ship = load(name)
         truth = REST | dict.fromkeys(ship.model.controls, 0.1)
         watch = usual(ship).start(0)
         told = {r.kind: r for k in range(200) for r in watch.read(k * 0.1, truth)}
-        assert set(told) == {"gnss", "gyro", "rate_gyro", "speed_log", "anemometer", "feedback"}
+        assert set(told) == {"gnss", "gyro", "rate_gyro", "speed_log", "anemometer", "echo_sounder", "feedback"}
         assert set(told["feedback"].values) == set(ship.model.controls)
 
 
@@ -202,6 +267,10 @@ def test_the_usual_instruments_of_a_ship_tell_her_controls():
         (lambda: Gyro().start(-1), "seed of -1"),
         (lambda: Suite(()).start(-1), "seed of -1"),
         (lambda: Errors(noise=-0.1), "noise of a sensor"),
+        (lambda: Gnss(speed_quantum=-1.0), "speed_quantum of the gnss is -1"),
+        (lambda: Anemometer(direction_quantum=math.nan), "direction_quantum of the anemometer"),
+        (lambda: Anemometer(skew=math.inf), "skew of the anemometer"),
+        (lambda: Feedback(of={"dleta": Errors()}), "no control 'dleta'; near: delta"),
         (lambda: Errors(bias=math.nan), "bias of a sensor"),
         (lambda: Errors(memory=0.0), "memory of a sensor"),
     ],

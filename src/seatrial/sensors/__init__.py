@@ -69,7 +69,7 @@ class Reading(NamedTuple):
     """What an instrument says.
 
     Attributes:
-        kind: kind of the instrument: gnss, gyro, rate_gyro, speed_log, anemometer or feedback.
+        kind: kind of the instrument: gnss, gyro, rate_gyro, speed_log, anemometer, echo_sounder or feedback.
         t: time at which it was true [s]; a late instrument says it later.
         values: by name, SI units and radians.
     """

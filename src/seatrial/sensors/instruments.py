@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import ClassVar
 
 from ..environment import to_body, to_earth
-from . import Truth
-from .stream import EXACT, Errors, Instrument
+from ..parameters import unknown
+from . import SensorError, Truth
+from .stream import EXACT, Errors, Instrument, direction, not_below_zero, rounded
 
 _NONE: Mapping[str, Errors] = MappingProxyType({})
 
@@ -25,14 +26,15 @@ def _velocity_at(truth: Truth, x: float, y: float) -> tuple[float, float]:
 class Gnss(Instrument):
     """A satellite receiver: position of its antenna and how that moves over ground.
 
-    It says x, y [m], speed over ground U [m/s] and course over ground chi [rad].  What it says of the antenna
-    differs from midship by the lever arm, in position and, as the ship turns, in velocity.
+    It says x, y [m], speed over ground U [m/s] and course over ground chi [rad], from 0 to 2 pi.  What it says of the
+    antenna differs from midship by the lever arm, in position and, as the ship turns, in velocity.  It measures the
+    velocity by its components: of a ship that lies still the course is any, and the speed is never below zero.
 
     Attributes:
         antenna_x, antenna_y: where the antenna stands ahead of midship and to starboard [m].
         position: errors of x and of y [m], independent of each other.
-        velocity: errors of the speed [m/s].
-        course: errors of the course [rad].
+        velocity: errors of the velocity to the north and to the east [m/s], independent of each other.
+        speed_quantum, course_quantum: resolution of U [m/s] and of chi [rad].
     """
 
     kind: ClassVar[str] = "gnss"
@@ -41,24 +43,30 @@ class Gnss(Instrument):
     antenna_y: float = 0.0
     position: Errors = EXACT
     velocity: Errors = EXACT
-    course: Errors = EXACT
+    speed_quantum: float = 0.0
+    course_quantum: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        not_below_zero(self, "speed_quantum", "course_quantum")
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with each value that it says."""
-        return {"x": self.position, "y": self.position, "U": self.velocity, "chi": self.course}
-
-    @property
-    def turns(self) -> tuple[str, ...]:
-        """The course is a direction."""
-        return ("chi",)
+        """What is wrong with position and velocity, north and east."""
+        return {"x": self.position, "y": self.position, "north": self.velocity, "east": self.velocity}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
-        """True x, y, U, chi of the antenna."""
+        """True position and velocity of the antenna, north and east."""
         c, s = math.cos(truth["psi"]), math.sin(truth["psi"])
         north, east = to_earth(self.antenna_x, self.antenna_y, c, s)
         v_north, v_east = to_earth(*_velocity_at(truth, self.antenna_x, self.antenna_y), c, s)
-        return truth["x"] + north, truth["y"] + east, math.hypot(v_north, v_east), math.atan2(v_east, v_north)
+        return truth["x"] + north, truth["y"] + east, v_north, v_east
+
+    def say(self, measured: Sequence[float]) -> dict[str, float]:
+        """x, y, U, chi."""
+        x, y, north, east = measured
+        return {"x": x, "y": y, "U": rounded(math.hypot(north, east), self.speed_quantum),
+                "chi": direction(math.atan2(east, north), self.course_quantum)}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,14 +82,13 @@ class Gyro(Instrument):
         """What is wrong with the heading."""
         return {"psi": self.heading}
 
-    @property
-    def turns(self) -> tuple[str, ...]:
-        """The heading is a direction."""
-        return ("psi",)
-
     def measure(self, truth: Truth) -> tuple[float, ...]:
         """True heading."""
         return (truth["psi"],)
+
+    def say(self, measured: Sequence[float]) -> dict[str, float]:
+        """The heading as a direction."""
+        return {"psi": direction(measured[0])}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,69 +115,139 @@ class SpeedLog(Instrument):
 
     Attributes:
         at_x, at_y: where the transducer is ahead of midship and to starboard [m].
-        water: errors of u_w and v_w.
-        ground: errors of u and v_m; None is a log without bottom track, which says nothing of them.
+        stern_x: where it tells the transverse speeds of the stern, v_w_stern and v_stern, ahead of midship (so below
+            zero) [m]; None is a log that does not.
+        water: errors of u_w, v_w and v_w_stern.
+        ground: errors of u, v_m and v_stern; None is a log without bottom track, which says nothing of them.
     """
 
     kind: ClassVar[str] = "speed_log"
 
     at_x: float = 0.0
     at_y: float = 0.0
+    stern_x: float | None = None
     water: Errors = EXACT
     ground: Errors | None = None
 
     @property
     def errors(self) -> Mapping[str, Errors]:
         """What is wrong with each value that it says."""
-        track = {} if self.ground is None else {"u": self.ground, "v_m": self.ground}
-        return {"u_w": self.water, "v_w": self.water, **track}
+        stern = ("_stern",) if self.stern_x is not None else ()
+        water = dict.fromkeys(("u_w", "v_w", *(f"v_w{name}" for name in stern)), self.water)
+        if self.ground is None:
+            return water
+        return {**water, **dict.fromkeys(("u", "v_m", *(f"v{name}" for name in stern)), self.ground)}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
-        """True speeds at the transducer, through the water and, with bottom track, over ground."""
+        """True speeds at the transducer and at the stern, through the water and, with bottom track, over ground."""
         u, v = _velocity_at(truth, self.at_x, self.at_y)
+        stern = () if self.stern_x is None else _velocity_at(truth, self.stern_x, 0.0)[1:]
         c, s = math.cos(truth["psi"]), math.sin(truth["psi"])
         u_C, v_C = to_body(truth["current_x"], truth["current_y"], c, s)
-        through = (float(u - u_C), float(v - v_C))
-        return through if self.ground is None else (*through, u, v)
+        through = (float(u - u_C), float(v - v_C), *(float(aside - v_C) for aside in stern))
+        return through if self.ground is None else (*through, u, v, *stern)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Anemometer(Instrument):
     """An anemometer on its mast: apparent wind speed U_A [m/s] and where it comes from, gamma_A [rad] from the bow.
 
-    It feels the motion of the mast: where the ship turns, a mast far from midship moves on its own.  The angle runs
-    from 0 to 2 pi clockwise.
+    It feels the motion of the mast: where the ship turns, a mast far from midship moves on its own.  Told how the mast
+    moves, it says true wind as well: U_T, and gamma_T_bow from the bow.  It measures the wind by its components, so no
+    speed is below zero.  Angles run from 0 to 2 pi clockwise.
 
     Attributes:
         at_x, at_y: where the mast stands ahead of midship and to starboard [m].
-        speed: errors of U_A.
-        direction: errors of gamma_A.
+        wind: errors of the apparent wind from ahead and from starboard [m/s], independent of each other.
+        motion: errors of what it is told of the motion of the mast, ahead and to starboard [m/s]; None is an
+            anemometer that says nothing of true wind.
+        skew: angle by which it is turned to starboard against the ship [rad].
+        speed_quantum, direction_quantum: resolution of the speeds [m/s] and of the angles [rad].
     """
 
     kind: ClassVar[str] = "anemometer"
 
     at_x: float = 0.0
     at_y: float = 0.0
-    speed: Errors = EXACT
-    direction: Errors = EXACT
+    wind: Errors = EXACT
+    motion: Errors | None = EXACT
+    skew: float = 0.0
+    speed_quantum: float = 0.0
+    direction_quantum: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        not_below_zero(self, "speed_quantum", "direction_quantum")
+        if not math.isfinite(self.skew):
+            raise SensorError(f"skew of the anemometer is {self.skew:g}; it must be finite")
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with each value that it says."""
-        return {"U_A": self.speed, "gamma_A": self.direction}
-
-    @property
-    def turns(self) -> tuple[str, ...]:
-        """The angle is a direction."""
-        return ("gamma_A",)
+        """What is wrong with wind and motion, ahead and to starboard."""
+        motion = {} if self.motion is None else {"u": self.motion, "v_m": self.motion}
+        return {"ahead": self.wind, "aside": self.wind, **motion}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
-        """True apparent wind at the mast."""
+        """True apparent wind at the mast, and how the mast moves."""
         u, v = _velocity_at(truth, self.at_x, self.at_y)
         c, s = math.cos(truth["psi"]), math.sin(truth["psi"])
         ahead, aside = to_body(truth["wind_x"], truth["wind_y"], c, s)  # where it comes from, times its speed
-        along, across = float(ahead + u), float(aside + v)
-        return math.hypot(along, across), math.atan2(across, along)
+        felt = (float(ahead + u), float(aside + v))
+        return felt if self.motion is None else (*felt, u, v)
+
+    def say(self, measured: Sequence[float]) -> dict[str, float]:
+        """U_A, gamma_A and, where the motion is known, U_T, gamma_T_bow."""
+        c, s = math.cos(self.skew), math.sin(self.skew)
+        ahead, aside = to_body(measured[0], measured[1], c, s) if self.skew else measured[:2]
+        U_A, gamma_A = self._told(float(ahead), float(aside))
+        if len(measured) == 2:
+            return {"U_A": U_A, "gamma_A": gamma_A}
+        U_T, gamma_T = self._told(float(ahead - measured[2]), float(aside - measured[3]))
+        return {"U_A": U_A, "gamma_A": gamma_A, "U_T": U_T, "gamma_T_bow": gamma_T}
+
+    def _told(self, ahead: float, aside: float) -> tuple[float, float]:
+        speed = rounded(math.hypot(ahead, aside), self.speed_quantum)
+        return speed, direction(math.atan2(aside, ahead), self.direction_quantum)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EchoSounder(Instrument):
+    """An echo sounder: how far the ground is below its transducer [m], and how deep the transducer is.
+
+    Where the water is too deep for it, it says the latter alone.
+
+    Attributes:
+        draught: of the transducer, below the waterline [m].
+        reach: the greatest depth below it that it finds [m].
+        depth: errors of what it finds.
+    """
+
+    kind: ClassVar[str] = "echo_sounder"
+
+    draught: float = 0.0
+    reach: float = math.inf
+    depth: Errors = EXACT
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        not_below_zero(self, "draught")
+        if not self.reach > 0.0:
+            raise SensorError(f"reach of the echo_sounder is {self.reach:g}; it must be above zero")
+
+    @property
+    def errors(self) -> Mapping[str, Errors]:
+        """What is wrong with the depth."""
+        return {"below": self.depth}
+
+    def measure(self, truth: Truth) -> tuple[float, ...]:
+        """True depth below the transducer; infinite in deep water."""
+        per_depth = truth["per_depth"]
+        return (1.0 / per_depth - self.draught if per_depth > 0.0 else math.inf,)
+
+    def say(self, measured: Sequence[float]) -> dict[str, float]:
+        """The depth of the transducer, and how far the ground is below it, where it is found."""
+        below, found = measured[0], {"transducer": self.draught}
+        return {**found, "below": below} if 0.0 <= below <= self.reach and math.isfinite(below) else found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,10 +264,16 @@ class Feedback(Instrument):
     controls: tuple[str, ...] = ("delta", "n_P")
     of: Mapping[str, Errors] = field(default_factory=lambda: _NONE)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in self.of:
+            if name not in self.controls:
+                raise SensorError(f"errors of the feedback: {unknown(name, self.controls, 'control')}")
+
     @property
     def errors(self) -> Mapping[str, Errors]:
         """What is wrong with each value that it says."""
-        return {name: self.of.get(name, Errors()) for name in self.controls}
+        return {name: self.of.get(name, EXACT) for name in self.controls}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
         """True values of the controls."""

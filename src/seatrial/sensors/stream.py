@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
@@ -30,8 +30,8 @@ class Errors:
         noise: standard deviation of white noise, drawn anew for each sample.
         bias: constant error.
         walk: growth of a wandering bias [unit/s^0.5]: after t seconds its variance is walk^2 t.
-        memory: time constant with which the wandering bias falls back [s]; its variance then stays below
-            walk^2 memory/2.  It never does by default.
+        memory: time constant with which the wandering bias falls back [s]; its variance then tends to
+            walk^2 memory/2, whatever the rate.  It never does by default.
         quantum: resolution; values are rounded to whole multiples of it.
 
     Raises:
@@ -96,16 +96,15 @@ class Instrument(ABC):
     @property
     @abstractmethod
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with each value that it says."""
-
-    @property
-    def turns(self) -> tuple[str, ...]:
-        """Values that are directions, told from 0 to 2 pi."""
-        return ()
+        """What is wrong with each value that it measures."""
 
     @abstractmethod
     def measure(self, truth: Truth) -> tuple[float, ...]:
-        """The true values in the order of `errors`."""
+        """The true values in the order of `errors`; a KeyError where there is no such value."""
+
+    def say(self, measured: Sequence[float]) -> dict[str, float]:
+        """What it makes of what it measured, errors included; by default just that."""
+        return dict(zip(self.errors, measured, strict=True))
 
     def start(self, seed: int = 0) -> Running:
         """One at work, from time 0 on.
@@ -124,8 +123,8 @@ class Running:
     def __init__(self, instrument: Instrument, seed: int) -> None:
         self.instrument, self.seed = instrument, seed
         self._rate, self._late = instrument.rate, instrument.latency - _SLACK / instrument.rate
-        self._names, errors = tuple(instrument.errors), instrument.errors.values()
-        self._figures = tuple((n, e, n in instrument.turns) for n, e in zip(self._names, errors, strict=True))
+        self._errors = tuple(instrument.errors.values())
+        self._exact = all(error is EXACT for error in self._errors)
         self._silent = instrument.loss > 0.0 or math.isfinite(instrument.outage_every)
         self._block, self._drawn, self._chances = -1, [[0.0]], [[0.0]]
         self.reset()
@@ -134,7 +133,7 @@ class Running:
         """Back to time 0."""
         self._next = 0
         self._last = 0
-        self._walked = [0.0] * len(self._names)
+        self._walked = [0.0] * len(self._errors)
         self._dark_until = -math.inf
         self._waiting: deque[Reading] = deque()
 
@@ -153,7 +152,7 @@ class Running:
 
     def snapshot(self) -> dict[str, Any]:
         """All that decides what it says from here on, for JSON."""
-        return {"next": self._next, "last": self._last, "walked": list(self._walked),
+        return {"kind": self.instrument.kind, "next": self._next, "last": self._last, "walked": list(self._walked),
                 "dark_until": self._dark_until if math.isfinite(self._dark_until) else None,
                 "waiting": [[reading.t, dict(reading.values)] for reading in self._waiting]}  # fmt: skip
 
@@ -167,10 +166,10 @@ class Running:
             dark = saved["dark_until"]
             waiting = [Reading(self.instrument.kind, float(t), dict(values)) for t, values in saved["waiting"]]
             walked = [float(value) for value in saved["walked"]]
-            following, last = int(saved["next"]), int(saved["last"])
+            following, last, kind = int(saved["next"]), int(saved["last"]), saved["kind"]
         except (KeyError, TypeError, ValueError):
             raise SensorError(f"not a saved {self.instrument.kind}; give what its snapshot gave") from None
-        if len(walked) != len(self._names) or any(set(reading.values) != set(self._names) for reading in waiting):
+        if kind != self.instrument.kind or len(walked) != len(self._errors):
             raise SensorError(f"saved state of another instrument than this {self.instrument.kind}")
         self._next, self._last, self._walked = following, last, walked
         self._dark_until = -math.inf if dark is None else float(dark)
@@ -180,27 +179,27 @@ class Running:
         number = math.floor(t * self._rate + _SLACK)
         elapsed = (number - self._last) / self._rate
         self._next, self._last = number + 1, number
-        drawn, values, walked = self._random(number), dict[str, float](), self._walked
-        true = self.instrument.measure(truth)
-        for k, (name, error, turning) in enumerate(self._figures):
-            value = true[k]
-            if error is not EXACT:
+        values: Sequence[float] = self.instrument.measure(truth)
+        if not self._exact:
+            drawn, walked = self._random(number), self._walked
+            for k, error in enumerate(self._errors):
                 if error.walk:
                     walked[k] = _wandered(walked[k], error, elapsed, drawn[2 * k + 1])
-                value += error.bias + walked[k] + error.noise * drawn[2 * k]
-                if error.quantum:
-                    value = round(value / error.quantum) * error.quantum
-            values[name] = _round_the_compass(value) if turning else value
-        if not (self._silent and self._lost(number, t)):
-            self._waiting.append(Reading(self.instrument.kind, t, values))
+            values = [
+                rounded(value + error.bias + walked[k] + error.noise * drawn[2 * k], error.quantum)
+                for k, (value, error) in enumerate(zip(values, self._errors, strict=True))
+            ]
+        if not (self._silent and self._lost(number, t, elapsed)):
+            self._waiting.append(Reading(self.instrument.kind, t, self.instrument.say(values)))
 
-    def _lost(self, number: int, t: float) -> bool:
-        """Whether this sample is never told."""
+    def _lost(self, number: int, t: float, elapsed: float) -> bool:
+        """Whether this sample, so long after the last one, is never told."""
         instrument = self.instrument
+        self._random(number)
         single, begins, length = self._chances[number % _BLOCK]
         if t < self._dark_until:
             return True
-        if begins < -math.expm1(-1.0 / (instrument.rate * instrument.outage_every)):
+        if begins < -math.expm1(-elapsed / instrument.outage_every):
             self._dark_until = t - instrument.outage_length * math.log1p(-length)
             return True
         return single < instrument.loss
@@ -210,19 +209,38 @@ class Running:
         block = number // _BLOCK
         if block != self._block:
             rng = np.random.default_rng([self.seed, block])
-            self._drawn = rng.standard_normal((_BLOCK, 2 * len(self._names))).tolist()
+            self._drawn = rng.standard_normal((_BLOCK, 2 * len(self._errors))).tolist()
             self._chances = rng.random((_BLOCK, 3)).tolist()
             self._block = block
         return self._drawn[number % _BLOCK]
 
 
 def _wandered(bias: float, error: Errors, elapsed: float, drawn: float) -> float:
-    """A wandering bias so much later."""
-    kept = 1.0 if math.isinf(error.memory) else math.exp(-elapsed / error.memory)
-    return kept * bias + error.walk * math.sqrt(elapsed) * drawn
+    """A wandering bias so much later; of the same variance however often it is asked."""
+    if math.isinf(error.memory):
+        return bias + error.walk * math.sqrt(elapsed) * drawn
+    grown = -0.5 * error.memory * math.expm1(-2.0 * elapsed / error.memory)
+    return math.exp(-elapsed / error.memory) * bias + error.walk * math.sqrt(grown) * drawn
 
 
-def _round_the_compass(angle: float) -> float:
-    """The same direction in [0, 2 pi)."""
-    found = angle % math.tau
+def rounded(value: float, quantum: float) -> float:
+    """The nearest multiple of a resolution; the value itself without one."""
+    return round(value / quantum) * quantum if quantum and math.isfinite(value) else value
+
+
+def direction(angle: float, quantum: float = 0.0) -> float:
+    """A direction in [0, 2 pi), to a resolution."""
+    found = rounded(angle % math.tau, quantum)
     return 0.0 if found >= math.tau else found
+
+
+def not_below_zero(instrument: Instrument, *names: str) -> None:
+    """Refuse figures of an instrument that are below zero or no number.
+
+    Raises:
+        SensorError: names the first.
+    """
+    for name in names:
+        value = getattr(instrument, name)
+        if not 0.0 <= value < math.inf:
+            raise SensorError(f"{name} of the {instrument.kind} is {value:g}; it must be zero or above, and finite")
