@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -15,10 +16,13 @@ from network_trials import untrained, virtual
 from seatrial.cli import main
 from seatrial.data.compositions import read_compositions
 from seatrial.data.trialfile import write_trial
-from seatrial.identify import StudyError
+from seatrial.identify import Problem, StudyError
 from seatrial.identify.series import is_series, read_series
 from seatrial.identify.series_run import FITS, left, members, run
+from seatrial.identify.training import NoTorchError, Training
+from seatrial.ships.files import load
 from seatrial.ships.writing import save
+from seatrial.validate.spread import NAME, load_members, spreads
 
 pytest.importorskip("torch")
 ROOT = Path(__file__).parents[2]
@@ -163,6 +167,87 @@ def test_a_folder_of_other_settings_is_refused(logs: Path, tmp_path: Path) -> No
         left(other, tmp_path)
 
 
+MIXED = TABLE.replace("[fits.physics]", """[fits.fitted]
+ship = "esso_osaka_3m_hybrid"
+train = ["random*"]
+
+[fits.fitted.estimator]
+type = "widths:Widths"
+window = 15.0
+iterations = 2
+parts = 2
+
+[fits.fitted.free]
+"hull.Y_v" = { prior = 0.3 }
+"residual_Y.d_n_N" = { sigma = 1.0 }
+
+[fits.physics]""")
+
+
+def torch_fails(monkeypatch: pytest.MonkeyPatch, error: ImportError) -> None:
+    """Let an import of PyTorch end with `error`."""
+
+    class Broken:
+        def find_spec(self, name: str, *_: object) -> None:
+            if name == "torch":
+                raise error
+
+    monkeypatch.delitem(sys.modules, "torch")
+    monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
+
+
+def test_without_pytorch_the_other_fits_are_made(
+    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    torch_fails(monkeypatch, ModuleNotFoundError("No module named 'torch'", name="torch"))
+    out = tmp_path / "run"
+    assert main(["identify", str(written(logs, MIXED)), "-o", str(out)]) == 1
+    said = capsys.readouterr().err
+    reason = "memory, none: estimator: training needs PyTorch; pip install 'seatrial[neural]'"
+    assert f"3 of 4 fits failed, first {reason}" in said
+    found = json.loads((out / "report.json").read_text(encoding="utf-8"))
+    assert found["failed"] == [reason]
+    assert [key for key, model in found["models"].items() if model["seeds"]] == ["fitted", "physics"]
+    assert [path.name for path in (out / FITS).iterdir()] == ["fitted"]
+
+
+def test_a_hybrid_has_members_that_judge_the_tests(
+    logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "run"
+    assert main(["identify", str(written(logs, MIXED)), "--only", "fitted", "-o", str(out), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    folder = out / FITS / "fitted" / "one"
+    assert {p.name for p in folder.iterdir()} == {"fit.json", "history.csv", "model.toml", "run.json", "spread.npz"}
+    told = spreads(load_members(folder / NAME, load(folder / "model.toml")), load(folder / "model.toml"),
+                   [virtual(4, 30.0)])[0]  # fmt: skip
+    assert found["spread"]["fitted"]["random"]["ratio"] == pytest.approx(told.ratio)
+    assert "What the hybrids say of the tests" in (out / "report.html").read_text(encoding="utf-8")
+    status = found["models"]["fitted"]["seeds"][0]["status"]
+    assert f"prior width {found['models']['fitted']['width']:g} by left-out" in status
+    assert found["models"]["physics"]["width"] is None
+
+
+def test_what_is_refused_leaves_no_folder(logs: Path, tmp_path: Path) -> None:
+    series = read_series(written(logs, MIXED.replace("parts = 2", "parts = 3")))
+    with pytest.raises(StudyError, match="parts is 3; there are 2 recordings"):
+        run(left(series, tmp_path / "run", ["fitted"]), series, tmp_path / "run", told=lambda _: None)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("error", "said"), [
+    (ModuleNotFoundError("No module named 'torch'", name="torch"), "needs PyTorch; pip install 'seatrial[neural]'"),
+    (ModuleNotFoundError("No module named 'sympy'", name="sympy"), "fails to load: No module named 'sympy'"),
+    (ImportError("libcudart.so.12: cannot open", name="torch._C"), "fails to load: libcudart.so.12"),
+])  # fmt: skip
+def test_only_a_missing_torch_is_told_as_such(monkeypatch: pytest.MonkeyPatch, error: ImportError, said: str) -> None:
+    torch_fails(monkeypatch, error)
+    with pytest.raises(NoTorchError) as caught:
+        Training().fit(Problem(untrained(), (virtual(1, 30.0),), ()))
+    assert said in str(caught.value)
+    assert ("needs PyTorch" in str(caught.value)) == (error.name == "torch")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -176,6 +261,9 @@ def test_a_folder_of_other_settings_is_refused(logs: Path, tmp_path: Path) -> No
         ("epochs = 2", "epochs = 0", "1 or more"),
         ('test = { random = "random 4" }', "test = {}", "data.test"),
         ('fits = ["none", "physics"]', 'fits = ["non"]', "none"),
+        ('settings."training:Training"', 'settings."shooting:Trajectory"', "quick.settings: no estimator among"),
+        ('fits = ["none", "physics"]', 'fits = ["physics"]', "no estimator among its fits 'training:Training'"),
+        ("seeds = [7]", 'title = "memory"', "fits.memory.title: two fits are called 'memory'"),
         ("restart = 20.0", "restart = 0", "report.restart"),
         ("seeds = [1, 2]", "seeds = []", "seeds"),
     ],
@@ -237,6 +325,8 @@ def test_the_rehearsal_of_the_study(tmp_path: Path, capsys: pytest.CaptureFixtur
     published = found["models"]["published"]["mean"]
     assert published["together"] == pytest.approx(0.518, abs=0.001)  # the library's ship does not change
     assert found["models"]["mmg-little"]["mean"]["together"] < published["together"]
+    assert len(found["models"]["hybrid-little"]["seeds"][0]["history"]) <= 3  # its own settings of the budget
+    assert found["models"]["hybrid-little"]["width"] == 0.0
     seconds = {name: sum(trial_seconds(name)) for name in ("TZB", "TZRB")}
     assert seconds == {"TZB": pytest.approx(2562.9, abs=2.0), "TZRB": pytest.approx(2536.3, abs=2.0)}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -260,9 +261,9 @@ def without(trial: Trial, *names: str) -> Trial:
 
 
 BAD = [
-    (lambda p: replace(p, trials=(without(virtual(1), "U_T"),)), {}, "no channel U_T"),
+    (lambda p: replace(p, trials=(without(virtual(1), "U_T"),)), {}, "no values of U_T; the network takes the wind"),
     (lambda p: replace(p, trials=(replace(virtual(1), t=2.0 * virtual(1).t),)), {},
-     r"sampled every 0.2 s, the network runs at 0.1 s only; run seatrial resample random 1 --dt 0.1 -o DIR"),
+     r"sampled every 0.2 s, the network runs at 0.1 s only; make it a trial file"),
     (lambda p: replace(p, trials=(virtual(1).rows(slice(0, 15)),)), {}, "15 rows; a window takes 20"),
     (lambda p: replace(p, validation=(virtual(9).rows(slice(0, 15)),)), {}, "15 rows; a window takes 20"),
     (lambda p: p, {"horizon": 3}, "horizon is 3 rows; the network looks back on 3"),
@@ -298,6 +299,39 @@ def test_a_gap_is_left_out() -> None:
     r[300] = np.nan
     told = replace(problem(), trials=(replace(virtual(1), channels={**virtual(1).channels, "r": r}),))
     assert np.isfinite(Training(**SMALL).fit(told).objective)
+
+
+@pytest.mark.parametrize("name", ["r", "n_P", "U_T"])
+def test_what_was_filled_is_no_data(name: str) -> None:
+    from seatrial.identify.training_data import Rows
+
+    values = virtual(1)[name].copy()
+    values[300:310] = np.nan
+    model: Any = untrained().model
+    found = Rows.of([virtual(1).having(**{name: values})], model, False, 20)
+    starts = found.starts(20, 1)
+    assert not ((starts > 300 - 20) & (starts < 310)).any()
+    assert len(starts) == len(virtual(1)) - 19 - 29
+
+
+def test_the_remedy_for_another_step_runs_as_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from seatrial.cli import main
+    from seatrial.data.prepare import resample
+    from seatrial.data.trialfile import read_trial, write_trial
+
+    monkeypatch.chdir(tmp_path)
+    Path("a log").mkdir()
+    files = [Path("a log") / f"random {seed}.csv" for seed in (1, 2)]
+    for seed, file in enumerate(files, start=1):
+        write_trial(resample(virtual(seed), 0.2), file)
+    coarse = tuple(map(read_trial, files))
+    with pytest.raises(DataError, match=r"random 1: .*\(and 1 more alike\).*run: seatrial resample") as refused:
+        Training(**SMALL).fit(replace(problem(), trials=coarse))
+    program, *arguments = shlex.split(str(refused.value).partition("run: ")[2])
+    assert program == "seatrial"
+    assert main(arguments) == 0
+    fine = tuple(read_trial(Path("a log_0.1s") / file.name) for file in files)
+    assert np.isfinite(Training(**SMALL).fit(replace(problem(), trials=fine)).objective)
 
 
 def test_without_torch_it_names_the_extra() -> None:
@@ -362,19 +396,18 @@ def test_a_study_ends_with_a_model_that_predicts(tmp_path: Path) -> None:
 def test_killed_at_random_moments_it_ends_with_the_same_weights(tmp_path: Path) -> None:
     path = study(tmp_path, 60)
     command = [sys.executable, "-m", "seatrial", "identify", str(path), "-o"]
-    began = time.perf_counter()
     subprocess.run([*command, str(tmp_path / "whole")], check=True, capture_output=True)
-    length, rng = time.perf_counter() - began, np.random.default_rng()
-    kills = 0
-    for _ in range(6):
-        job = subprocess.Popen([*command, str(tmp_path / "killed")], stderr=subprocess.DEVNULL)
-        try:
-            job.wait(float(rng.uniform(0.3, 1.0)) * length)
-        except subprocess.TimeoutExpired:
+    rng = np.random.default_rng()
+    epochs = sorted((rng.choice(50, 3, replace=False) + 2).tolist())
+    for epoch in epochs:
+        with subprocess.Popen([*command, str(tmp_path / "killed")], stderr=subprocess.PIPE, text=True) as job:
+            assert job.stderr
+            lines = (line for line in job.stderr if line.startswith("iteration"))
+            assert any(int(line.split()[1].rstrip(":")) >= epoch for line in lines)
+            time.sleep(float(rng.uniform(0.0, 0.05)))
             job.send_signal(signal.SIGKILL)
-            job.wait()
-            kills += 1
+        assert job.returncode == -signal.SIGKILL, epochs
+        assert not (tmp_path / "killed" / "weights.npz").exists()
     subprocess.run([*command, str(tmp_path / "killed")], check=True, capture_output=True)
-    assert kills
     with np.load(tmp_path / "whole" / "weights.npz") as a, np.load(tmp_path / "killed" / "weights.npz") as b:
         assert all(np.array_equal(a[name], b[name]) for name in a.files)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from seatrial.data import Trial
-from seatrial.identify import Loss, Problem, StudyError
+from seatrial.identify import Fit, Loss, Problem, StudyError
 from seatrial.identify.resume import ResumeError, forget
+from seatrial.identify.shooting import Trajectory
 from seatrial.identify.widths import Widths
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
@@ -63,10 +64,72 @@ def test_settings_that_cannot_be(given: dict[str, object], told: str) -> None:
 
 def test_problems_that_leave_nothing_to_choose() -> None:
     one = trials(BARE, 0.0, 25.0)
-    with pytest.raises(StudyError, match="2 trials to leave out"):
+    with pytest.raises(StudyError, match="2 recordings to leave out"):
         Widths(window=20.0).fit(problem(one[:2]))
     with pytest.raises(StudyError, match="vary fits no free parameter"):
         Widths(window=20.0, vary=("rudder.*",)).fit(problem(one))
+
+
+def test_a_varied_parameter_needs_a_prior() -> None:
+    flat = Free("residual_N.d_n_N", 0.0, low=-1.0, high=1.0)
+    made = replace(problem(trials(BARE, 0.0, 25.0)), free=(*FREE[:2], flat))
+    with pytest.raises(StudyError, match=r"residual_N\.d_n_N has no prior whose width"):
+        Widths(window=20.0).fit(made)
+
+
+@pytest.fixture
+def fitted(monkeypatch) -> list[Problem]:
+    """What was fitted, with the fits left out."""
+    found: list[Problem] = []
+
+    def fit(self: Trajectory, given: Problem, **_: object) -> Fit:
+        found.append(given)
+        p, none = np.array([f.start for f in given.free]), np.zeros(0)
+        return Fit(given.ship, given.free, p, none, none, none, (), (), none, 0.0, 0.0, 1, "stopped", "")
+
+    monkeypatch.setattr(Trajectory, "fit", fit)
+    return found
+
+
+def test_parts_of_one_recording_are_left_out_together(fitted: list[Problem]) -> None:
+    names = ("turn_14-Sep-2020_15_58_08", "turn_cut_14-Sep-2020_15_58_08", "random_06-Aug-2020_16_24_25_4",
+             "random_06-Aug-2020_16_24_25_6")  # fmt: skip
+    made = tuple(replace(t, name=name) for t, name in zip(trials(BARE, 0.0, 25.0), names, strict=True))
+    Widths(window=20.0, widths=(0.0, 1.0), parts=2)._scores(problem(made), None)
+    left = [sorted(t.name for t in one.trials) for one in fitted]
+    assert left == [sorted(names[:2]), sorted(names[2:])] * 2
+    with pytest.raises(StudyError, match=r"parts is 3; there are 2 recordings to leave out \(the 4 trials are parts"):
+        Widths(window=20.0).fit(problem(made))
+
+
+def test_left_out_trials_weigh_what_they_weigh_in_the_fit(fitted: list[Problem]) -> None:
+    made = trials(BARE, 0.3, 25.0)
+    plain, estimator = problem(made), Widths(window=20.0, parts=2)
+    errors = {t.name: estimator._judge(plain, [t], dict(plain.loss.sigma)).standardised(np.array([Y_v, 0.0, 0.0]))
+              for t in made}  # fmt: skip
+    assert estimator._left_out(plain, 1.0) == pytest.approx(np.mean(list(errors.values())))
+    weighty = replace(plain, loss=replace(plain.loss, weights={"turn_1": 3.0}))
+    expected = sum(error * (3.0 if name == "turn_1" else 1.0) for name, error in errors.items()) / 6.0
+    assert estimator._left_out(weighty, 1.0) == pytest.approx(expected)
+    assert expected != pytest.approx(np.mean(list(errors.values())), rel=1e-3)
+
+
+def test_without_width_the_parameters_stand_at_the_mean_of_their_prior(fitted: list[Problem]) -> None:
+    shifted = (FREE[0], replace(FREE[1], prior=0.2), FREE[2])
+    ship = BARE.having({"residual_Y.d_n_N": 0.7, "residual_N.d_n_N": -0.4})
+    fit = Widths(widths=(0.0,), parts=2).fit(replace(problem(trials(BARE, 0.0, 25.0)), ship=ship, free=shifted))
+    assert fit.status == "stopped; prior width 0, the only one given"
+    assert [f.path for f in fit.free] == ["hull.Y_v"]
+    assert fit.ship.model.residual_Y.get("d_n_N") == 0.2
+    assert fit.ship.model.residual_N.get("d_n_N") == 0.0
+    (given,) = fitted
+    assert given.ship.model.residual_Y.get("d_n_N") == 0.2
+
+
+def test_a_finished_fit_tells_its_width() -> None:
+    estimator, given = Widths(), problem(())
+    assert estimator.chosen(given, {"hull.Y_v": 1.0}) == 0.0
+    assert estimator.chosen(given, {"hull.Y_v": 1.0, FREE[1].path: 0.3, FREE[2].path: 0.3}) == pytest.approx(0.3)
 
 
 @pytest.fixture

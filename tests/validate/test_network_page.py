@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,15 @@ import pytest
 from seatrial.data import Trial
 from seatrial.environment import Uniform
 from seatrial.identify.series import Claim, Published, Row, Series
+from seatrial.identify.series_run import Member
 from seatrial.manoeuvres.turning import Turning
 from seatrial.replay import replay
 from seatrial.ships.files import load
 from seatrial.simulate import simulate
 from seatrial.validate.comparison import constant_velocity
 from seatrial.validate.metrics import standardised
-from seatrial.validate.network_page import write
+from seatrial.validate.network_figures import seeds, validation
+from seatrial.validate.network_page import document, write
 from seatrial.validate.network_scores import BASELINE, TOGETHER, Standing, Table, judged, outcomes
 
 SIGMA = {"x": 10.0, "y": 4.0, "psi": 2.0, "u": 0.1, "v_m": 0.05, "r": 0.02}
@@ -50,10 +53,28 @@ def verdict(better: tuple[float, ...], worse: tuple[float, ...], factor: float =
         ((1.0, 1.2, 0.8), (0.9, 1.1, 0.85), 1.0, "within the spread of the seeds"),
         ((1.0, 1.01, 0.99), (0.5, 0.51, 0.49), 1.0, "does not hold"),
         ((), (1.0,), 1.0, "not run"),
+        # no worse, with a margin of a tenth
+        ((1.0,), (0.95,), 0.9, "holds"),
+        ((1.0,), (0.89,), 0.9, "does not hold"),
+        ((1.0, 1.01, 0.99), (0.95, 0.96, 0.94), 0.9, "holds"),
+        # whoever is better by less than the seeds scatter has not won either
+        ((1.0, 1.2, 0.8), (1.05, 1.25, 0.85), 1.0, "within the spread of the seeds"),
+        ((1.0, 1.01, 0.99), (1.5, 1.51, 1.49), 1.0, "holds"),
     ],
 )
 def test_a_claim(better: tuple[float, ...], worse: tuple[float, ...], factor: float, said: str) -> None:
     assert verdict(better, worse, factor) == said
+
+
+def test_no_credit_to_a_residual_that_was_not_used() -> None:
+    bare, wide = (replace(standing("a", 1.0), title="hybrid", width=width) for width in (0.0, 0.3))
+    claim = Claim("", "a", "b", ("random",), 1.0)
+    table = Table(("random",), (bare, standing("b", 2.0)), (), SIGMA)
+    assert outcomes(table, claim)[0].verdict == "holds without residual"
+    assert outcomes(replace(table, standings=(wide, standing("b", 2.0))), claim)[0].verdict == "holds"
+    assert outcomes(replace(table, standings=(bare, standing("b", 0.5))), claim)[0].verdict == "does not hold"
+    assert (bare.name, wide.name) == ("hybrid: no residual", "hybrid: residual width 0.3")
+    assert standing("a", 1.0).name == "a"
 
 
 def test_mean_and_deviation_over_the_seeds() -> None:
@@ -102,6 +123,38 @@ def test_the_errors_are_those_of_the_evaluator(series: Series, tmp_path: Path) -
     )
 
 
+def test_a_hybrid_without_residual_is_called_so(series: Series) -> None:
+    bare = replace(standing("true", 1.0), title="a hybrid", members=(one_member(),), width=0.0,
+                   errors={name: np.array([1.0]) for name in ("turning", "berthing", TOGETHER)})  # fmt: skip
+    other = replace(bare, key="wrong", title="another", width=0.3, errors={k: 2.0 * v for k, v in bare.errors.items()})
+    last = replace(other, key=BASELINE, title=BASELINE, members=(), width=math.nan)
+    found = Table(("turning", "berthing", TOGETHER), (bare, other, last), (), SIGMA)
+    claims = tuple((c, tuple(outcomes(found, c))) for c in series.claims)
+    html = document(replace(series, draw=()), replace(found, claims=claims), {}, provenance={})
+    assert "<td>a hybrid: no residual</td>" in html
+    assert "<td>another: residual width 0.3</td>" in html
+    assert "a hybrid has no residual (left-out trials chose none) and stands for its physics" in html
+    assert "holds for the physics alone, no residual, in turning" in html
+    assert "<b>0 of 1</b>" in html
+
+
+def one_member() -> Member:
+    return Member(None, SHIP, np.zeros((0, 4)), math.nan, {})
+
+
+def test_epochs_are_whole_numbers() -> None:
+    history = np.array([[k, 1.0, 0.5 / k, 0.0] for k in (1, 2, 3)])
+    curves = validation(replace(standing("a", 1.0), members=(replace(one_member(), history=history),)))
+    ticks = re.findall(r">([0-9.]+)</text>", curves.split("matplotlib.axis_2")[0])
+    assert ticks == ["1", "2", "3"]
+
+
+def test_the_legend_of_all_seeds_has_titles(series: Series, tmp_path: Path) -> None:
+    drawn = seeds(judged(series, tmp_path).standings[:2], "turning")
+    assert ">what made them</text>" in drawn
+    assert ">another yaw damping</text>" in drawn
+
+
 @pytest.mark.long
 def test_page_and_numbers(series: Series, tmp_path: Path) -> None:
     found = judged(series, tmp_path)
@@ -114,6 +167,11 @@ def test_page_and_numbers(series: Series, tmp_path: Path) -> None:
                   "<svg"):  # fmt: skip
         assert words in html
     numbers: Any = json.loads(page.with_suffix(".json").read_text(encoding="utf-8"))
+    for words in ("sigma: x 10.00 m, y 4.000 m, psi 2.000 rad, u 0.1000 m/s, v_m 0.05000 m/s, r 0.02000 rad/s",
+                  "what made them against another yaw damping", ">another yaw damping</text>"):  # fmt: skip
+        assert words in html
+    alone = html.split("<td>what made them</td>")[1].split("</tr>")[0]
+    assert "±" not in alone
     wrong = found.standing("wrong")
     assert wrong is not None
     assert numbers["models"]["wrong"]["mean"]["turning"] == pytest.approx(wrong.mean("turning"))

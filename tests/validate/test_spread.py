@@ -95,3 +95,24 @@ def test_predict_tells(found: Members, tmp_path: Path) -> None:
     assert run.exit_code == 0, run.output
     assert "this manoeuvre leaves the training data" in page.read_text()
     assert list(json.loads(run.stdout)["spread"]) == ["fast"]
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_a_prediction_stands_without_that_advice(damaged: bool, found: Members, tmp_path: Path) -> None:
+    ship = BARE.having(dict(zip(found.paths[:1], found.fitted[:1], strict=True)))
+    model = save(ship, tmp_path / "model.toml")
+    save_members(found, tmp_path / NAME)
+    if damaged:
+        (tmp_path / NAME).write_bytes(b"nothing")
+    trials = tmp_path / "trials"
+    trials.mkdir()
+    long = turn(0.6, 18.0, 0.5)
+    write_trial(long, trials / "long.csv")
+    write_trial(long.rows(slice(0, 3)), trials / "short.csv")  # less than the second between its samples
+    run = CliRunner().invoke(app, ["predict", str(model), str(trials), "-o", str(tmp_path / "out"), "--json"])
+    assert run.exit_code == 0, run.output
+    assert sorted(f.name for f in (tmp_path / "out").glob("*.csv")) == ["long.csv", "short.csv"]
+    told = [line for line in run.stderr.splitlines() if "not known whether" in line]
+    assert len(told) == 1
+    assert ("spread.npz: cannot be read" if damaged else "warning: short: ") in told[0]
+    assert ("spread" in json.loads(run.stdout)) is not damaged

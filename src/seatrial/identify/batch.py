@@ -233,7 +233,7 @@ class Many:
 
     def descend(
         self, starts: Array, *, data: Data | None = None, held: Mask | None = None,
-        iterations: int = 60, tolerance: float = 1e-10, each: Callable[[Array], None] | None = None,
+        iterations: int = 60, tolerance: float = 1e-10, each: Callable[[Array, Array], None] | None = None,
     ) -> Ends:  # fmt: skip
         """Bounded Levenberg-Marquardt of every problem from its start.
 
@@ -242,7 +242,7 @@ class Many:
             data: what to fit to; None takes the trials.
             held: what does not move, shape (problems, free).
             tolerance: relative decrease that no longer matters.
-            each: called with all objectives after every iteration.
+            each: called with all objectives and values after every iteration; they move on.
         """
         values = np.clip(starts, self.low, self.high)
         moving = np.ones(values.shape, dtype=np.bool_) if held is None else ~held
@@ -265,7 +265,7 @@ class Many:
             count[at] += 1
             going[at] = (still[at] < _STILL) & (failed[at] < _FAILED)
             if each:
-                each(now.costs)
+                each(now.costs, values)
         return Ends(np.clip(values, self.low, self.high), now, count, still >= _STILL)
 
 

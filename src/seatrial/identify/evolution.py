@@ -23,6 +23,7 @@ from .objective import TrajectoryObjective
 from .record import Record
 from .scored import Batch, Scoring
 from .shooting import digest, finished
+from .watch import tell, with_values
 from .windows import spread
 
 # Steepness of the penalty: in units of the generation's spread of values per squared spread of samples.
@@ -150,8 +151,9 @@ class _Search:
                 evaluations += population
                 end = np.array([objective, *values]) if objective < end[0] else end
                 history.append((len(history) + 1.0, *row))
-                if progress:
-                    progress(len(history), row[0], row[1])
+                best = min((*ends, end), key=lambda one: one[0])[1:]
+                ship = with_values(self.problem.ship, self.problem.free, best if np.isfinite(best).all() else values)
+                tell(progress, (len(history), row[0], row[1]), ship)
             ends.append(end)
             best = min(one[0] for one in ends)
             near = best + self.settings.agreement * abs(best)

@@ -24,6 +24,7 @@ from .evolution import Evolution
 from .ranges import ITERATIONS, TOLERANCE, Scorer, flat_directions, longest, residuals, softened, within
 from .shooting import Trajectory
 from .tuned import Method, Range, Tuning
+from .watch import part
 
 Told = Callable[[str, int, float], None]
 """Called with (what, iteration, objective) as the fits go on; from several threads."""
@@ -197,11 +198,13 @@ class _Sweep:
         )
         problem = replace(self.problem, free=free)
 
-        def progress(iteration: int, objective: float, _: float) -> None:
-            self.told(f"a_r {ratio:g}, {name}", iteration, objective)
+        what = f"a_r {ratio:g}, {name}"
+
+        def plainly(iteration: int, objective: float, _: float) -> None:
+            self.told(what, iteration, objective)
 
         def run() -> Fit:
-            return estimator.fit(problem, checkpoint=path, progress=progress)
+            return estimator.fit(problem, checkpoint=path, progress=part(self.told, what, problem, plainly))
 
         return run
 

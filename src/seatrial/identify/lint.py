@@ -15,6 +15,7 @@ from ..data import DataError, Trial
 from ..data.check import check, check_set
 from ..models import STATES, Sampled
 from ..parameters import specs, unknown
+from ..replay_gaps import gap_words, gaps, no_wind, predicted
 from . import Estimator, Issue, Nuisance, Problem, StudyError
 from .objective import TrajectoryObjective
 from .plant_lint import commands, mass, sampling
@@ -134,8 +135,14 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
         yield Issue("error", trial.name, f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m; {remedy}")
     elif name is not None and name not in ship.names:
         yield Issue("warning", trial.name, f"is of ship '{name}', the study is of '{ship.name}'")
-    if getattr(ship.model, "wind", None) is not None and not ("U_T" in trial and "gamma_T" in trial):
+    windy = getattr(ship.model, "wind", None) is not None or bool(getattr(ship.model, "needed", ()))
+    if windy and no_wind(trial, ship.model):
         yield Issue("warning", trial.name, "has no wind (U_T, gamma_T), which the model could use; taken as still air")
+    part = trial.rows(predicted(trial))
+    if missing := gaps(part, ship.model):
+        left_out = isinstance(ship.model, Sampled)
+        fate = "rows with such a gap are left out" if left_out else "the last value before is held"
+        yield Issue("warning", trial.name, f"{gap_words(part, missing)}; {fate}")
     yield from commands(problem, trial)
     yield from sampling(trial)
     for finding in check(trial):

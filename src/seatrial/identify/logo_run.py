@@ -23,6 +23,7 @@ from .momentum import momentum_guess
 from .objective import TrajectoryObjective
 from .shooting import digest
 from .verdicts import posterior, verdicts
+from .watch import tell, with_values
 from .windows import spread
 
 if TYPE_CHECKING:
@@ -86,8 +87,8 @@ class Run:
         """Note where a search stands, with the standardised error of whole validation trials."""
         seen = self.watch.standardised(search.point.p) if self.watch else float("nan")
         self.history.append((len(self.history) + 1.0, search.cost, seen, time.perf_counter() - self.began))
-        if self.progress:
-            self.progress(len(self.history), search.cost, seen)
+        ship = with_values(self.problem.ship, self.problem.free, search.point.p)
+        tell(self.progress, (len(self.history), search.cost, seen), ship)
 
     def stage(self, trials: tuple[Trial, ...], window: float | None = None) -> Condensed:
         """The objective of some trials, cut into windows."""

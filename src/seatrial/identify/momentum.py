@@ -13,9 +13,10 @@ import numpy as np
 
 from ..data import Array
 from ..environment import CHANNELS, Environment
-from ..models import STATES
+from ..models import Model
 from ..models.common import Surroundings
 from ..models.fossen import Fossen
+from ..models.settled import unseen
 from ..parameters import update
 from . import Problem
 from .box_steps import steps
@@ -41,7 +42,7 @@ def momentum_guess(problem: Problem, cut: Chains, *, smooth: float, span: float,
     balance = _balance(problem)
     if balance is None:
         return None
-    parts = [_equations(balance, cut, k, start, smooth, span) for k in range(cut.trials)]
+    parts = [_equations(balance, problem.ship.model, cut, k, start, smooth, span) for k in range(cut.trials)]
     error = np.concatenate([part[0] for part in parts])
     slope = np.concatenate([part[1] for part in parts])
     if len(error) * 3 <= start.size:
@@ -84,12 +85,13 @@ def _balance(problem: Problem) -> Any:
 
 
 def _equations(
-    balance: Any, cut: Chains, trial: int, start: Array, smooth: float, span: float
+    balance: Any, model: Model, cut: Chains, trial: int, start: Array, smooth: float, span: float
 ) -> tuple[Array, Array]:
     """Imbalance at `start` and its derivatives over overlapping windows, shapes (windows, 3) and (windows, 3, free)."""
-    state, series = _joined(cut, trial)
-    state = smoothed(state, max(round(0.5 * smooth / (cut.dt * cut.every)), 1))
+    motion, series = _joined(cut, trial)
     h, n = cut.dt * cut.every, series.shape[1] - len(CHANNELS)
+    motion = smoothed(motion, max(round(0.5 * smooth / h), 1))
+    state = np.hstack([motion, unseen(model, series, h)])
     middle = 0.5 * (state[1:] + state[:-1])
     acting = series[:-1]
     push, momentum = balance
@@ -116,8 +118,7 @@ def _joined(cut: Chains, trial: int) -> tuple[Array, Array]:
     lanes = np.flatnonzero(cut.trial == trial)
     mean = cut.series[lanes, :-1].reshape(len(lanes), -1, cut.every, cut.series.shape[2]).mean(axis=2)
     within = np.arange(mean.shape[1]) < cut.length[lanes][:, None]
-    unseen = np.zeros((int(within.sum()), cut.nodes.shape[1] - len(STATES)))
-    return np.hstack([cut.motion[lanes, :-1][within], unseen]), mean[within]
+    return cut.motion[lanes, :-1][within], mean[within]
 
 
 def smoothed(values: Array, half: int) -> Array:

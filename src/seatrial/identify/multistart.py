@@ -15,6 +15,7 @@ from . import Fit, FitError, Problem, Progress
 from .batch import Many, cut_as
 from .objective import TrajectoryObjective
 from .shooting import Trajectory, digest, finished
+from .watch import tell, with_values
 
 
 @dataclass(frozen=True)
@@ -61,10 +62,10 @@ class MultiStart:
         sigma, arguments = cut_as(problem, self)
         many = Many.build(problem, problem.trials, sigma, **arguments)
 
-        def each(costs: Array) -> None:
+        def each(costs: Array, values: Array) -> None:
             history.append((len(history) + 1.0, float(costs.min()), float("nan"), time.perf_counter() - began))
-            if progress:
-                progress(len(history), history[-1][1], float("nan"))
+            ship = with_values(problem.ship, problem.free, values[int(np.argmin(costs))])
+            tell(progress, (len(history), history[-1][1], float("nan")), ship)
 
         starts = drawn(problem.free, self.starts, np.random.default_rng(self.seed))
         ends = many.descend(starts, iterations=self.iterations, tolerance=self.tolerance, each=each)

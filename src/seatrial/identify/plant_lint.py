@@ -25,7 +25,7 @@ def mass(problem: Problem) -> Iterator[Issue]:
     model = problem.ship.model
     doubts = getattr(getattr(model, "inertia", None), "doubts", None)
     displaced = float(getattr(getattr(model, "body", None), "m", 0.0))
-    for text in () if doubts is None else doubts(displaced):
+    for text in () if doubts is None else doubts(displaced, float(problem.ship.L_pp)):
         yield Issue("warning", "inertia", f"{text}; the fit begins there all the same")
 
 

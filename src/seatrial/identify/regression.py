@@ -27,6 +27,7 @@ from . import Fit, Problem, Progress, StudyError
 from .gauss_newton import Normal
 from .shooting import OneStep, digest
 from .verdicts import posterior, verdicts
+from .watch import tell, with_values
 
 VELOCITIES = STATES[3:]
 # Passes over the weights of the channels; the second already knows the residuals.
@@ -144,8 +145,7 @@ def weighted_fit(
         aim = (right / scale).ravel()
         values, hessian, cost = _solve(weighed, aim, free)
         history.append((turn + 1.0, cost, math.nan, time.perf_counter() - began))
-        if progress:
-            progress(turn + 1, cost, math.nan)
+        tell(progress, (turn + 1, cost, math.nan), with_values(problem.ship, free, values))
         # Channels that the free parameters do not touch keep their scale: they say nothing either way.
         left = np.sqrt(np.mean((right - matrix @ values) ** 2, axis=0))
         scale = np.where(np.isin(VELOCITIES, list(problem.loss.sigma)), scale, np.maximum(left, 1e-9 * scale))

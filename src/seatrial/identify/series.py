@@ -72,7 +72,10 @@ class Row:
 
 @dataclass(frozen=True)
 class Claim:
-    """An order that is expected; the error of `worse` is at least `factor` times that of `better` in every row."""
+    """An order that is expected; the error of `worse` is at least `factor` times that of `better` in every row.
+
+    Who is to be no worse gets a margin by a factor below one.
+    """
 
     says: str
     better: str
@@ -211,10 +214,18 @@ def _check_names(path: Path, said: Any) -> None:
                for row in claim.rows]  # fmt: skip
     places += [(f"budgets.{key}.fits", name, said.fits, "fit")
                for key, size in said.budgets.items() for name in size.fits]  # fmt: skip
+    places += [(f"budgets.{key}.settings", kind, types, "estimator among its fits")
+               for key, size in said.budgets.items() for kind in size.settings
+               for types in [{str(fit.estimator["type"]) for name, fit in said.fits.items()
+                              if "type" in fit.estimator and (not size.fits or name in size.fits)}]]  # fmt: skip
     places += [("report", name, said.fits, "fit") for name in (*said.report.draw, *said.report.seeds)]
     places += [("report.tracks", name, said.data.test, "row") for name in said.report.tracks]
     places += [(f"fits.{key}.validation", name, said.data.validation, "trial of data.validation")
                for key, fit in said.fits.items() for name in fit.validation or ()]  # fmt: skip
+    titles = [fit.title or key for key, fit in said.fits.items()]
+    for key, title in zip(said.fits, titles, strict=True):
+        if titles.count(title) > 1:
+            raise StudyError(f"{path}: fits.{key}.title: two fits are called '{title}'; tell them apart")
     for where, name, known, what in places:
         if name not in known:
             raise StudyError(f"{path}: {where}: {unknown(name, known, what)}")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,16 +16,21 @@ from ..data import Array
 from ..parameters import unknown
 from ..ships import Ship
 from ..ships.files import load
-from . import FitError, Issue, Progress, StudyError
+from . import Fit, FitError, Issue, Progress, StudyError
 from .lint import lines, lint, raise_on_errors
 from .resume import forget
 from .series import Cell, Row, Series
 from .store import HISTORY, MODEL, SUMMARY, claim, kept, load_fit_summary, save_fit
+from .training import NoTorchError
+from .watch import part
 
 FITS, CHECKPOINT = "fits", "checkpoint.npz"
 
 Told = Callable[[str], None]
 """Called with a line about each cell that begins or fails."""
+
+Beside = Callable[[Cell, Fit, Path], None]
+"""Writes what goes beside a fitted ship into the folder of its cell, before the ship is there and the cell done."""
 
 
 @dataclass(frozen=True)
@@ -114,31 +120,56 @@ def _claimed(where: Path, series: Series, row: Row, cell: Cell) -> bool:
 
 
 def run(
-    cells: Sequence[tuple[Row, Cell]], series: Series, out: Path, *, told: Told, progress: Progress | None = None
+    cells: Sequence[tuple[Row, Cell]], series: Series, out: Path, *, told: Told, progress: Progress | None = None,
+    beside: Beside | None = None,
 ) -> list[str]:  # fmt: skip
     """Fit cells, one after the other.
 
     Returns:
-        The cells whose fit failed, with the reason; the others are done.
+        The cells whose fit failed, with the reason; the others are done.  Those that lack PyTorch are told together.
 
     Raises:
         StudyError: a cell cannot be run, or its folder holds the fit of another problem.
     """
     failed: list[str] = []
+    untrained: dict[str, list[str]] = {}
     for number, (row, cell) in enumerate(cells, start=1):
         where = folder(out, row, cell)
-        fresh = _claimed(where, series, row, cell)
         told(f"{number} of {len(cells)}: {row.key}, {cell.name}")
         try:
-            with kept(where, fresh):
-                fit = cell.estimator.fit(cell.problem, progress=progress, checkpoint=where / CHECKPOINT)
+            with _swept(where, out):
+                fresh = _claimed(where, series, row, cell)
+                with kept(where, fresh):
+                    seen = part(progress, f"{row.key}, {cell.name}", cell.problem, progress)
+                    fit = cell.estimator.fit(cell.problem, progress=seen, checkpoint=where / CHECKPOINT)
+        except NoTorchError as error:
+            untrained.setdefault(str(error), []).append(row.key)
+            continue
         except FitError as error:
             failed.append(f"{row.key}, {cell.name}: {error}")
             told(f"error: {failed[-1]}")
             continue
+        if beside is not None:
+            beside(cell, fit, where)
         save_fit(fit, where, cell.problem, study=f"{series.name}: {row.key}")
         forget(where / CHECKPOINT)
+    for reason, keys in untrained.items():
+        failed.append(f"{', '.join(dict.fromkeys(keys))}: {reason}")
+        told(f"error: {failed[-1]}")
     return failed
+
+
+@contextmanager
+def _swept(where: Path, out: Path) -> Generator[None, None, None]:
+    """Take the folders above a cell away again where they were made for it and it was refused."""
+    above = [path for path in (where.parent, out / FITS, out) if not path.exists()]
+    try:
+        yield
+    except StudyError:
+        with suppress(OSError):  # something is in it
+            for path in above:
+                path.rmdir()
+        raise
 
 
 def members(series: Series, row: Row, out: Path) -> tuple[Member, ...]:

@@ -42,7 +42,10 @@ class FitTable(_Table):
 
 
 class ClaimTable(_Table):
-    """An order that is expected: the error of `worse` over that of `better` is at least `factor` in every row."""
+    """An order that is expected: the error of `worse` over that of `better` is at least `factor` in every row.
+
+    1 asks for better or equal, 10 for ten times better, 0.9 for no worse than by a margin (1/0.9, eleven per cent).
+    """
 
     says: str
     better: str

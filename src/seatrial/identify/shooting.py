@@ -29,6 +29,7 @@ from .nuisances import Nuisances
 from .objective import TrajectoryObjective
 from .resume import Resume
 from .verdicts import posterior, verdicts
+from .watch import tell, with_values
 from .windows import spread
 
 
@@ -129,8 +130,8 @@ class Trajectory:
         def each(state: State) -> None:
             seen = watch.standardised(state.p) if watch else float("nan")
             resume.note(state, seen)
-            if progress:
-                progress(len(resume.history), state.cost, seen)
+            ship = with_values(objective.problem.ship, free, (resume.best() or state).p)
+            tell(progress, (len(resume.history), state.cost, seen), ship)
 
         for start, p in enumerate(self._starts(free)):
             state = resume.state(start)

@@ -19,6 +19,7 @@ from ..models.network import KINDS, Limits, Network, initial
 from ..models.network_pass import accelerations
 from ..models.neural import Neural
 from ..parameters import ParameterError, unknown
+from ..ships import Ship
 from . import Fit, Problem, Progress, StudyError, Verdict
 from .training_data import Rows, Source, answers, typical, weights_of_errors
 from .training_engine import Engine, Form, one_thread_each
@@ -31,6 +32,10 @@ EXTRA = "pip install 'seatrial[neural]'"
 # answers their largest by this factor.
 _MARGIN, _HEADROOM = 0.25, 1.5
 _SAMPLES = 4096
+
+
+class NoTorchError(StudyError):
+    """PyTorch is absent or fails to load, so that no network can be trained here; other fits can be made."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +120,8 @@ class Training:
         Ends of `ends` are the losses of each seed that decided.
 
         Raises:
-            StudyError: the ship has no network, parameters are free, a setting cannot be, or PyTorch is absent.
+            NoTorchError: PyTorch is absent.
+            StudyError: the ship has no network, parameters are free, or a setting cannot be.
             DataError: trials that do not fit the network: wind, sample time, length, current.
             FitError: the loss is not a number in the first epoch.
         """
@@ -163,8 +169,12 @@ class Training:
     def _device(self) -> str:
         try:
             import torch
-        except ImportError:
-            raise StudyError(f"estimator: training needs PyTorch; {EXTRA}") from None
+        except ModuleNotFoundError as error:
+            absent = error.name == "torch"
+            told = f"training needs PyTorch; {EXTRA}" if absent else f"PyTorch is installed and fails to load: {error}"
+            raise NoTorchError(f"estimator: {told}") from None
+        except (ImportError, OSError) as error:  # a library of its own is missing or does not fit
+            raise NoTorchError(f"estimator: PyTorch is installed and fails to load: {error}") from None
         if self.device == "cuda" and not torch.cuda.is_available():
             raise StudyError('estimator.device is "cuda"; PyTorch sees none here; take "auto" or "cpu"')
         return "cuda" if self.device != "cpu" and torch.cuda.is_available() else "cpu"
@@ -192,6 +202,7 @@ class Training:
             self.epochs, self.batch, self.patience, self.learning_rate, self.schedule == "cosine", self.seeds,
             lambda seed: engine.vector.exact(network.weights) if network.trained
             else engine.vector.joined(initial(network, seed).weights),
+            lambda theta: _with_weights(problem.ship, model, engine.vector.named(np.asarray(theta, dtype=np.float64))),
         )  # fmt: skip
 
     def _finished(
@@ -213,6 +224,10 @@ class Training:
             ship, (), none, none, np.zeros((0, 0)), none, (), (said,), stand.history, float(stand.ends[best]), seconds,
             stand.batches, f"{stand.stopped}{of}", mark, stand.ends[:, None],
         )  # fmt: skip
+
+
+def _with_weights(ship: Ship, model: Neural, weights: Any) -> Ship:
+    return replace(ship, model=replace(model, network=model.network.having(weights)))
 
 
 def _limits(network: Network, shown: Array) -> Limits:

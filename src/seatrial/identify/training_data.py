@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
+from ..data.prepare import resampling
 from ..models import STATES
 from ..models.network import INPUTS
 from ..models.neural import Neural, features
 from ..replay import inputs
+from ..replay_gaps import gaps
 from . import Loss, StudyError
 from .training_fold import Batch
 from .windows import spread
@@ -63,6 +65,7 @@ class Rows:
             if len(trial) < window:
                 back = f"{model.look_back} to look back on included; leave it out, or shorten the windows"
                 raise DataError(f"{trial.name}: {len(trial)} rows; a window takes {window}, {back}")
+        _same_step(trials, float(model.dt))
         parts = [_read(trial, model, measured_wind) for trial in trials]
         ends = tuple(np.cumsum([len(part[0]) for part in parts]).tolist())
         state, acting, wind, rates = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
@@ -98,17 +101,22 @@ class Rows:
         return features(model.network, self.state[good], self.acting[good])
 
 
+def _same_step(trials: Sequence[Trial], dt: float) -> None:
+    """Refuse trials at other steps than `dt` [s], all of them at once."""
+    uneven = [trial for trial in trials if np.any(np.abs(np.diff(trial.t) - dt) > _UNEVEN * dt)]
+    if uneven:
+        more = f" (and {len(uneven) - 1} more alike)" if len(uneven) > 1 else ""
+        found = f"{uneven[0].name}: sampled every {uneven[0].dt:g} s{more}, the network runs at {dt:g} s only"
+        raise DataError(f"{found}; {resampling(dt, *uneven)}")
+
+
 def _read(trial: Trial, model: Neural, measured_wind: bool) -> tuple[Array, Array, Array, Array]:
     dt = float(model.dt)
-    steps = np.diff(trial.t)
-    if np.any(np.abs(steps - dt) > _UNEVEN * dt):
-        raise DataError(
-            f"{trial.name}: sampled every {float(np.median(steps)):g} s, the network runs at {dt:g} s only; "
-            f"run seatrial resample {trial.name} --dt {dt:g} -o DIR"
-        )
     acting = inputs(trial, model)
     if acting[:, _CURRENT].any():
         raise DataError(f"{trial.name}: has a current; networks are trained in still water only")
+    for rows in gaps(trial, model).values():  # what was filled is no data
+        acting[rows] = np.nan
     state = trial.stack(*STATES)
     state[:, 2] = unwrapped(state[:, 2])
     wind = acting[:, _WIND]

@@ -6,16 +6,19 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..ships import Ship
 from . import FitError, Progress
 from .training_data import CHANNELS, Source
 from .training_engine import Engine
 from .training_record import Stand
+from .watch import tell
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -43,6 +46,7 @@ class Plan:
         rate, cosine: learning rate, and whether it falls to zero along a half wave of the cosine.
         seeds: one training each.
         begin: weights of a seed.
+        ship: the ship with weights, as the engine has them.
     """
 
     engine: Engine
@@ -57,6 +61,7 @@ class Plan:
     cosine: bool
     seeds: Sequence[int]
     begin: Callable[[int], Any]
+    ship: Callable[[Any], Ship]
 
 
 class Loop:
@@ -113,10 +118,10 @@ class Loop:
         loss = stand.total / count
         seen = self._watched_loss(loss)
         stand.note(loss, math.nan if plan.watched is None else seen, time.perf_counter() - self.began)
-        if self.progress:
-            self.progress(len(stand.history), loss, math.nan if plan.watched is None else seen)
         if seen < stand.best_loss:
             stand.best, stand.best_loss, stand.best_epoch = self._here(self.theta), seen, stand.epoch
+        row = len(stand.history), loss, math.nan if plan.watched is None else seen
+        tell(self.progress, row, partial(plan.ship, stand.best))
         stand.epoch, stand.place, stand.total = stand.epoch + 1, 0, 0.0
         if stand.epoch > plan.epochs:
             return f"{plan.epochs} epochs done"

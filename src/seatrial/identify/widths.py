@@ -9,7 +9,7 @@ without anybody's choice.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -19,6 +19,7 @@ import numpy as np
 from ..data import Trial
 from . import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
 from .objective import TrajectoryObjective
+from .recordings import dealt, recordings
 from .shooting import Trajectory, digest
 from .widths_record import Scores
 from .windows import spread
@@ -32,7 +33,8 @@ class Widths(Trajectory):
         widths: factors on the prior deviations of `vary`, one fit each for every part left out; with 0 the parameters
             stay at the mean of their prior.
         vary: shell-style patterns of the parameters whose priors are scaled together.
-        parts: into how many parts the trials are dealt, by turns in the order of their names; each is left out once.
+        parts: into how many parts the recordings are dealt, by turns in the order of their names, each left out once;
+            trials that were cut from one recording go out together (`recordings`).
     """
 
     widths: tuple[float, ...] = (0.0, 0.3, 1.0)
@@ -60,14 +62,11 @@ class Widths(Trajectory):
 
         Raises:
             ResumeError: what stands there belongs to another problem.
-            StudyError: fewer trials than parts, or no parameter to vary.
+            StudyError: fewer recordings than parts, no parameter to vary, or one of them without a prior.
             FitError: the model blows up at every start, or with every width.
         """
         began = time.perf_counter()
-        if len(problem.trials) < self.parts:
-            raise StudyError(f"estimator.parts is {self.parts}; there are {len(problem.trials)} trials to leave out")
-        if not any(self._varied(f.path) for f in problem.free):
-            raise StudyError(f"estimator.vary fits no free parameter: {', '.join(self.vary)}")
+        self._check(problem)
         alone = len(self.widths) == 1
         scores = {self.widths[0]: 0.0} if alone else self._scores(problem, checkpoint)
         best = min(scores, key=lambda w: scores[w])
@@ -75,12 +74,35 @@ class Widths(Trajectory):
             raise FitError("left-out trials blow up with every width of the prior; give the smaller ones, 0 the least")
         fit = self._plain(problem, best).fit(self._scaled(problem, best), progress=progress, checkpoint=checkpoint)
         told = ", ".join(f"{w:g}: {score:.3g}" for w, score in scores.items())
-        status = f"{fit.status}; prior width {best:g} by left-out trials ({told})"
+        why = ", the only one given" if alone else f" by left-out trials ({told})"
+        status = f"{fit.status}; prior width {best:g}{why}"
         return replace(fit, seconds=time.perf_counter() - began, status=status)
+
+    def chosen(self, problem: Problem, priors: Mapping[str, float]) -> float:
+        """The width that a finished fit of `problem` was made with; 0 where its correction was left out.
+
+        Args:
+            priors: the prior deviations of that fit, by path.
+        """
+        varied = [f for f in problem.free if self._varied(f.path)]
+        return max((priors[f.path] / f.sigma for f in varied if f.path in priors), default=0.0)
+
+    def _check(self, problem: Problem) -> None:
+        """Refuse what leaves nothing to choose, or no way to."""
+        count = len(recordings(problem.trials))
+        if count < self.parts:
+            of = "" if count == len(problem.trials) else f" (the {len(problem.trials)} trials are parts of them)"
+            raise StudyError(f"estimator.parts is {self.parts}; there are {count} recordings to leave out{of}")
+        varied = [f for f in problem.free if self._varied(f.path)]
+        if not varied:
+            raise StudyError(f"estimator.vary fits no free parameter: {', '.join(self.vary)}")
+        for f in varied:
+            if not np.isfinite(f.sigma):
+                raise StudyError(f"estimator.vary: {f.path} has no prior whose width could be chosen; give it a sigma")
 
     def _scores(self, problem: Problem, checkpoint: Path | None) -> dict[float, float]:
         """Score of each width on left-out trials, those taken from an earlier run that it has finished."""
-        record = Scores.beside(checkpoint, digest(problem, self))
+        record = Scores.beside(checkpoint, f"{digest(problem, self)} by weighted recordings")
         for width in self.widths:
             if width not in record.found:
                 record.note(width, self._left_out(problem, width))
@@ -98,18 +120,20 @@ class Widths(Trajectory):
         )  # fmt: skip
 
     def _scaled(self, problem: Problem, width: float) -> Problem:
-        kept = [f for f in problem.free if width > 0 or not self._varied(f.path)]
-        free = tuple(replace(f, sigma=width * f.sigma) if self._varied(f.path) else f for f in kept)
-        return replace(problem, free=free)
+        """The problem with the priors of `vary` so wide; with 0 these stand at their means and are not free."""
+        if width > 0:
+            free = tuple(replace(f, sigma=width * f.sigma) if self._varied(f.path) else f for f in problem.free)
+            return replace(problem, free=free)
+        means = {f.path: f.prior if np.isfinite(f.prior) else f.start for f in problem.free if self._varied(f.path)}
+        kept = tuple(f for f in problem.free if f.path not in means)
+        return replace(problem, ship=problem.ship.having(means), free=kept)
 
     def _left_out(self, problem: Problem, width: float) -> float:
-        """Standardised mean squared error of all trials, each predicted by a fit that has not seen it."""
-        total, samples = 0.0, 0
-        ordered = sorted(problem.trials, key=lambda trial: trial.name)
+        """Standardised mean squared error of all trials, weighted as the loss does, by fits that have not seen them."""
+        total, count = 0.0, 0.0
         sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        for part in range(self.parts):
-            seen = tuple(t for i, t in enumerate(ordered) if i % self.parts != part)
-            out = [t for i, t in enumerate(ordered) if i % self.parts == part]
+        for out in dealt(problem.trials, self.parts):
+            seen = tuple(t for t in problem.trials if not any(t is other for other in out))
             inner = self._scaled(replace(problem, trials=seen, validation=(), loss=replace(problem.loss, sigma=sigma)),
                                  width)  # fmt: skip
             try:
@@ -118,12 +142,20 @@ class Widths(Trajectory):
                 return float("inf")
             judge = self._judge(inner, out, sigma)
             total += judge.standardised(found.values) * judge.windows.samples
-            samples += judge.windows.samples
-        return total / max(samples, 1)
+            count += _counted(judge, out, problem.loss)
+        return total / max(count, 1e-300)
 
     def _judge(self, inner: Problem, out: Sequence[Trial], sigma: dict[str, float]) -> TrajectoryObjective:
-        plain = replace(inner, loss=Loss(sigma, inner.loss.correlation), nuisance=Nuisance())
+        """Predictions of the trials left out, each weighing what it weighs in the fit."""
+        plain = replace(inner, loss=replace(inner.loss, sigma=sigma), nuisance=Nuisance())
         dt = self.dt or float(np.median([t.dt for t in inner.trials]))
         return TrajectoryObjective.build(
             plain, out, sigma, window=self.window, dt=dt, every=self.every, method=self.method, threads=self.threads,
         )  # fmt: skip
+
+
+def _counted(judge: TrajectoryObjective, out: Sequence[Trial], loss: Loss) -> float:
+    """Rows that are compared, each counted by the weight of its trial."""
+    rows = (judge.windows.scale > 0.0).any(axis=2).sum(axis=1)
+    weight = np.array([loss.weight(trial.name) for trial in out])
+    return float(rows @ weight[judge.windows.trial])

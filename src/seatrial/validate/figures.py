@@ -61,7 +61,7 @@ def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
     _frame(ax, [(c.predicted["y"], c.predicted["x"]) for c in comparisons], (y, x))
     ax.set_xlabel("east y [m]")
     ax.set_ylabel("north x [m]")
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, frameon=False)
+    legend_below(figure, ax)
     return svg(figure, f"track {name}")
 
 
@@ -156,6 +156,14 @@ def canvas(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[Any
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.subplots(rows, 1, sharex=True, squeeze=False)
     return figure, tuple(axes[:, 0])
+
+
+def legend_below(figure: Any, ax: Any) -> None:
+    """A legend under the axes, with as many columns as its longest label leaves room for."""
+    handles, labels = ax.get_legend_handles_labels()
+    longest = max(map(len, labels), default=0)
+    columns = next(count for count, length in ((3, 15), (2, 28), (1, longest)) if longest <= length)
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
 
 
 def svg(figure: Any, salt: str) -> str:

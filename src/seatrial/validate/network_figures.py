@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import Comparison
-from .figures import canvas, svg
+from .figures import canvas, legend_below, svg
 from .metrics import segments
 from .network_scores import Standing
 
@@ -34,6 +34,7 @@ def validation(standing: Standing) -> str:
         ax.plot(epochs[best], seen[best], "o", color=colour, mfc="white", ms=5)
     ax.set_yscale("log")
     ax.set_xlabel("epoch")
+    ax.xaxis.get_major_locator().set_params(integer=True)
     ax.set_ylabel("validation loss [-]")
     ax.legend(loc="best", ncols=2, frameon=False)
     return svg(figure, f"validation {standing.key}")
@@ -47,7 +48,7 @@ def seeds(standings: Sequence[Standing], test: str) -> str:
         runs = [one[test] for one in standing.every if one.get(test) is not None]
         for number, run in enumerate(runs):
             if run is not None:
-                label = f"{standing.key}, {len(runs)} seeds" if len(runs) > 1 else standing.key
+                label = f"{standing.title}, {len(runs)} seeds" if len(runs) > 1 else standing.title
                 east, north = _broken(run)
                 ax.plot(east, north, color=colour, ls=dashes, lw=1.1, label="_" if number else label)
     measured = _measured(standings, test)
@@ -60,7 +61,7 @@ def seeds(standings: Sequence[Standing], test: str) -> str:
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel("east y [m]")
     ax.set_ylabel("north x [m]")
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3, frameon=False)
+    legend_below(figure, ax)
     return svg(figure, f"seeds {test}")
 
 

@@ -43,6 +43,7 @@ def numbers(series: Series, found: Table, cover: Mapping[str, Mapping[str, Cover
             for claim, rows in found.claims
         ],
         "coverage": {name: {test: c.numbers() for test, c in some.items()} for name, some in cover.items()},
+        "spread": {key: {test: s.numbers() for test, s in some.items()} for key, some in found.validity.items()},
         "published": {"source": published.source, "note": published.note, "protocol": "not confirmed",
                       "rows": {k: {row: list(v) for row, v in column.items()} for k, column in published.rows.items()}},
     }  # fmt: skip
@@ -53,7 +54,7 @@ def _of(series: Series, one: Standing, tests: Iterable[str]) -> dict[str, Any]:
     return {
         "title": one.title, "train": [] if row is None else list(row.train), "published": one.published,
         "trained_on": [t.name for t in row.cells[0].problem.trials] if row is not None and row.cells else [],
-        "weights": one.weights,
+        "weights": one.weights, "width": one.width,
         "seeds": [
             {"seed": m.seed, "objective": m.objective, "seconds": m.seconds, "status": m.summary.get("status", ""),
              "updates": m.summary.get("evaluations"), "digest": m.summary.get("digest", ""),

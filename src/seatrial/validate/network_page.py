@@ -6,17 +6,20 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from ..data import UNITS
 from ..identify.series import FULL, Claim, Series
 from ..identify.store import replace_file
 from . import figures, network_figures
 from .coverage import Coverage
 from .network_numbers import covered, numbers, to_json
 from .network_scores import BASELINE, TOGETHER, Found, Standing, Table
+from .network_trust import section
 from .page import bullets, figure, number, page, table, text
 
 _MINUTE = 60.0
 _MEANT = {
-    "holds": "holds", "does not hold": "does not hold", "not run": "not run yet",
+    "holds": "holds", "holds without residual": "holds for the physics alone, no residual,",
+    "does not hold": "does not hold", "not run": "not run yet",
     "within the spread of the seeds": "cannot be told from chance",
 }  # fmt: skip
 
@@ -44,9 +47,11 @@ def document(
 ) -> str:  # fmt: skip
     """The whole page; arguments as in `write`, and the cover of each test trial by composition."""
     entries = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in provenance.items())
+    titles = {one.key: one.title for one in found.standings}
     parts = (
         _head(series, found, failed), _scores(series, found), _claims(found), _curves(found), _tracks(series, found),
-        _cover(cover), _cost(found), f"<h2>Provenance</h2><dl>{entries}</dl>",
+        _cover(cover), section(titles, found.validity), _cost(found),
+        f"<h2>Provenance</h2><dl>{entries}</dl>",
     )  # fmt: skip
     return page(series.title, "".join(parts))
 
@@ -58,7 +63,7 @@ def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
     trained = [m for one in found.standings for m in one.members if m.summary]
     tiles: list[tuple[str, str]] = []
     if best is not None:
-        tiles.append((number(best.mean(TOGETHER)), f"least error, all test trials together: {best.title}"))
+        tiles.append((number(best.mean(TOGETHER)), f"least error, all test trials together: {best.name}"))
     tiles += [
         (number(found.standings[-1].mean(TOGETHER)), f"the same for {BASELINE}"),
         (f"{outcomes.count('holds')} of {len(outcomes)}", "rows in which an expected order holds"),
@@ -91,7 +96,7 @@ def _scores(series: Series, found: Table) -> str:
     for one in found.standings:
         cells = [_cell(one, test, least[test]) if test in found.tests else "–" for test in tests]
         several = f", {len(one.members)} seeds" if len(one.members) > 1 else ""
-        rows.append([one.title + several, *cells])
+        rows.append([one.name + several, *cells])
         if one.published in published.rows:
             column = published.rows[one.published]
             rows.append(["↳ paper, protocol not confirmed",
@@ -99,15 +104,17 @@ def _scores(series: Series, found: Table) -> str:
     drawn = [one for one in found.standings if one.members]
     caption = "Mean error of each model by trial"
     marks = network_figures.bars(
-        [one.key for one in drawn], {test: [one.mean(test) for one in drawn] for test in found.tests},
+        [one.title for one in drawn], {test: [one.mean(test) for one in drawn] for test in found.tests},
         "standardised error (Eq. 25) [-]",
     ) if drawn else ""  # fmt: skip
     restart = "predictions run through" if series.restart is None else f"restarts every {series.restart:g} s"
-    scale = ", ".join(f"{name} {number(value, 4)}" for name, value in found.sigma.items())
+    scale = ", ".join(f"{name} {number(value, 4)} {UNITS[name]}" for name, value in found.sigma.items())
+    chosen = any(math.isfinite(one.width) for one in found.standings)
     note = (
         f"Wakita 2022 Eq. 25: sum over six states of the mean squared error over sigma squared; {restart} from the "
         f"measured state, measured controls and true wind held from sample to sample, Euler's rule. sigma: {scale}. "
-        "Mean ± standard deviation over the seeds (one where none are told); bold: least of its column."
+        "Mean ± standard deviation over the seeds; of a single one, its error. Bold: least of its column."
+        + (" Residual width: of its prior, over the one declared; left-out trials chose it." if chosen else "")
     )
     paper = f'<p class="soft">{text(published.source)}. {text(published.note)}</p>' if published.source else ""
     files = bullets(f"{label}: {trial.name}, {trial.duration:.0f} s" for label, trial in series.tests.items())
@@ -142,13 +149,17 @@ def _claims(found: Table) -> str:
         return ""
     said = bullets(_words(found, claim, rows) for claim, rows in found.claims)
     rows = [
-        [f"{k}. {claim.better} against {claim.worse}", f.test, _number(f.better), _number(f.worse), _number(f.ratio),
-         f"{claim.factor:g}", f.verdict]
+        [f"{k}. {_name(found, claim.better)} against {_name(found, claim.worse)}", f.test, _number(f.better),
+         _number(f.worse), _number(f.ratio), f"{claim.factor:g}", f.verdict]
         for k, (claim, outcome) in enumerate(found.claims, start=1) for f in outcome if f.verdict != "not run"
     ]  # fmt: skip
     head = ["order", "in", "first", "second", "ratio", "at least", "verdict"]
-    note = ("One seed tells nothing about the spread of the seeds, so with one a ratio is only what it is. With "
-            "several, two standard errors of the means are within the spread.")  # fmt: skip
+    note = (
+        "The ratio is the second error over the first, and an order asks for a least ratio: 1 for better, less for no "
+        "worse than by a margin (0.9: the first error may be 1/0.9 = 1.11 times the second). It holds, or does not, "
+        "where the mean errors are two standard errors over the seeds away from that; nearer it is within the spread "
+        "of the seeds. One seed tells nothing about that spread, so with one on either side a ratio is only what it is."
+    )
     body = f'{table(head, rows, words=(1, 6))}<p class="soft">{text(note)}</p>' if rows else ""
     return f"<h2>What was expected, and what is found</h2>{said}{body}"
 
@@ -159,8 +170,20 @@ def _words(found: Table, claim: Claim, rows: Sequence[Found]) -> str:
     for f in rows:
         by_verdict.setdefault(f.verdict, []).append(f"{f.test} ({_number(f.worse)} against {_number(f.better)}, "
                                                     f"{_number(f.ratio)} times)")  # fmt: skip
-    return f"{claim.says}: " + "; ".join(f"{_MEANT[verdict]} in {', '.join(names)}" if verdict != "not run" else
-                                          _MEANT[verdict] for verdict, names in by_verdict.items()) + "."  # fmt: skip
+    told = (_MEANT[verdict] + (f" in {', '.join(names)}" if verdict != "not run" else "")
+            for verdict, names in by_verdict.items())  # fmt: skip
+    return f"{claim.says}: {_credit(found, claim)}{'; '.join(told)}."
+
+
+def _name(found: Table, key: str) -> str:
+    one = found.standing(key)
+    return key if one is None else one.name
+
+
+def _credit(found: Table, claim: Claim) -> str:
+    """Who earns it, where left-out trials chose no residual for a hybrid."""
+    bare = [one.title for key in (claim.better, claim.worse) if (one := found.standing(key)) and one.width == 0.0]
+    return "".join(f"{name} has no residual (left-out trials chose none) and stands for its physics; " for name in bare)
 
 
 def _number(value: float) -> str:
@@ -181,9 +204,9 @@ def _tracks(series: Series, found: Table) -> str:
     chosen = [one for key in series.draw if (one := found.standing(key)) is not None and one.drawn]
     if not chosen or not series.tracks:
         return ""
-    baseline = chosen[-1].key if len(chosen) > 1 and not chosen[-1].members[0].summary else ""
+    baseline = chosen[-1].title if len(chosen) > 1 and not chosen[-1].members[0].summary else ""
     several = [one for key in series.seeds if (one := found.standing(key)) is not None and len(one.members) > 1]
-    styles = figures.line_styles([one.key for one in chosen], baseline)
+    styles = figures.line_styles([one.title for one in chosen], baseline)
     parts: list[str] = []
     for test in series.tracks:
         some = [one.drawn[test] for one in chosen if test in one.drawn]
@@ -225,7 +248,7 @@ def _covered(found: Coverage) -> str:
 
 def _cost(found: Table) -> str:
     rows = [
-        [one.title, str(m.seed) if m.seed is not None else "–", str(one.weights) if one.weights else "–",
+        [one.name, str(m.seed) if m.seed is not None else "–", str(one.weights) if one.weights else "–",
          str(len(m.history)), str(m.summary.get("evaluations", "–")), number(m.seconds / _MINUTE, 2),
          number(m.objective), str(m.summary.get("status", ""))]
         for one in found.standings for m in one.members if m.summary

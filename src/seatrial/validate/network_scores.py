@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +13,14 @@ from ..data import Array, Trial
 from ..engine import SimulationError
 from ..identify.series import Claim, Row, Series
 from ..identify.series_run import Member, members
+from ..identify.widths import Widths
 from ..models import STATES
 from ..replay import replay
 from . import Comparison
 from .comparison import compare, constant_velocity, pooled
 from .metrics import ESSO_OSAKA_SIGMA, spread
+from .network_trust import Validity, validity
+from .spread import Spread
 
 TOGETHER = "together"
 """Label of the column in which all samples of all test trials count alike."""
@@ -39,6 +42,7 @@ class Standing:
             The last is `TOGETHER`.
         drawn: comparisons by test of the member that the validation trials prefer.
         every: comparisons by test of each member; None where a prediction is no number.
+        width: of the prior of its correction, as left-out trials chose it; 0: none, NaN: nothing was to be chosen.
     """
 
     key: str
@@ -48,6 +52,14 @@ class Standing:
     errors: Mapping[str, Array]
     drawn: Mapping[str, Comparison]
     every: tuple[Mapping[str, Comparison | None], ...] = ()
+    width: float = math.nan
+
+    @property
+    def name(self) -> str:
+        """Its title, and how much residual it has where that was to be chosen."""
+        if math.isnan(self.width):
+            return self.title
+        return f"{self.title}: " + (f"residual width {self.width:g}" if self.width > 0 else "no residual")
 
     def mean(self, test: str) -> float:
         """Mean over the seeds."""
@@ -72,7 +84,8 @@ class Found:
     Attributes:
         better, worse: mean errors.
         ratio: of the two.
-        verdict: "holds", "does not hold", "within the spread of the seeds", or "not run".
+        verdict: "holds", "holds without residual" (credit to the physics alone: left-out trials chose no residual for
+            the better), "does not hold", "within the spread of the seeds", or "not run".
     """
 
     test: str
@@ -91,12 +104,14 @@ class Table:
         standings: one for each model, in the order of the file.
         claims: each with what came of it.
         sigma: scale of each state.
+        validity: how far the members of each fitted hybrid drift apart on each test trial.
     """
 
     tests: tuple[str, ...]
     standings: tuple[Standing, ...]
     claims: tuple[tuple[Claim, tuple[Found, ...]], ...]
     sigma: Mapping[str, float]
+    validity: Validity = field(default_factory=dict[str, Mapping[str, Spread]])
 
     def standing(self, key: str) -> Standing | None:
         """The model of that name; None where it was left out."""
@@ -108,7 +123,8 @@ def judged(series: Series, out: Path) -> Table:
     scale = sigma(series)
     standings = tuple(_standing(series, row, members(series, row, out), scale) for row in series.rows)
     found = Table((*series.tests, TOGETHER), (*standings, _baseline(series, scale)), (), scale)
-    return Table(found.tests, found.standings, tuple((c, tuple(outcomes(found, c))) for c in series.claims), scale)
+    claims = tuple((c, tuple(outcomes(found, c))) for c in series.claims)
+    return replace(found, claims=claims, validity=validity(series, out))
 
 
 def sigma(series: Series) -> Mapping[str, float]:
@@ -121,14 +137,24 @@ def sigma(series: Series) -> Mapping[str, float]:
 
 
 def _standing(series: Series, row: Row, found: tuple[Member, ...], scale: Mapping[str, float]) -> Standing:
-    every = [_predicted(series, member, row.key, scale) for member in found]
+    every = [_predicted(series, member, row.title, scale) for member in found]
     errors = {test: np.array([math.inf if one[test] is None else _error(one[test]) for one in every])
               for test in series.tests}  # fmt: skip
     errors[TOGETHER] = np.array([_together(tuple(one.values())) for one in every])
     # One that nothing was watched for, or that has no rival, is the first.
     best = min(range(len(found)), key=lambda k: (math.isnan(found[k].objective), found[k].objective), default=0)
     drawn = {test: one for test, one in every[best].items() if one is not None} if every else {}
-    return Standing(row.key, row.title, row.published, found, errors, drawn, tuple(every))
+    return Standing(row.key, row.title, row.published, found, errors, drawn, tuple(every), _width(row, found))
+
+
+def _width(row: Row, found: Sequence[Member]) -> float:
+    """How wide a prior left-out trials chose; NaN where there was no choice."""
+    estimator = row.cells[0].estimator if row.cells else None
+    if not found or not isinstance(estimator, Widths):
+        return math.nan
+    priors = {path: float(told["prior_sigma"]) for path, told in found[0].summary["parameters"].items()
+              if told["prior_sigma"] is not None}  # fmt: skip
+    return estimator.chosen(row.cells[0].problem, priors)
 
 
 def _predicted(
@@ -163,7 +189,11 @@ def _together(found: Sequence[Comparison | None]) -> float:
 
 
 def outcomes(table: Table, claim: Claim) -> list[Found]:
-    """A claim in each of its rows; a factor of one asks for no more than no worse."""
+    """A claim in each of its rows: what `factor` asks for is met, or missed, by two standard errors; else undecided.
+
+    The same for all: "better" has a factor of one or more, "no worse" says its margin by a smaller one.
+    Without a spread over seeds the means decide.
+    """
     out: list[Found] = []
     better, worse = table.standing(claim.better), table.standing(claim.worse)
     for test in claim.rows:
@@ -172,12 +202,16 @@ def outcomes(table: Table, claim: Claim) -> list[Found]:
         ratio = 0.0 if math.isinf(low) else high / low if low > 0 else math.nan
         if better is None or worse is None or math.isnan(ratio):
             out.append(Found(test, low, high, ratio, "not run"))
-        elif ratio >= claim.factor:
-            out.append(Found(test, low, high, ratio, "holds"))
+            continue
+        error = math.hypot(_uncertain(better, test) * claim.factor, _uncertain(worse, test))
+        away = -math.inf if math.isinf(low) else high - claim.factor * low
+        if error > 0.0 and abs(away) <= _APART * error:
+            verdict = "within the spread of the seeds"
+        elif ratio < claim.factor:
+            verdict = "does not hold"
         else:
-            error = math.hypot(_uncertain(better, test) * claim.factor, _uncertain(worse, test))
-            close = claim.factor * low - high <= _APART * error
-            out.append(Found(test, low, high, ratio, "within the spread of the seeds" if close else "does not hold"))
+            verdict = "holds without residual" if better.width == 0.0 else "holds"
+        out.append(Found(test, low, high, ratio, verdict))
     return out
 
 

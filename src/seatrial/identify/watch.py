@@ -1,0 +1,55 @@
+"""Progress for those who also want to see the ship as a search has her."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..data import Array
+from ..parameters import Free
+from ..ships import Ship
+from . import Problem, Progress
+
+MakeShip = Callable[[], Ship]
+"""Makes the ship when it is asked; from any thread."""
+
+
+class Watcher(Protocol):
+    """A `Progress` that is also told the best ship so far; both return at once."""
+
+    def __call__(self, iteration: int, objective: float, validation: float) -> None:
+        """The search goes on."""
+        ...
+
+    def at(self, ship: MakeShip) -> None:
+        """Called just before `__call__`."""
+        ...
+
+
+def tell(progress: Progress | None, row: tuple[int, float, float], ship: MakeShip) -> None:
+    """Tell `progress`, if any, of (iteration, objective, validation or NaN), and of the ship if it is a `Watcher`."""
+    if progress is None:
+        return
+    at = getattr(progress, "at", None)
+    if at is not None:
+        at(ship)
+    progress(*row)
+
+
+def with_values(ship: Ship, free: Sequence[Free], values: Array) -> MakeShip:
+    """The ship with these values of the free parameters, as they are now; they may move on."""
+    kept = np.array(values)
+    return lambda: ship.having({f.path: float(v) for f, v in zip(free, kept, strict=True)})
+
+
+def part(told: Any, name: str, problem: Problem, otherwise: Progress | None) -> Progress | None:
+    """Who is told of one fit of several.
+
+    Args:
+        told: who is told of all of them; who wants each by itself has a method `part` of name and problem.
+        otherwise: who is told where `told` has none.
+    """
+    make: Callable[[str, Problem], Progress] | None = getattr(told, "part", None)
+    return otherwise if make is None else make(name, problem)
