@@ -7,6 +7,7 @@ import json
 import math
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import zipfile
@@ -30,8 +31,6 @@ from seatrial.exchange.fmu_source import sources
 from seatrial.exchange.fmu_xml import exponents, osp_description
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
-from seatrial.models.network import Network, initial
-from seatrial.models.neural import Neural
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import library, load
 from seatrial.simulate import campaign
@@ -215,6 +214,51 @@ def test_a_saved_state_is_taken_up_to_the_bit(whole: Made, run: Run, host: Host)
     np.testing.assert_array_equal(stepped(other, whole, orders(whole), run.orders[50:90], 50 * DT), wanted)
     one.freeFMUState(copy)
     other.freeFMUState(taken)
+
+
+@pytest.mark.parametrize(("spoilt", "told"), [
+    (lambda saved, at: bytes([255]) * len(saved), "the state of another FMU, or of none"),
+    (lambda saved, at: saved[:at] + bytes([255]) * 8 + saved[at + 8 :], "with what is no finite number"),
+    (lambda saved, at: saved[:-1], "are no state of"),
+])  # fmt: skip
+def test_bytes_that_are_no_state_of_this_ship_are_refused(
+    whole: Made, run: Run, host: Host, capfd: Any, spoilt: Callable[[bytes, int], bytes], told: str
+) -> None:
+    one = host(whole, **GIVEN, **run.start)
+    stepped(one, whole, orders(whole), run.orders[:5])
+    copy = one.getFMUState()
+    saved = bytes(one.serializeFMUState(copy))
+    at = saved.index(struct.pack("d", one.getReal(whole.at(STATES[0]))[0]))
+    before = one.getReal(whole.at(*STATES))
+    with pytest.raises(Exception, match="fmi2"):
+        one.deserializeFMUState(spoilt(saved, at))
+    assert told in capfd.readouterr().out
+    assert one.getReal(whole.at(*STATES)) == before
+    one.freeFMUState(copy)
+
+
+def test_the_state_of_another_step_is_refused(
+    whole: Made, model: Ship, run: Run, host: Host, tmp_path: Path, capfd: Any
+) -> None:
+    path, _ = save_fmu(model, tmp_path / "half.fmu", dt=0.5 * DT)
+    one, other = host(whole, **run.start), host(Made(path, slave(model, dt=0.5 * DT)))
+    copy = one.getFMUState()
+    with pytest.raises(Exception, match="fmi2"):
+        other.deserializeFMUState(one.serializeFMUState(copy))
+    assert "the state of another FMU" in capfd.readouterr().out
+    one.freeFMUState(copy)
+
+
+def test_accelerations_answer_a_force_at_once(hull: Made, host: Host) -> None:
+    """As modelDescription.xml declares: they depend on the inputs without a step between."""
+    one = host(hull)
+    one.doStep(0.0, DT)
+    names = hull.at("body_acceleration.surge", "body_acceleration.sway", "body_acceleration.yaw")
+    still = one.getReal(names)
+    one.setReal(hull.at("external_forces.sway"), [5.0])
+    assert one.getReal(names)[1] > still[1] + 1e-3
+    one.setReal(hull.at("external_forces.sway"), [0.0])
+    assert one.getReal(names) == still
 
 
 def test_a_reset_begins_anew(whole: Made, run: Run, host: Host) -> None:
@@ -490,7 +534,7 @@ def test_the_sources_compile_under_every_warning(whole: Made, hull: Made, tmp_pa
         folder = tmp_path / made.path.stem
         unpacked(made, folder)
         strict = ["-std=c99", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "-pedantic"]
-        files = [str(folder / "sources" / name) for name in ("fmi2.c", "ship.c")]
+        files = [str(folder / "sources" / name) for name in ("fmi2.c", "slave.c", "ship.c")]
         done = subprocess.run([str(GCC), *strict, *files], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
 
@@ -508,6 +552,12 @@ def test_every_variable_of_the_groups_is_one_of_the_slave(whole: Made) -> None:
     refs = [one.attrib["ref"] for one in root.iter() if one.tag.endswith("}Variable")]
     assert set(refs) == {real.name for real in (*whole.layout.outputs, *whole.layout.inputs)}
     assert len(refs) == len(set(refs))
+
+
+def test_a_range_through_the_water_is_none_over_ground() -> None:
+    """KCS holds within speeds through the water; a following current may take her beyond them over ground."""
+    ranges = {real.name: (real.low, real.high) for real in slave(load("kcs"), dt=DT).outputs}
+    assert ranges["body_velocity.surge"] == (-math.inf, math.inf)
 
 
 def test_only_what_is_felt_goes_in() -> None:
@@ -585,11 +635,10 @@ def test_the_command(tmp_path: Path, capsys: Any) -> None:
     assert told["written"] == [str(path), str(tmp_path / "mariner_OspModelDescription.xml")]
 
 
-def test_a_network_is_shown_its_own_way_out(tmp_path: Path) -> None:
-    net = initial(Network("rnn", (4,)), 1)
-    ship = replace(load("esso_osaka_3m"), model=Neural(dt=0.1, network=net), notes={}, validity={})
-    with pytest.raises(ShipError, match="no symbolic right-hand side; --python FILE exports its steps"):
-        save_fmu(ship, tmp_path / "net.fmu")
+def test_a_step_that_is_too_long_is_told(tmp_path: Path, capsys: Any) -> None:
+    assert main(["export", "mariner_nomoto", "--fmu", str(tmp_path / "mariner.fmu"), "--dt", "100"]) == 0
+    [line] = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
+    assert "--dt: a step of 100 s is too long for mariner_nomoto: its integration is inaccurate above" in line
 
 
 def test_time_may_begin_anywhere(whole: Made) -> None:
@@ -598,3 +647,15 @@ def test_time_may_begin_anywhere(whole: Made) -> None:
                               start_values={"order.delta": 0.2})[-1] for t in (0.0, 1000.0)]  # fmt: skip
     for name in STATES:
         assert ends[1][name] == pytest.approx(ends[0][name], rel=1e-9, abs=1e-12)
+
+
+def test_seconds_since_1970_are_a_time(whole: Made, run: Run, host: Host) -> None:
+    """At 1.7e9 s a step has lost its seventh digit: every step must still be one, none late."""
+    wanted = stepped(host(whole, **run.start), whole, orders(whole), run.orders[:40])
+    late = host(whole)
+    late.reset()
+    late.setupExperiment(startTime=1.7e9)
+    late.setReal(whole.at(*run.start), list(run.start.values()))
+    late.enterInitializationMode()
+    late.exitInitializationMode()
+    np.testing.assert_array_equal(stepped(late, whole, orders(whole), run.orders[:40], 1.7e9), wanted)

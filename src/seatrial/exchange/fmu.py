@@ -1,4 +1,4 @@
-"""A ship as a co-simulation slave: one file with description, sources and binary, by FMI 2.0."""
+"""A ship as a co-simulation slave: one file with description, sources and binary, by FMI 2.0 or 3.0."""
 
 from __future__ import annotations
 
@@ -8,57 +8,85 @@ import platform
 import subprocess
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..approach import time_step
 from ..engine.cache import CompilerError, compiler
+from ..models.neural import Neural
 from ..ships import Ship, ShipError
+from . import fmu_xml3
 from .fmu_hull import hull_of
 from .fmu_layout import Layout, layout
-from .fmu_source import sources
+from .fmu_page import page
+from .fmu_source import compiled, sources
 from .fmu_xml import model_description, osp_description
-from .plant import plant
+from .network_source import trained
+from .plant import outline, plant
 from .writing import write
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
 """For any processor of the platform: no flag that looks at this one."""
 
-_PLATFORMS = {("Linux", "x86_64"): ("linux64", ".so"), ("Darwin", "x86_64"): ("darwin64", ".dylib"),
-              ("Windows", "AMD64"): ("win64", ".dll")}  # fmt: skip
+VERSIONS = (2, 3)
+"""Of the interface."""
+
+_SUFFIXES = {"Linux": ".so", "Darwin": ".dylib", "Windows": ".dll"}
+_NAMES = {("Linux", "x86_64"): "linux64", ("Darwin", "x86_64"): "darwin64", ("Windows", "AMD64"): "win64"}
+_PROCESSORS = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64", "ARM64": "aarch64"}
 _BEGINNING_OF_TIME = (1980, 1, 1, 0, 0, 0)
 
 
-def save_fmu(ship: Ship, path: str | Path, *, dt: float | None = None, hull: bool = False) -> tuple[Path, Path]:
-    """Write ``FILE.fmu`` and, beside it, ``FILE_OspModelDescription.xml``.
+def save_fmu(
+    ship: Ship, path: str | Path, *, dt: float | None = None, hull: bool = False, fmi: int = 2
+) -> tuple[Path, ...]:
+    """Write ``FILE.fmu`` and, of FMI 2.0, ``FILE_OspModelDescription.xml`` beside it.
 
     The same ship gives the same bytes where the compiler is the same.
 
     Args:
-        ship: any ship in continuous time.
+        ship: any ship in continuous time, or one that moves by a network.
         path: ends in .fmu, in a folder that is there.
-        dt: internal step [s]; None takes the one that suits the ship.
+        dt: internal step [s]; None takes the one that suits the ship. A network has its own.
         hull: the hull alone, under forces from outside; else the whole ship, under orders.
+        fmi: version of the interface, one of `VERSIONS`.
 
     Raises:
-        ShipError: a ship that has no right-hand side or no hull of its own; no compiler, or no platform of
-            FMI 2.0; a file that cannot be written.
+        ShipError: a ship that has no right-hand side or no hull of its own, or a network without weights; no
+            compiler, or no platform of the interface; a file that cannot be written.
     """
     target = Path(path)
     if target.suffix != ".fmu":
         raise ShipError(f"{target}: a co-simulation slave ends in .fmu")
+    if fmi not in VERSIONS:
+        raise ShipError(f"{target}: no version {fmi} of FMI here; known: {', '.join(map(str, VERSIONS))}")
     made = slave(ship, dt=dt, hull=hull)
-    files, guid = sources(made)
-    folder, suffix = _platform(target)
-    binary = _compiled(files, made.plant.name + suffix, target)
-    osp = osp_description(made)
-    content: dict[str, bytes] = {"modelDescription.xml": model_description(made, target.stem, guid).encode()}
-    content[f"binaries/{folder}/{made.plant.name}{suffix}"] = binary
+    files, guid = sources(made, fmi)
+    folder, suffix = _platform(target, fmi)
+    binary = f"binaries/{folder}/{made.plant.name}{suffix}"
+    content = {binary: _compiled(files, compiled(fmi), made.plant.name + suffix, target)}
     content |= {f"sources/{name}": text.encode() for name, text in files.items()}
-    content["resources/OspModelDescription.xml"] = osp.encode()
-    beside = target.with_name(f"{target.stem}_OspModelDescription.xml")
-    write({target: _zipped(content), beside: osp.encode()})
-    return target, beside
+    content["documentation/index.html"] = page(made).encode()
+    told = _told_2(made, target.stem, guid) if fmi == 2 else _told_3(made, target.stem, guid)
+    content = {name: text.encode() for name, text in told.items()} | content
+    beside = {target.with_name(f"{target.stem}_{Path(name).name}"): content[name] for name in told if name == _OSP}
+    write({target: _zipped(content), **beside})
+    return (target, *beside)
+
+
+_OSP = "resources/OspModelDescription.xml"
+
+
+def _told_2(made: Layout, name: str, guid: str) -> dict[str, str]:
+    return {"modelDescription.xml": model_description(made, name, guid), _OSP: osp_description(made)}
+
+
+def _told_3(made: Layout, name: str, token: str) -> dict[str, str]:
+    return {
+        "modelDescription.xml": fmu_xml3.model_description(made, name, token),
+        "sources/buildDescription.xml": fmu_xml3.build_description(made),
+        "terminalsAndIcons/terminalsAndIcons.xml": fmu_xml3.terminals(made),
+    }
 
 
 def slave(ship: Ship, *, dt: float | None = None, hull: bool = False) -> Layout:
@@ -66,19 +94,29 @@ def slave(ship: Ship, *, dt: float | None = None, hull: bool = False) -> Layout:
     taken = hull_of(ship) if hull else ship
     if dt is not None and not (dt > 0.0 and math.isfinite(dt)):
         raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
+    if isinstance(taken.model, Neural):
+        own = float(trained(taken).dt)
+        if dt is not None and dt != own:
+            raise ShipError(f"{ship.name}: a step of {dt:g} s; its network runs at {own:g} s and no other")
+        return layout(taken, outline(taken, own), own)
     made = plant(taken)  # refuses what has no right-hand side before anything asks for its step
     step = time_step(ship) if dt is None else dt
     return layout(taken, made if hull else plant(taken, step), step)
 
 
-def _platform(target: Path) -> tuple[str, str]:
-    here = (platform.system(), platform.machine())
-    if here not in _PLATFORMS:
-        raise ShipError(f"{target}: FMI 2.0 has no name for {' '.join(here)}; --c FOLDER writes the plant as C")
-    return _PLATFORMS[here]
+def _platform(target: Path, fmi: int) -> tuple[str, str]:
+    """Folder and suffix of the binary."""
+    system, processor = platform.system(), platform.machine()
+    folder = _NAMES.get((system, processor))
+    if fmi == 3 and processor in _PROCESSORS:
+        folder = f"{_PROCESSORS[processor]}-{system.lower()}"
+    if folder is None or system not in _SUFFIXES:
+        raise ShipError(
+            f"{target}: FMI {fmi}.0 has no name for {system} {processor}; --c FOLDER writes the plant as C")
+    return folder, _SUFFIXES[system]
 
 
-def _compiled(files: Mapping[str, str], name: str, target: Path) -> bytes:
+def _compiled(files: Mapping[str, str], which: Sequence[str], name: str, target: Path) -> bytes:
     """The shared library of the sources; built from relative names, so that no path of this machine enters it."""
     try:
         cc = compiler()
@@ -89,7 +127,7 @@ def _compiled(files: Mapping[str, str], name: str, target: Path) -> bytes:
             Path(scratch, file).write_text(text, encoding="utf-8")
         strip = ("-s",) if platform.system() == "Linux" else ()
         done = subprocess.run(
-            [cc, *FLAGS, *strip, "fmi2.c", "ship.c", "-o", name, "-lm"],
+            [cc, *FLAGS, *strip, *which, "-o", name, "-lm"],
             cwd=scratch, capture_output=True, text=True, check=False,
         )  # fmt: skip
         if done.returncode:

@@ -14,9 +14,11 @@ from ..actuators import table
 from ..approach import approach, straight
 from ..environment import CALM
 from ..models import unit
+from ..models.neural import Neural
 from ..models.settled import settled
 from ..parameters import Spec, walk
-from ..ships import Ship
+from ..ships import Ship, ShipError
+from .fmu_network import channels_of
 from .plant import Number, Plant
 
 PLACES = {
@@ -81,6 +83,7 @@ class Layout:
         terms: by control and by channel of the environment, its value in C from the inputs v[].
         step: internal step [s].
         whole: whether orders go in, through the actuators; else forces.
+        network: what moves the ship, where no right-hand side does.
     """
 
     plant: Plant
@@ -92,6 +95,7 @@ class Layout:
     terms: tuple[tuple[str, ...], tuple[str, ...]]
     step: float
     whole: bool
+    network: Neural | None
 
     @property
     def all(self) -> tuple[Real, ...]:
@@ -107,11 +111,16 @@ def layout(ship: Ship, made: Plant, step: float) -> Layout:
     """
     whole = made.servos is not None
     state, control = _beginning(ship, whole)
-    inputs, (orders, channels) = _inputs(made, control, whole)
+    network = ship.model if isinstance(ship.model, Neural) else None
+    felt = _felt(made) if network is None else channels_of(network.network)
+    inputs, (orders, channels) = _inputs(made, control, felt, whole)
     states = tuple(_placed(v.name, v.about) for v in made.states)
-    outputs = [Real(n, u, about, "output", low=v.low, high=v.high)  # where the model holds
+    adrift = "current_x" in felt  # the model holds within speeds through the water, these are over ground
+    outputs = [Real(n, u, about, "output") if adrift and v.name in ("u", "v_m")
+               else Real(n, u, about, "output", low=v.low, high=v.high)  # where the model holds
                for (n, u, about), v in zip(states, made.states, strict=True)]  # fmt: skip
-    outputs += [Real(n, u, about, "output") for n, u, about in RATES]
+    over = "" if network is None else " over the last sample"
+    outputs += [Real(n, u, about + over, "output") for n, u, about in RATES]
     starts = [Real(f"initial.{n}", u, f"at the start: {about}", "parameter", v)
               for (n, u, about), v in zip(states, state, strict=True)]  # fmt: skip
     if whole:
@@ -123,7 +132,7 @@ def layout(ship: Ship, made: Plant, step: float) -> Layout:
         plant=made, outputs=tuple(outputs), inputs=inputs,
         numbers=tuple(_number(n, f"ship.{n.path}", n.unit, meanings.get(n.path)) for n in made.numbers),
         servos=tuple(_servo_numbers(ship, made)), starts=tuple(starts), terms=(orders, channels), step=step,
-        whole=whole,
+        whole=whole, network=network,
     )  # fmt: skip
 
 
@@ -133,14 +142,24 @@ def _placed(name: str, about: str) -> tuple[str, str, str]:
 
 def _beginning(ship: Ship, whole: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """State and controls at the start: a straight run at the approach speed, or a hull at rest."""
-    speed, n_P = approach(ship) if whole else (0.0, 0.0)
+    speed, n_P = _approach(ship) if whole else (0.0, 0.0)
     control = tuple(float(c) + 0.0 for c in straight(ship, n_P))  # no zero with a sign
     rest = settled(ship.model, np.array([[*control, *CALM]], dtype=np.float64))[0]
     return (0.0, 0.0, 0.0, float(speed), 0.0, 0.0, *rest.tolist()), control
 
 
+def _approach(ship: Ship) -> tuple[float, float]:
+    """Speed [m/s] and revolutions [1/s] of the straight run; of a network that finds none, those of the ship file."""
+    try:
+        return approach(ship)
+    except ShipError:
+        if not isinstance(ship.model, Neural):
+            raise
+        return ship.speed, ship.n_P or 0.0
+
+
 def _inputs(
-    made: Plant, control: tuple[float, ...], whole: bool
+    made: Plant, control: tuple[float, ...], felt: set[str], whole: bool
 ) -> tuple[tuple[Real, ...], tuple[tuple[str, ...], tuple[str, ...]]]:
     """The inputs that act, and how controls and environment follow from them."""
     if whole:
@@ -150,7 +169,7 @@ def _inputs(
         found = [Real(f"{group}.{axis}", u, f"{about} of {who}", "input")
                  for group, who in _SOURCES.items() for axis, u, about in _AXES]  # fmt: skip
         acting = [" + ".join(f"v[{k}]" for k in range(j, len(found), 3)) for j in range(3)]
-    felt, channels = _felt(made), ["0.0"] * len(made.environment)
+    channels = ["0.0"] * len(made.environment)
     at = {v.name: k for k, v in enumerate(made.environment)}
     for names, reals, forms in AROUND:
         if not any(name in felt for name in names):

@@ -1,4 +1,4 @@
-"""The part of a co-simulation slave that is the ship's own: ship.h and ship.c, which the common fmi2.c calls."""
+"""The sources of a co-simulation slave: ship.h and ship.c, which are the ship's own, and what is common to all."""
 
 from __future__ import annotations
 
@@ -10,25 +10,34 @@ import casadi as ca
 
 from .c_source import C, array_function, plain
 from .fmu_layout import Layout
+from .fmu_network import HEAD, memory_of, network_c
 
-COMMON = Path(__file__).parent / "fmi2"
+COMMON = Path(__file__).parent
 _RATES = "void ship_rates(const double x[], const double u[], const double e[], const double p[], double dx[])"
 _ACTUATE = "void ship_actuate(const double a[], const double o[], const double p[], double u[], double a_next[])"
 _INPUTS = "void ship_inputs(const double v[], double u[], double e[])"
 
 
-def sources(made: Layout) -> tuple[dict[str, str], str]:
-    """The source files by name, and the guid that is a digest of them."""
-    common = {name: (COMMON / name).read_text(encoding="utf-8") for name in ("fmi2.c", "fmi2.h")}
+def sources(made: Layout, fmi: int = 2) -> tuple[dict[str, str], str]:
+    """The source files by name for a version of FMI, and the guid that is a digest of them."""
+    parts = ("fmi/entry.h", "fmi/slave.h", "fmi/slave.c", f"fmi{fmi}/fmi{fmi}.h", f"fmi{fmi}/fmi{fmi}.c")
+    common = {Path(part).name: (COMMON / part).read_text(encoding="utf-8") for part in parts}
     own = _source(made)
     told = "\n".join([*common.values(), own, *map(repr, made.all), repr(made.step)])
     guid = f"{{{hashlib.sha256(told.encode()).hexdigest()[:32]}}}"
     return {**common, "ship.c": own, "ship.h": _header(made, guid)}, guid
 
 
+def compiled(fmi: int) -> tuple[str, ...]:
+    """The files that are compiled, in order."""
+    return (f"fmi{fmi}.c", "slave.c", "ship.c")
+
+
 def _header(made: Layout, guid: str) -> str:
     plant, servos = made.plant, made.plant.servos
+    network = None if made.network is None else made.network.network
     sizes = {
+        "SAMPLED": int(network is not None), "NM": 0 if network is None else memory_of(network),
         "NX": len(plant.states), "NU": len(plant.controls), "NE": len(plant.environment),
         "NA": len(servos.memory) if servos is not None else 0, "NV": len(made.all),
         "V_INPUTS": len(made.outputs), "V_NUMBERS": len(made.outputs) + len(made.inputs),
@@ -44,7 +53,7 @@ def _header(made: Layout, guid: str) -> str:
         "extern const int ship_control_of[NA + 1], ship_start_of[NA + 1];", "",
         "/* Rates of the state; what acts and what is remembered next under the orders; orders or forces and the",
         "   environment by the inputs. */",
-        *(f"{head};" for head in (_RATES, _ACTUATE, _INPUTS)), "", "#endif", "",
+        *(f"{head};" for head in (_RATES if network is None else HEAD, _ACTUATE, _INPUTS)), "", "#endif", "",
     ]  # fmt: skip
     return "\n".join(lines)
 
@@ -61,7 +70,7 @@ def _source(made: Layout) -> str:
         *(f"    {C.constant(real.start)}, /* {k}: {plain(_told(real.name, real.unit))} */"
           for k, real in enumerate(made.all)),
         "};", _table("ship_control_of", actual), _table("ship_start_of", start), "",
-        *array_function(_RATES, plant.open, "xuep", ("dx",)),
+        *(array_function(_RATES, plant.open, "xuep", ("dx",)) if made.network is None else network_c(made.network)),
     ]  # fmt: skip
     if servos is not None:
         a, o, p = (ca.SX.sym(k, n) for k, n in zip("aop", map(len, (memory, controls, servos.numbers)), strict=True))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from .fmu_layout import Layout, Real
+from .fmu_source import compiled
 
 BASE = {"m": {"m": 1}, "s": {"s": 1}, "kg": {"kg": 1}, "rad": {"rad": 1}, "N": {"kg": 1, "m": 1, "s": -2}}
 """Exponents of the base units."""
@@ -33,63 +34,69 @@ def model_description(made: Layout, name: str, guid: str) -> str:
         "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
     })  # fmt: skip
     files = SubElement(slave, "SourceFiles")
-    for file in ("fmi2.c", "ship.c"):
+    for file in compiled(2):
         SubElement(files, "File", {"name": file})
-    units = SubElement(root, "UnitDefinitions")
-    for text in dict.fromkeys(real.unit for real in made.all if _measured(real.unit)):
-        _define(units, text)
+    define_units(root, made)
     SubElement(SubElement(root, "LogCategories"), "Category", {"name": "logStatusError"})
     SubElement(root, "DefaultExperiment", {"startTime": "0.0", "stepSize": repr(made.step)})
     _variables(root, made)
-    return _text(root)
+    return document(root)
 
 
 def _variables(root: Element, made: Layout) -> None:
     """The variables and, by their places in that list, what depends on what."""
     listed = SubElement(root, "ModelVariables")
-    outputs: list[int] = []
-    inputs: list[int] = []
-    rates: list[int] = []
+    places: dict[int, str] = {}
     for reference, real in enumerate(made.all):
-        if not real.shown:
-            continue
-        _variable(listed, real, reference)
-        if real.causality == "output":
-            outputs.append(len(listed))
-            if real.name.startswith("body_acceleration."):
-                rates.append(len(listed))
-        if real.causality == "input" and not real.name.startswith("order."):
-            inputs.append(len(listed))  # an order acts through its actuator, not at once
+        if real.shown:
+            _variable(listed, real, reference)
+            places[reference] = str(len(listed))
     structure = SubElement(root, "ModelStructure")
-    found = SubElement(structure, "Outputs")
-    for place in outputs:
-        through = " ".join(map(str, inputs)) if place in rates else ""
-        SubElement(found, "Unknown", {"index": str(place), "dependencies": through})
-    first = SubElement(structure, "InitialUnknowns")
-    for place in outputs:
-        SubElement(first, "Unknown", {"index": str(place)})
+    found, first = SubElement(structure, "Outputs"), SubElement(structure, "InitialUnknowns")
+    for reference, through in depends(made).items():
+        told = {"index": places[reference], "dependencies": " ".join(places[k] for k in through)}
+        SubElement(found, "Unknown", told)
+        SubElement(first, "Unknown", {"index": places[reference]})
+
+
+def depends(made: Layout) -> dict[int, tuple[int, ...]]:
+    """By value reference of each output, the inputs it depends on at once.
+
+    Only accelerations do, of a right-hand side; an order acts through its actuator.
+    """
+    inputs = tuple(k for k, real in enumerate(made.all)
+                   if real.causality == "input" and not real.name.startswith("order."))  # fmt: skip
+    at_once = "body_acceleration." if made.network is None else "nothing"
+    return {k: inputs if real.name.startswith(at_once) else () for k, real in enumerate(made.outputs)}
 
 
 def _variable(listed: Element, real: Real, reference: int) -> None:
+    said = {**meaning(real, reference), **({"initial": "calculated"} if real.causality == "output" else {})}
+    SubElement(SubElement(listed, "ScalarVariable", said), "Real", numbers(real))
+
+
+def meaning(real: Real, reference: int) -> dict[str, str]:
+    """Attributes of a variable: what it is."""
     varies = {"parameter": "fixed"}.get(real.causality, "continuous")
-    attributes = {"name": _quoted(real.name), "valueReference": str(reference), "description": real.about,
-                  "causality": real.causality, "variability": varies}  # fmt: skip
-    if real.causality == "output":
-        attributes["initial"] = "calculated"
-    of = {"unit": unit_name(real.unit)} if _measured(real.unit) else {}
+    return {"name": quoted(real.name), "valueReference": str(reference), "description": real.about,
+            "causality": real.causality, "variability": varies}  # fmt: skip
+
+
+def numbers(real: Real) -> dict[str, str]:
+    """Attributes of a variable: unit, limits and start."""
+    of = {"unit": unit_name(real.unit)} if measured(real.unit) else {}
     of |= {key: repr(float(v)) for key, v in (("min", real.low), ("max", real.high)) if math.isfinite(v)}
-    if real.causality != "output":
-        of["start"] = repr(real.start)
-    SubElement(SubElement(listed, "ScalarVariable", attributes), "Real", of)
+    return of | ({"start": repr(real.start)} if real.causality != "output" else {})
 
 
-def _quoted(name: str) -> str:
+def quoted(name: str) -> str:
     """A name as the structured convention has it; in quotes where it is no chain of identifiers."""
     escaped = name.replace("\\", "\\\\").replace("'", "\\'")
     return name if _PLAIN.fullmatch(name) else f"'{escaped}'"
 
 
-def _measured(text: str) -> bool:
+def measured(text: str) -> bool:
+    """Whether a unit is one, and no mark of a number without."""
     return text not in ("", "-", "'")
 
 
@@ -114,25 +121,34 @@ def exponents(text: str) -> dict[str, int] | None:
     return {base: exponent for base, exponent in found.items() if exponent}
 
 
-def _define(units: Element, text: str) -> None:
-    defined = SubElement(units, "Unit", {"name": unit_name(text)})
-    base = exponents(text)
-    if base is not None:
-        SubElement(defined, "BaseUnit", {name: str(base[name]) for name in ("kg", "m", "s", "rad") if name in base})
+def define_units(root: Element, made: Layout) -> None:
+    """Every unit of a variable, by base units where it is made of them."""
+    units = SubElement(root, "UnitDefinitions")
+    for text in dict.fromkeys(("s", *(real.unit for real in made.all if measured(real.unit)))):
+        defined = SubElement(units, "Unit", {"name": unit_name(text)})
+        base = exponents(text)
+        if base is not None:
+            SubElement(defined, "BaseUnit", {name: str(base[name]) for name in ("kg", "m", "s", "rad") if name in base})
 
 
 def osp_description(made: Layout) -> str:
     """Which variables go together, for masters that connect groups."""
     root = Element("OspModelDescription", {"xmlns": OSP, "version": "1.0"})
-    groups: dict[str, list[Real]] = {}
-    for real in (*made.outputs, *made.inputs):
-        groups.setdefault(real.name.rpartition(".")[0], []).append(real)
+    groups = grouped(made)
     of_all = SubElement(root, "VariableGroups")
     for name in sorted(groups, key=lambda one: _kind(groups[one]) != "Generic"):
         group = SubElement(of_all, _kind(groups[name]), {"name": name})
         for real in groups[name]:
-            SubElement(group, "Variable", {"ref": _quoted(real.name)})
-    return _text(root)
+            SubElement(group, "Variable", {"ref": quoted(real.name)})
+    return document(root)
+
+
+def grouped(made: Layout) -> dict[str, list[Real]]:
+    """Outputs and inputs that go together, by the name of the group."""
+    groups: dict[str, list[Real]] = {}
+    for real in (*made.outputs, *made.inputs):
+        groups.setdefault(real.name.rpartition(".")[0], []).append(real)
+    return groups
 
 
 def _kind(reals: Sequence[Real]) -> str:
@@ -140,6 +156,7 @@ def _kind(reals: Sequence[Real]) -> str:
     return "LinearVelocity" if reals[0].name.startswith("current_velocity.") else "Generic"
 
 
-def _text(root: Element) -> str:
+def document(root: Element) -> str:
+    """The file of an element."""
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"

@@ -24,16 +24,24 @@ def save_network(ship: Ship, path: str | Path) -> tuple[Path, ...]:
     Raises:
         ShipError: a network without weights, or a file that cannot be written.
     """
-    target, model = Path(path), ship.model
-    if not isinstance(model, Neural) or not model.network.trained:
-        raise ShipError(f"{ship.name}: has no weights to export; train it with seatrial identify")
-    weights = dict(model.network.weights)
+    target, weights = Path(path), dict(trained(ship).network.weights)
 
     def save(name: str) -> None:
         with Path(name).open("wb") as stream:
             np.savez(stream, **weights)  # type: ignore[arg-type]
 
     return write({target.with_suffix(".npz"): save, target: network_text(ship)})
+
+
+def trained(ship: Ship) -> Neural:
+    """The network that a ship moves by.
+
+    Raises:
+        ShipError: one without weights.
+    """
+    if not isinstance(ship.model, Neural) or not ship.model.network.trained:
+        raise ShipError(f"{ship.name}: has no weights to export; train it with seatrial identify")
+    return ship.model
 
 
 def network_text(ship: Ship) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -147,10 +147,10 @@ def plant(ship: Ship, dt: float | None = None) -> Plant:
     if isinstance(ship.model, Sampled):
         family = type(ship.model).__name__
         if isinstance(ship.model, Stepped):
-            raise ShipError(f"{ship.name}: a network has no symbolic right-hand side; --python FILE exports its steps")
+            ways = "--python FILE exports its steps, --fmu FILE.fmu a slave"
+            raise ShipError(f"{ship.name}: a network has no symbolic right-hand side; {ways}")
         raise ShipError(f"{ship.name}: {family} is a model in discrete time and has no right-hand side to export")
-    if dt is not None and not (dt > 0.0 and math.isfinite(dt)):
-        raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
+    outlined = outline(ship, dt)
     system = open_loop(ship)
     traced = right_hand_side(system)
     known = _numbers(ship, system.parameters)
@@ -159,11 +159,23 @@ def plant(ship: Ship, dt: float | None = None) -> Plant:
     offsets = [0.0] * (len(system.parameters) - len(known))  # of the current: a measured one comes by e
     dx = _tidy(traced(x, ca.vertcat(u, e), ca.vertcat(p, *offsets)))
     used, open_ = _used([x, u, e], p, [dx], known)
+    return replace(outlined, numbers=used, open=open_)
+
+
+def outline(ship: Ship, dt: float | None = None) -> Plant:
+    """The plant without its right-hand side: what goes in and out, and the actuators over a step of `dt` [s].
+
+    Raises:
+        ShipError: a step that is not above zero.
+    """
+    if dt is not None and not (dt > 0.0 and math.isfinite(dt)):
+        raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
+    names = ship.model.states
     return Plant(
-        name=identifier(ship.name), title=one_line(title(ship)), states=tuple(_state(ship, n) for n in system.states),
+        name=identifier(ship.name), title=one_line(title(ship)), states=tuple(_state(ship, n) for n in names),
         controls=tuple(_control(ship, n) for n in ship.model.controls),
         environment=tuple(Variable(n, unit_around(n), ABOUT[n]) for n in CHANNELS),
-        numbers=used, open=open_, servos=None if dt is None else _servos(ship, dt),
+        numbers=(), open=None, servos=None if dt is None else _servos(ship, dt),
     )  # fmt: skip
 
 

@@ -2,15 +2,9 @@
 #ifndef SEATRIAL_FMI2_H
 #define SEATRIAL_FMI2_H
 
-#include <stddef.h>
+#include "entry.h"
 
-#if defined _WIN32
-#define ENTRY __declspec(dllexport)
-#elif defined __GNUC__
-#define ENTRY __attribute__((visibility("default")))
-#else
-#define ENTRY
-#endif
+#include <stddef.h>
 
 typedef void* fmi2Component;
 typedef void* fmi2ComponentEnvironment;
