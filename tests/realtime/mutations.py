@@ -88,10 +88,17 @@ def _rubble(rng: random.Random, base: bytes) -> bytes:
     return b"".join(rng.sample(rubble, 5))
 
 
+def _carriage_returns(rng: random.Random, base: bytes) -> bytes:
+    """Line ends that are none: a CR alone, between sentences or as often as there is room."""
+    bare = [base.replace(b"\r\n", b"\r") * 3, base[:-1] + b"x\r" * rng.randint(1, 700), b"x\r" * 736, b"\r" + base]
+    return rng.choice(bare)
+
+
 _CELLS = [b"", b"nan", b"inf", b"-1e9", b"99999999999", b"A", b"-0", b"1.5.2", b"\xff", b"AGROR", b"0x1", b" 1", b"180"]
 
 _DAMAGE: tuple[Callable[[random.Random, bytes], bytes], ...] = (
     lambda rng, base: base, _bits, lambda rng, base: base[: rng.randrange(len(base))], _other_fields,
     _number_of_fields, lambda rng, base: rng.randbytes(rng.randrange(200)), _run_together, _framed,
     lambda rng, base: base * rng.randint(18, 40), _rubble,
+    _carriage_returns,
 )  # fmt: skip

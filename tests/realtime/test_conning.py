@@ -6,10 +6,13 @@ import math
 
 import pytest
 
+from seatrial.approach import approach
 from seatrial.data.nmea import Sentence, decode, encode
 from seatrial.data.nmea_fields import SENTENCES
 from seatrial.data.nmea_ship import MILE, Fittings
-from seatrial.realtime.conning import TELEGRAPH, Conning, thrusters
+from seatrial.realtime.aboard import exact, unsaid
+from seatrial.realtime.conning import TELEGRAPH, Conning, shafts, thrusters
+from seatrial.realtime.helm import ranges
 from seatrial.realtime.on_wire import fitted
 from seatrial.realtime.steering import SteeringControl
 from seatrial.ships.files import load
@@ -91,6 +94,18 @@ def test_rudder_limit_and_turn_rate_of_heading_control():
     assert con.control.rate == pytest.approx(con.ship.speed / MILE)
 
 
+def test_the_rudder_limit_of_a_heading_order_ends_with_it():
+    con = conning()
+    con.take(heading(90.0, cmdrudderlimit=3.0), "a", 0.0)
+    assert con.steered(0.0, 0.0, 0.1, 0.1)["delta"] == pytest.approx(3.0 * DEG)
+    con.take(said("APB", LCgwarn="A", LCcwarn="A", bearS=90.0, bearSu="T"), "a", 0.2)
+    assert con.steered(0.0, 0.0, 0.2, 0.1)["delta"] == pytest.approx(35.0 * DEG)
+    con.take(heading(90.0, cmdrudderlimit=3.0), "a", 0.3)
+    track = said("APB", LCgwarn="A", LCcwarn="A", ctrkerr=0.5, dirs="R", ctrkUnit="N", bearO2D=90.0, bearO2Du="T")
+    con.take(track, "a", 0.4)
+    assert con.steered(0.0, 0.0, 0.4, 0.1)["delta"] == pytest.approx(35.0 * DEG)
+
+
 def test_magnetic_headings_and_reports_are_no_orders():
     con = conning()
     con.take(said("HTC", steermode="H", cmdheading=10.0, headingref="M"), "a", 0.0)
@@ -161,6 +176,26 @@ def test_telegraph(position):
     ordered = con.take(said("ETL", time=0.0, msgtype="O", engtelposind=position, operatinglocind="B"), "a", 0.0)
     assert ordered == {"n_P": pytest.approx(10.0 * TELEGRAPH[position])}
     assert (TELEGRAPH[position] < 0.0) == (position > "10")
+
+
+def test_full_on_the_telegraph_is_that_of_the_page_and_ends_where_the_engine_does():
+    osaka = load("esso_osaka_3m")  # 20 1/s at most, 10 hold her approach
+    full = Conning(osaka, fitted(osaka, Fittings()))
+    order = said("ETL", time=0.0, msgtype="O", engtelposind="05", operatinglocind="B")
+    assert full.take(order, "a", 0.0) == {"n_P": pytest.approx(approach(osaka)[1])}
+    free = conning()
+    huge = said("PRC", rpmdemand=99999.0, rpmdemandstatus="R")
+    assert free.take(huge, "a", 0.0) == {"n_P": ranges(free.ship, 10.0)["n_P"].high}
+
+
+def test_a_ship_whose_model_keeps_her_speed_has_no_shaft():
+    con = conning("zeefakkel")
+    assert shafts(con.ship) == ()
+    assert con.take(said("ETL", time=0.0, msgtype="O", engtelposind="05", operatinglocind="B"), "a", 0.0) == {}
+    assert con.take(said("PRC", rpmdemand=60.0, rpmdemandstatus="R"), "a", 0.0) == {}
+    assert con.counts["unfit"] == 2
+    fittings = fitted(con.ship, Fittings())
+    assert unsaid("RPM", exact(con.ship.model.controls, fittings, 10.0), fittings) == "she has no shaft that is shown"
 
 
 def test_thrusters_by_number_odd_at_the_bow_even_at_the_stern():

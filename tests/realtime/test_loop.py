@@ -11,7 +11,9 @@ import pytest
 from seatrial.environment import Uniform
 from seatrial.realtime.loop import CommandError, Loop, LoopError
 from seatrial.realtime.plant import Compiled
-from seatrial.sensors.instruments import Gnss, Gyro
+from seatrial.realtime.schedule import Schedule
+from seatrial.sensors import SensorError
+from seatrial.sensors.instruments import Feedback, Gnss, Gyro
 from seatrial.sensors.stream import Errors
 from seatrial.sensors.suite import Suite
 from seatrial.ships import ShipError
@@ -114,6 +116,69 @@ def test_pause_step_resume_and_another_pace(compiled):
     assert clock.time - start == pytest.approx(2.0, abs=0.01)
 
 
+def behind(compiled: Compiled) -> tuple[Loop, FakeClock]:
+    """A loop whose first 50 ticks take 0.3 s each instead of a tenth: ten seconds late then."""
+    loop, clock = looped(compiled)
+    clock.oversleep = 0.0
+    loop.after(lambda loop: setattr(clock, "time", clock.time + 0.3 * (loop.k <= 50)))
+    return loop, clock
+
+
+@pytest.mark.parametrize("what", [Loop.resume, lambda loop: (loop.pause(), loop.resume()), lambda loop: loop.pace(1.0)])
+def test_nothing_said_to_the_schedule_forgives_what_is_late(compiled, what):
+    loop, clock = behind(compiled)
+    loop.after(lambda loop: what(loop) if loop.k in (30, 50) else None)
+    start = clock.time
+    report = loop.run(20.0)
+    assert clock.time - start == pytest.approx(19.9, abs=0.06)  # all caught up with
+    assert report.slipped == 0.0
+    assert report.worst_late == pytest.approx(9.7, abs=0.31)
+
+
+def test_a_backlog_that_is_given_up_by_a_reset_is_told(compiled):
+    loop, _ = behind(compiled)
+    loop.after(lambda loop: loop.reset() if loop.report.ticks == 40 else None)
+    report = loop.run(5.0)
+    assert report.slipped == pytest.approx(40 * 0.2, abs=0.3)
+    assert report.events["slipped"] == 1
+
+
+@pytest.mark.parametrize("what", [lambda s: s.pace(1.0), lambda s: (s.hold(), s.release()), lambda s: s.give_up()])
+def test_nothing_said_to_the_schedule_adds_ticks(what):
+    clock = FakeClock()
+    schedule, ticks = Schedule(20.0, 1.0, clock), 0
+    for k in range(1000):
+        clock.time = 100.0 + 0.001 * k
+        if k % 10 == 0:
+            what(schedule)
+        if schedule.left() <= 0.0:
+            schedule.begin()
+            ticks += 1
+    assert ticks == 20
+
+
+def test_another_pace_keeps_the_place_between_two_ticks_and_what_is_owed():
+    clock = FakeClock()
+    schedule = Schedule(10.0, 1.0, clock)
+    schedule.begin()
+    clock.time += 0.025
+    schedule.pace(0.5)
+    assert schedule.left() == pytest.approx(0.15)  # three quarters of a period that is twice as long
+    clock.time += 2.15
+    schedule.pace(10.0)
+    assert schedule.left() == pytest.approx(-0.1)  # ten ticks, as before
+    schedule.pace(math.inf)
+    assert schedule.left() == 0.0
+
+
+def test_runs_in_a_row_keep_the_pace(compiled):
+    loop, clock = looped(compiled)
+    start = clock.time
+    for _ in range(20):
+        loop.run(0.1)
+    assert clock.time - start == pytest.approx(1.9, abs=0.01)
+
+
 def test_the_clock_of_the_machine_and_a_stop_from_another_thread(compiled):
     loop = Loop([compiled.plant()], 10.0, 10.0)
     thread = threading.Thread(target=loop.run)
@@ -150,7 +215,7 @@ def test_orders_beyond_the_limits_are_clipped_and_told_once(compiled):
         loop.order("kvlcc2_l7", "delta", 1.0)
         loop.step()
     vessel = loop.vessels["kvlcc2_l7"]
-    assert vessel.plant["delta_cmd"] == vessel.plant.limits["delta"][1]
+    assert vessel.plant["delta_cmd"] == vessel.plant.ranges["delta"].high
     assert vessel.clipped == {"delta"}
     assert [event.kind for event in loop.events] == ["clipped"]
     assert "delta ordered to 1" in loop.events[0].text
@@ -198,6 +263,97 @@ def test_reset_and_restore_bring_back_ships_instruments_and_time(compiled):
     assert loop.k == 0
     loop.order("kvlcc2_l7", "delta", 0.3)
     assert on(5.0) == first
+
+
+def test_orders_that_wait_and_what_is_known_of_a_ship_are_saved(compiled):
+    loop, _ = looped(compiled, patience=2.0)
+    loop.order("kvlcc2_l7", "delta", 1.0)
+    loop.run(1.0)
+    loop.order("kvlcc2_l7", "delta", 0.2)
+    loop.surround("kvlcc2_l7", Uniform(U_C=0.3).now())
+    other, _ = looped(compiled)
+    other.restore(loop.snapshot())
+    for one in (loop, other):
+        vessel = one.vessels["kvlcc2_l7"]
+        assert (vessel.heard, vessel.clipped) == (0.0, {"delta"})
+        one.run(3.0)
+        assert vessel.plant["delta_cmd"] == 0.2
+        assert vessel.plant["current_x"] == 0.3
+        assert vessel.stale
+    assert other.vessels["kvlcc2_l7"].plant["x"] == loop.vessels["kvlcc2_l7"].plant["x"]
+
+
+class Rolling:
+    """Somebody who steers by a number of its own."""
+
+    def __init__(self, loop: Loop) -> None:
+        self.loop, self.number = loop, 0
+        loop.after(self.tick)
+        loop.keep("rolling", self)
+
+    def tick(self, loop: Loop) -> None:
+        self.number += 1
+        loop.order("kvlcc2_l7", "delta", 0.3 * math.sin(0.5 * self.number))
+
+    def snapshot(self):
+        return self.number
+
+    def restore(self, saved):
+        self.number = int(saved)
+
+    def reset(self):
+        self.number = 0
+
+
+def test_who_steers_from_beside_is_saved_restored_and_reset_with_the_ships(compiled):
+    loop, _ = looped(compiled)
+    steers, plant = Rolling(loop), loop.vessels["kvlcc2_l7"].plant
+
+    def on(ticks):
+        found = []
+        for _ in range(ticks):
+            loop.step()
+            found.append((plant["psi"], plant["delta"], steers.number))
+        return found
+
+    first = on(50)
+    saved = loop.snapshot()
+    onward = on(50)
+    loop.restore(saved)
+    assert on(50) == onward
+    loop.reset()
+    assert on(50) == first
+    before = loop.snapshot()
+    with pytest.raises(ShipError, match="what is kept of rolling cannot be read"):
+        loop.restore(before.replace(b'"rolling": 50', b'"rolling": []'))
+    assert loop.snapshot() == before
+    alone, _ = looped(compiled)
+    with pytest.raises(ShipError, match="saved loop with rolling; this one has nobody beside it"):
+        alone.restore(saved)
+    loop.restore(alone.snapshot())  # who was not there begins anew
+    assert steers.number == 0
+
+
+def test_who_blew_up_stays_so_when_restored(compiled):
+    wild = compiled.plant(start=(0.0, 0.0, 0.0, 1e200, 1e200, 1e200), n_P=1.0)
+    loop = Loop({"wild": wild}, 10.0, clock=FakeClock())
+    loop.run(1.0)
+    failure = loop.vessels["wild"].failure
+    saved = loop.snapshot()
+    loop.reset()
+    loop.restore(saved)
+    assert failure is not None
+    assert loop.vessels["wild"].failure == failure
+
+
+def test_instruments_of_what_a_ship_does_not_have_are_refused():
+    twin = load("twin_virtual")
+    with pytest.raises(SensorError, match="feedback of twin_virtual: no value 'delta'; near: delta_2"):
+        Loop([Compiled.of(twin, DT).plant()], 10.0, sensors=Suite((Gyro(), Feedback())))
+    fits = Suite((Feedback(controls=twin.model.controls),))
+    loop = Loop([Compiled.of(twin, DT).plant()], 10.0, math.inf, sensors=fits)
+    loop.run(2.0)
+    assert set(loop.readings("twin_virtual")[0].values) == set(twin.model.controls)
 
 
 @pytest.mark.parametrize("seeds", [(1, 2), (1, 1)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import struct
 from collections import Counter
 
 import mutations
@@ -17,11 +18,15 @@ from seatrial.data.nmea_framing import TOKEN, read_line, split
 from seatrial.data.nmea_reading import readings
 from seatrial.data.nmea_ship import Fittings
 from seatrial.data.trialfile import read_trial
+from seatrial.realtime.aboard import RATES
 from seatrial.realtime.intake import Intake
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.on_wire import OnWire, Speech
 from seatrial.realtime.plant import Plant
 from seatrial.realtime.wire import Address, Message, Wire, WireError
+from seatrial.sensors.instruments import Gnss, Gyro, RateGyro
+from seatrial.sensors.stream import Errors
+from seatrial.sensors.suite import Suite, usual
 from seatrial.ships.files import load
 
 DEG = math.pi / 180.0
@@ -161,8 +166,6 @@ def test_what_she_says_imports_as_the_trial_she_was(ship, tmp_path):
 
 
 def test_through_instruments(ship):
-    from seatrial.sensors.suite import usual
-
     loop, _, wire, _ = at_sea(ship, sensors=usual(ship))
     loop.run(10.0)
     lines = [line for data in wire.out for line in split(data)]
@@ -172,6 +175,130 @@ def test_through_instruments(ship):
     assert kinds["RSA"] == pytest.approx(50, abs=2)
     speeds = [decode(line) for line in lines if line[3:6] == b"VBW"]
     assert all(one["longgroundspd"] is None and one["groundspdstatus"] == "V" for one in speeds)
+
+
+def said_by(wire: Strings) -> Counter[str]:
+    return Counter(line[3:6].decode() for data in wire.out for line in split(data))
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.02])
+def test_a_ship_that_lies_still_says_as_much_through_noisy_instruments(ship, speed):
+    plant = Plant.of(ship, dt=0.1, start=(0.0, 0.0, 0.0, speed, 0.0, 0.0), n_P=0.0)
+    loop, wire = Loop({"s": plant}, 10.0, math.inf, sensors=usual(ship)), Strings()
+    OnWire(loop, "s", wire, Speech(Fittings(), {**RATES, "VDO": 0.5}))
+    loop.run(60.0)
+    assert wire.counts["unsaid"] == 0
+    said = said_by(wire)
+    for kind in ("RMC", "VTG", "GGA", "ZDA", "VBW", "DPT"):
+        assert said[kind] == pytest.approx(60, abs=1), kind
+    assert said["MWV"] == pytest.approx(120, abs=2)
+    assert said["VDO"] == pytest.approx(30, abs=1)
+
+
+def test_through_instruments_she_says_every_sentence_that_she_says_without(ship):
+    kinds = []
+    for sensors in (None, usual(ship)):
+        loop, _, wire, _ = at_sea(ship, Speech(Fittings(), {**RATES, "VDO": 0.5}), sensors=sensors)
+        loop.run(5.0)
+        lines = [line for data in wire.out for line in split(data)]
+        kinds.append({(line[3:6], line.split(b",")[2] if line[3:6] == b"MWV" else b"") for line in lines})
+    assert kinds[0] == kinds[1]
+    assert {kind.decode() for kind, _ in kinds[0]} == {*RATES, "VDO"}
+
+
+def test_the_antenna_stands_where_it_is_told_with_and_without_faults(ship):
+    datum, antenna = Datum(35.0, 139.0), (3.0, -1.0)
+    for sensors in (None, usual(ship, antenna)):
+        loop, plant, wire, _ = at_sea(ship, Speech(Fittings(datum, antenna=antenna), {"GGA": 1.0}), sensors=sensors)
+        away = []
+        for _ in range(1200):
+            loop.step()
+            for data in wire.out:
+                fix = readings(decode(split(data)[0]))
+                x, y = datum.north_east(fix["latitude"], fix["longitude"])
+                away.append((x - plant["x"], y - plant["y"]))
+            wire.out.clear()
+        north, east = (sum(values) / len(values) for values in zip(*away, strict=True))
+        # noise of 0.5 m and a bias that wanders by 0.87 m; late by 0.2 s at 1.18 m/s
+        assert north == pytest.approx(3.0, abs=1e-3 if sensors is None else 1.5)
+        assert east == pytest.approx(-1.0, abs=1e-3 if sensors is None else 1.5)
+
+
+def test_what_her_instruments_cannot_say_is_refused(ship):
+    loop, wire = Loop({"s": Plant.of(ship, dt=0.1)}, 10.0, math.inf, sensors=Suite((Gyro(), Gnss()))), Strings()
+    with pytest.raises(WireError, match="DPT cannot be said: she has no echo sounder"):
+        OnWire(loop, "s", wire, Speech(Fittings(), {"HDT": 1.0, "DPT": 1.0}))
+    with pytest.raises(WireError, match="VDO cannot be said: she has no rate gyro"):
+        OnWire(loop, "s", wire, Speech(Fittings(), {"VDO": 1.0}))
+    OnWire(loop, "s", wire, Speech(Fittings()))  # all that they can, where nothing was asked for
+    loop.run(2.0)
+    assert set(said_by(wire)) == {"HDT", "THS", "ZDA", "GGA", "RMC", "VTG"}
+
+
+def heading(course: float) -> bytes:
+    htc = decode(mutations.whole()[1])
+    return encode(type(htc)(htc.talker, htc.kind, {**htc.fields, "cmdheading": course}))
+
+
+def test_her_steering_control_goes_by_her_gyro(ship):
+    """A compass that shows 10 degrees too much keeps her 10 degrees to port of what was ordered."""
+    gyros = Gyro(rate=10.0, heading=Errors(bias=10.0 * DEG)), RateGyro(rate=10.0)
+    loop, plant, wire, on = at_sea(ship, Speech(Fittings()), sensors=Suite(gyros))
+    wire.waiting.append(heading(20.0))
+    loop.run(120.0)
+    assert on.conning.mode == "heading"
+    assert math.degrees(plant["psi"]) == pytest.approx(10.0, abs=0.2)
+    blind, _, wire, on = at_sea(ship, Speech(Fittings()), sensors=Suite((Gnss(),)))
+    wire.waiting.append(heading(20.0))
+    blind.run(10.0)
+    assert on.conning.mode == "none"
+    assert on.conning.counts["unfit"] == 1
+
+
+def test_who_steers_is_saved_restored_and_reset_with_the_ship(ship):
+    loop, plant, wire, on = at_sea(ship, sensors=usual(ship))
+
+    def onward(seconds):
+        wire.out.clear()
+        loop.run(seconds)
+        return plant["psi"], plant["delta"], list(wire.out), on.conning.mode, on.conning.heard
+
+    wire.waiting.append(heading(20.0))
+    loop.run(7.3)
+    saved = loop.snapshot()
+    there = onward(8.0)
+    wire.waiting.append(heading(300.0))
+    loop.run(20.0)
+    loop.restore(saved)
+    assert onward(8.0) == there
+    loop.reset()
+    assert (on.conning.commander, on.conning.mode, on.conning.heard, on.conning.stale) == ("", "none", None, False)
+    loop.run(5.0)
+    assert plant["delta_cmd"] == 0.0
+    wire.waiting.append(heading(20.0))
+    loop.run(5.0)
+    assert plant["delta"] > 0.0
+
+
+def test_after_she_blew_up_the_wire_speaks_again_when_she_is_restored(ship):
+    loop, plant, wire, on = at_sea(ship)
+    wire.waiting.append(heading(20.0))
+    loop.run(1.0)
+    saved = loop.snapshot()
+    head, body = plant.snapshot().split(b"\n", 1)
+    plant.restore(head + b"\n" + struct.pack("<d", math.nan) * (len(body) // 8))
+    loop.run(1.0)
+    assert loop.vessels["s"].failure is not None
+    assert loop.report.events.get("dropped", 0) == 0
+    wire.out.clear()
+    wire.waiting.append(heading(50.0))
+    loop.run(1.0)
+    assert wire.out == wire.waiting == []
+    loop.restore(saved)
+    loop.run(1.0)
+    assert said_by(wire)["HDT"] == 10
+    assert on.conning.control.course == pytest.approx(20.0 * DEG)
+    assert plant["delta"] > 0.0
 
 
 @pytest.mark.parametrize(("scheme", "framed"), [("udp", True), ("udp", False), ("tcp", False)])
@@ -203,7 +330,9 @@ def test_speech_that_cannot_be():
     [
         (["--nmea", "udp://0.0.0.0:1"], "beyond this machine"), (["--nmea", "ship"], "is no address"),
         (["--nmea", "udp://127.0.0.1:0", "--only", "HDX"], "near: HDT"),
-        (["--nmea", "udp://127.0.0.1:0", "--factor", "1000"], "time factor 1000"),
+        (["--nmea", "udp://127.0.0.1:0", "--factor", "1000"], "time factor 1000; give 0.1 to 100, or inf"),
+        (["--nmea", "udp://127.0.0.1:0", "--speed", "1e9"], "--speed is 1e+09 m/s; kvlcc2_l7 goes 1.179 m/s"),
+        (["--nmea", "udp://127.0.0.1:0", "--heading", "inf"], "--heading is inf"),
         (["--nmea", "udp://127.0.0.1:0", "--place", "99"], "--place is '99'"),
         (["--nmea", "udp://127.0.0.1:0", "--place", "99,0"], "datum at latitude 99"),
         (["--nmea", "udp://127.0.0.1:0", "--wind", "5,0"], "no force of wind"),
@@ -216,6 +345,45 @@ def test_requests_that_are_wrong(options, message, capsys):
     told = capsys.readouterr().err
     assert message in told
     assert told.count("\n") == 1
+
+
+def test_no_log_is_written_over_and_none_is_left_behind(tmp_path, capsys):
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "1", "--factor", "inf"]
+    (tmp_path / "w.nmea").write_bytes(b"mine")
+    assert main(["steer", "kvlcc2_l7", *options, "--log", str(tmp_path / "w.nmea")]) == 2
+    assert "w.nmea: is there already; choose another name" in capsys.readouterr().err
+    assert (tmp_path / "w.nmea").read_bytes() == b"mine"
+    assert main(["steer", "kvlcc2_l7", *options, "--log", str(tmp_path / "b.nmea"), "--beside", "no-such"]) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["w.nmea"]
+
+
+def test_a_run_as_fast_as_possible_and_one_that_fails(capsys):
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "5", "--factor", "inf"]
+    assert main(["steer", "kvlcc2", *options]) == 0
+    assert capsys.readouterr().out.startswith("5 s sailed")
+    assert main(["steer", "kvlcc2", *options, "--wind", "1e9,90"]) == 1
+    assert "error: kvlcc2 sails no more: kvlcc2: x = nan" in capsys.readouterr().err
+
+
+def test_nothing_is_written_where_a_sentence_cannot_be_said(tmp_path, capsys):
+    files = ["--log", str(tmp_path / "w.nmea"), "-o", str(tmp_path / "run.csv")]
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "1", "--factor", "100"]
+    assert main(["steer", "milliampere", *options, "--only", "HDT,RSA", *files]) == 2
+    assert capsys.readouterr().err == "error: --only: RSA cannot be said: she has no rudder that is shown\n"
+    (tmp_path / "run.csv").touch()
+    assert main(["steer", "milliampere", *options, *files]) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["run.csv"]
+
+
+def test_the_command_line_with_sensors_heeds_the_antenna(tmp_path):
+    log = tmp_path / "w.nmea"
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "5", "--factor", "100", "--speed", "0.1"]
+    aboard = ["--sensors", "--antenna", "500,0", "--place", "35,139", "--only", "GGA,DPT"]
+    assert main(["steer", "kvlcc2", *options, *aboard, "--log", str(log)]) == 0
+    lines = [read_line(line).sentence for line in log.read_bytes().splitlines(keepends=True)]
+    fix = next(readings(decode(line)) for line in lines if line[3:6] == b"GGA")
+    assert Datum(35.0, 139.0).north_east(fix["latitude"], fix["longitude"])[0] == pytest.approx(500.0, abs=5.0)
+    assert any(line[3:6] == b"DPT" for line in lines)
 
 
 @pytest.mark.parametrize(("code", "status"), [("print('{address}')", 0), ("raise SystemExit(3)", 1)])

@@ -116,7 +116,7 @@ def test_surroundings_that_are_set_are_felt_and_saved(compiled):
 
 def test_orders_are_clipped_to_the_gear_and_read_back(compiled):
     plant = compiled.plant()
-    low, high = plant.limits["delta"]
+    low, high = plant.ranges["delta"].low, plant.ranges["delta"].high
     assert plant.order("delta", 2.0) == high == plant["delta_cmd"]
     assert plant.order("delta", -2.0) == low
 
@@ -210,3 +210,15 @@ def test_outside_her_validity_is_told():
     while plant["u"] >= low and plant.t < 4000.0:
         plant.step()
     assert plant.outside() == ("u", plant["u"])
+
+
+def test_a_current_takes_her_not_out_of_her_validity():
+    """It is the velocity through the water that the file speaks of."""
+    plant = Plant.of(load("kcs"), dt=0.5, environment=Uniform(U_C=2.0))
+    assert plant["u"] > plant.ship.validity["u"][1]
+    assert plant.outside() is None
+    plant.surround(Uniform(U_C=2.0, gamma_C=math.pi).now())
+    found = plant.outside()
+    assert found is not None
+    assert found[0] == "u"
+    assert found[1] == pytest.approx(plant["u"] + 2.0)

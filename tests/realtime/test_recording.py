@@ -158,6 +158,61 @@ def test_nothing_is_overwritten_and_nothing_made_before_the_first_row(compiled, 
             Recording(plant, path)
 
 
+@pytest.mark.parametrize("every", [1, 3])
+def test_whatever_is_there_at_any_moment_is_a_trial(compiled, tmp_path, every):
+    """Looked at after each step, as a process that is killed there would leave it."""
+    plant = compiled.plant()
+    recording = Recording(plant, tmp_path / "run.csv", every=every)
+    for k in range(10):
+        plant.order("delta", 0.01 * k)
+        recording.see(plant)
+        files = sorted(path.name for path in tmp_path.iterdir())
+        if k < every:
+            assert files == []
+            assert recording.rows == 0
+        else:
+            assert files == ["run.csv", "run.orders.jsonl", "run.yaml"]
+            assert len(read_trial(tmp_path / "run.csv")) == recording.rows == 1 + k // every
+            same(rerun(tmp_path / "run.csv", compiled.ship), read_trial(tmp_path / "run.csv"))
+        plant.step()
+
+
+def test_a_single_row_is_no_trial_and_leaves_nothing(compiled, tmp_path):
+    plant = compiled.plant()
+    recording = Recording(plant, tmp_path / "run.csv")
+    recording.see(plant)
+    recording.close()
+    assert not list(tmp_path.iterdir())
+    assert recording.paths == []
+
+
+def test_where_she_blew_up_is_no_row(compiled, tmp_path):
+    plant = compiled.plant()
+    recording = Recording(plant, tmp_path / "run.csv")
+    for _ in range(3):
+        recording.see(plant)
+        plant.step()
+    saved = plant.snapshot()
+    head, body = saved.split(b"\n", 1)
+    plant.restore(head + b"\n" + np.full(len(body) // 8, np.nan).tobytes())
+    plant.k += 1
+    recording.close()
+    trial = read_trial(tmp_path / "run.csv")
+    assert len(trial) == 3
+    assert np.isfinite(trial["x"]).all()
+
+
+def test_no_room_for_the_first_rows_leaves_nothing_half_written(compiled, tmp_path, monkeypatch):
+    plant = compiled.plant()
+    recording = Recording(plant, tmp_path / "run.csv")
+    recording.see(plant)
+    plant.step()
+    monkeypatch.setattr(os, "write", lambda file, data: 0)
+    with pytest.raises(DataError, match="no room left"):
+        recording.see(plant)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_full_disk_ends_the_recording_and_not_the_loop(compiled, tmp_path, monkeypatch):
     loop = Loop([compiled.plant()], 10.0, math.inf)
     (name,) = loop.vessels

@@ -10,7 +10,7 @@ import time
 import mutations
 import pytest
 
-from seatrial.data.nmea_framing import Line, Tag, datagram
+from seatrial.data.nmea_framing import LARGEST, Line, Tag, datagram, split
 from seatrial.data.nmea_ship import Fittings
 from seatrial.realtime.intake import Intake
 from seatrial.realtime.loop import Loop
@@ -175,6 +175,43 @@ def test_a_flood_is_cut_and_others_get_through():
     assert taken == pytest.approx(100 + 500, abs=20)
     assert intake.counts["flooded"] > 4000
     assert len(intake.take(ROR, "good", 5.0)) == 1
+
+
+@pytest.mark.parametrize("end", [b"\r", b"\n", b"\r\n"])
+def test_no_line_end_gets_a_flood_past_the_limit(end):
+    intake, rubble = Intake(rate=100.0), b"x" + end
+    for _ in range(50):
+        intake.take(rubble * (LARGEST // len(rubble)), "flood", 0.0)
+    looked_at = sum(intake.counts[reason] for reason in ("form", "length", "checksum", "field", "other"))
+    assert looked_at <= 100
+    assert split(b"a\rb\r\nc\n\r\n\nd") == [b"a\rb", b"c", b"d"]
+
+
+def test_an_answer_to_each_heading_is_no_flood_where_time_runs_a_hundred_times_as_fast(monkeypatch):
+    clock = iter(range(10**9))
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock) / 1000.0)  # a tick of 0.1 s in a millisecond
+    wire, other = Wire(UDP, intake=Intake(rate=20.0)), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    taken = 0
+    for k in range(400):
+        other.sendto(ROR, (wire.address.host, wire.address.port))
+        wire.t = 0.1 * k
+        taken += len(wire.poll())
+    assert taken == 400
+    assert wire.counts["flooded"] == 0
+    wire.close()
+    other.close()
+
+
+def test_sources_behind_one_gateway_have_line_numbers_of_their_own():
+    intake = Intake()
+    for k in range(20):
+        for source, number in (("HE0001", k), ("GP0001", 60 + k)):
+            framed = datagram([Line(ROR, Tag(source, number, 100.0 + number))])
+            assert intake.take(framed, "gateway", 0.1 * k)
+            assert not intake.take(framed, "gateway", 0.1 * k)
+    for k in range(5000):
+        intake.take(datagram([Line(ROR, Tag(f"S{k}", 1))]), "gateway", 100.0 + k)
+    assert len(intake._senders["gateway"].tags) <= 64
 
 
 def test_a_flood_from_many_ports_is_cut_as_well():

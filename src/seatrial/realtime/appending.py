@@ -45,3 +45,8 @@ class Appender:
     def close(self) -> None:
         """No more lines."""
         os.close(self._file)
+
+    def withdraw(self) -> None:
+        """Remove the file again."""
+        self.close()
+        self._path.unlink(missing_ok=True)

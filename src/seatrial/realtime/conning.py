@@ -10,13 +10,14 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from typing import Any
 
-from ..approach import approach
 from ..data.nmea import Sentence
 from ..data.nmea_ship import MILE, Fittings
+from ..felt import idle
 from ..models import follows
 from ..ships import Ship
-from .helm import limits, obeying
+from .helm import limits, obeying, ranges
 from .steering import SteeringControl
 
 TELEGRAPH: Mapping[str, float] = MappingProxyType({
@@ -26,8 +27,6 @@ TELEGRAPH: Mapping[str, float] = MappingProxyType({
 """Shares of full revolutions by telegraph position, from stop over dead slow to full; assumed, as ships differ."""
 
 _RAD = math.pi / 180.0
-_MOST = 1.25
-"""Revolutions at most where the gear has no limit, over full ones."""
 
 Ordered = dict[str, float]
 """Orders by the name of the control, SI units and radians."""
@@ -40,8 +39,9 @@ def rudders(ship: Ship) -> tuple[str, ...]:
 
 def shafts(ship: Ship) -> tuple[str, ...]:
     """Controls that are propellers or thrusters which drive her ahead, in revolutions, port to starboard."""
-    pairs = zip(ship.model.controls, follows(ship.model), strict=True)
-    return tuple(name for name, (order, _) in pairs if order == "n_P" and name.partition("_")[0] == "n")
+    pairs, dead = zip(ship.model.controls, follows(ship.model), strict=True), idle(ship)
+    return tuple(name for name, (order, _) in pairs
+                 if order == "n_P" and name.partition("_")[0] == "n" and name not in dead)  # fmt: skip
 
 
 def thrusters(ship: Ship) -> Mapping[int, tuple[str, str | None]]:
@@ -67,31 +67,50 @@ class Conning:
         stale: whether nobody has ordered anything for longer than `hold`.
     """
 
-    def __init__(self, ship: Ship, fittings: Fittings, hold: float = 10.0, full: float | None = None) -> None:
+    def __init__(
+        self, ship: Ship, fittings: Fittings, hold: float = 10.0, full: float | None = None, steers: bool = True,
+    ) -> None:  # fmt: skip
         """Nobody in command.
 
         Args:
             ship: who is steered.
             fittings: which of her controls are rudders and shafts.
             hold: how long a commander may be silent [simulated s].
-            full: revolutions that count as full where the gear has no limit [1/s]; by default those of the approach.
+            full: revolutions that count as full where the gear goes as far [1/s]; by default those of the approach.
+            steers: whether there are compass and rate gyro for a steering control; without, headings are unfit.
         """
         self.ship, self.hold = ship, hold
-        self._full = abs(approach(ship, None)[1] if full is None else full)
         self._shafts = {number: name for name, number in fittings.numbers.items()}
         self._rudders, self._thrusters = fittings.rudders, thrusters(ship)
-        self._known, self._limits = obeying(ship), {name: limits(ship, name) for name in ship.model.controls}
-        greatest = min((self._limits[name][1] for name in self._rudders), default=math.inf)
-        self.control = SteeringControl.of(ship, greatest if math.isfinite(greatest) else 35.0 * _RAD)
-        self.commander, self.mode, self.stale = "", "none", False
+        self._known, self._ranges = obeying(ship), ranges(ship, full)
+        self._limits = {name: limits(ship, name) for name in ship.model.controls}
+        self.control = SteeringControl.of(ship, self._ranges["delta"].high if "delta" in self._ranges else 35.0 * _RAD)
         self.counts: Counter[str] = Counter()
-        self._heard: float | None = None
-        self._limit = math.inf
-        self._track: float | None = None
+        self._steers = steers
+        self.reset()
         self._answers: Mapping[str, Callable[[Sentence], Ordered | None]] = {
             "ROR": self._rudder, "HTC": self._heading_track, "TRC": self._thruster, "PRC": self._propulsion,
             "ETL": self._telegraph, "APB": self._autopilot, "XTE": self._cross_track,
         }  # fmt: skip
+
+    def reset(self) -> None:
+        """Nobody in command, and nothing steers; what was counted stays."""
+        self.commander, self.mode, self.stale = "", "none", False
+        self._heard: float | None = None
+        self._limit = math.inf
+        self._track: float | None = None
+        self.control.let_go()
+
+    def snapshot(self) -> dict[str, Any]:
+        """Who has command and how she is steered, for JSON."""
+        return {"commander": self.commander, "mode": self.mode, "stale": self.stale, "heard": self._heard,
+                "limit": self._limit, "track": self._track, "control": self.control.snapshot()}  # fmt: skip
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what `snapshot` gave."""
+        self.commander, self.mode, self.stale = saved["commander"], saved["mode"], saved["stale"]
+        self._heard, self._limit, self._track = saved["heard"], saved["limit"], saved["track"]
+        self.control.restore(saved["control"])
 
     @property
     def heard(self) -> float | None:
@@ -116,12 +135,16 @@ class Conning:
 
     def steered(self, psi: float, r: float, t: float, dt: float) -> Ordered:
         """The rudder of the steering control, where it steers, for the next `dt` seconds."""
-        self.stale = self.commander != "" and self._silent(t)
+        self.watch(t)
         if self.mode not in ("heading", "track"):
             return {}
         if self.stale and self.mode == "track":
             self.control.across = None  # where the track is, nobody knows any more; its direction stays
         return self._all_rudders(self.control.rudder(psi, r, dt, self._limit))
+
+    def watch(self, t: float) -> None:
+        """See whether who has command is heard of."""
+        self.stale = self.commander != "" and self._silent(t)
 
     def _silent(self, t: float) -> bool:
         return self._heard is not None and t - self._heard > self.hold
@@ -160,7 +183,7 @@ class Conning:
                 return None
             return self._by_rudder(self._all_rudders((-angle if side == "L" else angle) * _RAD))
         wanted = s.number("cmdtrack" if mode == "T" else "cmdheading")
-        if mode not in ("S", "H", "T") or wanted is None:
+        if mode not in ("S", "H", "T") or wanted is None or not self._steers:
             return None
         self._limit = math.inf if limit is None else limit * _RAD
         self.mode = "track" if mode == "T" else "heading"
@@ -181,17 +204,17 @@ class Conning:
 
     def _autopilot(self, s: Sentence) -> Ordered | None:
         """APB: follow the track from the origin to the destination, else steer the heading that is given."""
-        if s["LCgwarn"] != "A" or s["LCcwarn"] != "A":
+        if s["LCgwarn"] != "A" or s["LCcwarn"] != "A" or not self._steers:
             return None
         across, track = _across(s, "ctrkUnit"), s.number("bearO2D")
         if across is not None and track is not None and s["bearO2Du"] == "T":
-            self.mode, self._track = "track", track * _RAD
+            self.mode, self._track, self._limit = "track", track * _RAD, math.inf
             self.control.steer(self._track, math.inf, across)
             return {}
         heading = s.number("bearS")
         if heading is None or s["bearSu"] != "T":
             return None
-        self.mode = "heading"
+        self.mode, self._limit = "heading", math.inf
         self.control.steer(heading * _RAD)
         return {}
 
@@ -225,34 +248,40 @@ class Conning:
 
     def _telegraph(self, s: Sentence) -> Ordered | None:
         """ETL: an order to the engine, as a share of full revolutions."""
-        share = TELEGRAPH.get(str(s["engtelposind"]))
-        number = s["enginenum"]
-        whole = int(number) if isinstance(number, str) else None
-        return self._on_shafts(whole, None if share is None else 100.0 * share, "P")
+        share, number = TELEGRAPH.get(str(s["engtelposind"])), s["enginenum"]
+        names = self._numbered(int(number) if isinstance(number, str) else None)
+        told = {} if share is None else {name: self._within(name, share * self._ranges[name].full) for name in names}
+        return told or None
 
     def _on_shafts(self, number: object, demand: float | None, mode: object) -> Ordered | None:
-        """Revolutions for the shaft of a number; none stands for all, and so does 0 where no shaft is amidships."""
-        alone = set(self._shafts) == {0}
-        if number is None or (number == 0 and 0 not in self._shafts) or (number == 1 and alone):
-            names = tuple(self._shafts.values())
-        else:
-            names = tuple(name for own, name in self._shafts.items() if own == number)
-        told = {name: self._revolutions(name, demand, mode) for name in names}
+        """Revolutions for the shaft of a number."""
+        told = {name: self._revolutions(name, demand, mode) for name in self._numbered(number)}
         return {name: value for name, value in told.items() if value is not None} or None
 
+    def _numbered(self, number: object) -> tuple[str, ...]:
+        """Shafts of a number; none stands for all, and so does 0 where no shaft is amidships."""
+        alone = set(self._shafts) == {0}
+        if number is None or (number == 0 and 0 not in self._shafts) or (number == 1 and alone):
+            return tuple(self._shafts.values())
+        return tuple(name for own, name in self._shafts.items() if own == number)
+
     def _revolutions(self, control: str, demand: float | None, mode: object) -> float | None:
-        """An order of a shaft or thruster from rev/min or per cent of its full strength, as far as that goes."""
+        """An order of a shaft or thruster from rev/min or per cent of its full strength, as far as that goes.
+
+        All of it is the limit of the gear; where that has none, what holds the approach.
+        """
         if demand is None or mode not in ("P", "R") or (mode == "R" and not control.startswith("n")):
             return None
-        low, high = self._limits[control]
-        # without a limit of the actuator, what holds the approach is full, and a quarter more the most
-        ahead, astern = (limit if math.isfinite(limit) else math.nan for limit in (high, -low))
-        full = ahead if demand > 0 else astern
-        most = full if full == full else _MOST * self._full
-        wanted = demand / 60.0 if mode == "R" else demand / 100.0 * (full if full == full else self._full)
-        if abs(wanted) > most:
-            self.counts["clipped"] += 1
-        return min(max(wanted, -most), most)
+        if mode == "R":
+            return self._within(control, demand / 60.0)
+        whole = self._limits[control][1] if demand > 0 else -self._limits[control][0]
+        return self._within(control, demand / 100.0 * (whole if math.isfinite(whole) else self._ranges[control].full))
+
+    def _within(self, control: str, wanted: float) -> float:
+        """An order as far as its range goes."""
+        taken = self._ranges[control].taken(wanted) if control in self._ranges else wanted
+        self.counts["clipped"] += taken != wanted
+        return taken
 
 
 def _is_report(s: Sentence) -> bool:

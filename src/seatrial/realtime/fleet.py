@@ -6,7 +6,7 @@ import math
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from ..engine import SimulationError
 from ..environment import Environment
@@ -62,8 +62,9 @@ class Vessel:
         readings: what her instruments said during the last tick.
     """
 
-    def __init__(self, name: str, plant: Plant, watch: Watch | None) -> None:
-        self.name, self.plant, self.watch = name, plant, watch
+    def __init__(self, name: str, plant: Plant) -> None:
+        self.name, self.plant = name, plant
+        self.watch: Watch | None = None
         self.forget()
 
     def forget(self) -> None:
@@ -74,6 +75,18 @@ class Vessel:
         self.clipped: set[str] = set()
         self.outside: str | None = None
         self.readings: list[Reading] = []
+
+    def known(self) -> dict[str, Any]:
+        """What is known of her, for JSON."""
+        return {"failure": self.failure, "heard": self.heard, "stale": self.stale,
+                "clipped": sorted(self.clipped), "outside": self.outside}  # fmt: skip
+
+    def recall(self, known: Mapping[str, Any]) -> None:
+        """Know again what `known` gave; nothing has happened of what is not in it."""
+        self.forget()
+        self.failure, self.outside = known.get("failure"), known.get("outside")
+        self.heard, self.stale = known.get("heard"), bool(known.get("stale"))
+        self.clipped = set(known.get("clipped", ()))
 
 
 class Fleet:
@@ -100,11 +113,11 @@ class Fleet:
             raise LoopError(f"a patience of {patience:g} s; it must be above zero")
         self._steps = {name: _steps_a_tick(name, plant, rate) for name, plant in named.items()}
         suites = dict.fromkeys(named, sensors) if isinstance(sensors, Suite) else dict(sensors or {})
-        for name in suites:
+        self.vessels = {name: Vessel(name, plant) for name, plant in named.items()}
+        for name, suite in suites.items():
             if name not in named:
                 raise LoopError(f"sensors: {unknown(name, named, 'ship')}")
-        watches = {n: suites[n].start(p.seed, k) for k, (n, p) in enumerate(named.items()) if n in suites}
-        self.vessels = {name: Vessel(name, plant, watches.get(name)) for name, plant in named.items()}
+            self.equip(name, suite)
         self.rate, self.k, self.patience = rate, 0, patience
         self.events: deque[Event] = deque(maxlen=_EVENTS)
         self.counted: Counter[str] = Counter()
@@ -124,6 +137,16 @@ class Fleet:
         if ship not in self.vessels:
             raise CommandError(unknown(ship, self.vessels, "ship"))
         return self.vessels[ship]
+
+    def equip(self, ship: str, suite: Suite) -> None:
+        """Put instruments aboard.
+
+        Raises:
+            SensorError: of what she does not have.
+        """
+        vessel = self.vessels[ship]
+        suite.fit(vessel.plant, ship)
+        vessel.watch = suite.start(vessel.plant.seed, list(self.vessels).index(ship))
 
     def tell(self, ship: str, kind: str, text: str) -> None:
         """Put an event on record."""
@@ -175,11 +198,11 @@ class Fleet:
                     self.witnesses.remove(pair)
                     self.tell(pair[0], "dropped", f"a witness failed: {error}")
 
-    def arrive(self, k: int) -> None:
-        """Begin anew at tick `k`, in whatever state the ships were taken to."""
+    def arrive(self, k: int, known: Mapping[str, Mapping[str, Any]] | None = None) -> None:
+        """Begin anew at tick `k`, in whatever state the ships were taken to; with what was known of each."""
         self.k = k
-        for vessel in self.vessels.values():
-            vessel.forget()
+        for name, vessel in self.vessels.items():
+            vessel.recall((known or {}).get(name, {}))
         self.show(lambda witness, plant: witness.jumped(plant))
 
     @staticmethod

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..approach import approach
+from ..felt import idle
 from ..manoeuvres.given import Given
 from ..models import follows
 from ..parameters import Scalar, spec
-from ..ships import Ship
+from ..ships import Ship, ShipError
+
+_MOST = 1.25
+"""Revolutions at most where the gear has no limit, over those of the approach; assumed."""
+
+_RUDDER = math.radians(35.0)
+"""Rudder angle at most where the gear has no limit, and where other gear steers like a rudder; assumed."""
 
 
 class CommandError(ValueError):
@@ -21,6 +30,83 @@ class Helm(Given):
     """A policy whose orders are given step by step, one for each control."""
 
     n_P: Scalar = spec("1/s", "revolutions at the start", default=0.0)
+
+
+@dataclass(frozen=True)
+class Range:
+    """How far an order goes: for whoever gives it, shows it or carries it out.
+
+    Attributes:
+        low, high: least and greatest order; those of the gear where it has any.
+        full: what counts as full ahead.
+        all_round: whether it is an angle without ends; an order beyond half a turn is the same one the other way.
+    """
+
+    low: float
+    high: float
+    full: float
+    all_round: bool = False
+
+    def taken(self, order: float) -> float:
+        """An order as it is carried out."""
+        if self.all_round:
+            return order if abs(order) <= math.pi else math.remainder(order, 2.0 * math.pi)
+        return min(max(order, self.low), self.high)
+
+
+def ranges(ship: Ship, turns: float | None = None) -> dict[str, Range]:
+    """How far each order of a ship goes, by its name; orders that move nothing of her are not among them.
+
+    A control goes as far as its actuator; where that has no limit, a rudder to 35 degrees, an azimuth all the way
+    round, and what drives her to 1.25 times what holds her approach.  An order that several controls obey goes as
+    far as all of them do.
+
+    Args:
+        ship: the ship.
+        turns: revolutions that count as full where the gear ends beyond them [1/s]; by default those of the approach.
+    """
+    full = abs(_turns(ship) if turns is None else turns)
+    dead, following = idle(ship), dict(zip(ship.model.controls, follows(ship.model), strict=True))
+    own = {control: _range(ship, control, *following[control], full) for control in following}
+    found: dict[str, Range] = {}
+    for order, moves in obeying(ship).items():
+        live = [(control, factor) for control, factor in moves if factor and control not in dead]
+        if order in own and live:
+            found[order] = own[order]
+        elif live:
+            found[order] = _together(order, [(own[control], factor) for control, factor in live])
+    return {order: found[order] for order in found if found[order].low < found[order].high}
+
+
+def _turns(ship: Ship) -> float:
+    """Revolutions of the approach [1/s]; 0 where there is no steady run."""
+    try:
+        return approach(ship)[1]
+    except ShipError:
+        return 0.0
+
+
+def _range(ship: Ship, control: str, order: str, factor: float, turns: float) -> Range:
+    """How far one control goes that follows an order."""
+    low, high = limits(ship, control)
+    kind = control.partition("_")[0]
+    if kind == "alpha" and math.isinf(high - low):
+        return Range(-math.pi, math.pi, math.pi, all_round=True)
+    hold = turns * (abs(factor) if order == "n_P" else 1.0)
+    most = _RUDDER if kind == "delta" else _MOST * (hold or 1.0)
+    ahead = high if math.isfinite(high) else most
+    full = min(hold, ahead) if hold and (order == "n_P" or math.isinf(high)) and kind != "delta" else ahead
+    return Range(low if math.isfinite(low) else -most, ahead, full)
+
+
+def _together(order: str, parts: Sequence[tuple[Range, float]]) -> Range:
+    """How far an order goes that several controls obey."""
+    ends = [sorted((part.low / factor, part.high / factor)) for part, factor in parts]
+    low, high = max(a for a, _ in ends), min(b for _, b in ends)
+    if order == "delta":
+        low, high = max(low, -_RUDDER), min(high, _RUDDER)
+    full = min(abs(part.full / factor) for part, factor in parts)
+    return Range(low, high, min(full, high))
 
 
 def obeying(ship: Ship) -> dict[str, tuple[tuple[str, float], ...]]:

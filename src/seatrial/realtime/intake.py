@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter, OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..data.nmea import NmeaError, Sentence, decode
 from ..data.nmea_framing import LARGEST, Tag, read_line, split
 
 _SENDERS = 64
-"""Senders that are remembered at a time; the one silent for longest is forgotten first."""
+"""Senders, and sources of TAG blocks of one sender, that are remembered; who is silent for longest is forgotten."""
 
 _TOGETHER = 4.0
 """Lines that are taken from all senders together, over those from one: many ports must not stop the loop either."""
@@ -20,13 +20,11 @@ _BEHIND, _REMEMBERED = 100, 10.0
 
 @dataclass
 class _Sender:
-    """What is known of who sends: lines left to it at this moment, and its last TAG block."""
+    """Who sends: lines left to it at this moment, and the last TAG block with the time it came, by its source."""
 
     left: float
     since: float
-    number: int | None = None
-    time: float | None = None
-    heard: float = 0.0
+    tags: OrderedDict[str | None, tuple[Tag, float]] = field(default_factory=OrderedDict[str | None, tuple[Tag, float]])
 
 
 def _refill(who: _Sender, rate: float, now: float) -> None:
@@ -40,11 +38,13 @@ class Intake:
     Attributes:
         counts: datagrams and sentences taken, and what was turned away by reason: oversized, length, form,
             checksum, field, other (valid, but not read here), replayed, flooded.
+        ahead: how far the time that the rate counts in is ahead of the clock [s]; grows where ships sail faster than
+            it, as whoever answers them does so more often.
     """
 
     def __init__(self, rate: float = 500.0) -> None:
         """So many lines per second from each sender, and as many at once; from all together four times that."""
-        self.rate = rate
+        self.rate, self.ahead = rate, 0.0
         self._all = _Sender(_TOGETHER * rate, 0.0)
         self.counts: Counter[str] = Counter()
         self._senders: OrderedDict[str, _Sender] = OrderedDict()
@@ -61,14 +61,14 @@ class Intake:
         if len(data) > LARGEST:
             self.counts["oversized"] += 1
             return []
-        who = self._sender(sender, now)
-        _refill(self._all, _TOGETHER * self.rate, now)
-        lines = max(data.count(b"\n"), 1)
-        if min(who.left, self._all.left) < lines:
-            self.counts["flooded"] += lines
+        who = self._sender(sender, now + self.ahead)
+        _refill(self._all, _TOGETHER * self.rate, now + self.ahead)
+        cost = data.count(b"\n") + (not data.endswith(b"\n"))  # as many lines as `split` makes of it, or more
+        if min(who.left, self._all.left) < cost:
+            self.counts["flooded"] += cost
             return []
-        who.left -= lines
-        self._all.left -= lines
+        who.left -= cost
+        self._all.left -= cost
         found = [self._sentence(line, who, now) for line in split(data)]
         return [one for one in found if one is not None]
 
@@ -97,11 +97,15 @@ class Intake:
 
     @staticmethod
     def _again(tag: Tag, who: _Sender, now: float) -> bool:
-        """Whether the TAG block is one that came before; remembers it where it is not."""
-        fresh = now - who.heard < _REMEMBERED
-        if fresh and tag.number is not None and who.number is not None and (who.number - tag.number) % 1000 < _BEHIND:
+        """Whether the TAG block is one that came before from its source; remembers it where it is not."""
+        last, heard = who.tags.get(tag.source, (Tag(), -_REMEMBERED))
+        fresh = now - heard < _REMEMBERED
+        if fresh and tag.number is not None and last.number is not None and (last.number - tag.number) % 1000 < _BEHIND:
             return True
-        if fresh and tag.time is not None and who.time is not None and tag.time < who.time:
+        if fresh and tag.time is not None and last.time is not None and tag.time < last.time:
             return True
-        who.number, who.time, who.heard = tag.number, tag.time, now
+        who.tags[tag.source] = tag, now
+        who.tags.move_to_end(tag.source)
+        if len(who.tags) > _SENDERS:
+            who.tags.popitem(last=False)
         return False

@@ -14,7 +14,7 @@ from ..sensors.suite import Suite
 from .fleet import Event, Fleet, Vessel, Witness
 from .helm import CommandError
 from .plant import Plant
-from .saved import packed, unpacked
+from .saved import Keeper, Waiting, packed, unpacked
 from .schedule import Clock, LoopError, Schedule, WallClock
 
 __all__ = ["CommandError", "Event", "Loop", "LoopError", "LoopReport", "Vessel", "Witness"]
@@ -32,7 +32,7 @@ class LoopReport:
         ticks: ticks taken on the schedule; single steps are not among them.
         overruns: ticks that began more than one period late.
         worst_late, late: how late the latest and the last tick began [s].
-        slipped: time on the clock that was given up because the machine stood still [s].
+        slipped: time on the clock that was given up, as the machine stood still or the ships jumped in time [s].
         events: how many of each kind, the forgotten ones included.
     """
 
@@ -72,12 +72,14 @@ class Loop:
 
         Raises:
             LoopError: no ships, a rate that does not fit, a factor that cannot be, sensors of nobody.
+            SensorError: instruments of what a ship does not have.
         """
         self._fleet = Fleet(plants, rate, sensors, patience)
         self._clock = clock or WallClock()
         self._schedule = Schedule(rate, factor, self._clock)
-        self._asked: dict[tuple[str, str], float] = {}
-        self._around: dict[str, Environment] = {}
+        self._schedule.hold()  # until somebody runs it
+        self._waiting = Waiting()
+        self._keepers: dict[str, Keeper] = {}
         self._callbacks: list[Callable[[Loop], None]] = []
         self._lock, self._stopping = threading.RLock(), threading.Event()
         self.paused = False
@@ -123,6 +125,17 @@ class Loop:
         """What the instruments of a ship said during the last tick."""
         return self._fleet.vessel(ship).readings
 
+    def equip(self, ship: str, suite: Suite) -> None:
+        """Put instruments aboard a ship, in the place of those that she has.
+
+        Raises:
+            CommandError: no such ship.
+            SensorError: instruments of what she does not have.
+        """
+        self._fleet.vessel(ship)
+        with self._lock:
+            self._fleet.equip(ship, suite)
+
     def order(self, ship: str, control: str, value: float) -> None:
         """Order a control of a ship from the next tick on.
 
@@ -135,8 +148,8 @@ class Loop:
         if not math.isfinite(value):
             raise CommandError(f"{ship}: {control} ordered to {value}; give a finite number")
         with self._lock:
-            self._asked.pop((ship, control), None)  # the last order comes last, whatever else it moves
-            self._asked[ship, control] = float(value)
+            self._waiting.orders.pop((ship, control), None)  # the last order comes last, whatever else it moves
+            self._waiting.orders[ship, control] = float(value)
 
     def surround(self, ship: str, environment: Environment) -> None:
         """Let wind, current, waves and depth about a ship be these from the next tick on.
@@ -148,7 +161,7 @@ class Loop:
         if not all(math.isfinite(float(value)) for value in environment):
             raise CommandError(f"{ship}: wind, current, waves and depth must be finite numbers")
         with self._lock:
-            self._around[ship] = environment
+            self._waiting.around[ship] = environment
 
     def witness(self, ship: str, witness: Witness) -> None:
         """Show a ship to somebody from the next tick on; who fails is left out from then on."""
@@ -166,22 +179,23 @@ class Loop:
         with self._lock:
             self._callbacks.append(callback)
 
+    def keep(self, name: str, keeper: Keeper) -> None:
+        """Let somebody who steers or watches be saved, restored and reset with the ships; a second of a name gets 2."""
+        with self._lock:
+            same = sum(one.partition(" #")[0] == name for one in self._keepers)
+            self._keepers[f"{name} #{same + 1}" if same else name] = keeper
+
     def run(self, duration: float = math.inf) -> LoopReport:
         """Keep the schedule until `stop`, or for so much simulated time [s]."""
         self._stopping.clear()
-        self._schedule.anchor()
         end = self.k + duration * self.rate - 1e-6
         while not self._stopping.is_set() and self.k < end:
-            left = _NAP if self.paused else self._schedule.left()
-            if left > 0.0:
-                self._clock.sleep(min(left, _NAP))
-                continue
             with self._lock:
-                if not self.paused:
-                    self._note(self._schedule.begin())
-                    self._tick()
-            if math.isinf(self._schedule.factor):
-                self._clock.sleep(0.0)  # let the other threads in
+                left = self._turn()
+            if left > 0.0 or math.isinf(self._schedule.factor):
+                self._clock.sleep(min(left, _NAP))  # if only to let the other threads in
+        with self._lock:
+            self._schedule.hold()
         return self.report
 
     def stop(self) -> None:
@@ -192,12 +206,12 @@ class Loop:
         """Wait from now on."""
         with self._lock:
             self.paused = True
+            self._schedule.hold()
 
     def resume(self) -> None:
-        """Go on; nothing is caught up with."""
+        """Go on; the time of the pause is not caught up with, what was late before it is."""
         with self._lock:
             self.paused = False
-            self._schedule.anchor()
 
     def step(self) -> None:
         """Take one tick now, whatever the schedule says; for a loop that is paused or not run."""
@@ -214,21 +228,25 @@ class Loop:
             self._schedule.pace(factor)
 
     def reset(self) -> None:
-        """All ships back to their start, their instruments and the time as well; orders that wait are forgotten."""
+        """All ships back to their start, instruments, time and keepers as well; orders that wait are forgotten."""
         with self._lock:
             for vessel in self.vessels.values():
                 vessel.plant.reset()
                 if vessel.watch is not None:
                     vessel.watch.reset()
-            self._arrive(0)
+            for keeper in self._keepers.values():
+                keeper.reset()
+            self._waiting = Waiting()
+            self._fleet.arrive(0)
+            self._note(self._schedule.give_up())
 
     def snapshot(self) -> bytes:
-        """Everything that decides how all ships and instruments go on."""
+        """Everything that decides how all ships go on: instruments, keepers, and the orders that wait."""
         with self._lock:
-            return packed(self.k, self.rate, self.vessels)
+            return packed(self._fleet, self._keepers, self._waiting)
 
     def restore(self, saved: bytes) -> None:
-        """Go on from what `snapshot` gave; of the same ships at the same rate.
+        """Go on from what `snapshot` gave; of the same ships at the same rate, with the same keepers.
 
         Raises:
             ShipError, SensorError: saved of others; the loop is then as it was.
@@ -236,24 +254,36 @@ class Loop:
         with self._lock:
             before = self.snapshot()
             try:
-                k = unpacked(saved, self.rate, self.vessels)
+                found = unpacked(saved, self._fleet, self._keepers)
             except ValueError:
-                unpacked(before, self.rate, self.vessels)
+                unpacked(before, self._fleet, self._keepers)
                 raise
-            self._arrive(k)
+            self._waiting, self._fleet.patience = found.waiting, found.patience
+            self._fleet.arrive(found.k, found.known)
+            self._note(self._schedule.give_up())
 
     def tell(self, ship: str, kind: str, text: str) -> None:
         """Put an event on record, of somebody beside the loop (a wire, a page)."""
         with self._lock:
             self._fleet.tell(ship, kind, text)
 
+    def _turn(self) -> float:
+        """Take a tick where one is due; the time until the next one, at least [s]."""
+        if self.paused:
+            return _NAP
+        self._schedule.release()
+        left = self._schedule.left()
+        if left <= 0.0:
+            self._note(self._schedule.begin())
+            self._tick()
+        return left
+
     def _tick(self) -> None:
         fleet = self._fleet
-        asked, self._asked = self._asked, {}
-        around, self._around = self._around, {}
-        for (ship, control), value in asked.items():
+        waiting, self._waiting = self._waiting, Waiting()
+        for (ship, control), value in waiting.orders.items():
             fleet.obey(ship, control, value)
-        for ship, environment in around.items():
+        for ship, environment in waiting.around.items():
             fleet.surround(ship, environment)
         fleet.move()
         for callback in tuple(self._callbacks):
@@ -265,9 +295,4 @@ class Loop:
 
     def _note(self, given_up: float) -> None:
         if given_up > 0.0:
-            self._fleet.tell("", "slipped", f"the machine stood still; {given_up:.3g} s are not caught up with")
-
-    def _arrive(self, k: int) -> None:
-        self._asked, self._around = {}, {}
-        self._fleet.arrive(k)
-        self._schedule.anchor()
+            self._fleet.tell("", "slipped", f"{given_up:.3g} s on the clock are given up and not caught up with")

@@ -3,31 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from types import MappingProxyType
-from typing import BinaryIO
+from dataclasses import dataclass, replace
+from typing import Any, BinaryIO
 
 from ..data.nmea import NmeaError
 from ..data.nmea_framing import LARGEST, TOKEN, Tag, tag_block
-from ..data.nmea_ship import SPOKEN, Fittings, Measured, Truth, lines, measured
+from ..data.nmea_ship import SPOKEN, Fittings, Measured, lines
 from ..parameters import unknown
-from ..sensors import Reading
 from ..ships import Ship
+from .aboard import RATES, TRANSPONDER, Voice, exact, steers, unsaid
 from .conning import Conning, rudders, shafts
 from .loop import Loop
 from .wire import Wire, WireError
-
-RATES: Mapping[str, float] = MappingProxyType({
-    "HDT": 10.0, "THS": 10.0, "ROT": 10.0, "RSA": 5.0, "VBW": 5.0, "RMC": 5.0, "GGA": 1.0, "VTG": 1.0, "ZDA": 1.0,
-    "RPM": 1.0, "MWV": 1.0, "DPT": 1.0,
-})  # fmt: skip
-"""Sentences and how often they are sent [Hz of simulated time]."""
-
-FED: Mapping[str, tuple[str, ...]] = MappingProxyType({
-    "gnss": ("ZDA", "GGA", "RMC", "VTG"), "gyro": ("HDT", "THS"), "rate_gyro": ("ROT",), "speed_log": ("VBW",),
-    "anemometer": ("MWV",), "feedback": ("RSA", "RPM"),
-})  # fmt: skip
-"""Sentences that each kind of instrument sends."""
 
 
 def fitted(ship: Ship, fittings: Fittings) -> Fittings:
@@ -35,44 +22,38 @@ def fitted(ship: Ship, fittings: Fittings) -> Fittings:
     return replace(fittings, rudders=rudders(ship), shafts=shafts(ship))
 
 
-def told(reading: Reading, fittings: Fittings) -> dict[str, float]:
-    """What an instrument says, by the names of `nmea_ship.Measured`; at its time."""
-    said = {**reading.values, "t": reading.t}
-    if reading.kind == "gnss":
-        said["latitude"], said["longitude"] = fittings.datum.place(said.pop("x"), said.pop("y"))
-    return said
-
-
 @dataclass(frozen=True)
 class Speech:
     """How a ship talks.
 
     Attributes:
-        fittings: where her instruments are.
-        rates: sentences, and how often each is sent [Hz]; where the loop has sensors, these say how often.
+        fittings: where she is, and where her instruments are that have no fault; others know it themselves.
+        rates: sentences, and how often each is sent [Hz], at most as often as its instrument reads; by default all of
+            `RATES` that her instruments can say.
         framed: whether in datagrams of IEC 61162-450; plain lines otherwise.
         source: who talks, for the TAG blocks.
     """
 
     fittings: Fittings
-    rates: Mapping[str, float] = field(default_factory=lambda: RATES)
+    rates: Mapping[str, float] | None = None
     framed: bool = False
     source: str = "II0001"
 
     def __post_init__(self) -> None:
-        for kind, rate in self.rates.items():
-            if kind not in SPOKEN and kind != "VDO":
-                raise WireError(unknown(kind, (*SPOKEN, "VDO"), "sentence"))
+        for kind, rate in (self.rates or {}).items():
+            if kind not in SPOKEN and kind != TRANSPONDER:
+                raise WireError(unknown(kind, (*SPOKEN, TRANSPONDER), "sentence"))
             if not rate > 0.0:
                 raise WireError(f"{kind}: a rate of {rate:g} Hz; it must be above zero")
 
 
 class OnWire:
-    """One ship, her wire, and who steers her through it.
+    """One ship, her wire, and who steers her through it; saved, restored and reset with the loop.
 
     Attributes:
         conning: who has command, and how she is steered.
         wire: what she listens and talks through.
+        log: file for what she says, each sentence behind a TAG block with its time; None keeps none.
     """
 
     def __init__(
@@ -80,34 +61,77 @@ class OnWire:
     ) -> None:
         """Take a ship of a loop to the wire, from the next tick on.
 
+        A ship without instruments gets those that have no fault and read once a tick.
+
         Args:
             loop: the loop.
             ship: her name in it.
             wire: an open wire; whoever opened it closes it.
             speech: how she talks.
-            log: file for what she says, each sentence behind a TAG block with its time.
+            log: as the attribute.
             hold: how long a commander may be silent [simulated s].
+
+        Raises:
+            WireError: a sentence that was asked for and that her instruments cannot say.
         """
-        self._vessel, self._name = loop.vessels[ship], ship
-        self.wire, self._log = wire, log
-        fittings = fitted(self._vessel.plant.ship, speech.fittings)
-        self._speech = Speech(fittings, speech.rates, speech.framed, speech.source)
-        self._every = {kind: max(round(loop.rate / rate), 1) for kind, rate in speech.rates.items()}
-        self.conning = Conning(self._vessel.plant.ship, fittings, hold)
+        vessel = self._vessel = loop.vessels[ship]
+        self._name, self.wire, self.log, self._speech = ship, wire, log, speech
+        fittings = self._fittings = fitted(vessel.plant.ship, speech.fittings)
+        plant = vessel.plant
+        suite = exact(plant.controls, fittings, loop.rate) if vessel.watch is None else vessel.watch.suite
+        rates = speech.rates
+        if rates is None:
+            rates = {kind: rate for kind, rate in RATES.items() if not unsaid(kind, suite, fittings)}
+        for kind in rates:
+            if why := unsaid(kind, suite, fittings):
+                raise WireError(f"{kind} cannot be said: {why}")
+        if vessel.watch is None:
+            loop.equip(ship, suite)
+        self._voice = Voice(fittings, rates, loop.t)
+        self.conning = Conning(vessel.plant.ship, fittings, hold, steers=steers(suite))
         self._number, self._was_stale, self._commander = 0, False, ""
         loop.after(self.tick)
+        loop.keep(f"the wire of {ship}", self)
 
     def tick(self, loop: Loop) -> None:
-        """Listen, steer, talk; once after each tick of the loop."""
-        plant, conning = self._vessel.plant, self.conning
-        for message in self.wire.poll():
-            for control, value in conning.take(message.sentence, message.sender, loop.t).items():
+        """Listen, steer, talk; once after each tick of the loop.  Who blew up does nothing until she is restored."""
+        self.wire.t = loop.t
+        heard = self.wire.poll()
+        if self._vessel.failure is not None:
+            return
+        for message in heard:
+            for control, value in self.conning.take(message.sentence, message.sender, loop.t).items():
                 loop.order(self._name, control, value)
-        for control, value in conning.steered(plant["psi"], plant["r"], loop.t, 1.0 / loop.rate).items():
-            loop.order(self._name, control, value)
+        due = [one for reading in self._vessel.readings for one in self._voice.take(reading)]
+        self._steer(loop)
         self._report(loop)
-        if self._vessel.failure is None:
-            self._talk(loop)
+        self._talk(loop, due)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Who steers her and how, and what she says next, for JSON."""
+        return {"conning": self.conning.snapshot(), "voice": self._voice.snapshot(), "number": self._number,
+                "commander": self._commander, "stale": self._was_stale}  # fmt: skip
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what `snapshot` gave."""
+        self.conning.restore(saved["conning"])
+        self._voice.restore(saved["voice"])
+        self._number, self._commander, self._was_stale = saved["number"], saved["commander"], saved["stale"]
+
+    def reset(self) -> None:
+        """Nobody in command, and nothing said."""
+        self.conning.reset()
+        self._voice.reset()
+        self._number, self._was_stale, self._commander = 0, False, ""
+
+    def _steer(self, loop: Loop) -> None:
+        """Her own steering control goes by her gyros, once these have spoken."""
+        latest = self._voice.latest
+        if "psi" in latest and "r" in latest:
+            for control, value in self.conning.steered(latest["psi"], latest["r"], loop.t, 1.0 / loop.rate).items():
+                loop.order(self._name, control, value)
+        else:
+            self.conning.watch(loop.t)
 
     def _report(self, loop: Loop) -> None:
         """Tell who has command, and when it fell silent."""
@@ -119,27 +143,14 @@ class OnWire:
             loop.tell(self._name, "stale", f"no order for {conning.hold:g} s; the last ones are held")
         self._was_stale = conning.stale
 
-    def _talk(self, loop: Loop) -> None:
-        spoken = [line for kind, said in self._due(loop) for line in self._lines(kind, said)]
+    def _talk(self, loop: Loop, due: Iterable[tuple[str, Measured]]) -> None:
+        spoken = [line for kind, said in due for line in self._lines(kind, said)]
         self._keep(loop, spoken)
         for data in self._packed(spoken):
             self.wire.send(data)
 
-    def _due(self, loop: Loop) -> Iterator[tuple[str, Measured]]:
-        """Kinds of sentences that are due, and what they are to say."""
-        if self._vessel.watch is not None:
-            for reading in self._vessel.readings:
-                said = told(reading, self._speech.fittings)
-                yield from ((kind, said) for kind in FED.get(reading.kind, ()) if kind in self._speech.rates)
-            return
-        truth: Truth = self._vessel.plant
-        kinds = [kind for kind, every in self._every.items() if loop.k % every == 0]
-        if kinds:
-            said = measured(self._speech.fittings, loop.t, truth)
-            yield from ((kind, said) for kind in kinds)
-
     def _lines(self, kind: str, said: Measured) -> Iterator[tuple[bytes, float]]:
-        fittings = self._speech.fittings
+        fittings = self._fittings
         try:
             for line in lines(kind, fittings, said):
                 yield line, fittings.epoch + said["t"]
@@ -147,13 +158,13 @@ class OnWire:
             self.wire.counts["unsaid"] += 1
 
     def _keep(self, loop: Loop, spoken: Iterable[tuple[bytes, float]]) -> None:
-        if self._log is None:
+        if self.log is None:
             return
         try:
             for line, time in spoken:
-                self._log.write(tag_block(Tag(self._speech.source, None, time)) + line)
+                self.log.write(tag_block(Tag(self._speech.source, None, time)) + line)
         except OSError as error:
-            self._log = None
+            self.log = None
             loop.tell(self._name, "dropped", f"the log of sentences ends here: {error.strerror}")
 
     def _packed(self, spoken: Iterable[tuple[bytes, float]]) -> Iterator[bytes]:

@@ -15,13 +15,13 @@ from ..data import Array
 from ..engine import SimulationError
 from ..engine.rollout import Simulator, simulator
 from ..engine.single import Stepper, stepper
-from ..environment import CHANNELS, Environment, Uniform, Weather, components
+from ..environment import CHANNELS, Environment, Uniform, Weather, through_water
 from ..models import STATES, Sampled, Stepped, follows
 from ..models.settled import settled
 from ..parameters import unknown
 from ..ships import Ship, ShipError
 from ..systems import closed_loop, loop_memory, loop_values
-from .helm import CommandError, Helm, limits, obeying
+from .helm import CommandError, Helm, Range, limits, obeying, ranges
 from .network_step import NetworkStep
 from .surroundings import Surroundings
 
@@ -38,11 +38,13 @@ class Compiled:
     Attributes:
         ship: the ship.
         dt: time step [s].
+        ranges: how far each order goes.
     """
 
     ship: Ship
     dt: float
     simulator: Simulator
+    ranges: Mapping[str, Range]
 
     @staticmethod
     def of(ship: Ship, dt: float) -> Compiled:
@@ -55,7 +57,8 @@ class Compiled:
             raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
         if isinstance(ship.model, Sampled) and abs(dt / float(ship.model.dt) - 1.0) > 1e-9:
             raise ShipError(f"{ship.name}: runs at its own step of {ship.model.dt:g} s only; got {dt:g} s")
-        return Compiled(ship, dt, simulator(closed_loop(ship, Helm(ship.model.controls), dt)))
+        system = closed_loop(ship, Helm(ship.model.controls), dt)
+        return Compiled(ship, dt, simulator(system), ranges(ship))
 
     def plant(
         self, *, environment: Weather | None = None, start: Sequence[float] | None = None,
@@ -78,7 +81,7 @@ class Plant:
         names: what can be read.
         controls: the controls of the ship.
         orders: what can be ordered: controls, and n_P or delta where controls follow them.
-        limits: least and greatest order of each control.
+        ranges: how far each order goes that moves something of her.
         seed: of whatever is random aboard (sensors).
     """
 
@@ -95,7 +98,9 @@ class Plant:
         self._series = {name: k for k, name in enumerate(system.series)}
         self._obeying = obeying(ship)
         self.orders = tuple(self._obeying)
-        self.limits = {name: limits(ship, name) for name in self.controls}
+        self.ranges = compiled.ranges
+        gear = {name: limits(ship, name) for name in self.controls}
+        self._reach = {name: self.ranges.get(name) or Range(*gear[name], gear[name][1]) for name in self.controls}
         self._valid = tuple((n, self._at[n], *v) for n, v in ship.validity.items() if n in system.states)
         self._around = Surroundings(environment, self.dt)
         self._orders = dict.fromkeys(self.controls, 0.0)
@@ -108,7 +113,8 @@ class Plant:
         self._stepper.load(np.array([*six, *rest, *memory]))
         self._stepper.surround(self._around.at(0))
         for (order, factor), control in zip(follows(ship.model), self.controls, strict=True):
-            self.order(control, factor * turns if order == "n_P" else 0.0)
+            low, high = gear[control]  # she holds the speed of the start, whatever is usual
+            self._give(control, min(max(factor * turns if order == "n_P" else 0.0, low), high))
         self._first = self.snapshot()
 
     @staticmethod
@@ -159,7 +165,7 @@ class Plant:
     def order(self, name: str, value: float) -> float:
         """Order a control by its own name, or all that follow n_P or delta; gives back the order as taken.
 
-        An order holds until the next one and is clipped to the limits of the actuator.
+        An order holds until the next one and is clipped to its range.
 
         Raises:
             CommandError: no such control, or not a finite number.
@@ -168,14 +174,17 @@ class Plant:
             raise CommandError(f"{self.ship.name}: {unknown(name, self._obeying, 'control')}")
         if not math.isfinite(value):
             raise CommandError(f"{self.ship.name}: {name} ordered to {value}; give a finite number")
-        taken = value
+        whole = self.ranges.get(name)
+        taken = wanted = value if whole is None else whole.taken(value)
         for control, factor in self._obeying[name]:
-            low, high = self.limits[control]
-            own = min(max(factor * value, low), high)
-            self._orders[control] = own
-            self._stepper.give(self._series[control], own)
-            taken = own / factor if factor else value
-        return taken
+            own = self._give(control, self._reach[control].taken(factor * wanted))
+            taken = own / factor if factor else wanted
+        return value if whole is not None and whole.all_round else taken
+
+    def _give(self, control: str, value: float) -> float:
+        self._orders[control] = value
+        self._stepper.give(self._series[control], value)
+        return value
 
     def surround(self, environment: Environment) -> None:
         """Let wind, current, waves and depth be these from here on.
@@ -205,12 +214,24 @@ class Plant:
             raise SimulationError(f"{self.ship.name}: {name} = {self[name]:g} at t = {self.t:g} s", self.t)
 
     def outside(self) -> tuple[str, float] | None:
-        """The first state outside the range where her file says that the model holds, and its value."""
+        """The first state outside the range where her file says that the model holds, and its value.
+
+        Of u and v_m it is the velocity through the water that counts, as it is what the hull feels.
+        """
         now = self._stepper.now
+        told: dict[str, float] = dict(zip(("u", "v_m"), self._in_water(now), strict=True))
         for name, at, low, high in self._valid:
-            if not low <= now[at] <= high:
-                return name, now[at]
+            value = told.get(name, now[at])
+            if not low <= value <= high:
+                return name, value
         return None
+
+    def _in_water(self, state: Sequence[float]) -> tuple[float, float]:
+        psi, u, v_m = state[2:5]
+        here = Environment(*self._around.values)
+        if not math.isfinite(psi):
+            return u, v_m
+        return through_water(u, v_m, here.current_x, here.current_y, math.cos(psi), math.sin(psi))
 
     def snapshot(self) -> bytes:
         """Everything that decides how she goes on: states, actuators, orders, surroundings and time."""
@@ -232,8 +253,7 @@ class Plant:
         self._stepper.load(values)
         self._around.hold(about["around"])
         for control, value in about["orders"].items():
-            self._orders[control] = value
-            self._stepper.give(self._series[control], value)
+            self._give(control, value)
         self._stepper.surround(self._around.at(self.k))
 
     def reset(self) -> None:
@@ -264,8 +284,7 @@ class Plant:
         if len(start) != len(STATES) or not all(math.isfinite(value) for value in start):
             raise ShipError(f"{ship.name}: a start is six finite numbers: x, y, psi, u, v_m, r")
         if n_P is None:
-            ahead = components(1.0, start[2])
-            through = start[3] - here.current_x * ahead[0] - here.current_y * ahead[1]
+            through = self._in_water(start)[0]
             n_P = approach(ship, through)[1] if through > 1e-6 * max(ship.speed, 1.0) else 0.0
         return tuple(map(float, start)), n_P
 

@@ -1,8 +1,9 @@
 """A recording of a ship under way: a trial file that is valid at any moment, and the orders to make it again.
 
-Each row goes to the file in one piece as it comes, and what the sidecar says is known before the first, so a process
-that is killed leaves a whole trial behind.  Beside ``NAME.csv`` and ``NAME.yaml`` lies ``NAME.orders.jsonl``: the
-state at the start and every change of orders or surroundings with the number of its step (`rerun` reads it).
+Each row goes to the file in one piece as it comes, but for the first, which waits for the second, as one row is no
+trial; what the sidecar says is written before them.  So a process that is killed leaves a whole trial behind, or none.
+Beside ``NAME.csv`` and ``NAME.yaml`` lies ``NAME.orders.jsonl``: the state at the start and every change of orders or
+surroundings with the number of its step (`rerun` reads it).
 """
 
 from __future__ import annotations
@@ -10,12 +11,14 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import math
 from pathlib import Path
 from typing import Any
 
 from ..data import DataError
 from ..data.sidecar import sidecar_path, sidecar_text
 from ..environment import CHANNELS
+from ..models import STATES
 from ..parameters import values
 from ..ships import Ship
 from ..simulate import SIMULATED
@@ -43,12 +46,12 @@ def digest(ship: Ship) -> str:
 class Recording:
     """A ship on record, row by row; a `Witness` of a loop, or called by hand once before each step.
 
-    The files are made with the first row.  Where she is taken to another state, or waves or a bottom appear that the
+    The files are made with the second row.  Where she is taken to another state, or waves or a bottom appear that the
     file has no column for, the recording goes on in a new file: ``NAME_2.csv`` and so on.
 
     Attributes:
         paths: files written so far, the present one last.
-        rows: rows of the present one.
+        rows: rows of the present one; 0 while there is none.
     """
 
     def __init__(self, plant: Plant, path: str | Path, *, every: int = 1, kind: str = "recording") -> None:
@@ -72,6 +75,7 @@ class Recording:
         self._refuse_present(self._base)
         self.paths: list[Path] = []
         self.rows = 0
+        self._begun = False
         self._files: tuple[Appender, Appender] | None = None
 
     def see(self, plant: Plant) -> None:
@@ -80,57 +84,78 @@ class Recording:
         Raises:
             DataError: the file cannot be written any more; what was written stays valid.
         """
-        if self._files is None or plant.k < self._last or not set(usual_names(plant)) <= set(self._columns.names):
-            self._open()
+        if not self._begun or plant.k < self._last or not set(usual_names(plant)) <= set(self._columns.names):
+            self._begin()
             return
         orders = self._orders()
         if orders != self._ordered:
             self._ordered = orders
-            self._files[1].add(json.dumps({"k": plant.k, **orders}))
+            self._change(json.dumps({"k": plant.k, **orders}))
         if plant.k == self._last:
             return
         self._last, self._seen = plant.k, self._seen + 1
         if self._seen % self._every == 0:
-            self._write(self._files[0])
+            self._write(text(self._columns.row()))
 
     def jumped(self, plant: Plant) -> None:
         """She was taken to another state: go on in a new file."""
         self._shut()
 
     def close(self) -> None:
-        """Write where she is now, and end."""
-        if self._files is not None:
+        """Write where she is now, unless she blew up, and end."""
+        if self._begun and all(math.isfinite(self._plant[name]) for name in STATES):
             self._seen = -1  # a row, whichever number it has
             self.see(self._plant)
         self._shut()
 
-    def _open(self) -> None:
-        """Sidecar and orders first: a table with a row is a trial only beside what says what it is."""
+    def _begin(self) -> None:
+        """Take the start and the first row; the files are made with the second."""
         self._shut()
         plant, number = self._plant, len(self.paths) + 1
-        path = self._base if number == 1 else self._base.with_name(f"{self._base.stem}_{number}.csv")
-        self._refuse_present(path)
-        held = [n for n in plant.controls if self._every == 1 and plant.ship.actuators.of(n).at_once]
-        self._columns = Columns(plant, usual_names(plant), held)
-        orders = Appender(orders_path(path))
-        orders.add(json.dumps(self._start()))
-        sidecar = Appender(sidecar_path(path))
-        sidecar.add(sidecar_text(path, self._meta(held)).rstrip())
-        sidecar.close()
-        table = Appender(path)
-        self._files, self._last, self._seen, self.rows = (table, orders), plant.k, 0, 0
+        self._path = self._base if number == 1 else self._base.with_name(f"{self._base.stem}_{number}.csv")
+        self._refuse_present(self._path)
+        self._held = [n for n in plant.controls if self._every == 1 and plant.ship.actuators.of(n).at_once]
+        self._columns = Columns(plant, usual_names(plant), self._held)
+        self._changes = [json.dumps(self._start())]
+        self._first = f"{self._columns.head}\n{text(self._columns.row())}"
+        self._begun, self._last, self._seen, self.rows = True, plant.k, 0, 0
         self._ordered = self._orders()
-        self.paths.append(path)
-        self._write(table, self._columns.head + "\n")
 
-    def _write(self, table: Appender, before: str = "") -> None:
-        table.add(before + text(self._columns.row()))
-        self.rows += 1
+    def _open(self, row: str) -> None:
+        """Orders and sidecar first: a table is a trial only beside what says what it is."""
+        path, said = self._path, sidecar_text(self._path, self._meta(self._held)).rstrip()
+        texts = {orders_path(path): "\n".join(self._changes), sidecar_path(path): said, path: f"{self._first}\n{row}"}
+        made: list[Appender] = []
+        try:
+            for file, content in texts.items():
+                made.append(Appender(file))
+                made[-1].add(content)
+        except DataError:
+            for one in made:
+                one.withdraw()
+            raise
+        orders, sidecar, table = made
+        sidecar.close()
+        self._files, self.rows = (table, orders), 2
+        self.paths.append(path)
+
+    def _change(self, line: str) -> None:
+        if self._files is None:
+            self._changes.append(line)
+        else:
+            self._files[1].add(line)
+
+    def _write(self, row: str) -> None:
+        if self._files is None:
+            self._open(row)
+        else:
+            self._files[0].add(row)
+            self.rows += 1
 
     def _shut(self) -> None:
         for file in self._files or ():
             file.close()
-        self._files = None
+        self._files, self._begun, self.rows = None, False, 0
 
     def _orders(self) -> dict[str, Any]:
         """Orders, and surroundings where they do not change by themselves."""

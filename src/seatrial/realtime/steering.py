@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ..manoeuvres import Settings
 from ..manoeuvres.autopilot import Gains, usual_gains, wrapped
@@ -52,7 +54,15 @@ class SteeringControl:
 
     def let_go(self) -> None:
         """Steer no more; what was learned of the weather is forgotten."""
-        self.course, self.across, self._reference, self._integral = None, None, None, 0.0
+        self.course, self.rate, self.across, self._reference, self._integral = None, math.inf, None, None, 0.0
+
+    def snapshot(self) -> list[float | None]:
+        """What it steers, and what it has learned, for JSON."""
+        return [self.course, self.rate, self.across, self._reference, self._integral]
+
+    def restore(self, saved: Sequence[Any]) -> None:
+        """Go on from what `snapshot` gave."""
+        self.course, self.rate, self.across, self._reference, self._integral = saved
 
     def rudder(self, psi: float, r: float, dt: float, limit: float = math.inf) -> float:
         """Rudder for the next `dt` seconds [rad]; 0 while it does not steer.

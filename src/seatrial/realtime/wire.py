@@ -100,6 +100,8 @@ class Wire:
     Attributes:
         address: where it listens, or whom it is connected to; the port is the true one.
         intake: what sifts; its `counts` also tell datagrams sent, clients taken and dropped.
+        t: simulated time [s], as whoever sails tells it before each `poll`: where that runs faster than the clock,
+            so does the rate at which sentences are taken.
     """
 
     def __init__(
@@ -116,7 +118,8 @@ class Wire:
         Raises:
             WireError: the port is in use, nobody listens there, or `to` over TCP.
         """
-        self.intake = intake or Intake()
+        self.intake, self.t = intake or Intake(), 0.0
+        self._polled = self.t, time.monotonic()
         self._tcp = address.scheme == "tcp"
         if to and (self._tcp or any(one.scheme != "udp" for one in to)):
             raise WireError("only a wire over udp sends to addresses of its own accord; TCP clients come and ask")
@@ -162,7 +165,10 @@ class Wire:
 
     def poll(self) -> list[Message]:
         """Valid sentences that have come since the last time, `_BUDGET` datagrams' worth at most."""
-        return self._poll_clients() if self._tcp else self._poll_datagrams()
+        (t, before), now = self._polled, time.monotonic()
+        self.intake.ahead += max((self.t - t) - (now - before), 0.0)
+        self._polled = self.t, now
+        return self._poll_clients(now) if self._tcp else self._poll_datagrams(now)
 
     def wait(self, seconds: float) -> None:
         """Wait until something comes, at most that long."""
@@ -194,9 +200,8 @@ class Wire:
         self._clients.clear()
         self._socket.close()
 
-    def _poll_datagrams(self) -> list[Message]:
+    def _poll_datagrams(self, now: float) -> list[Message]:
         found: list[Message] = []
-        now = time.monotonic()
         for _ in range(_BUDGET):
             try:
                 data, peer = self._socket.recvfrom(LARGEST + 1)
@@ -213,11 +218,10 @@ class Wire:
             del self._peers[peer]
         return found
 
-    def _poll_clients(self) -> list[Message]:
+    def _poll_clients(self, now: float) -> list[Message]:
         if self._listening:
             self._accept()
         found: list[Message] = []
-        now = time.monotonic()
         for client in tuple(self._clients):
             self._push(client, b"")
             for _ in range(_PIECES):

@@ -12,13 +12,14 @@ import pytest
 
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import read_trial
+from seatrial.manoeuvres import Index
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.realtime.bridge.command import Command
 from seatrial.realtime.bridge.deck import Deck, Outfit
-from seatrial.realtime.bridge.gear import gear
 from seatrial.realtime.bridge.ghost import Ghost
-from seatrial.realtime.bridge.view import OWN
+from seatrial.realtime.bridge.view import OWN, indices_json
+from seatrial.realtime.conning import TELEGRAPH
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Compiled
 from seatrial.realtime.rerun import rerun
@@ -231,12 +232,96 @@ def test_a_page_loaded_later_learns_the_way_so_far(compiled: Compiled) -> None:
     assert bridge.frame()["t"] == 0.0
 
 
-def test_the_gear_of_every_kind_of_ship() -> None:
-    tug = {one.name: one for one in gear(load("qiuxin5"))}
-    assert tug["alpha_1"].high == pytest.approx(math.pi)
-    assert (tug["n_1"].low, tug["n_1"].high) == (0.0, 10.0)
-    assert tug["delta"].actual({"alpha_1": -0.2, "alpha_2": -0.4}) == pytest.approx(0.3)
-    tanker = {one.name: one for one in gear(load("kvlcc2"))}
-    assert tanker["n_P"].full < tanker["n_P"].high == -tanker["n_P"].low
-    assert tanker["delta"].high == pytest.approx(math.radians(35.0))
-    assert tanker["delta"].low == -tanker["delta"].high
+def test_a_ship_that_blew_up_stays_where_she_was_seen_last(compiled: Compiled) -> None:
+    trial = simulate(SHIP, Turning(N_P, math.radians(20.0)), speed=SHIP.speed, duration=60.0, dt=0.05)
+    time = Time()
+    loop = Loop({OWN: compiled.plant(n_P=N_P), "other": compiled.plant(n_P=N_P)}, 20.0, math.inf)
+    loop.after(lambda _: time.go_on(0.05))
+    bridge = Deck(loop, Outfit(DRILLS, ghost=Ghost(trial, SHIP.model.controls), hold=1e6), time)
+    bridge.command.come("A", 0.0)
+    assert bridge.ask("A", {"do": "ghost"}) == ""
+    assert bridge.ask("A", {"do": "drill", "name": "zigzag"}) == ""
+    ticks(loop, 20.0)
+    before, way = bridge.frame(), bridge.hello("A")["trail"]
+    for vessel in loop.vessels.values():
+        saved = vessel.plant.snapshot()
+        broken = np.frombuffer(saved.partition(b"\n")[2], dtype="<f8").copy()
+        broken[3:6] = 1e200
+        vessel.plant.restore(saved.partition(b"\n")[0] + b"\n" + broken.tobytes())
+    ticks(loop, 5.0)
+    frame = json.loads(json.dumps(bridge.frame(), allow_nan=False))
+    assert "failed" in {event[1] for event in frame["events"]}
+    assert "dropped" not in {event[1] for event in frame["events"]}
+    assert frame["t"] > before["t"] + 4.0
+    assert np.hypot(*frame["own"][:2]) > 2.0 * SHIP.L_pp
+    assert frame["own"] == before["own"]
+    assert frame["others"] == before["others"]
+    assert frame["ghost"][3] == pytest.approx(math.dist(frame["ghost"][:2], frame["own"][:2]), abs=1e-3)
+    assert json.loads(json.dumps(bridge.hello("A"), allow_nan=False))["trail"] == way
+    for said in ({"do": "drill", "name": "turn"}, {"do": "ghost"}):
+        assert bridge.ask("A", said) == "she has blown up; reset first"
+    assert bridge.ask("A", {"do": "reset"}) == ""
+    ticks(loop, 1.0)
+    assert bridge.frame()["failed"] is None
+    assert bridge.frame()["own"][:2] == pytest.approx([loop.vessels[OWN].plant["x"], 0.0], abs=0.1)
+
+
+def test_a_figure_that_is_no_number_is_none() -> None:
+    assert indices_json({"advance": Index(math.nan, "m", math.inf), "time": Index(2.0, "s", None)}) == [
+        ["advance", None, "m", None], ["time", 2.0, "s", None]]  # fmt: skip
+
+
+def test_the_telegraph_on_the_page_is_the_one_on_the_wire(compiled: Compiled) -> None:
+    told = deck(compiled)[0].hello("A")["bells"]
+    assert [share for share, _ in told] == sorted(TELEGRAPH.values(), reverse=True)
+    assert dict(told)[TELEGRAPH["04"]] == "Full ahead"
+    assert dict(told)[TELEGRAPH["13"]] == "Half astern"
+    assert (told[0][1], told[-1][1]) == ("Navigation full", "Crash astern")
+
+
+def test_a_manoeuvre_under_way_is_saved_and_goes_on_when_restored(compiled: Compiled) -> None:
+    bridge, loop = deck(compiled)
+    plant = loop.vessels[OWN].plant
+    ticks(loop, 5.0)
+    assert bridge.ask("A", {"do": "drill", "name": "zigzag"}) == ""
+    ticks(loop, 12.0)
+    saved = loop.snapshot()
+
+    def onward() -> list[float]:
+        found: list[float] = []
+        for _ in range(40):
+            ticks(loop, 1.0)
+            found += [plant["psi"], plant["delta_cmd"]]
+        return found
+
+    there = onward()
+    figures = bridge.frame()["drill"]
+    loop.reset()
+    assert bridge.frame()["drill"] is None
+    loop.restore(saved)
+    assert onward() == there
+    assert bridge.frame()["drill"] == figures
+
+
+def test_a_reset_from_elsewhere_takes_the_hand_of_the_bridge_off(compiled: Compiled) -> None:
+    trial = Trial("g", np.arange(100.0), {
+        "x": np.arange(100.0), "y": np.zeros(100), "psi": np.zeros(100), "delta": np.full(100, 0.2),
+    })  # fmt: skip
+    bridge, loop = deck(compiled, Outfit(DRILLS, ghost=Ghost(trial, ("delta",)), hold=1e6))
+    plant = loop.vessels[OWN].plant
+    assert bridge.ask("A", {"do": "ghost", "follow": True}) == ""
+    ticks(loop, 2.0)
+    assert plant["delta_cmd"] == 0.2
+    saved = loop.snapshot()
+    loop.reset()
+    frame = bridge.frame()  # before any tick
+    assert frame["t"] == 0.0
+    assert frame["own"][0] == 0.0
+    assert not frame["following"]
+    assert bridge.hello("A")["trail"] == []
+    ticks(loop, 2.0)
+    assert plant["delta_cmd"] == 0.0
+    loop.restore(saved)
+    ticks(loop, 1.0)
+    assert plant["delta_cmd"] == 0.2
+    assert bridge.frame()["following"]

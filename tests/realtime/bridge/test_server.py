@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import math
 import re
 import signal
 import socket
@@ -24,7 +25,12 @@ from websockets.typing import Origin
 
 from seatrial.cli import main
 from seatrial.data.trialfile import read_trial
-from seatrial.realtime.bridge.server import STATIC
+from seatrial.realtime.bridge.deck import Deck, Outfit
+from seatrial.realtime.bridge.server import STATIC, application
+from seatrial.realtime.bridge.view import OWN
+from seatrial.realtime.loop import Loop
+from seatrial.realtime.plant import Plant
+from seatrial.ships.files import load
 
 
 class Running:
@@ -217,6 +223,17 @@ def test_killed_in_mid_run_the_recording_is_a_trial(running: Running, tmp_path: 
     assert len(read_trial(path)) >= 10
 
 
+def test_no_two_browsers_are_ever_called_the_same() -> None:
+    deck = Deck(Loop({OWN: Plant.of(load("kvlcc2_l7"), dt=0.05)}, 20.0, math.inf), Outfit())
+    line = application(deck).state.line
+    first = line.name("first")
+    deck.command.come(first, 0.0)
+    names = [line.name(f"token {k}") for k in range(1000)]
+    assert len({first, *names}) == 1001
+    assert line.name("first") == first  # who has command is known whatever else comes
+    assert line.name("token 999") == names[-1]
+
+
 def test_a_port_in_use_and_addresses_beyond_this_machine(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -228,8 +245,12 @@ def test_a_port_in_use_and_addresses_beyond_this_machine(capsys: pytest.CaptureF
             (("--host", "here"), "write an IPv4 address"),
             (("--port", "70000"), "1 to 65535"),
             (("--port", "0", "-o", str(tmp_path / "none")), "no such folder"),
+            (("--port", "0", "-o", __file__), "test_server.py: a file; recordings go into a folder"),
+            (("--port", "0", "--factor", "nan"), "time factor nan; give 0.1 to 100, or inf for the fastest"),
             (("--port", "0", "--other", "kcs@1,2"), "write SHIP@NORTH,EAST,HEADING"),
             (("--port", "0", "--factor", "1000"), "time factor 1000"),
+            (("--port", "0", "--speed", "1e9"), "--speed is 1e+09 m/s; kvlcc2_l7 goes 1.179 m/s"),
+            (("--port", "0", "--other", "kcs@0,0,0,1e9"), "--other kcs: speed is 1e+09 m/s"),
             (("--port", "0", "--ghost", str(tmp_path / "none.csv")), "none.csv"),
         ):
             assert main(["bridge", "kvlcc2_l7", *arguments]) == 2

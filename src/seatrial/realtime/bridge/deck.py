@@ -6,28 +6,29 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from ...approach import approach
 from ...data import DataError
 from ...environment import Uniform
+from ...felt import feels
 from ...manoeuvres import Manoeuvre
 from ..helm import CommandError
 from ..loop import Loop
-from ..recording import Recording
 from .command import Command
 from .drill import Drill
-from .gear import gear
+from .gear import bells, gear
 from .ghost import Ghost
-from .view import OWN, Trail, indices_json, motion, order_json, outline
+from .recorder import Recorder, still
+from .requests import RefusalError, Request, number
+from .view import OWN, Moment, Trail, indices_json, motion, order_json, outline
 
 PERIOD = 0.05
 """Time between two pictures [s]."""
 
 _TOLD = 6
-Request = Mapping[str, Any]
+_FELT = {"wind": "wind_x", "current": "current_x"}
 Orderer = Callable[[float], Manoeuvre]
 """A manoeuvre made at the revolutions [1/s] that she runs at."""
 
@@ -49,10 +50,6 @@ class Outfit:
     hold: float = 5.0
 
 
-class RefusalError(ValueError):
-    """A request that is not carried out; the text says why."""
-
-
 class Deck:
     """A loop with a ship called "own", steered by whoever has command.
 
@@ -60,6 +57,7 @@ class Deck:
 
     Attributes:
         command: who has command.
+        leaps: how often the ships were taken to another moment, as often as the way so far is another one.
         fresh: called from the loop's thread when there is a new picture.
     """
 
@@ -67,25 +65,27 @@ class Deck:
         self._loop, self._outfit, self._clock = loop, outfit, clock
         self._vessel = loop.vessels[OWN]
         ship = self._vessel.plant.ship
-        self._speed, self._gear = ship.speed, gear(ship)
-        self._rudder = next((o for o in self._gear if o.name == "delta"), None) or next(
-            (o for o in self._gear if o.name.startswith("delta")), None)  # fmt: skip
+        self._speed, self._gear = ship.speed, gear(self._vessel.plant)
+        self._rudder = next((order for order in self._gear if order.kind == "rudder"), None)
         self.command = Command(outfit.hold)
         self.fresh: Callable[[], None] = lambda: None
         self._trail = Trail(self._vessel.plant, self._speed)
         self._drill: Drill | None = None
-        self._drill_name = ""
-        self._record: Recording | None = None
+        self._drill_name, self._drill_turns = "", 0.0
+        self._recorder = Recorder(loop, outfit.folder)
+        self._kept: tuple[float, bytes, tuple[Moment, ...]] | None = None
+        self.leaps = 0
         self._following = self._was_stale = False
         self._due = -math.inf
         self._seen = motion(loop, self._gear)
         self._doing: Mapping[str, Callable[[Request], None]] = {
             "order": self._order, "around": self._around, "drill": self._begin, "end": self._end,
-            "record": self._start_recording, "unrecord": self._stop_recording, "ghost": self._lay_ghost,
-            "pause": lambda _: loop.pause(), "resume": lambda _: loop.resume(), "step": self._step,
-            "reset": self._reset, "pace": lambda said: loop.pace(_number(said, "factor")),
+            "record": lambda _: self._recorder.start(), "unrecord": self._stop_recording, "ghost": self._lay_ghost,
+            "pause": lambda _: loop.pause(), "resume": lambda _: loop.resume(), "step": self._step, "pace": self._pace,
+            "reset": lambda _: loop.reset(), "save": self._save, "back": self._back,
         }  # fmt: skip
         loop.after(self._tick)
+        loop.keep("the bridge", self)
 
     def ask(self, who: str, said: Request) -> str:
         """Do what somebody on the bridge asks for; why not, else nothing."""
@@ -117,34 +117,64 @@ class Deck:
         others = {name: outline(one.plant) for name, one in self._loop.vessels.items() if name != OWN}
         return {
             "hello": who, "ship": outline(plant), "speed": self._speed, "others": others, "rate": self._loop.rate,
-            "orders": [order_json(order) for order in self._gear], "drills": list(self._outfit.drills),
-            "ghost": None if ghost is None else {"name": ghost.name, "duration": ghost.duration},
+            "orders": [order_json(order) for order in self._gear], "bells": bells(),
+            "drills": list(self._outfit.drills),
+            "ghost": None if ghost is None else {"name": ghost.name, "duration": ghost.duration, "ship": ghost.ship},
+            "feels": {what: feels(plant.ship, channel) for what, channel in _FELT.items()},
             "trail": self._trail.rows(), "hold": self._outfit.hold,
         }  # fmt: skip
 
     def frame(self) -> dict[str, Any]:
         """What changes."""
         loop, vessel, command, now = self._loop, self._vessel, self.command, self._clock()
+        if self._due == -math.inf:  # she was taken elsewhere, and no tick has shown it yet
+            self._look(None)
         stale = command.stale(now)
         if stale and not self._was_stale:
             loop.tell(OWN, "stale", f"{command.holder} is silent; the last orders hold")
         self._was_stale = stale
-        report, drill, record = loop.report, self._drill, self._record
+        report, drill = loop.report, self._drill
         return {
-            **self._seen, "paused": loop.paused, "factor": loop.factor,
+            **self._seen, "paused": loop.paused, "factor": None if math.isinf(loop.factor) else loop.factor,
             "command": [command.holder, command.asking, stale, sorted(command.present)],
             "clipped": sorted(vessel.clipped), "outside": vessel.outside, "failed": vessel.failure,
             "late": report.overruns, "told": sum(report.events.values()),
             "events": [[round(e.t, 2), e.kind, e.text] for e in loop.events[-_TOLD:]],
-            "record": None if record is None else [str(record.paths[-1]) if record.paths else "", record.rows],
+            "record": self._recorder.told, "kept": None if self._kept is None else self._kept[0],
             "drill": None if drill is None else
             [self._drill_name, drill.over, drill.complete, indices_json(drill.indices)],
             "following": self._following,
         }  # fmt: skip
 
+    def snapshot(self) -> dict[str, Any]:
+        """What steers her from the bridge, for JSON."""
+        drill, ghost = self._drill, self._outfit.ghost
+        under_way = None if drill is None or drill.over else [self._drill_name, self._drill_turns, drill.snapshot()]
+        return {"drill": under_way, "ghost": None if ghost is None else ghost.laid, "following": self._following}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what `snapshot` gave."""
+        self.reset()
+        ghost = self._outfit.ghost
+        if saved["drill"] is not None:
+            name, turns, state = saved["drill"]
+            self._set_about(name, turns).restore(state)
+        if ghost is not None and saved["ghost"] is not None:
+            ghost.lay(saved["ghost"])
+            self._following = bool(saved["following"])
+
+    def reset(self) -> None:
+        """Nothing steers but the hand, and the ghost lies where she is."""
+        self._let_go()
+        self._drill, self._due = None, -math.inf
+        self.leaps += 1
+        self._trail.clear()
+        if self._outfit.ghost is not None:
+            self._outfit.ghost.lay((0.0, *(self._vessel.plant[name] for name in ("x", "y", "psi"))))
+
     def close(self) -> list[Path]:
         """End the recording; the files of it."""
-        return self._shut_recording()
+        return self._recorder.stop()
 
     def _tick(self, loop: Loop) -> None:
         """In the loop's thread, after each tick."""
@@ -156,11 +186,18 @@ class Deck:
         if now < self._due - 0.2 * PERIOD:
             return
         self._due = max(self._due + PERIOD, now)
-        self._seen = {**motion(loop, self._gear), "ghost": self._beside(loop)}
+        self._look(self._seen)
         self.fresh()
+
+    def _look(self, before: Mapping[str, Any] | None) -> None:
+        seen = motion(self._loop, self._gear, before)
+        ghost = self._outfit.ghost
+        self._seen = {**seen, "ghost": None if ghost is None else ghost.beside(seen["t"], seen["own"])}
 
     def _steer(self, loop: Loop) -> None:
         drill, ghost, plant = self._drill, self._outfit.ghost, self._vessel.plant
+        if self._vessel.failure is not None:
+            return
         if drill is not None and not drill.over:
             orders: Mapping[str, float] = drill.steer(plant)
             if drill.over and "delta" in plant.orders:
@@ -174,40 +211,42 @@ class Deck:
         for name, value in orders.items():
             loop.order(OWN, name, value)
 
-    def _beside(self, loop: Loop) -> list[float] | None:
-        """Pose of the ghost, how far the ship is from it [m], and by how much she heads elsewhere [rad]."""
-        ghost, plant = self._outfit.ghost, self._vessel.plant
-        pose = None if ghost is None else ghost.pose(loop.t)
-        if pose is None:
-            return None
-        gap = math.hypot(plant["x"] - pose[0], plant["y"] - pose[1])
-        return [round(value, 5) for value in (*pose, gap, math.remainder(plant["psi"] - pose[2], 2.0 * math.pi))]
-
     def _order(self, said: Request) -> None:
-        value, name = _number(said, "value"), said.get("name")
+        value, name = number(said, "value"), said.get("name")
         if name not in self._vessel.plant.orders:
             raise CommandError("no such control")
         self._let_go()
         self._loop.order(OWN, str(name), value)
 
     def _around(self, said: Request) -> None:
-        U_T, U_C = _number(said, "U_T"), _number(said, "U_C")
+        U_T, U_C = number(said, "U_T"), number(said, "U_C")
         if not (0.0 <= U_T <= 60.0 and 0.0 <= U_C <= 5.0):
             raise RefusalError("wind is 0 to 60 m/s, current 0 to 5 m/s")
-        new = Uniform(U_T, _number(said, "gamma_T"), U_C, _number(said, "gamma_C")).now()
-        plant = self._vessel.plant
-        for name in self._loop.vessels:
+        for what, speed in (("wind", U_T), ("current", U_C)):
+            if speed and not feels(self._vessel.plant.ship, _FELT[what]):
+                raise RefusalError(f"{self._vessel.plant.ship.name} has no force of {what}; it would change nothing")
+        new = Uniform(U_T, number(said, "gamma_T"), U_C, number(said, "gamma_C")).now()
+        for name, vessel in self._loop.vessels.items():
+            plant = vessel.plant
             self._loop.surround(name, new._replace(wave_x=plant["wave_x"], wave_y=plant["wave_y"],
                                                    wave_T=plant["wave_T"], per_depth=plant["per_depth"]))  # fmt: skip
+            if U_T and not feels(plant.ship, "wind_x"):
+                self._loop.tell(name, "calm", f"{plant.ship.name} has no force of wind and sails as before")
 
     def _begin(self, said: Request) -> None:
         name, plant = str(said.get("name")), self._vessel.plant
         if name not in self._outfit.drills:
             raise RefusalError("no such manoeuvre")
+        self._sails()
         ordered = plant["n_P_cmd"] if "n_P" in plant.controls else 0.0
-        policy = self._outfit.drills[name](ordered or approach(plant.ship)[1])
+        self._set_about(name, ordered or approach(plant.ship)[1])
+
+    def _set_about(self, name: str, turns: float) -> Drill:
+        policy = self._outfit.drills[name](turns)
         self._let_go()
-        self._drill_name, self._drill = name, Drill(policy, plant, self._speed)
+        self._drill_name, self._drill_turns = name, turns
+        self._drill = Drill(policy, self._vessel.plant, self._speed)
+        return self._drill
 
     def _end(self, _: Request) -> None:
         self._let_go()
@@ -218,56 +257,39 @@ class Deck:
         if self._drill is not None:
             self._drill.over = True
 
-    def _start_recording(self, _: Request) -> None:
-        if self._record is not None:
-            raise RefusalError("recording already")
-        plant = self._vessel.plant
-        path = self._outfit.folder / f"{plant.ship.name}_{datetime.now():%Y%m%d_%H%M%S}.csv"
-        self._record = Recording(plant, path, kind="bridge")
-        self._loop.witness(OWN, self._record)
-
     def _stop_recording(self, _: Request) -> None:
-        if not self._shut_recording():
+        if not self._recorder.stop():
             raise DataError("nothing has been recorded")
 
-    def _shut_recording(self) -> list[Path]:
-        record, self._record = self._record, None
-        if record is None:
-            return []
-        self._loop.dismiss(record)
-        paused = self._loop.paused
-        self._loop.pause()  # no tick while the last row is written
-        record.close()
-        if not paused:
-            self._loop.resume()
-        return record.paths
+    def _save(self, _: Request) -> None:
+        self._sails()
+        with still(self._loop):
+            self._kept = self._loop.t, self._loop.snapshot(), self._trail.snapshot()
+
+    def _back(self, _: Request) -> None:
+        if self._kept is None:
+            raise RefusalError("no state is kept")
+        with still(self._loop):
+            self._loop.restore(self._kept[1])
+            self._trail.restore(self._kept[2])
+
+    def _pace(self, said: Request) -> None:
+        self._loop.pace(math.inf if said.get("factor") == "fastest" else number(said, "factor"))
 
     def _lay_ghost(self, said: Request) -> None:
         ghost, plant = self._outfit.ghost, self._vessel.plant
         if ghost is None:
             raise RefusalError("no ghost; begin the bridge with --ghost TRIAL")
+        self._sails()
         self._let_go()
         ghost.lay((self._loop.t, plant["x"], plant["y"], plant["psi"]))
         self._following = said.get("follow") is True
+
+    def _sails(self) -> None:
+        if self._vessel.failure is not None:
+            raise RefusalError("she has blown up; reset first")
 
     def _step(self, _: Request) -> None:
         if not self._loop.paused:
             raise RefusalError("pause first")
         self._loop.step()
-
-    def _reset(self, _: Request) -> None:
-        self._let_go()
-        self._drill = None
-        self._loop.reset()
-        self._trail.clear()
-        self._due = -math.inf
-        if self._outfit.ghost is not None:
-            self._outfit.ghost.lay((0.0, *(self._vessel.plant[name] for name in ("x", "y", "psi"))))
-        self._seen = {**motion(self._loop, self._gear), "ghost": self._beside(self._loop)}
-
-
-def _number(said: Request, name: str) -> float:
-    value = said.get(name)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise RefusalError(f"{name} is to be a finite number")
-    return float(value)

@@ -60,6 +60,16 @@ class Drill:
         pairs = zip(self._orders, given, strict=True)
         return {name: float(value) for name, value in pairs if name in plant.orders}
 
+    def snapshot(self) -> dict[str, Any]:
+        """How far it is, for JSON."""
+        return {"begun": self._begun, "memory": [float(value) for value in self._memory], "rows": self._rows,
+                "checked": self._checked}  # fmt: skip
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Go on from what `snapshot` gave; figures come with the next look at them."""
+        self._begun, self._checked = float(saved["begun"]), float(saved["checked"])
+        self._memory, self._rows = tuple(saved["memory"]), [list(row) for row in saved["rows"]]
+
     def _read(self, L_pp: float) -> None:
         t, *values = np.array(self._rows).T.copy()
         trial = Trial(self.kind, t, dict(zip(self._columns.names[1:], values, strict=True)))

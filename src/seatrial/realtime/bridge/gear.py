@@ -1,18 +1,20 @@
-"""What a ship can be told, as a page needs it: orders with their limits, and what her gear does."""
+"""What a ship can be told, as a page needs it: orders with scale, name and place, and what her gear does."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Protocol
 
-from ...approach import approach
 from ...models import unit
-from ...ships import Ship, ShipError
-from ..helm import limits, obeying
+from ..conning import TELEGRAPH
+from ..helm import obeying
+from ..plant import Plant
 
-_MOST = 1.25
-"""Revolutions at most where the gear has no limit, over those of the approach."""
+_POSITIONS = ("Stop", "Dead slow", "Slow", "Half", "Full")
+_FORCES = MappingProxyType({"X": "Force ahead", "Y": "Sideways force", "N": "Turning moment"})
+_PAIR = MappingProxyType({"1": "port", "2": "starboard"})
 
 
 class Values(Protocol):
@@ -28,17 +30,24 @@ class Order:
     """One thing that can be ordered.
 
     Attributes:
-        name, unit: as in `Plant.orders`, SI.
-        low, high: the ends of its scale; those of the gear where that has any.
-        full: what counts as full ahead, for a telegraph.
+        name: as in `Plant.orders`.
+        label: what a mariner calls it.
+        kind: where it is on a page: "rudder", "engine", "dial" of an azimuth, or "thruster".
+        unit, per: SI unit that it is shown in, and how much of it one of the order is.
+        low, high, full: the range of the order (`helm.Range`).
+        sided: whether it goes to starboard where it is above zero, and to port below.
         moves: controls that obey, with their factors.
     """
 
     name: str
+    label: str
+    kind: str
     unit: str
+    per: float
     low: float
     high: float
     full: float
+    sided: bool
     moves: tuple[tuple[str, float], ...]
 
     def actual(self, values: Values) -> float:
@@ -47,29 +56,66 @@ class Order:
         return sum(parts) / len(parts) if parts else 0.0
 
 
-def gear(ship: Ship) -> tuple[Order, ...]:
-    """What the ship can be told, each with its scale."""
-    try:
-        turns = abs(approach(ship)[1])
-    except ShipError:
-        turns = 0.0
+def gear(plant: Plant) -> tuple[Order, ...]:
+    """What the ship can be told, each order with its scale.
+
+    What moves nothing of her is left out, and so is an order that stands for one other control alone: that control
+    has its place.
+    """
+    known = {name: moves for name, moves in obeying(plant.ship).items() if name in plant.ranges}
+    stand_in = {moves[0][0]: name for name, moves in known.items() if len(moves) == 1 and name not in plant.controls}
+    shared = {control: name for name, moves in known.items() if len(moves) > 1 for control, _ in moves}
     found: list[Order] = []
-    for name, moves in obeying(ship).items():
-        ends = [sorted(end / factor for end in limits(ship, control)) for control, factor in moves if factor]
-        low, high = max((a for a, _ in ends), default=0.0), min((b for _, b in ends), default=0.0)
-        most = _reach(ship, name, turns)
-        low, high = (low if math.isfinite(low) else -most), (high if math.isfinite(high) else most)
-        if low < high:
-            full = min(turns, high) if name.startswith("n") and turns and name.startswith("n_P") else high
-            found.append(Order(name, unit(name), low, high, full, moves))
+    for name, moves in known.items():
+        if name in stand_in.values():
+            continue
+        reach, shown = plant.ranges[name], unit(name)
+        factors = {factor for _, factor in moves}
+        other = unit(moves[0][0])
+        per = factors.pop() if other != shown and len(factors) == 1 else 1.0
+        kind = _kind(stand_in.get(name, name), shared.get(name, ""))
+        found.append(Order(
+            name, _label(name, moves, plant.controls), kind, other if per != 1.0 else shown, per, reach.low, reach.high,
+            reach.full, name.partition("_")[0] in ("delta", "alpha", "Y", "N"), moves,
+        ))  # fmt: skip
     return tuple(found)
 
 
-def _reach(ship: Ship, name: str, turns: float) -> float:
-    """The end of a scale where the gear has none: assumed."""
+def bells() -> list[tuple[float, str]]:
+    """Positions of the telegraph as shares of full revolutions, and what they are called, from full ahead down."""
+    found: list[tuple[float, str]] = []
+    for position, share in TELEGRAPH.items():
+        k, astern = int(position[1]), position[0] == "1"
+        last, way = ("Crash astern", "astern") if astern else ("Navigation full", "ahead")
+        name = _POSITIONS[k] if k < len(_POSITIONS) else last
+        found.append((share, f"{name} {way}" if 0 < k < len(_POSITIONS) else name))
+    return sorted(found, reverse=True)
+
+
+def _kind(name: str, shared: str) -> str:
+    """The place of an order, by its own name or that of the one it stands for."""
     kind = name.partition("_")[0]
     if kind == "alpha":
-        return math.pi
-    if kind == "delta":
-        return math.radians(35.0)
-    return _MOST * (turns or 1.0)
+        return "dial"
+    if shared == "" and kind == "delta":
+        return "rudder"
+    return "engine" if shared == "" and (name == "n_P" or name.startswith("n_P_")) else "thruster"
+
+
+def _label(name: str, moves: Sequence[tuple[str, float]], controls: Sequence[str]) -> str:
+    kind, _, rest = name.partition("_")
+    if len(moves) > 1:
+        of, all_of = moves[0][0], "Both" if len(moves) == 2 else "All"
+        what = "rudders" if of.startswith("delta") else "engines" if of.startswith("n_P") else (
+            "azimuths" if name == "delta" else "thrusters")  # fmt: skip
+        return f"{all_of} {what}"
+    if kind in _FORCES:
+        return f"{_FORCES[kind]}{'' if rest == 'tau' else f' {rest}'}"
+    what = {"delta": "rudder", "alpha": "azimuth"}.get(kind, "thruster")
+    if name == "n_P" or name.startswith("n_P_"):
+        what, rest = "engine", name[4:]
+    pair = (f"{name.removesuffix(rest)}{side}" in controls for side in _PAIR)
+    if what in ("rudder", "engine") and all(pair):
+        rest = _PAIR.get(rest, rest)
+    text = f"{what} {rest}" if rest.isdigit() else f"{rest.replace('_', ' ')} {what}"
+    return text.strip().capitalize()

@@ -18,6 +18,7 @@ class Ghost:
 
     Attributes:
         name: of the trial.
+        ship: whose trial it is; empty where its sidecar does not say.
         start: the first (x, y, psi, u, v_m, r) on record [m, rad, m/s, rad/s]; velocities that are not are zero.
         duration: how long it lasts [s].
     """
@@ -37,6 +38,7 @@ class Ghost:
             raise DataError(f"{trial.name}: a ghost needs two rows or more with x, y and psi")
         run = trial.rows(known)
         self.name, self._t = trial.name, run.t - run.t[0]
+        self.ship = str(trial.meta.get("ship") or "")
         self.duration = float(self._t[-1])
         self._x, self._y, self._psi = run["x"], run["y"], np.unwrap(run["psi"])
         self.start = tuple(_first(run, name) for name in STATES)
@@ -49,6 +51,11 @@ class Ghost:
         self._t_0, self._x_0, self._y_0, psi = at
         self._turn = psi - float(self._psi[0])
 
+    @property
+    def laid(self) -> list[float]:
+        """Where it was laid last: time [s] and pose (x, y [m], psi [rad])."""
+        return [self._t_0, self._x_0, self._y_0, self._turn + float(self._psi[0])]
+
     def pose(self, t: float) -> tuple[float, float, float] | None:
         """Where it is at a time [s]: x, y [m], psi [rad]; None before it begins and after it is over."""
         since = t - self._t_0
@@ -58,6 +65,14 @@ class Ghost:
         c, s = math.cos(self._turn), math.sin(self._turn)
         psi = self._at(self._psi, since) + self._turn
         return self._x_0 + float(c * north - s * east), self._y_0 + float(s * north + c * east), psi
+
+    def beside(self, t: float, own: Sequence[float | None]) -> list[float] | None:
+        """Its pose beside a ship of which x, y, psi come first: pose, distance [m], and how she heads off [rad]."""
+        (x, y, psi), pose = own[:3], self.pose(t)
+        if pose is None or x is None or y is None or psi is None:
+            return None
+        gap = math.hypot(x - pose[0], y - pose[1])
+        return [round(value, 5) for value in (*pose, gap, math.remainder(psi - pose[2], 2.0 * math.pi))]
 
     def orders(self, t: float) -> Mapping[str, float]:
         """What its controls were ordered to at that time, or did where no order is on record; gaps are left out."""

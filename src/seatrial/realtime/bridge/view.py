@@ -13,6 +13,9 @@ from ..loop import Loop
 from ..plant import Plant
 from .gear import Order
 
+Moment = tuple[float, list[float], float | None]
+"""Time, the six states, and the rudder."""
+
 OWN = "own"
 """The name of the ship that is steered, in the loop."""
 
@@ -34,7 +37,8 @@ def outline(plant: Plant) -> dict[str, Any]:
 
 def order_json(order: Order) -> dict[str, Any]:
     """An order as the page draws it."""
-    return {"name": order.name, "unit": order.unit, "low": order.low, "high": order.high, "full": order.full}
+    shown = ("name", "label", "kind", "unit", "per", "low", "high", "full", "sided")
+    return {name: getattr(order, name) for name in shown}
 
 
 def indices_json(indices: Mapping[str, Index]) -> list[list[Any]]:
@@ -43,19 +47,21 @@ def indices_json(indices: Mapping[str, Index]) -> list[list[Any]]:
             for name, i in indices.items()]  # fmt: skip
 
 
-def motion(loop: Loop, orders: Sequence[Order]) -> dict[str, Any]:
-    """All ships as they are after this tick."""
+def motion(loop: Loop, orders: Sequence[Order], before: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """All ships as they are after this tick; one that blew up as she was last seen in `before`, the last picture."""
+    last: Mapping[str, Any] = before or {"own": [None] * len(STATES), "act": {}, "ord": {}, "others": {}}
     plant = loop.vessels[OWN].plant
     acts = {name: plant[name] for name in plant.controls}
     asked = {name: plant[f"{name}_cmd"] for name in plant.controls}
     return {
         "t": round(loop.t, 6),
-        "own": _state(plant),
-        "act": {order.name: _plain(order.actual(acts)) for order in orders},
-        "ord": {order.name: _plain(order.actual(asked)) for order in orders},
+        "own": _state(plant) or last["own"],
+        "act": _kept({order.name: order.actual(acts) for order in orders}, last["act"]),
+        "ord": _kept({order.name: order.actual(asked) for order in orders}, last["ord"]),
         "around": [_plain(plant[name]) for name in _AROUND],
-        "others": {name: _state(vessel.plant) for name, vessel in loop.vessels.items() if name != OWN},
-    }
+        "others": {name: _state(vessel.plant) or last["others"].get(name, [None] * len(STATES))
+                   for name, vessel in loop.vessels.items() if name != OWN},
+    }  # fmt: skip
 
 
 class Trail:
@@ -68,26 +74,44 @@ class Trail:
     def __init__(self, plant: Plant, speed: float) -> None:
         self.names = ("t", *STATES)
         self._plant, self._apart = plant, _APART * plant.ship.L_pp / max(speed, 1e-3)
-        self._rows: deque[tuple[float, list[float], float]] = deque(maxlen=_TRAIL)
+        self._rows: deque[Moment] = deque(maxlen=_TRAIL)
 
     def see(self, t: float, rudder: float) -> None:
-        """Keep this moment, where it is far enough from the last."""
+        """Keep this moment, where it is far enough from the last and she has not blown up."""
         if not self._rows or t - self._rows[-1][0] >= self._apart:
-            self._rows.append((round(t, 3), _state(self._plant), _plain(rudder)))
+            state = _state(self._plant)
+            if state is not None:
+                self._rows.append((round(t, 3), state, _plain(rudder)))
 
     def clear(self) -> None:
         """Forget it all."""
         self._rows.clear()
 
-    def rows(self) -> list[list[float]]:
+    def snapshot(self) -> tuple[Moment, ...]:
+        """All of it."""
+        return tuple(self._rows)
+
+    def restore(self, saved: Sequence[Moment]) -> None:
+        """As `snapshot` gave it."""
+        self._rows = deque(saved, maxlen=_TRAIL)
+
+    def rows(self) -> list[list[float | None]]:
         """Time, the six states and the rudder, the oldest first."""
         return [[t, *state, rudder] for t, state, rudder in tuple(self._rows)]
 
 
-def _state(plant: Plant) -> list[float]:
-    return [_plain(plant[name]) for name in STATES]
+def _state(plant: Plant) -> list[float] | None:
+    """The six states; None of a ship that blew up."""
+    found = [_plain(plant[name]) for name in STATES]
+    known = [value for value in found if value is not None]
+    return known if len(known) == len(found) else None
 
 
-def _plain(value: float) -> float:
-    """A number that JSON can hold, to what a page can show."""
-    return float(f"{value:.7g}") if math.isfinite(value) else 0.0
+def _kept(values: Mapping[str, float], before: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by name; one that is no number as it was before."""
+    return {name: _plain(value) if math.isfinite(value) else before.get(name) for name, value in values.items()}
+
+
+def _plain(value: float) -> float | None:
+    """A number that JSON can hold, to what a page can show; None of what is none."""
+    return float(f"{value:.7g}") if math.isfinite(value) else None

@@ -1,6 +1,7 @@
 // The chart: north up, metres, the ship to scale, her track, what is near, wind and current.
 
-import { KNOT, course, fixed } from "./units.js";
+import { fitted, nice } from "./shared/canvas.js";
+import { KNOT, course, fixed } from "./shared/units.js";
 
 const SHAPE = [[0.5, 0], [0.42, 0.3], [0.3, 0.5], [-0.44, 0.5], [-0.5, 0.38]];
 const HULL = [...SHAPE, ...SHAPE.slice(1).reverse().map(([x, y]) => [x, -y])];
@@ -20,8 +21,8 @@ export class Chart {
   #pointers;
 
   begin(hello) {
+    if (this.hello?.ship.L !== hello.ship.L) this.metre = null;
     this.hello = hello;
-    this.metre = null;
     this.track = hello.trail.map(row => [row[1], row[2]]);
     this.ghostTrack = []; this.tracks = {};
   }
@@ -52,7 +53,7 @@ export class Chart {
   }
 
   draw(state) {
-    const g = this.#fit(), { width, height } = this.size, c = this.colours();
+    const { g, width, height } = fitted(this.canvas), c = this.colours();
     this.metre ??= Math.min(width, height) / (9 * this.hello.ship.L);
     if (this.follow) this.centre = [state.own[0], state.own[1]];
     g.fillStyle = c.water;
@@ -76,16 +77,6 @@ export class Chart {
   }
 
   get size() { return { width: this.canvas.clientWidth, height: this.canvas.clientHeight }; }
-
-  #fit() {
-    const ratio = Math.min(devicePixelRatio || 1, 2), { width, height } = this.size, canvas = this.canvas;
-    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-      canvas.width = Math.round(width * ratio); canvas.height = Math.round(height * ratio);
-    }
-    const g = canvas.getContext("2d");
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    return g;
-  }
 
   #at(x, y) {
     const { width, height } = this.size;
@@ -210,11 +201,6 @@ function one(what, word, size, direction, turn, colour) {
   const degrees = Math.round((direction + turn) / Math.PI * 180);
   return `<span><svg viewBox="-12 -12 24 24" aria-hidden="true"><g transform="rotate(${degrees})"><path d="M0 10V-9M-5 -3L0 -10L5 -3" stroke="${colour}"/></g></svg>`
     + `${what} ${fixed(size / KNOT)} kn ${word} ${course(direction).slice(0, 3)}°</span>`;
-}
-
-function nice(wanted) {
-  const decade = 10 ** Math.floor(Math.log10(wanted));
-  return [1, 2, 5, 10].map(m => m * decade).find(step => step >= wanted);
 }
 
 function arrow(g, x0, y0, x1, y1) {

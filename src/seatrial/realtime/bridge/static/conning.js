@@ -1,6 +1,7 @@
 // The conning display: where she heads, how fast she goes and turns, in figures that are read from afar.
 
-import { DEGREE, KNOT, course, fixed, sided } from "./units.js";
+import { nice } from "./shared/canvas.js";
+import { DEGREE, KNOT, course, fixed, sided } from "./shared/units.js";
 
 const CELLS = [
   ["heading", "Heading", "°"], ["course", "Course", "°"], ["turn", "Rate of turn", "°/min"],
@@ -8,24 +9,31 @@ const CELLS = [
   ["across", "Sideways", "kn"], ["gap", "Ghost, distance", "m"], ["off", "Ghost, heading", ""],
 ];
 
+const STILL = 0.02;  // of the approach speed: what is slower has no course
+
 export class Conning {
   constructor(section) {
     section.innerHTML = CELLS.map(([id, name, unit]) =>
       `<div class="cell" data-cell="${id}"><span>${name}</span><b>–</b><i>${unit}</i></div>`).join("")
-      + '<div class="rot" title="Rate of turn"><i class="zero"></i><i class="actual"></i><span>P</span><span>S</span></div>';
+      + '<div class="rate"><span>Rate of turn, scale to <output></output></span><div class="rot"><i class="zero"></i><i class="actual"></i>'
+      + "<span>P</span><span>S</span></div></div>";
+    this.end = section.querySelector(".rate output");
     this.cells = Object.fromEntries([...section.querySelectorAll("[data-cell]")].map(cell => [cell.dataset.cell, cell]));
     this.bar = section.querySelector(".rot .actual");
   }
 
   begin(hello) {
-    this.most = 0.7 * hello.speed / hello.ship.L;  // about what a hard turn reaches
+    this.still = STILL * hello.speed;
+    const most = nice(hello.speed / hello.ship.L * 60 / DEGREE);  // more than a hard turn of most ships reaches
+    this.most = most * DEGREE / 60;
+    this.end.textContent = `${most} °/min`;
     for (const id of ["gap", "off"]) this.cells[id].hidden = hello.ghost === null;
   }
 
   draw({ own, around, ghost }) {
     const [, , psi, u, v, r] = own, [, , cx, cy] = around;
     const uw = u - cx * Math.cos(psi) - cy * Math.sin(psi), vw = v + cx * Math.sin(psi) - cy * Math.cos(psi);
-    const U = Math.hypot(u, v), moving = U > 0.02 * Math.sqrt(9.81);
+    const U = Math.hypot(u, v), moving = U > this.still;
     this.#put("heading", course(psi));
     this.#put("course", moving ? course(psi + Math.atan2(v, u)) : "–");
     this.#put("turn", sided(r * 60 / DEGREE));

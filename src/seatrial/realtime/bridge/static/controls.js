@@ -1,23 +1,25 @@
 // Rudder, telegraph, thrusters and azimuths: one scale or dial for each order, by mouse, touch and keyboard.
 
-import { DEGREE, fixed, label, shown, sided } from "./units.js";
+import { nice } from "./shared/canvas.js";
+import { DEGREE, fixed, shown, sided } from "./shared/units.js";
 
-const BELLS = [[1, "Full ahead"], [0.65, "Half"], [0.45, "Slow"], [0.3, "Dead slow"], [0, "Stop"],
-  [-0.3, "Dead slow"], [-0.45, "Slow"], [-0.65, "Half"], [-1, "Full astern"]];
 const HOLD = 600;  // ms for which a hand on the page counts more than what the last picture says
 
 /** What all controls share: the value at hand, and orders that go out no more than twenty times a second. */
 class Control {
   constructor(order, send) {
     this.order = order; this.value = 0; this.touched = -Infinity;
-    [this.unit, this.factor] = shown(order.unit);
+    const [unit, factor] = shown(order.unit), span = (order.high - order.low) * order.per * factor;
+    this.unit = unit; this.factor = factor * order.per;
+    this.digits = span <= 10 ? 2 : span <= 400 ? 1 : 0;
     this.angle = order.unit === "rad";
-    this.fine = this.angle ? DEGREE : (order.high - order.low) / 100;
+    this.fine = this.angle ? DEGREE : nice(span / 100) / this.factor;
     this.element = document.createElement("div");
     this.element.className = "control";
-    this.element.innerHTML = `<div class="says"><b>${label(order.name)}</b><span class="act"></span>`
-      + `<label>ordered <input type="number" step="any" aria-label="${label(order.name)} ordered [${this.unit}]"> ${this.unit}</label>`
-      + `<span class="clip" hidden>LIMIT</span></div>`;
+    this.element.innerHTML = `<div class="says"><b>${order.label}</b><span class="act"></span><span class="clip" hidden>LIMIT</span>`
+      + `<label><span class="word">ordered</span> <input type="number" step="any" aria-label="${order.label} ordered [${unit}]${order.sided ? ", starboard positive" : ""}"> ${unit}`
+      + `${order.sided ? ' <span class="side"></span>' : ""}</label></div>`;
+    this.side = this.element.querySelector(".side");
     this.input = this.element.querySelector("input");
     this.input.onchange = () => { if (this.input.value !== "") this.#ask(Number(this.input.value) / this.factor); this.input.blur(); };
     this.#send = send;
@@ -45,6 +47,7 @@ class Control {
 
   /** What the ship says: ordered and actual. */
   show(ordered, actual, clipped, enabled) {
+    if (ordered === null || actual === null) return;  // nobody knows
     if (performance.now() - this.touched > HOLD) this.value = ordered;
     const seen = `${this.value.toFixed(4)} ${actual.toFixed(4)} ${clipped} ${enabled}`;
     if (seen === this.#seen && document.activeElement !== this.input) return;  // what stays needs no drawing
@@ -54,22 +57,28 @@ class Control {
     this.input.disabled = !enabled;
     for (const button of this.element.querySelectorAll("button")) button.disabled = !enabled;
     this.element.querySelector(".clip").hidden = !clipped;
-    const says = this.angle ? sided(actual * this.factor, 1, "°") : `${fixed(actual * this.factor)} ${this.unit}`;
-    this.element.querySelector(".act").textContent = says;
+    this.element.querySelector(".act").textContent = this.#text(actual);
     if (document.activeElement !== this.input) {
-      const text = (this.value * this.factor).toFixed(1);
-      this.input.value = text === "-0.0" ? "0.0" : text;
+      const text = (this.value * this.factor).toFixed(this.digits);
+      this.input.value = Number(text) === 0 ? Math.abs(text).toFixed(this.digits) : text;
     }
+    if (this.side) this.side.textContent = sided(this.value * this.factor, this.digits).split(" ")[1] ?? "";
     this.draw();
+  }
+
+  /** A value in figures; where it has a side, with that. */
+  #text(value) {
+    const size = value * this.factor, unit = this.angle ? this.unit : ` ${this.unit}`;
+    return this.order.sided ? sided(size, this.digits, unit) : `${fixed(size, this.digits)}${unit}`;
   }
 
   /** Make an element a slider for hands, keys and screen readers. */
   slider(element, valueAt, step) {
     element.tabIndex = 0;
     element.setAttribute("role", "slider");
-    element.setAttribute("aria-label", label(this.order.name));
-    element.setAttribute("aria-valuemin", (this.order.low * this.factor).toFixed(1));
-    element.setAttribute("aria-valuemax", (this.order.high * this.factor).toFixed(1));
+    element.setAttribute("aria-label", this.order.label);
+    element.setAttribute("aria-valuemin", (this.order.low * this.factor).toFixed(this.digits));
+    element.setAttribute("aria-valuemax", (this.order.high * this.factor).toFixed(this.digits));
     let held = false;
     element.addEventListener("pointerdown", e => { held = true; element.setPointerCapture(e.pointerId); element.focus(); this.set(valueAt(e)); e.preventDefault(); });
     element.addEventListener("pointermove", e => { if (held) this.set(valueAt(e)); });
@@ -82,12 +91,15 @@ class Control {
     this.aria = element;
   }
 
-  say() { this.aria?.setAttribute("aria-valuenow", (this.value * this.factor).toFixed(1)); }
+  say() {
+    this.aria?.setAttribute("aria-valuenow", (this.value * this.factor).toFixed(this.digits));
+    this.aria?.setAttribute("aria-valuetext", this.#text(this.value));
+  }
 }
 
 /** A straight scale; across for rudders, upright for engines. */
 export class Scale extends Control {
-  constructor(order, send, upright) {
+  constructor(order, send, upright, bells) {
     super(order, send);
     this.upright = upright;
     this.element.classList.add(upright ? "upright" : "across");
@@ -100,7 +112,7 @@ export class Scale extends Control {
     this.element.append(row);
     this.bar = bar;
     this.bells = [];
-    if (upright) row.append(this.#telegraph());
+    if (upright) row.append(this.#telegraph(bells));
     else this.#marks();
     const snap = this.angle ? DEGREE : this.fine;
     this.slider(bar, e => {
@@ -112,7 +124,7 @@ export class Scale extends Control {
 
   /** To the next position of the telegraph. */
   bell(way) {
-    const near = this.fine / 4, sorted = this.bells.map(([value]) => value).sort((a, b) => a - b);
+    const near = 0.02 * this.order.full, sorted = this.bells.map(([value]) => value).sort((a, b) => a - b);
     const next = way > 0 ? sorted.find(v => v > this.value + near) : sorted.findLast(v => v < this.value - near);
     if (next !== undefined) this.set(next);
   }
@@ -128,16 +140,16 @@ export class Scale extends Control {
       actual.style.left = `${from}%`; actual.style.width = `${to - from}%`;
       ordered.style.left = `${share(this.value)}%`;
     }
-    for (const [value, button] of this.bells) button.setAttribute("aria-pressed", String(Math.abs(value - this.value) < this.fine / 2));
+    for (const [value, button] of this.bells) button.setAttribute("aria-pressed", String(Math.abs(value - this.value) < 0.02 * this.order.full));
     this.say();
   }
 
   /** A button for each position of the telegraph that the engine has. */
-  #telegraph() {
+  #telegraph(bells) {
     const { low, high, full } = this.order, list = document.createElement("div");
     list.className = "bells";
     this.bar.querySelector(".zero").style.bottom = `${100 * -low / (high - low)}%`;
-    for (const [share, text] of BELLS) {
+    for (const [share, text] of bells) {
       const value = share * full, button = document.createElement("button");
       if (value < low - 1e-9 || value > high + 1e-9) continue;
       button.textContent = text; button.type = "button";
@@ -151,12 +163,13 @@ export class Scale extends Control {
   #marks() {
     const { low, high } = this.order, share = v => 100 * (v - low) / (high - low);
     this.bar.querySelector(".zero").style.left = `${share(0)}%`;
-    const marks = this.angle ? [-30, -20, -10, 0, 10, 20, 30].map(d => [d * DEGREE, `${Math.abs(d)}`])
-        : [[low, fixed(low * this.factor, 0)], [0, "0"], [high, fixed(high * this.factor, 0)]];
+    const end = value => [value, fixed(Number((value * this.factor).toPrecision(Math.abs(value * this.factor) < 1000 ? 3 : 4)), 3).replace(/\.?0+$/, "")];
+    const marks = this.angle ? [-30, -20, -10, 0, 10, 20, 30].map(d => [d * DEGREE, `${Math.abs(d)}`]) : [...(low ? [end(low)] : []), [0, "0"], end(high)];
+    if (this.order.sided) this.bar.insertAdjacentHTML("beforeend", '<span class="way">P</span><span class="way">S</span>');
     for (const [value, text] of marks) {
       if (value < low - 1e-9 || value > high + 1e-9) continue;
       const mark = document.createElement("button");
-      mark.className = "mark"; mark.type = "button"; mark.tabIndex = -1; mark.textContent = text;
+      mark.className = this.angle && value && Math.abs(value) < 29 * DEGREE ? "mark minor" : "mark"; mark.type = "button"; mark.tabIndex = -1; mark.textContent = text;
       mark.style.left = `${share(value)}%`;
       mark.addEventListener("pointerdown", e => e.stopPropagation());
       mark.onclick = () => this.set(value);
@@ -184,6 +197,8 @@ export class Dial extends Control {
   }
 
   draw() {
+    const turned = Math.round((this.actual ?? 0) / (2 * Math.PI)) * 2 * Math.PI;
+    this.element.querySelector(".act").textContent = sided(((this.actual ?? 0) - turned) / DEGREE, 1, "°");
     this.element.querySelector("svg .actual").setAttribute("transform", `rotate(${(this.actual ?? 0) / DEGREE})`);
     this.element.querySelector("svg .ordered").setAttribute("transform", `rotate(${this.value / DEGREE})`);
     this.say();
@@ -194,21 +209,17 @@ export class Dial extends Control {
 export class Helm {
   constructor(hello, send, places) {
     for (const place of Object.values(places)) place.replaceChildren();
-    const orders = hello.orders, has = name => orders.some(o => o.name === name);
     this.controls = new Map();
-    for (const order of orders) {
-      const kind = order.name.split("_")[0], engine = order.name === "n_P" || order.name.startsWith("n_P_");
-      const control = kind === "alpha" ? new Dial(order, send) : new Scale(order, send, engine);
+    for (const order of hello.orders) {
+      const control = order.kind === "dial" ? new Dial(order, send) : new Scale(order, send, order.kind === "engine", hello.bells);
       this.controls.set(order.name, control);
-      const single = (kind === "delta" && order.name !== "delta" && has("delta")) || (order.name.startsWith("n_P_") && has("n_P"));
-      const place = kind === "delta" && !single ? places.rudders : engine && !single ? places.engines : places.thrusters;
-      if (single) control.element.classList.add("single");
-      place.append(control.element);
+      (places[`${order.kind}s`] ?? places.thrusters).append(control.element);
     }
     places.thrusters.hidden = !places.thrusters.children.length;
-    const first = kind => [...this.controls.keys()].find(name => name.startsWith(kind));
-    this.rudder = this.controls.get("delta") ?? this.controls.get(first("delta"));
-    this.engine = this.controls.get("n_P") ?? this.controls.get(first("n_P"));
+    const first = kind => [...this.controls.values()].find(control => control.order.kind === kind);
+    this.rudder = first("rudder");
+    this.engine = first("engine");
+    places.engines.hidden = !this.engine;
   }
 
   show(state, clipped, enabled) {
@@ -217,7 +228,7 @@ export class Helm {
 
   /** The page's own keys; whether this was one. */
   key(e) {
-    const step = e.shiftKey ? DEGREE : 5 * DEGREE;
+    const step = (this.rudder?.fine ?? 0) * (e.shiftKey ? 1 : 5);
     const does = {
       ArrowLeft: () => this.rudder?.nudge(-step), ArrowRight: () => this.rudder?.nudge(step), " ": () => this.rudder?.set(0),
       ArrowUp: () => this.engine?.bell(1), ArrowDown: () => this.engine?.bell(-1),

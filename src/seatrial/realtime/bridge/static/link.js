@@ -1,5 +1,7 @@
 // The line to the ship: pictures in, requests out, and the state between two pictures.
 
+import { line } from "./shared/line.js";
+
 const KEY = "seatrial-bridge";
 const DEEP = 40;
 
@@ -9,27 +11,20 @@ export class Link extends EventTarget {
   last = null;
   /** Pictures that came, and how many a second. */
   pictures = 0;
-  #socket = null;
+  #say = () => {};
   #frames = [];
-  #wait = 250;
   #shown = null;
   #at = 0;
 
   open() {
-    const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = this.#socket = new WebSocket(`${scheme}://${location.host}/line`);
-    socket.onopen = () => { this.#wait = 250; socket.send(JSON.stringify({ hello: token() })); };
-    socket.onmessage = event => this.#take(JSON.parse(event.data));
-    socket.onclose = () => {
-      this.#tell("lost");
-      setTimeout(() => this.open(), this.#wait);
-      this.#wait = Math.min(this.#wait * 2, 4000);
-    };
+    this.#say = line({
+      opened: () => this.ask({ hello: token() }), hear: said => this.#take(said), broken: () => this.#tell("lost"),
+    });
   }
 
   /** Ask for something; a line that is down takes nothing. */
   ask(request) {
-    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(request));
+    this.#say(request);
   }
 
   get commands() { return this.last !== null && this.hello !== null && this.last.command[0] === this.hello.hello; }
@@ -38,6 +33,7 @@ export class Link extends EventTarget {
   between(now) {
     const last = this.last;
     if (last === null) return null;
+    if (last.factor === null) return mix(last, last, 1, this.#shown = last.t);  // as fast as possible
     const step = Math.min(Math.max((now - this.#at) / 1000, 0), 0.25);
     this.#at = now;
     const delay = Math.max(0.1 * last.factor, 2 / this.hello.rate);
@@ -94,7 +90,8 @@ function token() {
 const between = (a, b, w) => a.map((value, k) => value + w * (b[k] - value));
 
 function mix(a, b, w, t) {
-  const keyed = (one, two) => Object.fromEntries(Object.keys(two).map(k => [k, (one[k] ?? two[k]) + w * (two[k] - (one[k] ?? two[k]))]));
+  const keyed = (one, two) => Object.fromEntries(Object.keys(two).map(k =>
+    [k, two[k] === null ? null : (one[k] ?? two[k]) + w * (two[k] - (one[k] ?? two[k]))]));
   const others = Object.fromEntries(Object.entries(b.others).map(([name, s]) => [name, between(a.others[name] ?? s, s, w)]));
   return { t, own: between(a.own, b.own, w), act: keyed(a.act, b.act), ord: b.ord, around: between(a.around, b.around, w),
     others, ghost: a.ghost && b.ghost ? between(a.ghost, b.ghost, w) : b.ghost ?? null };

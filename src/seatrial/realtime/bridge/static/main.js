@@ -6,23 +6,12 @@ import { Helm } from "./controls.js";
 import { Link } from "./link.js";
 import { Panel } from "./panel.js";
 import { Strips } from "./strips.js";
+import { colours as palette, nightly } from "./shared/canvas.js";
 
 const $ = id => document.getElementById(id);
 const NAMES = ["ink", "muted", "line", "water", "actual", "ordered", "ghost", "other"];
-let palette = null;
-const colours = () => palette ??= Object.fromEntries(NAMES.map(name =>
-  [name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()]));
-
-function night(on) {
-  document.documentElement.dataset.theme = on ? "night" : "day";
-  $("night").setAttribute("aria-pressed", String(on));
-  localStorage.setItem("seatrial-night", String(on));
-  palette = null;
-}
-const kept = localStorage.getItem("seatrial-night");
-night(kept === null ? matchMedia("(prefers-color-scheme: dark)").matches : kept === "true");
-const turn = () => night(document.documentElement.dataset.theme !== "night");
-$("night").onclick = turn;
+const colours = () => palette(NAMES);
+const turn = nightly($("night"));
 
 let quiet = null;
 function say(text, stays = false) {

@@ -1,6 +1,6 @@
 // Everything around the wheel: command, time, manoeuvres and their figures, recording, ghost, weather, log.
 
-import { DEGREE, KNOT, clock, figure, fixed, sided } from "./units.js";
+import { DEGREE, KNOT, clock, figure, fixed, sided } from "./shared/units.js";
 
 const $ = id => document.getElementById(id);
 const put = (element, text) => { if (element.textContent !== text) element.textContent = text; };
@@ -12,7 +12,8 @@ export class Panel {
     const ask = request => () => link.ask(request);
     $("take").onclick = ask({ do: "take" }); $("give").onclick = ask({ do: "give" }); $("keep").onclick = ask({ do: "keep" });
     $("pause").onclick = () => this.pause(); $("step").onclick = ask({ do: "step" }); $("reset").onclick = ask({ do: "reset" });
-    $("pace").onchange = e => { link.ask({ do: "pace", factor: Number(e.target.value) }); e.target.blur(); };
+    $("save").onclick = ask({ do: "save" }); $("back").onclick = ask({ do: "back" });
+    $("pace").onchange = ({ target }) => { link.ask({ do: "pace", factor: Number(target.value) || target.value }); target.blur(); };
     $("record").onclick = () => link.ask({ do: link.last?.record ? "unrecord" : "record" });
     $("lay").onclick = ask({ do: "ghost" }); $("follow").onclick = ask({ do: "ghost", follow: true });
     $("around").querySelector("form").onsubmit = e => {
@@ -32,6 +33,9 @@ export class Panel {
       return button;
     }));
     $("ghost").hidden = hello.ghost === null;
+    this.feels = { U_T: hello.feels.wind, gamma_T: hello.feels.wind, U_C: hello.feels.current, gamma_C: hello.feels.current };
+    const none = Object.keys(hello.feels).filter(what => !hello.feels[what]);
+    put($("unfelt"), none.length ? `${hello.ship.name} has no force of ${none.join(" and of ")}.` : "");
     this.#filled = false;
   }
 
@@ -51,13 +55,27 @@ export class Panel {
     put($("asked").firstElementChild, `${asking} asks for command.`);
     put($("pause"), frame.paused ? "Go on" : "Pause");
     $("step").hidden = !frame.paused;
-    if (document.activeElement !== $("pace")) $("pace").value = String(frame.factor);
+    this.#pace(frame.factor);
+    put($("back"), frame.kept === null ? "Back" : `Back to ${clock(frame.kept)}`);
+    $("back").hidden = frame.kept === null;
     this.#recording(frame.record);
-    for (const element of document.querySelectorAll("#pause, #step, #reset, #pace, #record, #drills button, #around input")) element.disabled = !mine;
+    for (const element of document.querySelectorAll("#pause, #step, #reset, #save, #back, #pace, #record, #drills button")) element.disabled = !mine;
+    for (const input of document.querySelectorAll("#around input")) input.disabled = !mine || !this.feels[input.name];
     this.#drill(frame.drill);
     this.#ghost(frame);
     this.#log(frame);
     if (!this.#filled) this.#fill(frame.around);
+  }
+
+  /** The time factor, also one that is not on offer. */
+  #pace(factor) {
+    const pace = $("pace"), value = factor === null ? "fastest" : String(factor);
+    if (document.activeElement === pace || pace.value === value) return;
+    if (![...pace.options].some(option => option.value === value)) {
+      const after = [...pace.options].find(option => !(Number(option.value) < factor)) ?? null;
+      pace.add(new Option(`${Number(factor.toPrecision(3))}×`, value), after);
+    }
+    pace.value = value;
   }
 
   #recording(record) {
@@ -88,7 +106,7 @@ export class Panel {
     const ghost = this.link.hello.ghost;
     if (ghost === null) return;
     const off = frame.ghost ? `${fixed(frame.ghost[3])} m away, heading off by ${sided(frame.ghost[4] / DEGREE, 1, "°")}` : "not under way";
-    put($("ghost-says"), `${ghost.name} (${clock(ghost.duration)}): ${off}${frame.following ? "; its orders are obeyed" : ""}`);
+    put($("ghost-says"), `${ghost.name}${ghost.ship && ghost.ship !== this.link.hello.ship.name ? `, a trial of ${ghost.ship}` : ""} (${clock(ghost.duration)}): ${off}${frame.following ? "; its orders are obeyed" : ""}`);
   }
 
   #log(frame) {

@@ -1,12 +1,12 @@
 // Strips: rudder, heading, rate of turn and speed over the last minutes.
 
-import { DEGREE, KNOT, clock, fixed } from "./units.js";
+import { fitted, nice } from "./shared/canvas.js";
+import { DEGREE, KNOT, clock, fixed, shown } from "./shared/units.js";
 
 const ROWS = [
-  { name: "Rudder", unit: "°", read: s => s.rudder / DEGREE, asked: s => s.asked / DEGREE, least: 20, even: true },
   { name: "Heading", unit: "°", read: s => s.psi / DEGREE, least: 10, round: 360 },
   { name: "Rate of turn", unit: "°/min", read: s => s.r * 60 / DEGREE, least: 2, even: true },
-  { name: "Speed", unit: "kn", read: s => s.U / KNOT, least: 1 },
+  { name: "Speed", unit: "kn", read: s => s.U / KNOT, least: 1, bottom: 0 },
 ];
 
 export class Strips {
@@ -15,10 +15,12 @@ export class Strips {
   }
 
   begin(hello) {
-    const rudder = hello.orders.find(o => o.name === "delta") ?? hello.orders.find(o => o.name.startsWith("delta"));
+    const rudder = hello.orders.find(o => o.kind === "rudder"), [unit, factor] = shown(rudder?.unit ?? "rad");
     this.rudder = rudder?.name;
+    const size = (rudder?.per ?? 1) * factor, least = unit === "°" ? 20 : (rudder?.high ?? 1) * size / 2;
+    this.rows = [{ name: rudder?.label ?? "Rudder", unit, read: s => s.rudder * size, asked: s => s.asked * size, least, even: true }, ...ROWS];
     this.span = 10 * hello.ship.L / Math.max(hello.speed, 1e-3);
-    this.samples = hello.trail.map(([t, , , psi, u, v, r, angle]) => ({ t, psi, U: Math.hypot(u, v), r, rudder: angle, asked: NaN }));
+    this.samples = hello.trail.map(([t, , , psi, u, v, r, angle]) => ({ t, psi, U: Math.hypot(u, v), r, rudder: angle ?? NaN, asked: NaN }));
   }
 
   clear() { this.samples = []; }
@@ -36,17 +38,12 @@ export class Strips {
   draw(now, t) {
     if (now - this.drawn < 100) return;
     this.drawn = now;
-    const ratio = Math.min(devicePixelRatio || 1, 2), canvas = this.canvas, width = canvas.clientWidth, height = canvas.clientHeight;
-    if (!width || !height) return;
-    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-      canvas.width = Math.round(width * ratio); canvas.height = Math.round(height * ratio);
-    }
-    const g = canvas.getContext("2d"), c = this.colours();
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    if (!this.canvas.clientWidth || !this.canvas.clientHeight) return;
+    const { g, width, height } = fitted(this.canvas), c = this.colours();
     g.clearRect(0, 0, width, height);
-    const columns = width > 900 || (width > 480 && height < 220) ? 4 : width > 480 ? 2 : 1, rows = ROWS.length / columns;
+    const columns = [1, 2, 4].find(n => height * n / 4 >= 88 && (n > 1 || width < 560)) ?? (width > 560 ? 4 : 2), rows = this.rows.length / columns;
     const seen = this.samples.filter(s => s.t >= t - this.span && s.t <= t + 1e-6);
-    ROWS.forEach((row, k) => {
+    this.rows.forEach((row, k) => {
       const w = width / columns, h = height / rows;
       this.#strip(g, c, row, seen, t, (k % columns) * w + 4, Math.floor(k / columns) * h, w - 10, h - 4);
     });
@@ -54,13 +51,14 @@ export class Strips {
 
   #strip(g, c, row, seen, t, x0, y0, w, h) {
     const left = x0 + 44, top = y0 + 18, wide = w - 44, high = h - 34;
-    const [low, top_] = range(seen, row);
+    const [low, top_, step] = range(seen, row, Math.min(Math.max(Math.floor(high / 18), 1), 4));
     const px = s => left + wide * (1 - (t - s.t) / this.span), py = value => top + high * (top_ - value) / (top_ - low);
     g.font = "12px system-ui, sans-serif"; g.fillStyle = c.ink; g.textAlign = "left";
     g.fillText(`${row.name} [${row.unit}]`, left, y0 + 12);
     g.fillStyle = c.muted; g.strokeStyle = c.line; g.lineWidth = 1; g.textAlign = "right";
-    for (const value of [low, (low + top_) / 2, top_]) {
-      const y = Math.round(py(value)) + 0.5, digits = top_ - low < 4 ? 1 : 0;
+    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    for (let k = 0; k <= Math.round((top_ - low) / step); k += 1) {
+      const value = low + k * step, y = Math.round(py(value)) + 0.5;
       g.beginPath(); g.moveTo(left, y); g.lineTo(left + wide, y); g.stroke();
       g.fillText(fixed(row.round ? ((value % row.round) + row.round) % row.round : value, digits), left - 5, y + 4);
     }
@@ -78,12 +76,15 @@ export class Strips {
   }
 }
 
-function range(seen, row) {
+/** The ends of an axis, both round numbers, and the step between its lines: about so many of them. */
+function range(seen, row, many) {
   const values = seen.flatMap(s => row.asked ? [row.read(s), row.asked(s)] : [row.read(s)]).filter(Number.isFinite);
   let low = Math.min(...values, Infinity), high = Math.max(...values, -Infinity);
   if (!values.length) [low, high] = [0, 0];
-  if (row.even) { high = Math.max(Math.abs(low), Math.abs(high), row.least); low = -high; }
+  if (row.even) { high = Math.max(Math.abs(low), Math.abs(high), row.least / 2); low = -high; }
   if (high - low < row.least) { const middle = (low + high) / 2; low = middle - row.least / 2; high = middle + row.least / 2; }
-  const grain = row.least / 2;
-  return [Math.floor(low / grain) * grain, Math.ceil(high / grain) * grain];
+  if (low < row.bottom) [low, high] = [row.bottom, Math.max(high, row.bottom + row.least)];
+  const wanted = (high - low) / many * (1 - 1e-9);
+  const step = row.round && wanted > 10 ? [15, 30, 45, 90, 180].find(n => n >= wanted) ?? 360 : nice(wanted);
+  return [Math.floor(low / step + 1e-6) * step, Math.ceil(high / step - 1e-6) * step, step];
 }

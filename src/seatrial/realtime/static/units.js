@@ -32,20 +32,9 @@ export function clock(t) {
   return `${s >= 3600 ? `${Math.floor(s / 3600)}:` : ""}${two(Math.floor(s / 60) % 60)}:${two(s % 60)}`;
 }
 
-/** The name of an order as a mariner would say it. */
-export function label(name) {
-  const [kind, ...rest] = name.split("_"), which = rest.join(" ");
-  if (name === "delta") return "Rudder";
-  if (name === "n_P") return "Engine";
-  if (kind === "delta") return `Rudder ${which}`;
-  if (kind === "alpha") return `Azimuth ${which}`;
-  if (name.startsWith("n_P_")) return `Engine ${rest.slice(1).join(" ")}`;
-  if (kind === "n" || kind === "f") return `${isNaN(which) ? which[0].toUpperCase() + which.slice(1) : `No. ${which}`} thruster`;
-  return name.replaceAll("_", " ");
-}
-
 /** A figure of a manoeuvre as text. */
 export function figure([name, value, unit, lengths]) {
+  if (value === null) return [name.replaceAll("_", " "), "–", ""];
   const [to, factor] = unit === "rad/s" ? ["°/s", 1 / DEGREE] : unit === "m/s" ? ["kn", 1 / KNOT] : shown(unit);
   const number = Number((value * factor).toPrecision(4));
   return [name.replaceAll("_", " "), `${fixed(number, Math.abs(number) < 10 ? 2 : 1)} ${to === "-" ? "" : to}`,

@@ -1,0 +1,233 @@
+"""Where fits stand, for whoever looks: the fits write here, the page reads; no network, and no lock."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...identify import Problem, Progress
+from ...identify.watch import MakeShip
+from ...parameters import Free, specs, values
+from .tracks import measured, shown
+
+FITTING, REPORTING, DONE, FAILED, STOPPED = "fitting", "writing the report", "done", "failed", "stopped"
+"""What can become of a run."""
+
+WAITING = "waiting"
+
+_ROWS = 4000
+"""Rows of a history that are kept; where there are more, every second one goes."""
+
+Row = tuple[int, float, float, float]
+"""Iteration, objective, validation or NaN, seconds since the fit began."""
+
+
+class Part:
+    """One fit; the `Watcher` that its estimator tells.
+
+    Each method of the fit's is a few assignments, so that it costs microseconds and never waits.
+
+    Attributes:
+        trials: those whose tracks are drawn.
+        history: how often it was thinned, and its rows.
+        last: its last row, which may have been thinned out.
+        ship: makes the ship as the search has her, None before it has one.
+        tracks: predicted tracks, and the iteration they are of; written by the `Tracker`.
+        beside: also told of every row.
+    """
+
+    def __init__(self, name: str, problem: Problem, restart: float | None, clock: Callable[[], float]) -> None:
+        self.name, self.problem, self.restart = name, problem, restart
+        self.trials = shown(problem.trials)
+        self.history: tuple[int, list[Row]] = 0, []
+        self.last: Row | None = None
+        self.ship: MakeShip | None = None
+        self.tracks: dict[str, Any] | None = None
+        self.beside: Progress | None = None
+        self._clock, self._began, self._every = clock, clock(), 1
+        self._read: tuple[MakeShip | None, list[float | None]] = None, []
+
+    def at(self, ship: MakeShip) -> None:
+        """The ship as the search has her."""
+        self.ship = ship
+
+    def __call__(self, iteration: int, objective: float, validation: float) -> None:
+        """A row of the history."""
+        row = self.last = (iteration, objective, validation, self._clock() - self._began)
+        edition, rows = self.history
+        if iteration % self._every == 0:
+            rows.append(row)
+        if len(rows) >= _ROWS:
+            self._every *= 2
+            self.history = edition + 1, [kept for kept in rows if kept[0] % self._every == 0]
+        if self.beside is not None:
+            self.beside(iteration, objective, validation)
+
+    def told(self) -> dict[str, Any]:
+        """What stays: parameters with their ranges, measured tracks."""
+        problem = self.problem
+        meant = specs(problem.ship.model)
+        return {
+            "name": self.name, "ship": problem.ship.name, "restart": self.restart,
+            "trials": len(problem.trials), "validation": len(problem.validation),
+            "free": [_parameter(f, *((meant[f.path].unit, meant[f.path].about) if f.path in meant else ("", "")))
+                     for f in problem.free],
+            "measured": [measured(trial) for trial in self.trials],
+        }  # fmt: skip
+
+    def found(self) -> list[float | None]:
+        """Values of the free parameters as the search has them; none before it has."""
+        make = self.ship
+        if make is not None and make is not self._read[0]:
+            try:
+                known = values(make().model)
+            except ValueError:  # values on the way that make no ship
+                known = {}
+            self._read = make, [_number(known.get(f.path, math.nan)) for f in self.problem.free]
+        return self._read[1]
+
+
+@dataclass
+class Seen:
+    """What one browser has seen already."""
+
+    part: int = -1
+    edition: int = -1
+    rows: int = 0
+    tracks: Any = None
+
+
+class Board:
+    """A run of one fit, or of several.
+
+    Args:
+        title: of the run.
+        files: the fits to come by name, with the file that each leaves when it is done.
+
+    Attributes:
+        parts: the fits that have begun; the page shows the last one.
+        state, text: what becomes of the run, and more about it in words.
+        looked: whether anybody looks.
+    """
+
+    def __init__(
+        self, title: str, files: Mapping[str, Path] | None = None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.title, self.parts, self.looked = title, list[Part](), False
+        self.state, self.text = FITTING, ""
+        self._clock, self._began, self._ended = clock, clock(), math.nan
+        self._files, self._at = files or {}, dict[int, str]()
+        self._states = dict.fromkeys(self._files, WAITING)
+
+    @property
+    def part(self) -> Part | None:
+        """The fit that is shown."""
+        return self.parts[-1] if self.parts else None
+
+    def begin(self, name: str, problem: Problem, restart: float | None) -> Part:
+        """A fit begins."""
+        part, thread = Part(name, problem, restart, self._clock), threading.get_ident()
+        before = self._at.get(thread)  # a thread fits one after the other, so that one has ended
+        if before is not None and before not in self._files:
+            self._states = {**self._states, before: DONE}
+        self._at[thread] = name
+        self._judge()
+        self._states = {**self._states, name: FITTING}
+        self.parts.append(part)
+        return part
+
+    def _judge(self) -> None:
+        """What has become of the fits that leave a file."""
+        for name, file in self._files.items():
+            if self._states[name] == FITTING:
+                self._states = {**self._states, name: DONE if file.exists() else FAILED}
+
+    def end(self, state: str, text: str = "") -> None:
+        """What becomes of the run."""
+        if math.isnan(self._ended) and state != REPORTING:
+            self._ended = self._clock()
+        self._judge()
+        became = FAILED if state == FAILED else DONE
+        if state != STOPPED:
+            self._states = {name: became if now == FITTING else now for name, now in self._states.items()}
+        self.state, self.text = state, text
+
+    def news(self, seen: Seen) -> dict[str, Any]:
+        """What changes, with all that this browser has not seen yet; `seen` moves on."""
+        ended = self._clock() if math.isnan(self._ended) else self._ended
+        said: dict[str, Any] = {
+            "title": self.title, "state": self.state, "text": self.text, "elapsed": round(ended - self._began, 1),
+            "parts": [[name, state] for name, state in self._states.items()],
+        }  # fmt: skip
+        count = len(self.parts)
+        if not count:
+            return said
+        part = self.parts[count - 1]
+        if seen.part != count:
+            seen.part, seen.edition, seen.tracks = count, -1, None
+            said["part"] = part.told()
+        edition, rows = part.history
+        if seen.edition != edition:
+            seen.edition, seen.rows, said["anew"] = edition, 0, True
+        fresh = rows[seen.rows :]
+        seen.rows += len(fresh)
+        said |= {"rows": [_row(row) for row in fresh], "last": part.last and _row(part.last), "values": part.found()}
+        if part.tracks is not seen.tracks:
+            seen.tracks = said["tracks"] = part.tracks
+        return said
+
+
+class Parts:
+    """Several fits of a run, each told by itself; see `identify.watch.part`.
+
+    Args:
+        told: who else is told, of the run.
+        beside: who else is told, of a fit, by its name.
+    """
+
+    def __init__(
+        self, board: Board, restart: float | None, told: Callable[..., None], beside: Callable[[str], Progress]
+    ) -> None:
+        self._board, self._restart, self._told, self._beside = board, restart, told, beside
+
+    def __call__(self, *row: Any) -> None:
+        """What is not told by itself."""
+        self._told(*row)
+
+    def part(self, name: str, problem: Problem) -> Part:
+        """A fit begins."""
+        part = self._board.begin(name, problem, self._restart)
+        part.beside = self._beside(name)
+        return part
+
+
+def _row(row: Row) -> list[float | int | None]:
+    iteration, objective, validation, seconds = row
+    return [iteration, _number(objective), _number(validation), round(seconds, 2)]
+
+
+def _parameter(f: Free, unit: str, about: str) -> dict[str, Any]:
+    """A parameter and the range in which to show it."""
+    low, high = _range(f)
+    return {
+        "path": f.path, "unit": "" if unit == "-" else unit, "about": about, "start": _number(f.start),
+        "low": _number(f.low), "high": _number(f.high), "prior": _number(f.prior), "sigma": _number(f.sigma),
+        "from": low, "to": high,
+    }  # fmt: skip
+
+
+def _range(f: Free) -> tuple[float, float]:
+    """Between the bounds, or as far as the prior lets one expect, or about the start."""
+    middle = f.prior if math.isfinite(f.prior) and math.isfinite(f.sigma) else f.start
+    reach = (4.0 if math.isfinite(f.sigma) else 2.0) * f.scale
+    return max(f.low, min(middle - reach, f.start)), min(f.high, max(middle + reach, f.start))
+
+
+def _number(value: float) -> float | None:
+    """As JSON can hold it; what is not finite is nothing."""
+    return float(f"{float(value):.6g}") if math.isfinite(value) else None

@@ -1,0 +1,88 @@
+"""What of every kind of ship is on the page: names, places, units and ends of the scales."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from seatrial.approach import approach, time_step
+from seatrial.felt import idle
+from seatrial.realtime.bridge.gear import Order, gear
+from seatrial.realtime.helm import ranges
+from seatrial.realtime.plant import Plant
+from seatrial.ships.files import load
+
+
+def aboard(name: str) -> dict[str, Order]:
+    ship = load(name)
+    return {order.name: order for order in gear(Plant.of(ship, dt=time_step(ship)))}
+
+
+def test_azimuths_and_thrusters() -> None:
+    tug = aboard("qiuxin5")
+    assert tug["alpha_1"].high == pytest.approx(math.pi)
+    assert (tug["n_1"].low, tug["n_1"].high) == (0.0, 10.0)
+    assert tug["delta"].actual({"alpha_1": -0.2, "alpha_2": -0.4}) == pytest.approx(0.3)
+    assert [order.kind for order in tug.values()] == ["thruster", "dial", "thruster", "dial", "engine", "rudder"]
+    assert [tug[name].label for name in ("n_P", "delta", "alpha_2")] == ["Both thrusters", "Both azimuths", "Azimuth 2"]
+
+
+def test_a_screw_and_a_rudder() -> None:
+    tanker = aboard("kvlcc2_l7")
+    assert tanker["n_P"].full < tanker["n_P"].high == -tanker["n_P"].low
+    assert tanker["delta"].high == pytest.approx(math.radians(35.0))
+    assert tanker["delta"].low == -tanker["delta"].high
+    assert [(one.label, one.kind, one.sided) for one in tanker.values()] == [
+        ("Engine", "engine", False), ("Rudder", "rudder", True)]  # fmt: skip
+
+
+def test_a_pair_has_sides() -> None:
+    assert [one.label for one in aboard("twin_virtual").values()] == [
+        "Port engine", "Starboard engine", "Port rudder", "Starboard rudder", "Both engines", "Both rudders",
+    ]  # fmt: skip
+
+
+def test_forces_that_are_ordered_directly_are_no_rudder_and_no_engine() -> None:
+    model = aboard("cybership2")
+    assert [(one.name, one.label, one.kind, one.unit, one.high) for one in model.values()] == [
+        ("X_tau", "Force ahead", "engine", "N", 2.0), ("Y_tau", "Sideways force", "thruster", "N", 1.5),
+        ("N_tau", "Turning moment", "rudder", "N m", 1.5)]  # fmt: skip
+    assert 0.0 < model["X_tau"].full < 0.5  # what holds her approach
+
+
+def test_thrust_that_is_ordered_together_is_shown_as_thrust() -> None:
+    both = aboard("milliampere")["n_P"]
+    assert (both.unit, both.high * both.per) == ("N", 500.0)
+
+
+def test_revolutions_that_move_nothing_have_no_telegraph() -> None:
+    assert idle(load("zeefakkel")) == idle(load("mariner_nomoto")) == {"n_P"}
+    assert idle(load("esso_osaka_3m_harbour")) == frozenset()  # though side thrusters are useless at speed
+    assert list(aboard("zeefakkel")) == ["delta"]
+
+
+def test_a_range_is_that_of_the_gear_else_what_is_usual() -> None:
+    ship = load("kvlcc2_l7")
+    told = ranges(ship)
+    assert told["n_P"].high == pytest.approx(1.25 * approach(ship)[1])
+    assert told["n_P"].full == pytest.approx(approach(ship)[1])
+    assert ranges(load("esso_osaka_3m"))["n_P"].high == 20.0
+    round_ = ranges(load("milliampere"))["alpha_bow"]
+    assert round_.all_round
+    assert round_.taken(4.0) == pytest.approx(4.0 - 2.0 * math.pi)
+    assert round_.taken(-3.0) == -3.0
+    assert ranges(load("cybership2"))["delta"].high == pytest.approx(math.radians(35.0))
+
+
+def test_orders_end_where_the_scale_does_and_azimuths_turn_on() -> None:
+    ship = load("kvlcc2_l7")
+    plant = Plant.of(ship, dt=0.05)
+    for asked in (99999.0, -1e308):
+        assert plant.order("n_P", asked) == math.copysign(plant.ranges["n_P"].high, asked)
+    fast = Plant.of(ship, dt=0.05, n_P=20.0)
+    assert fast["n_P_cmd"] == 20.0  # she starts as she was asked to
+    ferry = load("milliampere")
+    turned = Plant.of(ferry, dt=time_step(ferry))
+    assert turned.order("alpha_bow", 4.0) == 4.0  # the same direction, so nothing is cut off
+    assert turned["alpha_bow_cmd"] == pytest.approx(4.0 - 2.0 * math.pi)

@@ -1,0 +1,129 @@
+"""What the bridge answers to requests beyond the wheel: recordings, the state that is kept, weather, pace."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.approach import time_step
+from seatrial.data import Trial
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.realtime.bridge.deck import Deck, Outfit
+from seatrial.realtime.bridge.ghost import Ghost
+from seatrial.realtime.bridge.view import OWN
+from seatrial.realtime.loop import Loop
+from seatrial.realtime.plant import Plant
+from seatrial.ships.files import load
+
+HARD = math.radians(10.0)
+
+
+def aboard(name: str = "kvlcc2_l7", outfit: Outfit | None = None, *others: str) -> tuple[Deck, Loop]:
+    ships = {OWN: load(name)} | {other: load(other) for other in others}
+    steps = {key: 0.05 / math.ceil(0.05 / time_step(ship)) for key, ship in ships.items()}
+    loop = Loop({key: Plant.of(ship, dt=steps[key]) for key, ship in ships.items()}, 20.0, math.inf)
+    made = Deck(loop, outfit or Outfit(hold=1e6), lambda: loop.t)
+    made.command.come("A", 0.0)
+    return made, loop
+
+
+def ticks(loop: Loop, seconds: float) -> None:
+    for _ in range(round(seconds * loop.rate)):
+        loop.step()
+
+
+def ask(deck: Deck, do: str, **more: Any) -> str:
+    return deck.ask("A", json.loads(json.dumps({"do": do, **more})))
+
+
+def wind(deck: Deck, U_T: float, U_C: float = 0.0) -> str:
+    return ask(deck, "around", U_T=U_T, gamma_T=1.5, U_C=U_C, gamma_C=0.0)
+
+
+def test_engine_orders_beyond_the_scale_are_clipped_and_marked() -> None:
+    deck, loop = aboard()
+    assert ask(deck, "order", name="n_P", value=99999.0) == ""
+    ticks(loop, 1.0)
+    frame, high = deck.frame(), loop.vessels[OWN].plant.ranges["n_P"].high
+    assert frame["clipped"] == ["n_P"]
+    assert frame["ord"]["n_P"] == pytest.approx(high)
+    assert ask(deck, "order", name="n_P", value=-1e308) == ""
+    ticks(loop, 60.0)
+    assert deck.frame()["failed"] is None
+
+
+@pytest.mark.parametrize("value", [10**400, -(10**400)])
+def test_a_number_of_hundreds_of_digits_is_refused_in_a_line(value: int) -> None:
+    deck, _ = aboard()
+    assert ask(deck, "order", name="n_P", value=value) == "value is to be a finite number"
+
+
+def test_wind_that_she_has_no_force_of_is_refused() -> None:
+    deck, loop = aboard()
+    assert wind(deck, 30.0) == "kvlcc2_l7 has no force of wind; it would change nothing"
+    assert deck.hello("A")["feels"] == {"wind": False, "current": True}
+    assert wind(deck, 0.0, 1.0) == ""
+    ticks(loop, 0.1)
+    assert deck.frame()["around"] == [0.0, 0.0, 1.0, 0.0]
+
+
+def test_a_ship_beside_her_that_feels_no_wind_is_told_of() -> None:
+    deck, loop = aboard("esso_osaka_3m", None, "kvlcc2_l7")
+    assert deck.hello("A")["feels"] == {"wind": True, "current": True}
+    assert wind(deck, 5.0) == ""
+    assert [(e.ship, e.kind, e.text) for e in loop.events] == [
+        ("kvlcc2_l7", "calm", "kvlcc2_l7 has no force of wind and sails as before")]  # fmt: skip
+
+
+def test_recordings_that_begin_in_one_second_have_names_of_their_own(tmp_path: Path) -> None:
+    deck, loop = aboard(outfit=Outfit(folder=tmp_path, hold=1e6))
+    for _ in range(3):
+        assert ask(deck, "record") == ""
+        assert ask(deck, "record") == "recording already"
+        ticks(loop, 0.2)
+        assert ask(deck, "unrecord") == ""
+    assert len(list(tmp_path.glob("*.csv"))) == 3
+
+
+def test_a_state_is_kept_and_she_sails_on_from_it_as_she_did() -> None:
+    deck, loop = aboard(outfit=Outfit({"zigzag": lambda n: Zigzag(n, HARD, HARD)}, hold=1e6))
+    assert ask(deck, "back") == "no state is kept"
+    assert ask(deck, "drill", name="zigzag") == ""
+    ticks(loop, 8.0)
+    assert deck.frame()["kept"] is None
+    assert ask(deck, "save") == ""
+    way = deck.hello("A")["trail"]
+    ticks(loop, 12.0)
+    first = deck.frame()["own"]
+    ask(deck, "order", name="delta", value=-0.3)
+    ticks(loop, 5.0)
+    leaps = deck.leaps
+    assert ask(deck, "back") == ""
+    frame = deck.frame()
+    assert (frame["t"], frame["kept"], deck.leaps) == (pytest.approx(8.0), pytest.approx(8.0), leaps + 1)
+    assert deck.hello("A")["trail"] == way
+    assert frame["drill"][:2] == ["zigzag", False]  # who steered steers again
+    ticks(loop, 12.0)
+    assert deck.frame()["own"] == first
+
+
+def test_the_pace_may_be_the_fastest() -> None:
+    deck, loop = aboard()
+    loop.pace(3.0)
+    assert deck.frame()["factor"] == 3.0
+    assert ask(deck, "pace", factor="fastest") == ""
+    assert math.isinf(loop.factor)
+    assert deck.frame()["factor"] is None
+    assert "time factor 1000" in ask(deck, "pace", factor=1000)
+
+
+def test_a_ghost_says_whose_trial_it_is() -> None:
+    t = np.linspace(0.0, 10.0, 11)
+    trial = Trial("log", t, {"x": t, "y": 0.0 * t, "psi": 0.0 * t}, meta={"ship": "kcs"})
+    deck, _ = aboard(outfit=Outfit(ghost=Ghost(trial, ("delta",)), hold=1e6))
+    assert deck.hello("A")["ghost"] == {"name": "log", "duration": 10.0, "ship": "kcs"}
