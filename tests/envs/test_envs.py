@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from typing import Any
 
 import gymnasium
@@ -235,6 +236,63 @@ def test_port_and_starboard_are_alike() -> None:
         v * s for v, s in zip(map(float, b.seen), (-1, -1, 1, 1, -1, 1, 1, -1, -1), strict=True)])  # fmt: skip
 
 
+def aboard(ship: Any, task: Any, ships: int = 20, **settings: Any) -> Lanes:
+    lanes = Lanes(load(ship) if isinstance(ship, str) else ship, task, ships, Settings(**settings))
+    lanes.seed(np.arange(ships, dtype=np.uint64))
+    lanes.reset()
+    return lanes
+
+
+def test_a_current_alone_takes_no_ship_out_of_her_validity() -> None:
+    """At her approach speed through 2 m/s of moving water kcs is within 0 to 14 m/s, whatever she makes good."""
+    lanes = aboard("kcs", Course(), 64, current=(2.0, 2.0))
+    assert lanes.value("u").max() > load("kcs").validity["u"][1]
+    for _ in range(3):
+        lanes.step(np.zeros((64, 1), dtype=np.float32))
+        assert not lanes.terminated.any()
+
+
+def test_slow_through_the_water_is_slow_whatever_the_current_adds() -> None:
+    slow = replace(load("kcs"), validity={"u": (13.0, 20.0)})
+    lanes = aboard(slow, Course(), 64, current=(5.0, 5.0))
+    assert lanes.value("u").max() > 13.0
+    lanes.step(np.zeros((64, 1), dtype=np.float32))
+    assert lanes.terminated.all()
+
+
+@pytest.mark.parametrize(("task", "price"), [(Course(), 100.0), (Track(), 100.0), (Berth(), 10.0)])
+def test_out_of_the_models_validity_is_no_way_out(task: Any, price: float) -> None:
+    narrow = replace(load("esso_osaka_3m_harbour"), validity={"r": (-1e-4, 1e-4)})
+    lanes = aboard(narrow, task)
+    for _ in range(20):
+        lanes.step(np.full((20, len(lanes.work.orders)), 0.5, dtype=np.float32))
+        assert (lanes.reward[lanes.terminated] < -0.9 * price).all()
+        if lanes.terminated.all():
+            return
+    pytest.fail("nobody turned")
+
+
+def test_shafts_that_nothing_limits_work_over_the_approachs_revolutions() -> None:
+    lanes = aboard("twin_virtual", Berth())
+    for _ in range(20):
+        lanes.step(np.full((20, 4), 0.5, dtype=np.float32))
+        assert np.abs(lanes.reward).max() < 1.0
+    at = [one.name for one in lanes.work.seen].index("n_P_1")
+    order = lanes.work.orders[0]
+    assert lanes.observation[:, at] == pytest.approx(lanes.value("n_P_1") / order.high, rel=1e-6)
+    assert np.ptp(lanes.value("n_P_1")) == 0.0
+    assert 0.1 < lanes.observation[0, at] < 0.6
+
+
+def test_no_effort_without_orders() -> None:
+    """The shaft of kvlcc2_l7 runs from 0 to 20 1/s: what she pays for is to run, not to be off the middle."""
+    work = aboard("kvlcc2_l7", Berth()).work
+    assert work.shares((0.0, 0.0)) == (0.0, 0.0)
+    assert work.shares((20.0, -35.0 * DEGREE)) == pytest.approx((1.0, -1.0))
+    assert work.ordered((-1.0, 0.0)) == (0.0, 0.0)
+    assert work.ranges["n_P"] == (0.0, 20.0)
+
+
 def test_a_blow_up_ends_the_episode_and_nothing_else() -> None:
     lanes = Lanes(load("kvlcc2_l7"), Course(), 20, Settings())
     lanes.seed(np.arange(20, dtype=np.uint64))
@@ -264,6 +322,12 @@ def test_ships_of_other_kinds(ship: str, task: Any) -> None:
 @pytest.mark.parametrize(("settings", "says"), [
     ({"period": 0.0}, "period"), ({"limit": 0}, "limit"), ({"current": (1.0, 0.5)}, "current"),
     ({"randomise": {"hull.Y_w": 0.1}}, "hull.Y_v"), ({"randomise": {"hull.Y_v": 1.5}}, "share"),
+    ({"wind": 3}, r"wind is 3; give the least and the greatest speed"), ({"wind": (0.0, "5")}, r"wind is \(0.0, '5'\)"),
+    ({"current": (0.0, math.nan)}, "current is"), ({"period": "2 s"}, "period is '2 s'"),
+    ({"limit": None}, "limit is None"), ({"steps": 2.5}, "steps is 2.5; it must"),
+    ({"randomise": 0.1}, "randomise is 0.1"),
+    ({"gusts": 3}, "'gusts'; near: "), ({"winds": (0.0, 3.0)}, "near: wind"), ({"task": "Course"}, "task is 'Course'"),
+    ({"task": Course}, "give a task such as Course"), ({"ship": 7}, "ship is 7; give a Ship"),
     ({"ship": "kvlcc2_l7_arx"}, "discrete time"), ({"ship": "mariner", "task": Berth()}, "n_P has no limits"),
 ])  # fmt: skip
 def test_what_cannot_be_is_told_in_a_line(settings: dict[str, Any], says: str) -> None:
@@ -279,6 +343,8 @@ def test_actions_that_are_none() -> None:
         envs.step(np.zeros((4, 2), dtype=np.float32))
     with pytest.raises(ValueError, match="not finite"):
         envs.step(np.full((4, 1), np.nan, dtype=np.float32))
+    with pytest.raises(TaskError, match=r"2\.5 ships on 1 threads"):
+        ShipVectorEnv("kvlcc2_l7", Course(), 2.5)
     with pytest.raises(ValueError, match="2 seeds for 4 ships"):
         envs.reset(seed=[1, 2])
 

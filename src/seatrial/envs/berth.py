@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..data import Array
+from ..parameters import Scalar
 from ..symbolic import atan2, cos, magnitude, sin, speed, where
 from .tasks import MOTION, Judged, Scalars, Scale, Seen, Start, any_of, motion, outside, spread
 
@@ -20,8 +21,8 @@ class Berth:
     The reward of an action is the way made towards the berth in ship lengths, heading error counting as `heading`
     lengths per radian, less ``(waiting + effort a^2) T U / L``.  An episode is over when the ship lies within `within`
     of the pose and below `slow`, which pays `berthed`; when a corner of her rectangle L by B touches the quay, which
-    costs `touched` times 1 plus the square of midship's speed towards it over 0.1 U; and beyond `area`, which costs
-    `touched`.
+    costs `touched` times 1 plus the square of midship's speed towards it over 0.1 U; and beyond `area` or where the
+    model no longer holds, which costs `touched`.
 
     Attributes:
         ahead, aside: least and greatest distance short of the berth and off it at the start, in ship lengths.
@@ -67,7 +68,9 @@ class Berth:
         to_go = np.hypot(state[:, 0], state[:, 1]) / scale.L + self.heading * np.abs(state[:, 2])
         return Start(state, np.zeros((len(draws), 0)), to_go[:, None])
 
-    def judge(self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars) -> Judged:
+    def judge(
+        self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars, beyond: Scalar = 0.0
+    ) -> Judged:
         """Room to the quay is that of the nearest corner."""
         x, y, psi, u, v, _ = state
         s, c = sin(psi), cos(psi)
@@ -81,11 +84,11 @@ class Berth:
         swift = any_of(*(outside(value, -self.slow, self.slow) for value in motion(scale, state)))
         amiss = any_of(outside(magnitude(x), 0.0, along * scale.L), outside(error, 0.0, turned),
                        outside(magnitude(y), 0.0, across * self.gap * scale.B))  # fmt: skip
-        done = (1.0 - any_of(swift, amiss)) * (1.0 - touches)
-        away_too_far = outside(away, 0.0, self.area)
+        done = (1.0 - any_of(swift, amiss, touches, beyond))
+        gone = any_of(outside(away, 0.0, self.area), beyond)
         towards = where(u * s + v * c > 0.0, u * s + v * c, 0.0) / (0.1 * scale.U)
         effort = sum(a * a for a in controls)
         reward = (memory[0] - to_go - (self.waiting + self.effort * effort) * scale.lengths + self.berthed * done
-                  - self.touched * (touches * (1.0 + towards * towards) + away_too_far))  # fmt: skip
+                  - self.touched * (touches * (1.0 + towards * towards) + gone))  # fmt: skip
         seen = (x / scale.L, y / scale.L, s, c, room / scale.L, *motion(scale, state))
-        return Judged(seen, reward, any_of(touches, done, away_too_far), (to_go,))
+        return Judged(seen, reward, any_of(touches, done, gone), (to_go,))

@@ -9,8 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from ..data import Array
+from ..parameters import Scalar
 from ..symbolic import atan2, cos, sin
-from .tasks import MOTION, Judged, Scalars, Scale, Seen, Start, motion, outside, spread
+from .tasks import MOTION, Judged, Scalars, Scale, Seen, Start, any_of, motion, outside, spread
 
 
 @dataclass(frozen=True)
@@ -19,7 +20,8 @@ class Course:
 
     The reward of an action is minus ``(e^2 + rudder a^2 + turning (r L/U)^2) T U / L`` with the heading error e [rad],
     the actuators a as shares of their ranges and the time T between two actions, so that its sum is an integral over
-    ship lengths whatever T is.  An episode is over where the error passes `off`; that costs `lost` besides.
+    ship lengths whatever T is.  An episode is over where the error passes `off` or the model no longer holds; that
+    costs `lost` besides.
 
     Attributes:
         change: greatest change of course that an episode begins with [rad].
@@ -49,11 +51,13 @@ class Course:
         goal = state[:, 2:3] + spread(draws[:, 1:2], -self.change, self.change)
         return Start(state, goal, np.zeros((len(draws), 0)))
 
-    def judge(self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars) -> Judged:
+    def judge(
+        self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars, beyond: Scalar = 0.0
+    ) -> Judged:
         """Heading error positive where the ship points to starboard of the course."""
         s, c = sin(state[2] - goal[0]), cos(state[2] - goal[0])
         e, (u, v, r) = atan2(s, c), motion(scale, state)
         effort = sum(a * a for a in controls)
-        over = outside(e, -self.off, self.off)
+        over = any_of(outside(e, -self.off, self.off), beyond)
         cost = (e * e + self.rudder * effort + self.turning * r * r) * scale.lengths
         return Judged((s, c, u, v, r), -cost - self.lost * over, over)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,17 @@ from ..approach import approach, fastest
 from ..data import Array
 from ..engine.csource import LANES
 from ..engine.rollout import simulator
-from ..environment import CALM, CHANNELS
+from ..environment import CALM, CHANNELS, Environment
+from ..models import STATES
+from ..models.settled import begun, settled
+from ..parameters import unknown
 from ..realtime.helm import Helm
 from ..ships import Ship
 from ..systems import loop_memory, loop_values
 from .draws import uniform
 from .stepping import Buffers, stepping
-from .system import Work, actions, compiled_of, free_names, refused, scale_of
-from .tasks import Task, TaskError, spread
+from .system import Work, actions, compiled_of, free_names, ranges_of, refused, scale_of
+from .tasks import Task, TaskError, shown, spread
 
 # Actions a ship length at the approach speed, and how much of a fastest motion may decay within a time step.
 _ACTIONS, _DECAY = 25.0, 0.5
@@ -56,28 +60,56 @@ def work_of(ship: Ship, task: Task, settings: Settings) -> Work:
     Raises:
         TaskError: a ship or a setting that cannot be.
     """
+    if isinstance(task, type) or not hasattr(task, "judge"):
+        raise TaskError(f"task is {shown(task)}; give a task such as Course()")
     refused(ship)
     _check(settings)
     period = settings.period or _round(ship.L_pp / (_ACTIONS * max(ship.speed, 1e-3)))
     steps = settings.steps or max(2, math.ceil(fastest(ship) * period / _DECAY))
     turns = approach(ship)[1]
-    orders = actions(ship, task, turns)
+    ranges = ranges_of(ship, turns)
+    orders = actions(ship, task, ranges)
     if settings.wind[1] and not _feels_wind(ship):
         raise TaskError(f"wind: {ship.name} has no force of wind; leave it at (0, 0)")
-    return Work(ship, task, scale_of(ship, period), orders, period / steps, settings.limit, task.turns * turns)
+    return Work(ship, task, scale_of(ship, period), orders, ranges, period / steps, settings.limit,
+                task.turns * turns)  # fmt: skip
+
+
+def settings_of(given: Mapping[str, Any]) -> Settings:
+    """Settings by name.
+
+    Raises:
+        TaskError: no such setting.
+    """
+    known = [one.name for one in fields(Settings)]
+    for name in given:
+        if name not in known:
+            raise TaskError(unknown(name, known, "setting"))
+    return Settings(**given)
 
 
 def _check(settings: Settings) -> None:
-    if settings.period is not None and not (settings.period > 0.0 and math.isfinite(settings.period)):
-        raise TaskError(f"period is {settings.period:g} s; it must be above zero")
+    period = settings.period
+    if period is not None and not (_number(period) and 0.0 < period < math.inf):
+        raise TaskError(f"period is {shown(period)}; it must be a number of seconds above zero")
     for name in ("steps", "limit"):
         value = getattr(settings, name)
-        if value is not None and value < 1:
-            raise TaskError(f"{name} is {value}; it must be one or more")
+        whole = isinstance(value, Integral) and int(value) >= 1
+        if not (whole or (value is None and name == "steps")):
+            raise TaskError(f"{name} is {shown(value)}; it must be a whole number, one or more")
     for name in ("wind", "current"):
-        low, high = getattr(settings, name)
-        if not (0.0 <= low <= high < math.inf):
-            raise TaskError(f"{name} is ({low:g}, {high:g}); give the least and the greatest speed [m/s]")
+        pair: Any = getattr(settings, name)
+        both = isinstance(pair, tuple | list | np.ndarray) and len(pair) == 2 and all(map(_number, pair))
+        if not (both and 0.0 <= pair[0] <= pair[1] < math.inf):
+            wanted = "the least and the greatest speed [m/s], such as (0.0, 3.0)"
+            raise TaskError(f"{name} is {shown(pair)}; give {wanted}")
+    spread_of: Any = settings.randomise
+    if not (isinstance(spread_of, Mapping) and all(map(_number, spread_of.values()))):
+        raise TaskError(f"randomise is {shown(spread_of)}; give shares by parameter, such as {{'hull.Y_v': 0.1}}")
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, Real)
 
 
 def _round(wanted: float) -> float:
@@ -87,9 +119,13 @@ def _round(wanted: float) -> float:
 
 
 def _feels_wind(ship: Ship) -> bool:
-    state = (0.0, 0.0, 0.7, ship.speed, *([0.0] * (len(ship.model.states) - 4)))
-    control, windy = tuple(0.1 for _ in ship.model.controls), CALM._replace(wind_x=10.0)
-    return ship.model.derivative(state, control, CALM) != ship.model.derivative(state, control, windy)
+    control = tuple(0.1 for _ in ship.model.controls)
+
+    def motion(around: Environment) -> tuple[float, ...]:
+        state = begun(ship.model, (0.0, 0.0, 0.7, ship.speed, 0.0, 0.0), control, around)
+        return ship.model.derivative(state, control, around)[: len(STATES)]
+
+    return motion(CALM) != motion(CALM._replace(wind_x=10.0))
 
 
 class Lanes:
@@ -103,8 +139,9 @@ class Lanes:
     """
 
     def __init__(self, ship: Ship, task: Task, lanes: int, settings: Settings, threads: int = 1) -> None:
-        if lanes < 1 or threads < 1:
-            raise TaskError(f"{lanes} ships on {threads} threads; give one or more of each")
+        given: tuple[Any, ...] = (lanes, threads)
+        if not all(isinstance(one, Integral) and int(one) >= 1 for one in given):
+            raise TaskError(f"{lanes} ships on {threads} threads; give whole numbers, one or more of each")
         self.work, self.lanes, self.settings = work_of(ship, task, settings), lanes, settings
         self.system, inner = compiled_of(self.work)
         self._free = free_names(inner, settings.randomise)
@@ -114,6 +151,7 @@ class Lanes:
         self._buffers = Buffers.of(self.system, blocks, len(self._free), np.array(list(values.values())))
         self._views(blocks, len(self.work.orders), len(self.work.seen))
         self._rest = self._first_memory()
+        self._acting = self._rest[[inner.memory.index(name) for name in ship.model.controls]]
         self.seeds, self.episodes = (np.zeros(blocks * LANES, dtype=np.uint64) for _ in range(2))
         steps, compiled = round(self.work.scale.period / self.work.dt), simulator(self.system, self._free)
         self._step = stepping(compiled, self._buffers, self.work.dt, steps, threads)
@@ -197,8 +235,9 @@ class Lanes:
         c, s = np.cos(start.state[:, 2]), np.sin(start.state[:, 2])
         start.state[:, 3] += around[2] * c + around[3] * s
         start.state[:, 4] += around[3] * c - around[2] * s
-        self._state[block, :, lane] = 0.0
-        self._state[block, :6, lane] = start.state
+        here = self._series[block, : len(CHANNELS), lane]
+        acting = np.hstack([np.tile(self._acting, (len(here), 1)), here])
+        self._state[block, :, lane] = np.hstack([start.state, settled(self.work.ship.model, acting)])
         first, rest = len(CHANNELS) + len(self.work.orders), len(self._rest)
         self._series[block, first : first + len(task.goal), lane] = start.goal
         self._memory[block, :rest, lane] = self._rest

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ships import Ship
-from .lanes import Lanes, Settings
+from .lanes import Lanes, settings_of
 from .spaces import checked, ship_of, spaces_of
 from .tasks import Task
 
@@ -36,7 +36,7 @@ class ShipEnv(gymnasium.Env[Observation, Observation]):
             TaskError: a ship or a setting that cannot be.
         """
         self.render_mode = render_mode
-        self.lanes = Lanes(ship_of(ship), task, 1, Settings(**settings))
+        self.lanes = Lanes(ship_of(ship), task, 1, settings_of(settings))
         self.observation_space, self.action_space = spaces_of(self.lanes.work)
         self._seeded, self._begun = False, False
 

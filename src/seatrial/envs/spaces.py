@@ -11,11 +11,22 @@ from numpy.typing import NDArray
 from ..ships import Ship
 from ..ships.files import load
 from .system import Work
+from .tasks import TaskError, shown
 
 
 def ship_of(ship: str | Ship) -> Ship:
-    """A ship as given, or by the name of the library or of a file."""
-    return load(ship) if isinstance(ship, str) else ship
+    """A ship as given, or by the name of the library or of a file.
+
+    Raises:
+        TaskError: neither.
+        ShipError: no such ship.
+    """
+    given: Any = ship
+    if isinstance(given, Ship):
+        return given
+    if not isinstance(given, str):
+        raise TaskError(f"ship is {shown(given)}; give a Ship, or the name of one")
+    return load(given)
 
 
 def spaces_of(work: Work) -> tuple[Any, Any]:

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..engine import System
-from ..environment import CHANNELS
+from ..environment import CHANNELS, Environment, through_water
 from ..models import Sampled, Stepped, follows
 from ..parameters import Scalar, unknown
 from ..realtime.helm import Helm, limits, obeying
 from ..ships import Ship
-from ..symbolic import clip, where
+from ..symbolic import clip, cos, sin, where
 from ..systems import closed_loop
 from .tasks import Judged, Scalars, Scale, Seen, Task, TaskError, any_of, held, outside
 
@@ -37,16 +37,11 @@ class Order:
     high: float
 
 
-def actions(ship: Ship, task: Task, turns: float) -> tuple[Order, ...]:
-    """What an agent orders aboard this ship.
-
-    Args:
-        ship: the ship.
-        task: the task.
-        turns: revolutions of her approach [1/s], the range of a shaft that nothing limits.
+def actions(ship: Ship, task: Task, ranges: Mapping[str, tuple[float, float]]) -> tuple[Order, ...]:
+    """What an agent orders aboard this ship, within the ranges of her controls.
 
     Raises:
-        TaskError: a ship that lacks an order, or an order without a range.
+        TaskError: a ship that lacks an order.
     """
     obeys = obeying(ship)
     found: list[Order] = []
@@ -54,28 +49,47 @@ def actions(ship: Ship, task: Task, turns: float) -> tuple[Order, ...]:
         if name not in obeys:
             raise TaskError(f"{ship.name}: {unknown(name, obeys, 'order')}; {type(task).__name__} steers by it")
         control, factor = obeys[name][0]
-        low, high = sorted(end / factor if factor else end for end in _range(ship, control, turns))
+        low, high = sorted(end / factor if factor else end for end in ranges[control])
+        if low == high:
+            raise _limitless(ship, control)
         if name == "delta" and control.startswith("alpha"):  # thrusters steer like rudders under way
             low, high = max(low, -_RUDDER), min(high, _RUDDER)
         found.append(Order(name, low, high))
     return tuple(found)
 
 
+def ranges_of(ship: Ship, turns: float) -> dict[str, tuple[float, float]]:
+    """Least and greatest value of each control: its actuator's, else its validity, else what is usual.
+
+    Args:
+        ship: the ship.
+        turns: revolutions of her approach [1/s], the range of a shaft that nothing limits; none where they are zero.
+
+    Raises:
+        TaskError: a control without a range.
+    """
+    return {control: _range(ship, control, turns) for control in ship.model.controls}
+
+
 def _range(ship: Ship, control: str, turns: float) -> tuple[float, float]:
-    """Least and greatest value of a control: its actuator's, else its validity, else what is usual."""
     low, high = limits(ship, control)
     if math.isfinite(low) and math.isfinite(high):
         return low, high
     if control in ship.validity:
         return ship.validity[control]
     follow = dict(zip(ship.model.controls, follows(ship.model), strict=True))[control][0]
-    if follow == "n_P" and turns > 0.0:
-        return -turns, turns
+    if follow == "n_P":
+        return -abs(turns), abs(turns)
     if control.startswith("delta"):
         return -_RUDDER, _RUDDER
     if control.startswith("alpha"):
         return -math.pi, math.pi
-    raise TaskError(f"{ship.name}: {control} has no limits; give low and high in [actuators.{control}] of her file")
+    raise _limitless(ship, control)
+
+
+def _limitless(ship: Ship, control: str) -> TaskError:
+    wanted = f"give low and high in [actuators.{control}] of her file"
+    return TaskError(f"{ship.name}: {control} has no limits; {wanted}")
 
 
 @dataclass(frozen=True)
@@ -85,6 +99,7 @@ class Work:
     Attributes:
         ship, task, scale: who does what, by which measures.
         orders: the entries of an action.
+        ranges: least and greatest value of each control.
         dt: time step [s].
         limit: actions after which an episode is cut off.
         turns: revolutions that no action orders [1/s].
@@ -94,6 +109,7 @@ class Work:
     task: Task
     scale: Scale
     orders: tuple[Order, ...]
+    ranges: Mapping[str, tuple[float, float]]
     dt: float
     limit: int
     turns: float
@@ -104,15 +120,10 @@ class Work:
         return (*self.task.seen, *(Seen(name, -1.5, 1.5) for name in self.ship.model.controls))
 
     def shares(self, controls: Scalars) -> Scalars:
-        """Actual controls as shares of the ranges, 0 in the middle of each."""
-        out: list[Scalar] = []
-        for name, value in zip(self.ship.model.controls, controls, strict=True):
-            low, high = self._own_range(name)
-            out.append((value - 0.5 * (high + low)) * (2.0 / (high - low)))
-        return tuple(out)
-
-    def _own_range(self, control: str) -> tuple[float, float]:
-        return _range(self.ship, control, max(abs(self.turns), 1e-6))
+        """Actual controls as shares of the farther end of each range, 0 where a control is at zero."""
+        names = self.ship.model.controls
+        ends = (max(map(abs, self.ranges[name])) or 1.0 for name in names)
+        return tuple(value / end for value, end in zip(controls, ends, strict=True))
 
     def ordered(self, action: Scalars) -> Scalars:
         """An order for each control; what no action moves holds the approach."""
@@ -126,18 +137,26 @@ class Work:
             given |= {control: factor * value for control, factor in obeys[order.name]}
         return tuple(given.values())
 
-    def judged(self, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars) -> Judged:
+    def judged(
+        self, state: Scalars, controls: Scalars, around: Environment, goal: Scalars, memory: Scalars
+    ) -> Judged:
         """The moment: within the ranges of observation, over as well where the model no longer holds."""
         shares = self.shares(controls)
         steering = {control for order in self.orders for control, _ in obeying(self.ship)[order.name]}
         own = tuple(s for n, s in zip(self.ship.model.controls, shares, strict=True) if n in steering)
-        said = self.task.judge(self.scale, state[:6], own, goal, memory)
-        bounds = dict.fromkeys(self.ship.model.states, (-math.inf, math.inf)) | {
-            name: ends for name, ends in self.ship.validity.items() if name in self.ship.model.states}  # fmt: skip
-        beyond = any_of(*(outside(value, *bounds[name])
-                          for name, value in zip(self.ship.model.states, state, strict=True)))  # fmt: skip
+        beyond = self._beyond(state, around)
+        said = self.task.judge(self.scale, state[:6], own, goal, memory, beyond)
         seen = held((*said.seen, *shares), self.seen)
         return Judged(seen, clip(said.reward, -REWARDS, REWARDS), any_of(said.over, beyond), said.memory)
+
+    def _beyond(self, state: Scalars, around: Environment) -> Scalar:
+        """1.0 where the model no longer holds: outside [validity], or no longer a number."""
+        told = dict(zip(self.ship.model.states, state, strict=True))
+        psi, u, v_m = state[2:5]
+        u_r, v_r = through_water(u, v_m, around.current_x, around.current_y, cos(psi), sin(psi))
+        held_against = told | {"u": u_r, "v_m": v_r}
+        free = (-math.inf, math.inf)
+        return any_of(*(outside(value, *self.ship.validity.get(name, free)) for name, value in held_against.items()))
 
 
 def compiled_of(work: Work) -> tuple[System, System]:
@@ -178,7 +197,8 @@ def _before(work: Work, inner: System) -> Callable[..., tuple[Scalars, Scalars, 
         loop, done, own = memory[:kept], memory[kept], memory[kept + 1 :]
         orders = work.ordered(series[around:goal])
         acting, after, _ = advance(t, dt, state, loop, (*series[:around], *orders), parameters)
-        said = work.judged(state, tuple(loop[k] for k in places), series[goal:-1], own)
+        controls = tuple(loop[k] for k in places)
+        said = work.judged(state, controls, Environment(*series[:around]), series[goal:-1], own)
         # the clock starts at each action, so its first step is known by the time
         begins = where(t < 0.5 * dt, 1.0, 0.0)
         after = (*after, done + begins,

@@ -21,6 +21,12 @@ class TaskError(ValueError):
     """A task or a setting of an environment that cannot be; the text says what would be right."""
 
 
+def shown(value: object) -> str:
+    """What was given, for a message: on one line, cut where it is long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
 @dataclass(frozen=True)
 class Scale:
     """The measures of a ship, by which tasks are the same for a model and the ship.
@@ -104,15 +110,19 @@ class Task(Protocol):
         """Episodes of these draws in [0, 1), shape (lanes, self.draws)."""
         ...
 
-    def judge(self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars) -> Judged:
+    def judge(
+        self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars, beyond: Scalar = 0.0
+    ) -> Judged:
         """The moment as it is.
 
         Args:
             scale: measures of the ship.
             state: x, y, psi, u, v_m, r over ground.
-            controls: what the actuators do now, as shares of their ranges, -1 to 1.
+            controls: what the actuators do now, as shares of the farther end of their ranges, -1 to 1.
             goal: as `begin` gave it.
             memory: as the last action left it.
+            beyond: 1.0 where the model no longer holds, else 0.0; the episode is over there, which is to cost what
+                any other failure costs, as leaving would be a way out of it otherwise.
         """
         ...
 

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..data import Array
+from ..parameters import Scalar
 from ..symbolic import both, cos, sin, where
 from .tasks import MOTION, Judged, Scalars, Scale, Seen, Start, any_of, motion, outside, spread
 
@@ -19,7 +20,7 @@ class Track:
 
     The reward of an action is minus ``(e^2 + heading (1 - cos h) + rudder a^2) T U / L`` with the cross-track error e
     in ship lengths and the heading h against the leg.  An episode is over at the end of the second leg, and, at a cost
-    of `lost`, more than `off` from the track or heading back along it.
+    of `lost`, more than `off` from the track, heading back along it, or where the model no longer holds.
 
     Attributes:
         first: least and greatest length of the first leg.
@@ -65,7 +66,9 @@ class Track:
         goal = np.column_stack([np.cos(chi), np.sin(chi), np.cos(after), np.sin(after), length])
         return Start(state, goal, np.zeros((len(draws), 1)))
 
-    def judge(self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars) -> Judged:
+    def judge(
+        self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars, beyond: Scalar = 0.0
+    ) -> Judged:
         """Cross-track error positive to starboard of the leg."""
         x, y, psi = state[:3]
         c1, s1, c2, s2, length = goal
@@ -78,7 +81,7 @@ class Track:
         to_go = where(on_second, self.second * scale.L - (dx * c2 + dy * s2), to_go_1) / scale.L
         sin_h, cos_h = sin(psi) * c - cos(psi) * s, cos(psi) * c + sin(psi) * s
         ahead = (where(on_second, 0.0, c1 * s2 - s1 * c2), where(on_second, 1.0, c1 * c2 + s1 * s2))
-        lost = any_of(outside(e, -self.off, self.off), outside(cos_h, 0.0, math.inf))
+        lost = any_of(outside(e, -self.off, self.off), outside(cos_h, 0.0, math.inf), beyond)
         arrived = where(both(on_second, to_go <= 0.0), 1.0, 0.0)
         effort = sum(a * a for a in controls)
         cost = (e * e + self.heading * (1.0 - cos_h) + self.rudder * effort) * scale.lengths

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..data import Array
 from ..ships import Ship
-from .lanes import Lanes, Settings
+from .lanes import Lanes, settings_of
 from .spaces import checked, ship_of, spaces_of
 from .tasks import Task
 
@@ -49,7 +49,7 @@ class ShipVectorEnv(VectorEnv[Observations, Observations, Any]):
         super().__init__()
         self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
         self.render_mode, self.num_envs, self._copy = render_mode, num_envs, copy
-        self.lanes = Lanes(ship_of(ship), task, num_envs, Settings(**settings), threads)
+        self.lanes = Lanes(ship_of(ship), task, num_envs, settings_of(settings), threads)
         self.single_observation_space, self.single_action_space = spaces_of(self.lanes.work)
         self.observation_space: gymnasium.Space[Any] = batch_space(self.single_observation_space, num_envs)
         self.action_space: gymnasium.Space[Any] = batch_space(self.single_action_space, num_envs)
