@@ -3,46 +3,25 @@
 from __future__ import annotations
 
 import json
-import os
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from seatrial.bench.timing import best, control_loop, machine
+
+__all__ = ["best", "control_loop", "machine", "publish"]
+
 HERE = Path(__file__).parent
 TABLE = HERE.parent / "docs" / "benchmarks.md"
+HEAD = """# Benchmarks
+
+`seatrial bench` times this package beside other programs that are installed, and says the ratios; it works wherever
+the package does. `seatrial bench --list` names the programs and how to get those that are missing, `-o DIR` writes
+`DIR/bench.json`. A Python loop that never changes is timed before, between and after: where it varies, the machine
+had other work.
+
+The tables below are written by `make bench` from scripts of the repository, one a claim: the shortest of repeated
+runs."""
 SCRIPTS = ("engine", "peers", "campaign", "tuning", "export", "shooting", "networks", "training", "realtime", "envs")
-
-
-def best(job: Callable[[], Any], seconds: float = 1.5, least: int = 5) -> float:
-    """Shortest of repeated runs [s]."""
-    job()
-    found: list[float] = []
-    end = time.perf_counter() + seconds
-    while len(found) < least or time.perf_counter() < end:
-        start = time.perf_counter()
-        job()
-        found.append(time.perf_counter() - start)
-    return min(found)
-
-
-def control_loop() -> float:
-    """A fixed Python loop [ms]: slower than its usual value tells a busy machine."""
-
-    def loop() -> float:
-        x = 0.0
-        for k in range(200_000):
-            x += 1.0 / (k + 1.0)
-        return x
-
-    return 1e3 * best(loop, 0.5)
-
-
-def machine() -> str:
-    """Cores and vector width, nothing that names the machine."""
-    flags = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
-    width = next((name for key, name in (("avx512f", "AVX-512"), ("avx2", "AVX2")) if key in flags), "no AVX2")
-    return f"{len(os.sched_getaffinity(0))} cores, {width}"
 
 
 def publish(name: str, rows: list[dict[str, Any]]) -> None:
@@ -52,7 +31,7 @@ def publish(name: str, rows: list[dict[str, Any]]) -> None:
     (HERE / "results" / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
     for row in rows:
         print(f"{row['what']}: {row['value']:.4g} {row['unit']} (bar {row['bar']})")
-    lines = ["# Benchmarks", "", "Written by `make bench`; the shortest of repeated runs."]
+    lines = HEAD.splitlines()
     for script in SCRIPTS:
         path = HERE / "results" / f"{script}.json"
         if not path.exists():

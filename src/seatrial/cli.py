@@ -14,12 +14,13 @@ from typing import Annotated
 
 import typer
 
+from .cli_bench import bench
+from .cli_cautions import cautions, trained
 from .cli_manoeuvres import simulate
 from .cli_resample import resample
 from .cli_ships import design, estimate, export, imo, models, requirements, servo, ships, show, thrust_map
 from .cli_support import (
     UsageError,
-    cautions,
     emit,
     make_folder,
     note,
@@ -104,7 +105,7 @@ def demo(
 
 
 for command in (ships, show, simulate, models, estimate, design, requirements, imo, export, thrust_map, servo,
-                resample):  # fmt: skip
+                resample, bench):  # fmt: skip
     app.command()(command)
 
 
@@ -119,13 +120,9 @@ def import_(
     json: Json = False,
 ) -> None:
     """Foreign logs to trial files."""
-    from .data.importing import import_log
+    from .cli_convert import import_logs
 
-    written = import_log(format, source, out, mapping)
-    if json:
-        emit({"format": format, "written": [str(path) for path in written]})
-    else:
-        sys.stdout.write(f"{len(written)} trials in {out}; next: seatrial check {out}\n")
+    import_logs(format, source, out, mapping, json)
 
 
 @app.command()
@@ -163,12 +160,15 @@ def identify(
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder of the run; a killed run resumes from it.")],
     quick: Annotated[bool, typer.Option("--quick", help="Of a table of fits: its rehearsal.")] = False,
     only: Annotated[list[str] | None, typer.Option(help="Of a table of fits: run this one. Repeatable.")] = None,
+    page: Annotated[bool, typer.Option("--page", help="Show the running fit on a page of this machine.")] = False,
+    port: Annotated[int | None, typer.Option(help="Of the page; 0 takes a free one, without it 8021.")] = None,
     json: Json = False,
 ) -> None:
     """Fit a ship to trials; writes model.toml, fit.json, history.csv and report.html."""
+    from .cli_page import port_of
     from .cli_runs import identify as run
 
-    run(study, out, json, quick, only or ())
+    run(study, out, json, quick, only or (), port_of(page, port))
 
 
 @app.command()
@@ -182,7 +182,7 @@ def steer(
     place: Annotated[str | None, typer.Option(help="LAT,LON of the start [deg].")] = None,
     antenna: Annotated[str | None, typer.Option(help="FORWARD,STARBOARD of midship [m].")] = None,
     rate: Annotated[float, typer.Option(help="Ticks per second [Hz].")] = 10.0,
-    factor: Annotated[float, typer.Option(help="Simulated over real time, 0.1 to 100.")] = 1.0,
+    factor: Annotated[float, typer.Option(help="Simulated over real time, 0.1 to 100; inf for the fastest.")] = 1.0,
     duration: Annotated[float | None, typer.Option(help="End after so much simulated time [s].")] = None,
     hold: Annotated[float, typer.Option(help="How long who has command may be silent [s].")] = 10.0,
     speed: Annotated[float | None, typer.Option(help="Speed at the start [m/s].")] = None,
@@ -196,6 +196,7 @@ def steer(
     beside: Annotated[
         str | None, typer.Option(help="Run this beside her, and end with it; {address} in it is where she listens.")
     ] = None,
+    simulator: Annotated[bool, typer.Option("--simulator", help="Say in them that a simulator talks.")] = False,
     json: Json = False,
 ) -> None:
     """A ship on the wire: she talks NMEA 0183 and obeys it, in real time."""
@@ -203,7 +204,7 @@ def steer(
     from .cli_wire import steer as run
 
     run(Request(ship, nmea, tuple(to or ()), anywhere, framed, only, place, antenna, rate, factor, duration, hold,
-                speed, heading, wind, current, sensors, seed, log, out, beside), json)  # fmt: skip
+                speed, heading, wind, current, sensors, seed, log, out, beside, simulator), json)  # fmt: skip
 
 
 @app.command()
@@ -212,7 +213,7 @@ def bridge(
     host: Annotated[str, typer.Option(help="Address to serve at.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="Port to serve at; 0 takes a free one.")] = 8020,
     anywhere: Annotated[bool, typer.Option("--anywhere", help="Allow addresses beyond this machine.")] = False,
-    factor: Annotated[float, typer.Option(help="Simulated over real time, 0.1 to 100.")] = 1.0,
+    factor: Annotated[float, typer.Option(help="Simulated over real time, 0.1 to 100; inf for the fastest.")] = 1.0,
     speed: Annotated[float | None, typer.Option(help="Speed at the start [m/s].")] = None,
     heading: Annotated[float, typer.Option(help="Heading at the start [deg].")] = 0.0,
     wind: Annotated[str | None, typer.Option(help="True wind: M/S,DEG it comes from.")] = None,
@@ -249,11 +250,10 @@ def predict(
     from .replay import replay
 
     positive(restart=restart, smooth_start=smooth_start)
-    ship, measured = read_ship(model), read_trials(trials)
+    ship, measured = trained(read_ship(model), model), read_trials(trials)
     separate(out, trials)
     for line in cautions(ship, measured):
         note(line)
-    sure = tell_spread(model, ship, measured)
     predictions: list[Trial] = []
     for trial in measured:
         try:
@@ -264,6 +264,7 @@ def predict(
     for prediction in predictions:
         write_trial(prediction, out / f"{prediction.name}.csv")
     written = [str(out / f"{one.name}.csv") for one in predictions]
+    sure = tell_spread(model, ship, measured)
     if json:
         emit({"model": ship.name, "restart": restart, "written": written} | spread_numbers(sure))
     else:

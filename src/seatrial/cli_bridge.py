@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ipaddress
 import math
-import socket
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,7 +11,8 @@ from typing import Any
 
 from .approach import time_step
 from .cli_manoeuvres import known, order
-from .cli_support import DEGREE, UsageError, around_ship, note, positive, read_ship
+from .cli_page import listen
+from .cli_support import DEGREE, UsageError, around_ship, note, positive, read_ship, speed_of
 from .environment import Weather
 from .manoeuvres import Manoeuvre
 from .models import Sampled
@@ -70,8 +69,8 @@ def bridge(asked: Request) -> None:
     Raises:
         UsageError: a request that cannot be carried out.
     """
-    positive(factor=asked.factor, speed=asked.speed, hold=asked.hold)
-    listening = _listen(asked)
+    positive(speed=asked.speed, hold=asked.hold)
+    listening = listen(asked.host, asked.port, asked.anywhere)
     with listening:
         try:
             from .realtime.bridge.server import LOCAL, serve
@@ -84,7 +83,8 @@ def bridge(asked: Request) -> None:
         except LoopError as error:
             raise UsageError(str(error)) from None
         if not asked.out.is_dir():
-            raise UsageError(f"{asked.out}: no such folder; recordings go there (-o)")
+            what = "a file" if asked.out.exists() else "no such folder"
+            raise UsageError(f"-o: {asked.out}: {what}; recordings go into a folder")
         deck = Deck(loop, Outfit(_drills(ship), asked.out, ghost, asked.hold))
         note(f"{ship.name}: http://{asked.host}:{listening.getsockname()[1]}/ (Ctrl-C ends it)")
         try:
@@ -92,27 +92,6 @@ def bridge(asked: Request) -> None:
         except KeyboardInterrupt:
             note("ended")
         sys.stdout.write("".join(f"{path}\n" for path in deck.close()))
-
-
-def _listen(asked: Request) -> socket.socket:
-    """The port, taken before anything else is done."""
-    try:
-        ip = ipaddress.IPv4Address("127.0.0.1" if asked.host == "localhost" else asked.host)
-    except ValueError:
-        raise UsageError(f"--host is '{asked.host}'; write an IPv4 address such as 127.0.0.1") from None
-    if not ip.is_loopback and not asked.anywhere:
-        raise UsageError(f"--host {asked.host} is beyond this machine; allow that with --anywhere")
-    if not 0 <= asked.port <= 65535:
-        raise UsageError(f"--port is {asked.port}; it is 1 to 65535, or 0 for a free one")
-    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind((str(ip), asked.port))
-        listening.listen(64)
-    except OSError as error:
-        listening.close()
-        raise UsageError(f"port {asked.port} of {asked.host}: {error.strerror}; choose another with --port") from None
-    return listening
 
 
 def _rate(ship: Ship) -> float:
@@ -141,7 +120,7 @@ def _fleet(ship: Ship, asked: Request, ghost: Ghost | None) -> dict[str, Plant]:
     weather = around_ship(
         ship, asked.wind, asked.gusts, asked.current, asked.waves, asked.depth, asked.seed
     ).weather  # fmt: skip
-    speed = ship.speed if asked.speed is None else asked.speed
+    speed = speed_of(ship, asked.speed)
     start = (0.0, 0.0, asked.heading * DEGREE, speed, 0.0, 0.0) if ghost is None else ghost.start
     fleet = {OWN: _plant(ship, rate, weather, start, asked.seed, ghost is None)}
     for number, text in enumerate(asked.other, 1):
@@ -161,7 +140,7 @@ def _other(text: str) -> tuple[Ship, tuple[float, ...]]:
     if not all(map(math.isfinite, (north, east, heading, speed or 0.0))) or (speed or 0.0) < 0.0:
         raise UsageError(f"--other is '{text}'; place and heading are numbers, the speed zero or above")
     ship = read_ship(name)
-    return ship, (north, east, heading * DEGREE, ship.speed if speed is None else speed, 0.0, 0.0)
+    return ship, (north, east, heading * DEGREE, speed_of(ship, speed, f"--other {name}: speed"), 0.0, 0.0)
 
 
 def _ghost(ship: Ship, path: Path | None) -> Ghost | None:
@@ -169,7 +148,10 @@ def _ghost(ship: Ship, path: Path | None) -> Ghost | None:
         return None
     from .data.trialfile import read_trial
 
-    return Ghost(read_trial(path), ship.model.controls)
+    ghost = Ghost(read_trial(path), ship.model.controls)
+    if ghost.ship and ghost.ship != ship.name:
+        note(f"note: --ghost: {path} is a trial of {ghost.ship}, not of {ship.name}")
+    return ghost
 
 
 def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:

@@ -189,7 +189,7 @@ def simulate(
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
 ) -> None:
     """A manoeuvre and its indices."""
-    from .simulate import approach, time_step
+    from .approach import approach, step_doubt, time_step
 
     positive(speed=speed, duration=duration, dt=dt, depth=depth)
     finite(rps=rps)
@@ -200,6 +200,8 @@ def simulate(
     _tested(vessel, rps)
     for line in doubts(vessel):
         note(f"warning: {line}")
+    if dt is not None and (doubt := step_doubt(vessel, dt)) is not None:
+        note(f"warning: --dt: {doubt}")
     around = around_ship(vessel, wind, gusts, current, waves, depth, 1 if seed is None else seed)
     U, n_P = approach(vessel, speed, rps)
     given = {"rudder": rudder, "heading": heading, "side": side}

@@ -8,27 +8,33 @@ import sys
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import __version__
+from .cli_page import Watch
+from .cli_spread import keep_members
 from .cli_support import UsageError, emit, figure, note, show_table
-from .identify import FitError, Progress
+from .identify import Fit, FitError, Progress
+
+if TYPE_CHECKING:
+    from .identify.series import Cell
 
 PAGE = "report.html"
 # A line for every so many epochs, where nobody watches a terminal.
 _EVERY = 10
 
 
-def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequence[str]) -> None:
+def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequence[str], watch: Watch) -> None:
     """Lint, fit each cell that is not done with a checkpoint of its own, judge all that are done, report.
 
     Raises:
         FitError: a fit failed; the others are done and in the report.
     """
     from .identify.series import FULL, QUICK, read_series
-    from .identify.series_run import check, left, run
+    from .identify.series_run import check, folder, left, run
+    from .identify.store import SUMMARY
     from .validate.network_page import write
-    from .validate.network_scores import judged
+    from .validate.network_scores import judged, sigma
 
     series = read_series(path, QUICK if quick else FULL)
     if out.exists() and not out.is_dir():
@@ -39,8 +45,17 @@ def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequen
             note(line)
     else:
         note(f"{out}: every fit is done already, with the same data and settings; nothing was run")
+    scale = sigma(series)
+
+    def beside(cell: Cell, fit: Fit, where: Path) -> None:
+        keep_members(cell.problem, cell.estimator, fit, where, scale, series.restart)
+
     with _progress() as progress:
-        failed = run(cells, series, out, told=note, progress=progress)
+        if cells:
+            files = {f"{row.key}, {cell.name}": folder(out, row, cell) / SUMMARY for row, cell in cells}
+            progress = watch.table(series.title or series.name, files, series.restart, progress)
+        failed = run(cells, series, out, told=note, progress=progress, beside=beside)
+    watch.reporting()
     options = "".join((" --quick" if quick else "", *(f" --only {name}" for name in only)))
     write(out / PAGE, series, judged(series, out), failed=failed, provenance={
         "study": str(path), "version": f"seatrial {__version__}",
@@ -49,7 +64,8 @@ def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequen
     })  # fmt: skip
     _tell(json.loads((out / PAGE).with_suffix(".json").read_text(encoding="utf-8")), out, as_json)
     if failed:
-        raise FitError(f"{len(failed)} of {len(cells)} fits failed, first {failed[0]}")
+        watch.stay()
+        raise FitError(f"{len(left(series, out, only))} of {len(cells)} fits failed, first {failed[0]}")
 
 
 @contextmanager

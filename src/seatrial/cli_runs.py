@@ -13,8 +13,10 @@ from typing import Any
 import typer
 
 from . import __version__
+from .cli_cautions import cautions, trained
+from .cli_page import Watch, watching
 from .cli_spread import keep_members, spread_numbers, tell_spread
-from .cli_support import DEGREE, UsageError, cautions, emit, figure, fitting, note, positive, read_ship, show_table
+from .cli_support import DEGREE, UsageError, emit, figure, fitting, note, positive, read_ship, show_table
 from .data import Trial
 from .engine import SimulationError
 from .identify import Fit, Progress
@@ -25,8 +27,16 @@ from .validate import Comparison
 PAGE, CHECKPOINT = "report.html", "checkpoint.npz"
 
 
-def identify(path: Path, out: Path, json: bool, quick: bool = False, only: Sequence[str] = ()) -> None:
-    """Lint, fit with a checkpoint, save, report; a finished run is only told about."""
+def identify(
+    path: Path, out: Path, json: bool, quick: bool = False, only: Sequence[str] = (), page: int | None = None
+) -> None:
+    """Lint, fit with a checkpoint, save, report; a finished run is only told about; `page` is a port to show it at."""
+    with watching(page) as watch:
+        _identify(path, out, json, quick, only, watch)
+        watch.stay()
+
+
+def _identify(path: Path, out: Path, json: bool, quick: bool, only: Sequence[str], watch: Watch) -> None:
     from .cli_networks import compare_fits
     from .cli_shooting import is_shot, shoot
     from .cli_tuning import tune
@@ -35,21 +45,21 @@ def identify(path: Path, out: Path, json: bool, quick: bool = False, only: Seque
     from .identify.study import read_study
 
     if is_series(path):
-        compare_fits(path, out, json, quick, only)
+        compare_fits(path, out, json, quick, only, watch)
         return
     if quick or only:
         raise UsageError(f"{path}: is one study; --quick and --only are for a table of fits ('seatrial-series/1')")
     study = read_study(path)
     if isinstance(study.estimator, FineTuning):
-        tune(study, study.estimator, out, json)
+        tune(study, study.estimator, out, json, watch)
         return
     if is_shot(study):
-        shoot(study, out, json)
+        shoot(study, out, json, watch)
         return
-    _fit(study, out, json)
+    _fit(study, out, json, watch)
 
 
-def _fit(study: Study, out: Path, json: bool) -> None:
+def _fit(study: Study, out: Path, json: bool, watch: Watch) -> None:
     """One fit: lint, checkpoint, save, report."""
     from .identify.lint import lines, lint, raise_on_errors
     from .identify.resume import forget
@@ -69,10 +79,13 @@ def _fit(study: Study, out: Path, json: bool) -> None:
         _tell_summary(load_fit_summary(out), out, json, kept_back)
         return
     with kept(out, fresh), fitting(study.path, f" to go on in {out}"), _progress() as progress:
-        fit = study.estimator.fit(study.problem, progress=progress, checkpoint=out / CHECKPOINT)
+        told = watch.alone(study, progress)
+        fit = study.estimator.fit(study.problem, progress=told, checkpoint=out / CHECKPOINT)
     fit = overruled(fit, study.unidentified)
+    watch.found(fit)
     save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
-    keep_members(study, fit, out, scales(study.problem.trials, study.sigma))
+    scale = scales(study.problem.trials, study.sigma)
+    keep_members(study.problem, study.estimator, fit, out, scale, study.restart)
     standardised, ahead = _report(study, fit, out)
     forget(out / CHECKPOINT)
     _tell_summary({**load_fit_summary(out), "standardised": standardised, "forecasts": ahead}, out, json, kept_back)
@@ -91,11 +104,11 @@ def validate(
     positive(restart=restart, smooth_start=smooth_start)
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         raise UsageError(f"{out}: a report ends in .html; its numbers go beside it as .json")
-    ship, trials = read_ship(model), read_trials(paths)
+    ship, trials = trained(read_ship(model), model), read_trials(paths)
     for line in cautions(ship, trials):
         note(line)
-    sure = tell_spread(model, ship, trials)
     comparisons, failed = compared(ship, trials, restart, scales(trials, None), smooth_start=smooth_start)
+    sure = tell_spread(model, ship, trials)
     made = _provenance(ship)
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),

@@ -139,7 +139,8 @@ def export(
     actuators: Annotated[
         float | None, typer.Option(metavar="S", help="Also a step of S seconds from orders, through the actuators.")
     ] = None,
-    fmu: Annotated[Path | None, typer.Option(help="Co-simulation slave by FMI 2.0 (.fmu), orders in.")] = None,
+    fmu: Annotated[Path | None, typer.Option(help="Co-simulation slave (.fmu), orders in.")] = None,
+    fmi: Annotated[int | None, typer.Option(help="Of --fmu: version of the interface, 2 (else) or 3.")] = None,
     hull: Annotated[bool, typer.Option("--hull", help="Of --fmu: the hull alone, forces in.")] = False,
     dt: Annotated[float | None, typer.Option(help="Of --fmu: internal step [s]; else one that suits the ship.")] = None,
     json: Json = False,
@@ -148,7 +149,7 @@ def export(
     from .cli_export import Slave
     from .cli_export import export as run
 
-    run(model, casadi, c, python, actuators, Slave(fmu, hull, dt), json)
+    run(model, casadi, c, python, actuators, Slave(fmu, hull, dt, fmi), json)
 
 
 def thrust_map(

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
+from .cli_page import Watch
 from .cli_support import claimed, emit, figure, fitting, note, show_table
 from .identify import StudyError
 from .identify.study import Study
@@ -22,7 +23,7 @@ def is_shot(study: Study) -> bool:
     return study.virtual is not None and bool(study.rival)
 
 
-def shoot(study: Study, out: Path, as_json: bool) -> None:
+def shoot(study: Study, out: Path, as_json: bool, watch: Watch) -> None:
     """Lint, fit the model and its rival in every weather, save the model, report; a finished run is only told about."""
     from .identify.lint import lines, lint, raise_on_errors
     from .identify.store import kept, save_fit
@@ -42,7 +43,8 @@ def shoot(study: Study, out: Path, as_json: bool) -> None:
     if not done:
         with kept(out, fresh), fitting(study.path, ""):
             note(f"fitting {len(study.problem.free)} parameters")
-            fit = overruled(study.estimator.fit(study.problem), study.unidentified)
+            fit = overruled(study.estimator.fit(study.problem, progress=watch.alone(study, None)), study.unidentified)
+            watch.found(fit)
             note(f"{fit.status}; the rival, and both in other weathers")
             found = shot(study, fit, study.virtual)
         save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))

@@ -8,23 +8,31 @@ from typing import TYPE_CHECKING, Any
 
 from .cli_support import note
 from .data import DataError, Trial
-from .identify import Fit
-from .ships import Ship
+from .engine import SimulationError
+from .identify import Estimator, Fit, Problem
+from .ships import Ship, ShipError
 
 if TYPE_CHECKING:
-    from .identify.study import Study
     from .validate.spread import Spread
 
 
-def keep_members(study: Study, fit: Fit, out: Path, sigma: Mapping[str, float]) -> None:
-    """Write the members of a fitted hybrid beside its model.toml; other families have none."""
+def keep_members(
+    problem: Problem, estimator: Estimator, fit: Fit, out: Path, sigma: Mapping[str, float], restart: float | None
+) -> None:
+    """Write the members of a fitted hybrid beside its model.toml; other families have none.
+
+    Args:
+        out: folder of the fit.
+        sigma: scale of each state.
+        restart: seconds between restarts of the predictions.
+    """
     from .models.hybrid import Hybrid
     from .validate.spread import NAME, members, save_members
 
     if not isinstance(fit.ship.model, Hybrid):
         return
     try:
-        found = members(fit, study.problem, study.estimator, sigma, restart=study.restart)
+        found = members(fit, problem, estimator, sigma, restart=restart)
     except DataError as error:
         note(f"warning: no members, so predictions will not tell how sure they are: {error}")
         return
@@ -34,17 +42,26 @@ def keep_members(study: Study, fit: Fit, out: Path, sigma: Mapping[str, float]) 
 def tell_spread(model: str, ship: Ship, trials: Sequence[Trial]) -> list[Spread]:
     """Say of each trial whether it leaves the training data, and return it; nothing where no members are saved.
 
-    Raises:
-        ShipError: members that are not those of this ship.
+    Advice only: where it cannot be had, a line says why, and what was predicted stands.
     """
     from .validate.spread import NAME, load_members, spreads
 
     beside = Path(model).with_name(NAME)
     if Path(model).suffix != ".toml" or not beside.is_file():
         return []
-    told = spreads(load_members(beside, ship), ship, trials)
-    for judged in told:
-        note(f"{'warning' if judged.verdict == 'leaves' else 'note'}: {judged}")
+    try:
+        found = load_members(beside, ship)
+    except ShipError as error:
+        note(f"warning: not known whether these trials leave the training data: {error}")
+        return []
+    told: list[Spread] = []
+    for trial in trials:
+        try:
+            told += spreads(found, ship, [trial])
+        except (DataError, SimulationError) as error:
+            note(f"warning: {trial.name}: not known whether it leaves the training data: {error}")
+            continue
+        note(f"{'warning' if told[-1].verdict == 'leaves' else 'note'}: {told[-1]}")
     return told
 
 

@@ -11,22 +11,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from .data import DataError, Trial
-from .environment import Environment, Uniform, Weather
+from .data import DataError
+from .environment import Uniform, Weather
+from .felt import feels
 from .forces.shallow import SHALLOWEST
 from .identify import StudyError
 from .manoeuvres import Index
-from .models import STATES, Sampled, Stepped
 from .ships import Ship
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 DEGREE = math.pi / 180.0
-# Median steps of a trial that are missing in one place: worth a word.
-_LEAP = 10
 
 
 class UsageError(ValueError):
@@ -102,7 +98,7 @@ def doubts(ship: Ship) -> list[str]:
     """What is physically doubtful about the mass matrix of a ship that has one, in lines."""
     ask = getattr(getattr(ship.model, "inertia", None), "doubts", None)
     displaced = float(getattr(getattr(ship.model, "body", None), "m", 0.0))
-    return [] if ask is None else [f"{ship.name}: {text}" for text in ask(displaced)]
+    return [] if ask is None else [f"{ship.name}: {text}" for text in ask(displaced, float(ship.L_pp))]
 
 
 def positive(**options: float | None) -> None:
@@ -110,6 +106,23 @@ def positive(**options: float | None) -> None:
     for name, value in options.items():
         if value is not None and not (value > 0 and math.isfinite(value)):
             raise UsageError(f"--{name.replace('_', '-')} is {value:g}; it must be above zero")
+
+
+def speed_of(ship: Ship, speed: float | None, option: str = "--speed") -> float:
+    """The speed at the start [m/s], hers where none is given.
+
+    Raises:
+        UsageError: above a Froude number of one, and above twice her own: no ship that displaces water goes so fast.
+    """
+    if speed is None:
+        return ship.speed
+    most = max(math.sqrt(9.81 * ship.L_pp), 2.0 * ship.speed)
+    if not speed <= most:
+        raise UsageError(
+            f"{option} is {speed:g} m/s; {ship.name} goes {ship.speed:g} m/s, "
+            f"and {most:.3g} m/s is the most that makes sense"
+        )
+    return speed
 
 
 def finite(**options: float | None) -> None:
@@ -210,48 +223,6 @@ def _waves(text: str | None) -> tuple[float, float, float]:
     if not (height >= 0 and period > 0 and all(map(math.isfinite, (height, period, direction)))):
         raise UsageError(f"--waves is '{text}'; the height is zero or above, the period above zero")
     return height, period, direction * DEGREE
-
-
-def feels(ship: Ship, channel: str) -> bool:
-    """Whether a channel of the environment changes the motion of a ship under way in a beam sea."""
-    if isinstance(ship.model, Stepped):
-        return channel.startswith("wind") and bool(ship.model.needed)
-    if isinstance(ship.model, Sampled):
-        return False
-    U = max(ship.speed, 1e-3)
-    state = (0.0, 0.0, 0.7, U, 0.1 * U, 0.1 * U / ship.L_pp, *([0.0] * (len(ship.model.states) - 6)))
-    control = tuple(0.1 for _ in ship.model.controls)
-    around = Environment(wave_T=2.0 * math.sqrt(ship.L_pp))
-    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0)) or 0.05 * ship.L_pp
-    size = {"per_depth": 0.5 / draught}
-    other = around._replace(**{channel: size.get(channel, 0.01 * ship.L_pp)})
-    return ship.model.derivative(state, control, around) != ship.model.derivative(state, control, other)
-
-
-def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
-    """What a user should know before trusting a prediction of these trials by this ship."""
-    from .identify.plant_lint import untested
-
-    lines: list[str] = []
-    for trial in trials:
-        lines += [f"warning: {trial.name}: {text}; extrapolated" for text in untested(ship, trial)]
-        leap = float(np.diff(trial.t).max()) if len(trial) > 2 else 0.0
-        if leap > _LEAP * trial.dt:
-            lines.append(f"warning: {trial.name} leaps over {leap:.3g} s; what was steered meanwhile nobody knows")
-        length = trial.meta.get("L_pp")
-        if isinstance(length, int | float) and abs(length / ship.L_pp - 1) > 0.02:
-            lines.append(f"warning: {trial.name} is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m")
-        if feels(ship, "wind_x") and "U_T" not in trial:
-            lines.append(f"warning: {trial.name} has no wind (U_T, gamma_T); predicted in still air")
-        held = [n for n in ship.model.controls if n in trial and not np.isfinite(trial[n]).all()]
-        if held:
-            lines.append(f"warning: {trial.name} has gaps in {', '.join(held)}; the last value before each is held")
-        if all(n in trial for n in STATES):
-            known = np.flatnonzero(np.isfinite(trial.stack(*STATES)).all(axis=1))
-            cut = len(trial) - (known[-1] - known[0] + 1) if known.size else 0
-            if cut:
-                lines.append(f"note: {trial.name}: {cut} rows outside of the complete ones are left out")
-    return lines
 
 
 def separate(folder: Path, sources: Iterable[Path]) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
+from .cli_page import Watch
 from .cli_support import claimed, emit, figure, note, show_table
 from .data import Trial
 from .identify import Fit, Problem
@@ -23,7 +24,7 @@ PAGE, CHECKPOINT = "report.html", "checkpoint.npz"
 _EVERY = 250
 
 
-def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool) -> None:
+def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool, watch: Watch) -> None:
     """Lint, go through the ranges with checkpoints, save the chosen fit, report; a finished run is only told about."""
     from .identify.lint import lines, lint, raise_on_errors
     from .identify.store import kept, save_fit
@@ -39,7 +40,10 @@ def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool) -> None:
     fresh, done = claimed(out, PAGE, digest, study.name)
     if not done:
         with kept(out, fresh), _progress() as told:
+            watch.begin(study.title or f"{problem.ship.name}: fine-tuning")
+            told = watch.sweep(study.restart, told)
             tuning = estimator.tune(study.problem, tests, told=told, checkpoint=out / CHECKPOINT)
+        watch.reporting()
         save_fit(tuning.fit, out, problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
         note("what the data determine: profiles, repetitions, bands")
         write(

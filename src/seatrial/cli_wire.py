@@ -15,17 +15,19 @@ from pathlib import Path
 from typing import BinaryIO
 
 from .approach import time_step
-from .cli_support import DEGREE, UsageError, around_ship, emit, note, positive, read_ship
+from .cli_support import DEGREE, UsageError, around_ship, emit, finite, note, positive, read_ship, speed_of
 from .data.geodesy import Datum
 from .data.nmea_ship import Fittings
 from .engine import SimulationError
 from .models import STATES, Sampled
 from .parameters import unknown
+from .realtime.aboard import RATES, TRANSPONDER, TRANSPONDER_RATE
 from .realtime.loop import Loop, LoopError
-from .realtime.on_wire import RATES, OnWire, Speech
+from .realtime.on_wire import OnWire, Speech
 from .realtime.plant import Plant
 from .realtime.recording import Recording
 from .realtime.wire import Address, Wire, WireError
+from .sensors.suite import draught, usual
 from .ships import Ship
 
 _NAME = "ship"
@@ -56,6 +58,7 @@ class Request:
     log: Path | None = None
     out: Path | None = None
     beside: str | None = None
+    simulator: bool = False
 
 
 def steer(asked: Request, json: bool) -> None:
@@ -63,8 +66,10 @@ def steer(asked: Request, json: bool) -> None:
 
     Raises:
         UsageError: a request that cannot be carried out.
+        SimulationError: her model blew up, or the program beside her failed.
     """
-    positive(rate=asked.rate, factor=asked.factor, duration=asked.duration, hold=asked.hold, speed=asked.speed)
+    positive(rate=asked.rate, duration=asked.duration, hold=asked.hold, speed=asked.speed)
+    finite(heading=asked.heading)
     ship = read_ship(asked.ship)
     try:
         address = Address.parse(asked.nmea, asked.anywhere)
@@ -75,9 +80,9 @@ def steer(asked: Request, json: bool) -> None:
     except (WireError, LoopError) as error:
         raise UsageError(str(error)) from None
     try:
-        with _writing(asked.log) as log:
-            on_wire = OnWire(loop, _NAME, wire, speech, log=log, hold=asked.hold)
-            record = _recording(asked, plant, loop)
+        on_wire = _on_wire(loop, wire, speech, asked.hold)
+        record = _recording(asked, plant, loop)
+        with _writing(asked.log) as on_wire.log:
             note(f"{ship.name} on {wire.address}, {loop.rate:g} Hz, time factor {asked.factor:g}; Ctrl-C ends it")
             _run(loop, asked.duration or math.inf, _beside(asked.beside, wire.address, json))
             if record is not None:
@@ -85,6 +90,15 @@ def steer(asked: Request, json: bool) -> None:
     finally:
         wire.close()
     _summary(loop, on_wire, record, json)
+    if (failure := loop.vessels[_NAME].failure) is not None:
+        raise SimulationError(f"{ship.name} sails no more: {failure}")
+
+
+def _on_wire(loop: Loop, wire: Wire, speech: Speech, hold: float) -> OnWire:
+    try:
+        return OnWire(loop, _NAME, wire, speech, hold=hold)
+    except WireError as error:
+        raise UsageError(f"--only: {error}") from None
 
 
 @contextmanager
@@ -149,25 +163,28 @@ def _loop(ship: Ship, asked: Request) -> tuple[Loop, Plant]:
         dt = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
     around = around_ship(ship, asked.wind, None, asked.current, None, None, asked.seed)
     current = around.weather.series(dt, 1)[0]
-    speed = ship.speed if asked.speed is None else asked.speed
+    speed = speed_of(ship, asked.speed)
     psi = asked.heading * DEGREE
     u_C = float(current[2]) * math.cos(psi) + float(current[3]) * math.sin(psi)
     v_C = float(current[3]) * math.cos(psi) - float(current[2]) * math.sin(psi)
     start = (0.0, 0.0, psi, speed + u_C, v_C, 0.0)
     plant = Plant.of(ship, dt=dt, environment=around.weather, start=start, seed=asked.seed)
     if asked.sensors:
-        from .sensors.suite import usual
-
-        return Loop({_NAME: plant}, rate, asked.factor, sensors=usual(ship)), plant
+        antenna = None if asked.antenna is None else _antenna(asked)
+        return Loop({_NAME: plant}, rate, asked.factor, sensors=usual(ship, antenna)), plant
     return Loop({_NAME: plant}, rate, asked.factor), plant
 
 
 def _fittings(ship: Ship, asked: Request) -> Fittings:
     latitude, longitude = _pair("--place", asked.place, "LAT,LON in degrees such as 35.1,139.7")
-    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0))
-    antenna = _pair("--antenna", asked.antenna, "FORWARD,STARBOARD in metres")
-    stern = -0.5 * ship.L_pp
-    return Fittings(Datum(latitude, longitude), round(time.time()), antenna, stern=stern, transducer=draught)
+    return Fittings(
+        Datum(latitude, longitude), round(time.time()), _antenna(asked), stern=-0.5 * ship.L_pp,
+        transducer=draught(ship), simulator=asked.simulator,
+    )  # fmt: skip
+
+
+def _antenna(asked: Request) -> tuple[float, float]:
+    return _pair("--antenna", asked.antenna, "FORWARD,STARBOARD in metres")
 
 
 def _pair(option: str, text: str | None, form: str) -> tuple[float, float]:
@@ -182,15 +199,15 @@ def _pair(option: str, text: str | None, form: str) -> tuple[float, float]:
     return first, second
 
 
-def _rates(only: str | None) -> dict[str, float]:
+def _rates(only: str | None) -> dict[str, float] | None:
     if only is None:
-        return dict(RATES)
-    usual = {**RATES, "VDO": 0.5}
+        return None
+    known = {**RATES, TRANSPONDER: TRANSPONDER_RATE}
     names = [name.strip().upper() for name in only.split(",")]
     for name in names:
-        if name not in usual:
-            raise UsageError(f"--only: {unknown(name, usual, 'sentence')}")
-    return {name: usual[name] for name in names}
+        if name not in known:
+            raise UsageError(f"--only: {unknown(name, known, 'sentence')}")
+    return {name: known[name] for name in names}
 
 
 @contextmanager
@@ -199,11 +216,17 @@ def _writing(path: Path | None) -> Generator[BinaryIO | None]:
         yield None
         return
     try:
-        file = path.open("wb")
+        file = path.open("xb")
+    except FileExistsError:
+        raise UsageError(f"--log: {path}: is there already; choose another name") from None
     except OSError as error:
         raise UsageError(f"--log: {path}: {error.strerror}") from None
-    with file:
-        yield file
+    try:
+        with file:
+            yield file
+    except UsageError:  # nothing was said
+        path.unlink()
+        raise
 
 
 def _recording(asked: Request, plant: Plant, loop: Loop) -> Recording | None:
