@@ -74,9 +74,9 @@ def test_kill_9_at_random_moments(tmp_path):
     began = time.perf_counter()
     assert start("whole").wait() == 0
     usual, draw, killed = time.perf_counter() - began, random.Random(5), 0
-    for _ in range(20):
+    for _ in range(6):  # together little more than one run, so that none of them ends by itself
         run = start("killed")
-        time.sleep(draw.uniform(0.1, 0.5) * usual)
+        time.sleep(draw.uniform(0.05, 0.3) * usual)
         if run.poll() is None:
             run.send_signal(signal.SIGKILL)
             killed += run.wait() == -signal.SIGKILL
