@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from .approach import time_step
-from .cli_manoeuvres import known, order
+from .cli_manoeuvres import known, lacks, order
 from .cli_page import listen
 from .cli_support import DEGREE, UsageError, around_ship, note, positive, read_ship, speed_of
 from .environment import Weather
 from .manoeuvres import Manoeuvre
-from .models import Sampled
+from .models import Sampled, follows, unit
 from .realtime.bridge.deck import Deck, Outfit
 from .realtime.bridge.ghost import Ghost
 from .realtime.bridge.view import OWN
@@ -35,7 +35,7 @@ _BUTTONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
     "Williamson turn": ("williamson", {}),
     "Scharnow turn": ("scharnow", {}),
     "Stopping": ("stopping", {}),
-    "Crash astern": ("crash-astern", {}),
+    "Crash stop": ("crash-astern", {}),
 }
 """Manoeuvres on the page: text, kind, and what is asked of it [deg]."""
 
@@ -85,7 +85,7 @@ def bridge(asked: Request) -> None:
         if not asked.out.is_dir():
             what = "a file" if asked.out.exists() else "no such folder"
             raise UsageError(f"-o: {asked.out}: {what}; recordings go into a folder")
-        deck = Deck(loop, Outfit(_drills(ship), asked.out, ghost, asked.hold))
+        deck = Deck(loop, Outfit(_drills(ship), asked.out, ghost, asked.hold, cannot(ship)))
         note(f"{ship.name}: http://{asked.host}:{listening.getsockname()[1]}/ (Ctrl-C ends it)")
         try:
             serve(deck, loop, listening, ("*",) if asked.anywhere else LOCAL)
@@ -155,9 +155,22 @@ def _ghost(ship: Ship, path: Path | None) -> Ghost | None:
 
 
 def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
-    """The buttons; what the ship cannot do says so when it is pressed."""
+    """The buttons."""
 
     def made(kind: str, given: Mapping[str, Any]) -> Callable[[float], Manoeuvre]:
         return lambda n_P: order(kind, ship, ship.speed, n_P, dict(given))
 
     return {text: made(kind, given) for text, (kind, given) in _BUTTONS.items() if kind in known()}
+
+
+def cannot(ship: Ship) -> dict[str, str]:
+    """Buttons of what the ship cannot do, and why not."""
+    steering = [name for name, (of, _) in zip(ship.model.controls, follows(ship.model), strict=True) if of == "delta"]
+    turns = any(unit(name) == "rad" for name in steering)
+    found: dict[str, str] = {}
+    for text, (kind, _) in _BUTTONS.items():
+        engine = getattr(known()[kind], "by_engine", False)
+        why = lacks(ship, known()[kind]) if engine or turns else f"{ship.name} has nothing that is steered by an angle"
+        if why is not None:
+            found[text] = why
+    return found

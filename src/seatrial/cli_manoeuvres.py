@@ -32,6 +32,7 @@ from .cli_support import (
 from .data import Trial
 from .engine import SimulationError
 from .environment import Weather
+from .felt import driven
 from .manoeuvres import Manoeuvre, Settings
 from .models import follows
 from .parameters import unknown
@@ -74,13 +75,23 @@ def rudder_limit(ship: Ship) -> float:
     return min((abs(float(getattr(servo, "high", math.inf))) for servo in servos), default=math.inf)
 
 
+def lacks(ship: Ship, cls: type[Manoeuvre]) -> str | None:
+    """What of a ship is missing for a manoeuvre; None where nothing is."""
+    if getattr(cls, "by_engine", False) and not driven(ship):
+        return f"no revolutions move {ship.name}; her model has no engine"
+    return None
+
+
 def order(name: str, ship: Ship, U: float, n_P: float, given: dict[str, Any]) -> Manoeuvre:
     """The named manoeuvre as a user wants it; `given` holds the options that were given.
 
     Raises:
-        UsageError: an option the manoeuvre does not take, an angle that cannot be, a rudder beyond the ship's.
+        UsageError: an option the manoeuvre does not take, an angle that cannot be, a rudder beyond the ship's, or an
+            engine that she lacks.
     """
     cls = find(name)
+    if (why := lacks(ship, cls)) is not None:
+        raise UsageError(f"{name}: {why}; take a manoeuvre by the rudder such as turning, or a ship with an engine")
     for option in given:
         if option not in cls.takes:
             takes = ", ".join(f"--{one}" for one in cls.takes) or "none of " + ", ".join(f"--{o}" for o in _OPTIONS)

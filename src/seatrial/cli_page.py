@@ -6,7 +6,7 @@ import ipaddress
 import socket
 import sys
 import threading
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -69,13 +69,13 @@ class Watch:
         self._board: Board | None = None
         self._page: Page | None = None
 
-    def begin(self, title: str, files: Mapping[str, Path] | None = None) -> None:
-        """Serve the page; `files` are what the fits to come leave, where there are several."""
+    def begin(self, title: str, files: Mapping[str, Path] | None = None, before: Iterable[str] = ()) -> None:
+        """Serve the page; `files` are what the fits to come leave, where there are several, `before` what is done."""
         if self._listening is None or self._kind is None:
             return
         from .realtime.fit_page.board import Board
 
-        self._board = Board(title, files)
+        self._board = Board(title, files, before=before)
         self._page = self._kind(self._board, self._listening)
         self._page.start()
         note(f"page: {self._address}")
@@ -104,10 +104,19 @@ class Watch:
         return Parts(self._board, restart, told, lambda name: lambda row, cost, _: told(name, row, cost))
 
     def table(
-        self, title: str, files: Mapping[str, Path], restart: float | None, progress: Progress
+        self, title: str, files: Mapping[str, Path], restart: float | None, progress: Progress,
+        before: Iterable[str] = (),
     ) -> Progress:  # fmt: skip
-        """The page and the fits of a table, one after the other; `files` are what they leave when they are done."""
-        self.begin(title, files)
+        """The page and the fits of a table, one after the other.
+
+        Args:
+            title: of the table.
+            files: what the fits to come leave when they are done, by their names.
+            restart: of the tracks that are drawn [s].
+            progress: told of every row.
+            before: names of the fits that an earlier run has done.
+        """
+        self.begin(title, files, before)
         if self._board is None:
             return progress
         from .realtime.fit_page.board import Parts
@@ -169,7 +178,7 @@ def watching(port: int | None) -> Generator[Watch, None, None]:
         try:
             yield watch
         except KeyboardInterrupt:
-            watch.close("stopped", "interrupted")
+            watch.close("stopped", "stopped; the same command again goes on from here")
             raise
         except Exception as error:
             watch.close("failed", str(error))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from .environment import Environment
-from .models import STATES, Sampled, Stepped
+from .models import STATES, Sampled, Stepped, follows
 from .models.settled import begun
 from .ships import Ship
 
@@ -37,6 +37,12 @@ def idle(ship: Ship) -> frozenset[str]:
         if all([_rates(ship, [*rest[:k], value, *rest[k + 1 :]], around, U) for U in ways] == before
                for value in (0.2, 1.5))
     )  # fmt: skip
+
+
+def driven(ship: Ship) -> bool:
+    """Whether the order n_P moves anything of her."""
+    dead, pairs = idle(ship), zip(ship.model.controls, follows(ship.model), strict=True)
+    return any(order == "n_P" and control not in dead for control, (order, _) in pairs)
 
 
 def _about(ship: Ship) -> Environment:

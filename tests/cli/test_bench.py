@@ -97,6 +97,7 @@ def test_an_unknown_name_is_one_line(tmp_path: Path, capsys: Any) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_the_shortest_run_counts() -> None:
     assert 0.0 < best(lambda: None, 0.0, 3) < 0.1
     assert replace(QUICK, module="no_such_program").installed is False
@@ -109,6 +110,7 @@ def test_the_turn_of_the_benchmark_turns() -> None:
     assert turn.widest_step(turn.ship().L_pp) == turn.STEPS[0]
 
 
+@pytest.mark.long
 def test_the_tanker_of_fossen_is_called_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """A stand-in with the signatures of the program."""
     seen: list[tuple[float, float]] = []

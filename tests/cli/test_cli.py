@@ -207,3 +207,12 @@ def test_validate_says_where_a_log_leaps(trial: Path, capsys) -> None:
     write_trial(log.rows((log.t < 20.0) | (log.t > 40.0)), trial)
     assert main(["validate", "kvlcc2_l7", str(trial)]) == 0
     assert "zigzag_20_20 leaps over 20" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("manoeuvre", ["stopping", "crash-astern", "acceleration"])
+def test_a_ship_without_an_engine_cannot_stop_by_it(manoeuvre: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "zeefakkel", manoeuvre]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    (line,) = [one for one in told.err.splitlines() if "engine" in one]
+    assert f"{manoeuvre}: no revolutions move zeefakkel; her model has no engine; take" in line

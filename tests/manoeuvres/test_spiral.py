@@ -45,6 +45,7 @@ def test_spiral_of_a_linear_ship_is_a_line_of_slope_K():
     assert found["neutral_rudder"].value == pytest.approx(0.0, abs=0.05 * DEGREE)
 
 
+@pytest.mark.long
 def test_spiral_of_an_unstable_ship_jumps_at_the_folds():
     policy, run = spiral_of(UNSTABLE, lengths=1920.0, fine=0.1 * DEGREE, near=3.0 * DEGREE)
     assert policy.complete(run)

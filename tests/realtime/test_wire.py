@@ -95,6 +95,7 @@ def test_nobody_listening_is_no_error(udp):
     told.close()
 
 
+@pytest.mark.long
 def test_tcp_lines_in_pieces_and_clients_that_come_and_go(tcp):
     client = socket.create_connection((tcp.address.host, tcp.address.port))
     client.sendall(HTC[:10])

@@ -106,7 +106,8 @@ class Manoeuvre(Policy, Protocol):
         kind: its name on the command line and in trial files.
         takes: which of rudder, heading, side, seed it can be told.
 
-    A manoeuvre that begins with the ship at rest says so by an attribute `from_rest = True`.
+    A manoeuvre that begins with the ship at rest says so by an attribute `from_rest = True`, and one that is nothing
+    without an engine that obeys by `by_engine = True`.
     """
 
     kind: ClassVar[str]

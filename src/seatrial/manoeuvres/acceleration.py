@@ -29,6 +29,7 @@ class Acceleration:
     kind: ClassVar[str] = "acceleration"
     takes: ClassVar[tuple[str, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ()
+    by_engine: ClassVar[bool] = True
     from_rest: ClassVar[bool] = True
     """The run starts at rest unless a speed is asked for."""
 

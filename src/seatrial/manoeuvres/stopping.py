@@ -36,6 +36,7 @@ class Stopping:
     kind: ClassVar[str] = "stopping"
     takes: ClassVar[tuple[str, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ()
+    by_engine: ClassVar[bool] = True
 
     n_P: Scalar = spec("1/s", "propeller revolutions of the approach")
     end: Scalar = spec("-", "speed over that of the approach at which the run is over", (0.0, 1.0), default=_COASTED)
@@ -81,6 +82,7 @@ class CrashAstern:
     kind: ClassVar[str] = "crash-astern"
     takes: ClassVar[tuple[str, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ("stopped", "u_0")
+    by_engine: ClassVar[bool] = True
 
     n_P: Scalar = spec("1/s", "propeller revolutions of the approach")
     n_astern: Scalar = spec("1/s", "revolutions astern, as a negative number", (-math.inf, 0.0))

@@ -14,6 +14,7 @@ from ..parameters import unknown
 from ..sensors import Reading
 from ..sensors.suite import Suite, Watch
 from .helm import CommandError
+from .labels import clipped
 from .plant import Plant
 from .schedule import LoopError
 
@@ -159,7 +160,7 @@ class Fleet:
         taken = vessel.plant.order(control, value)
         if abs(taken - value) > 1e-12 * max(abs(value), 1.0):
             if control not in vessel.clipped:
-                self.tell(ship, "clipped", f"{control} ordered to {value:.4g}, taken as {taken:.4g}")
+                self.tell(ship, "clipped", clipped(vessel.plant.ship, control, value, taken))
             vessel.clipped.add(control)
         else:
             vessel.clipped.discard(control)

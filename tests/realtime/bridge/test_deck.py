@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.cli_bridge import cannot
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import read_trial
 from seatrial.manoeuvres import Index
@@ -325,3 +326,23 @@ def test_a_reset_from_elsewhere_takes_the_hand_of_the_bridge_off(compiled: Compi
     ticks(loop, 1.0)
     assert plant["delta_cmd"] == 0.2
     assert bridge.frame()["following"]
+
+
+def test_what_the_ship_cannot_do_is_off_with_the_reason(compiled: Compiled) -> None:
+    bridge, loop = deck(compiled, Outfit(DRILLS, hold=1e6, cannot={"turn": "her wheel is lashed"}))
+    assert bridge.hello("A")["cannot"] == {"turn": "her wheel is lashed"}
+    assert bridge.ask("A", {"do": "drill", "name": "turn"}) == "her wheel is lashed"
+    assert bridge.frame()["drill"] is None
+    assert bridge.ask("A", {"do": "drill", "name": "zigzag"}) == ""
+    loop.step()
+    assert bridge.frame()["drill"][0] == "zigzag"
+
+
+def test_ships_without_engine_or_rudder_have_no_such_manoeuvres() -> None:
+    without = cannot(load("zeefakkel"))
+    assert list(without) == ["Stopping", "Crash stop"]
+    assert without["Stopping"] == "no revolutions move zeefakkel; her model has no engine"
+    by_moment = cannot(load("cybership2"))
+    assert "Zigzag 10/10" in by_moment
+    assert "Stopping" not in by_moment
+    assert cannot(SHIP) == cannot(load("milliampere")) == {}

@@ -10,6 +10,7 @@ from seatrial.approach import approach, time_step
 from seatrial.felt import idle
 from seatrial.realtime.bridge.gear import Order, gear
 from seatrial.realtime.helm import ranges
+from seatrial.realtime.labels import clipped
 from seatrial.realtime.plant import Plant
 from seatrial.ships.files import load
 
@@ -54,6 +55,15 @@ def test_forces_that_are_ordered_directly_are_no_rudder_and_no_engine() -> None:
 def test_thrust_that_is_ordered_together_is_shown_as_thrust() -> None:
     both = aboard("milliampere")["n_P"]
     assert (both.unit, both.high * both.per) == ("N", 500.0)
+
+
+def test_orders_beyond_the_gear_are_told_as_they_are_shown() -> None:
+    tanker, model, ferry = load("kvlcc2_l7"), load("cybership2"), load("milliampere")
+    assert clipped(tanker, "n_P", 99999.0 / 60.0, 14.81) == "Engine ordered 99999 rpm, taken as 889 rpm"
+    assert clipped(tanker, "delta", -1.0, -0.6108652) == "Rudder ordered 57.3 deg port, taken as 35 deg port"
+    assert clipped(model, "N_tau", 9.0, 1.5) == "Turning moment ordered 9 N m starboard, taken as 1.5 N m starboard"
+    assert clipped(ferry, "n_P", 20.0, 10.0) == "Both thrusters ordered 1000 N, taken as 500 N"
+    assert clipped(load("twin_virtual"), "n_P_1", -9.0, 0.0) == "Port engine ordered -540 rpm, taken as 0 rpm"
 
 
 def test_revolutions_that_move_nothing_have_no_telegraph() -> None:

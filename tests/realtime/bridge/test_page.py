@@ -59,5 +59,7 @@ def test_the_page_is_quick_smooth_and_steers(running: Running, tmp_path: Path) -
             browser.size(width, height)
             time.sleep(0.3)
             assert browser.says("document.documentElement.scrollWidth") <= width
+            cut = "[...document.querySelectorAll('.cell span')].filter(e => e.scrollWidth > e.clientWidth).length"
+            assert browser.says(cut) == 0
         assert browser.errors == []
         assert {url.split("/")[2] for url in browser.requests if "://" in url} == {f"127.0.0.1:{running.port}"}

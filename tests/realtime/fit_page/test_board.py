@@ -12,16 +12,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.cli_support import Spoken
 from seatrial.data import Trial
 from seatrial.identify import Problem
 from seatrial.identify.evolution import Evolution
 from seatrial.identify.logo import Shooting
 from seatrial.identify.multistart import MultiStart
 from seatrial.identify.shooting import OneStep, Trajectory
-from seatrial.identify.watch import part, tell, with_values
+from seatrial.identify.watch import part, stage, tell, with_values
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.parameters import Free
-from seatrial.realtime.fit_page.board import DONE, FAILED, FITTING, REPORTING, STOPPED, WAITING, Board, Parts, Seen
+from seatrial.realtime.fit_page.board import (
+    BEFORE,
+    DONE,
+    FAILED,
+    FITTING,
+    REPORTING,
+    STOPPED,
+    WAITING,
+    Board,
+    Parts,
+    Seen,
+)  # fmt: skip
 from seatrial.realtime.fit_page.tracks import Tracker, predicted, shown
 from seatrial.ships.files import load
 from seatrial.simulate import simulate
@@ -143,11 +155,40 @@ def test_the_clock_stands_when_the_run_has_ended() -> None:
     assert (news["state"], news["text"], news["elapsed"]) == (STOPPED, "interrupted", 7.0)
 
 
+def test_a_table_that_is_stopped_keeps_what_was_done_and_stops_the_rest(problem: Problem, tmp_path: Path) -> None:
+    files = {name: tmp_path / name for name in ("b", "c", "d")}
+    board = Board("table", files, before=("a",))
+    assert board.news(Seen())["parts"] == [["a", BEFORE], ["b", WAITING], ["c", WAITING], ["d", WAITING]]
+    board.begin("b", problem, None)
+    files["b"].touch()
+    board.begin("c", problem, None)
+    board.end(STOPPED)
+    assert board.news(Seen())["parts"] == [["a", BEFORE], ["b", DONE], ["c", STOPPED], ["d", WAITING]]
+
+
+def test_what_goes_on_before_the_first_row_is_told_on_both_sides(problem: Problem) -> None:
+    said: list[str] = []
+    board = Board("run")
+    seen = board.begin("a", problem, None)
+    seen.beside = Spoken(said.append, lambda *row: f"row {row[0]}")
+    stage(seen, "choosing widths: fit 1 of 4")
+    assert said == ["choosing widths: fit 1 of 4"]
+    assert board.news(Seen())["doing"] == "choosing widths: fit 1 of 4"
+
+
+def test_one_fit_that_is_stopped_has_not_failed(problem: Problem) -> None:
+    board = Board("run")
+    board.begin("a", problem, None)
+    board.end(STOPPED)
+    assert board.news(Seen())["parts"] == [["a", STOPPED]]
+
+
 @pytest.mark.parametrize("estimator", [
     Trajectory(window=50.0, every=4, iterations=4, threads=1), OneStep(iterations=3, threads=1),
     MultiStart(starts=2, iterations=3, threads=1), Shooting(window=50.0, iterations=4, threads=1),
     Evolution(population=4, largest=4, generations=6, runs=1, window=50.0, every=4, threads=1),
 ], ids=lambda e: type(e).__name__)  # fmt: skip
+@pytest.mark.long
 def test_every_search_tells_the_ship_it_has_and_the_fit_is_the_same(estimator, problem: Problem) -> None:
     boxed = replace(problem, free=(FREE[0],))
     one, plain = Board("run").begin("fit", boxed, None), []
@@ -179,6 +220,7 @@ def test_tracks_of_different_kinds_with_a_break_at_every_restart(run: Trial) -> 
     assert "no channel n_P" in predicted(SHIP, lacking, None)["failed"]
 
 
+@pytest.mark.long
 def test_the_tracker_works_only_while_somebody_looks(problem: Problem) -> None:
     board = Board("run")
     one = board.begin("fit", problem, None)

@@ -68,7 +68,7 @@ def test_the_page_follows_the_fit(served: tuple[str, Board, Page, Part], tmp_pat
             assert browser.says("document.documentElement.scrollWidth <= innerWidth")
         board.end(DONE, "converged")
         page.close()
-        browser.until("document.getElementById('notice').textContent.includes('has ended (done)')")
+        browser.until("document.getElementById('notice').textContent.includes('The run has ended')")
         assert all(url.removeprefix("http") in request or request.startswith("data:") for request in
                    (one.replace("ws://", "http://").removesuffix("line") for one in browser.requests))  # fmt: skip
         assert not [error for error in browser.errors if "WebSocket" not in error]  # it looks for the fit again

@@ -42,12 +42,14 @@ class Outfit:
         folder: where recordings go.
         ghost: a measured trial to sail beside, if any.
         hold: how long who has command may be silent [s on the clock].
+        cannot: drills that the ship cannot do, and why not.
     """
 
     drills: Mapping[str, Orderer] = field(default_factory=dict[str, Orderer])
     folder: Path = Path()
     ghost: Ghost | None = None
     hold: float = 5.0
+    cannot: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 class Deck:
@@ -118,7 +120,7 @@ class Deck:
         return {
             "hello": who, "ship": outline(plant), "speed": self._speed, "others": others, "rate": self._loop.rate,
             "orders": [order_json(order) for order in self._gear], "bells": bells(),
-            "drills": list(self._outfit.drills),
+            "drills": list(self._outfit.drills), "cannot": dict(self._outfit.cannot),
             "ghost": None if ghost is None else {"name": ghost.name, "duration": ghost.duration, "ship": ghost.ship},
             "feels": {what: feels(plant.ship, channel) for what, channel in _FELT.items()},
             "trail": self._trail.rows(), "hold": self._outfit.hold,
@@ -235,8 +237,8 @@ class Deck:
 
     def _begin(self, said: Request) -> None:
         name, plant = str(said.get("name")), self._vessel.plant
-        if name not in self._outfit.drills:
-            raise RefusalError("no such manoeuvre")
+        if name not in self._outfit.drills or name in self._outfit.cannot:
+            raise RefusalError(self._outfit.cannot.get(name, "no such manoeuvre"))
         self._sails()
         ordered = plant["n_P_cmd"] if "n_P" in plant.controls else 0.0
         self._set_about(name, ordered or approach(plant.ship)[1])

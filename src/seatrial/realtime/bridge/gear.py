@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Protocol
 
-from ...models import unit
 from ..conning import TELEGRAPH
 from ..helm import obeying
+from ..labels import label, scale, sided
 from ..plant import Plant
 
 _POSITIONS = ("Stop", "Dead slow", "Slow", "Half", "Full")
-_FORCES = MappingProxyType({"X": "Force ahead", "Y": "Sideways force", "N": "Turning moment"})
-_PAIR = MappingProxyType({"1": "port", "2": "starboard"})
 
 
 class Values(Protocol):
@@ -69,14 +65,11 @@ def gear(plant: Plant) -> tuple[Order, ...]:
     for name, moves in known.items():
         if name in stand_in.values():
             continue
-        reach, shown = plant.ranges[name], unit(name)
-        factors = {factor for _, factor in moves}
-        other = unit(moves[0][0])
-        per = factors.pop() if other != shown and len(factors) == 1 else 1.0
+        reach, (shown, per) = plant.ranges[name], scale(name, moves)
         kind = _kind(stand_in.get(name, name), shared.get(name, ""))
         found.append(Order(
-            name, _label(name, moves, plant.controls), kind, other if per != 1.0 else shown, per, reach.low, reach.high,
-            reach.full, name.partition("_")[0] in ("delta", "alpha", "Y", "N"), moves,
+            name, label(name, moves, plant.controls), kind, shown, per, reach.low, reach.high, reach.full, sided(name),
+            moves,
         ))  # fmt: skip
     return tuple(found)
 
@@ -100,22 +93,3 @@ def _kind(name: str, shared: str) -> str:
     if shared == "" and kind == "delta":
         return "rudder"
     return "engine" if shared == "" and (name == "n_P" or name.startswith("n_P_")) else "thruster"
-
-
-def _label(name: str, moves: Sequence[tuple[str, float]], controls: Sequence[str]) -> str:
-    kind, _, rest = name.partition("_")
-    if len(moves) > 1:
-        of, all_of = moves[0][0], "Both" if len(moves) == 2 else "All"
-        what = "rudders" if of.startswith("delta") else "engines" if of.startswith("n_P") else (
-            "azimuths" if name == "delta" else "thrusters")  # fmt: skip
-        return f"{all_of} {what}"
-    if kind in _FORCES:
-        return f"{_FORCES[kind]}{'' if rest == 'tau' else f' {rest}'}"
-    what = {"delta": "rudder", "alpha": "azimuth"}.get(kind, "thruster")
-    if name == "n_P" or name.startswith("n_P_"):
-        what, rest = "engine", name[4:]
-    pair = (f"{name.removesuffix(rest)}{side}" in controls for side in _PAIR)
-    if what in ("rudder", "engine") and all(pair):
-        rest = _PAIR.get(rest, rest)
-    text = f"{what} {rest}" if rest.isdigit() else f"{rest.replace('_', ' ')} {what}"
-    return text.strip().capitalize()

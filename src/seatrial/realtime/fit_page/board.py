@@ -5,20 +5,20 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ...identify import Problem, Progress
-from ...identify.watch import MakeShip
+from ...identify.watch import MakeShip, stage
 from ...parameters import Free, specs, values
 from .tracks import measured, shown
 
 FITTING, REPORTING, DONE, FAILED, STOPPED = "fitting", "writing the report", "done", "failed", "stopped"
 """What can become of a run."""
 
-WAITING = "waiting"
+WAITING, BEFORE = "waiting", "done before"
 
 _ROWS = 4000
 """Rows of a history that are kept; where there are more, every second one goes."""
@@ -39,6 +39,7 @@ class Part:
         ship: makes the ship as the search has her, None before it has one.
         tracks: predicted tracks, and the iteration they are of; written by the `Tracker`.
         beside: also told of every row.
+        doing: what goes on before there is a row.
     """
 
     def __init__(self, name: str, problem: Problem, restart: float | None, clock: Callable[[], float]) -> None:
@@ -49,12 +50,18 @@ class Part:
         self.ship: MakeShip | None = None
         self.tracks: dict[str, Any] | None = None
         self.beside: Progress | None = None
+        self.doing = ""
         self._clock, self._began, self._every = clock, clock(), 1
         self._read: tuple[MakeShip | None, list[float | None]] = None, []
 
     def at(self, ship: MakeShip) -> None:
         """The ship as the search has her."""
         self.ship = ship
+
+    def stage(self, text: str) -> None:
+        """What goes on before there is a row."""
+        self.doing = text
+        stage(self.beside, text)
 
     def __call__(self, iteration: int, objective: float, validation: float) -> None:
         """A row of the history."""
@@ -108,6 +115,7 @@ class Board:
     Args:
         title: of the run.
         files: the fits to come by name, with the file that each leaves when it is done.
+        before: fits of an earlier run, which are done.
 
     Attributes:
         parts: the fits that have begun; the page shows the last one.
@@ -116,13 +124,14 @@ class Board:
     """
 
     def __init__(
-        self, title: str, files: Mapping[str, Path] | None = None, clock: Callable[[], float] = time.monotonic
-    ) -> None:
+        self, title: str, files: Mapping[str, Path] | None = None, clock: Callable[[], float] = time.monotonic,
+        before: Iterable[str] = (),
+    ) -> None:  # fmt: skip
         self.title, self.parts, self.looked = title, list[Part](), False
         self.state, self.text = FITTING, ""
         self._clock, self._began, self._ended = clock, clock(), math.nan
         self._files, self._at = files or {}, dict[int, str]()
-        self._states = dict.fromkeys(self._files, WAITING)
+        self._states = {**dict.fromkeys(before, BEFORE), **dict.fromkeys(self._files, WAITING)}
 
     @property
     def part(self) -> Part | None:
@@ -141,20 +150,19 @@ class Board:
         self.parts.append(part)
         return part
 
-    def _judge(self) -> None:
-        """What has become of the fits that leave a file."""
+    def _judge(self, otherwise: str = FAILED) -> None:
+        """What has become of the fits that leave a file; `otherwise` of one that has left none."""
         for name, file in self._files.items():
             if self._states[name] == FITTING:
-                self._states = {**self._states, name: DONE if file.exists() else FAILED}
+                self._states = {**self._states, name: DONE if file.exists() else otherwise}
 
     def end(self, state: str, text: str = "") -> None:
         """What becomes of the run."""
         if math.isnan(self._ended) and state != REPORTING:
             self._ended = self._clock()
-        self._judge()
-        became = FAILED if state == FAILED else DONE
-        if state != STOPPED:
-            self._states = {name: became if now == FITTING else now for name, now in self._states.items()}
+        became = state if state in (FAILED, STOPPED) else DONE
+        self._judge(STOPPED if state == STOPPED else FAILED)
+        self._states = {name: became if now == FITTING else now for name, now in self._states.items()}
         self.state, self.text = state, text
 
     def news(self, seen: Seen) -> dict[str, Any]:
@@ -176,7 +184,8 @@ class Board:
             seen.edition, seen.rows, said["anew"] = edition, 0, True
         fresh = rows[seen.rows :]
         seen.rows += len(fresh)
-        said |= {"rows": [_row(row) for row in fresh], "last": part.last and _row(part.last), "values": part.found()}
+        said |= {"rows": [_row(row) for row in fresh], "last": part.last and _row(part.last), "values": part.found(),
+                 "doing": part.doing}  # fmt: skip
         if part.tracks is not seen.tracks:
             seen.tracks = said["tracks"] = part.tracks
         return said

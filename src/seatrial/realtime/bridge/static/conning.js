@@ -5,7 +5,7 @@ import { DEGREE, KNOT, course, fixed, sided } from "./shared/units.js";
 
 const CELLS = [
   ["heading", "Heading", "°"], ["course", "Course", "°"], ["turn", "Rate of turn", "°/min"],
-  ["speed", "Speed, ground", "kn"], ["water", "Speed, water", "kn"], ["drift", "Drift angle", ""],
+  ["speed", "Speed, ground", "kn"], ["water", '<em>Speed </em>ahead, water', "kn"], ["drift", "Drift angle", ""],
   ["across", "Sideways", "kn"], ["gap", "Ghost, distance", "m"], ["off", "Ghost, heading", ""],
 ];
 

@@ -17,9 +17,8 @@ class Control {
     this.element = document.createElement("div");
     this.element.className = "control";
     this.element.innerHTML = `<div class="says"><b>${order.label}</b><span class="act"></span><span class="clip" hidden>LIMIT</span>`
-      + `<label><span class="word">ordered</span> <input type="number" step="any" aria-label="${order.label} ordered [${unit}]${order.sided ? ", starboard positive" : ""}"> ${unit}`
-      + `${order.sided ? ' <span class="side"></span>' : ""}</label></div>`;
-    this.side = this.element.querySelector(".side");
+      + `<label><span class="word">ordered</span> <input type="number" step="any" aria-label="${order.label} ordered [${unit}]${order.sided ? ", starboard positive" : ""}"> ${unit}</label></div>`;
+    if (order.sided) this.element.querySelector("label").title = "Starboard is above zero, port below";
     this.input = this.element.querySelector("input");
     this.input.onchange = () => { if (this.input.value !== "") this.#ask(Number(this.input.value) / this.factor); this.input.blur(); };
     this.#send = send;
@@ -29,6 +28,9 @@ class Control {
 
   /** Order a value within the scale. */
   set(value) { this.#ask(Math.min(Math.max(value, this.order.low), this.order.high)); }
+
+  /** So many of the least steps, in figures. */
+  step(n) { return `${Number((n * this.fine * this.factor).toPrecision(3))}${this.angle ? "" : " "}${this.unit}`; }
 
   nudge(by) { this.set(Math.round((this.value + by) / this.fine) * this.fine); }
 
@@ -62,7 +64,6 @@ class Control {
       const text = (this.value * this.factor).toFixed(this.digits);
       this.input.value = Number(text) === 0 ? Math.abs(text).toFixed(this.digits) : text;
     }
-    if (this.side) this.side.textContent = sided(this.value * this.factor, this.digits).split(" ")[1] ?? "";
     this.draw();
   }
 
@@ -224,6 +225,16 @@ export class Helm {
 
   show(state, clipped, enabled) {
     for (const [name, control] of this.controls) control.show(state.ord[name], state.act[name], clipped.includes(name), enabled);
+  }
+
+  /** What the page's own keys do to this ship. */
+  hints() {
+    const rudder = this.rudder, engine = this.engine, by = n => rudder.step(n);
+    return [
+      ...(rudder ? [`<kbd>←</kbd> <kbd>→</kbd> ${rudder.order.label.toLowerCase()} ${by(5)}, with <kbd>Shift</kbd> ${by(1)}`,
+        `<kbd>Space</kbd> ${rudder.angle ? "midships" : "none"}`] : []),
+      ...(engine ? [`<kbd>↑</kbd> <kbd>↓</kbd> ${engine.order.unit === "1/s" ? "telegraph" : engine.order.label.toLowerCase()}`] : []),
+    ];
   }
 
   /** The page's own keys; whether this was one. */

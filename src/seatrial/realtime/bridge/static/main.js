@@ -28,6 +28,7 @@ let helm = null;
 link.addEventListener("hello", () => {
   const hello = link.hello, places = { rudders: $("rudders"), engines: $("engines"), thrusters: $("thrusters") };
   helm = new Helm(hello, request => link.ask(request), places);
+  $("own-keys").innerHTML = helm.hints().map(hint => `${hint} · `).join("");
   for (const part of [chart, conning, strips, panel]) part.begin(hello);
   say("");
 });

@@ -29,9 +29,13 @@ export class Panel {
     $("buttons").replaceChildren(...hello.drills.map(name => {
       const button = document.createElement("button");
       button.textContent = name; button.dataset.drill = name;
+      button.title = hello.cannot[name] ?? "";
       button.onclick = () => this.link.ask(button.getAttribute("aria-pressed") === "true" ? { do: "end" } : { do: "drill", name });
       return button;
     }));
+    this.cannot = hello.cannot;
+    const reasons = [...new Set(Object.values(hello.cannot))], names = why => Object.keys(hello.cannot).filter(name => hello.cannot[name] === why);
+    put($("cannot"), reasons.map(why => `${names(why).join(", ")}: ${why}.`).join(" "));
     $("ghost").hidden = hello.ghost === null;
     this.feels = { U_T: hello.feels.wind, gamma_T: hello.feels.wind, U_C: hello.feels.current, gamma_C: hello.feels.current };
     const none = Object.keys(hello.feels).filter(what => !hello.feels[what]);
@@ -61,6 +65,7 @@ export class Panel {
     this.#recording(frame.record);
     for (const element of document.querySelectorAll("#pause, #step, #reset, #save, #back, #pace, #record, #drills button")) element.disabled = !mine;
     for (const input of document.querySelectorAll("#around input")) input.disabled = !mine || !this.feels[input.name];
+    for (const button of document.querySelectorAll("[data-drill]")) button.disabled = !mine || button.dataset.drill in this.cannot;
     this.#drill(frame.drill);
     this.#ghost(frame);
     this.#log(frame);
@@ -93,7 +98,7 @@ export class Panel {
     this.#figures = text;
     if (drill === null) { $("figures").replaceChildren(); return; }
     const [name, over, complete, indices] = drill, table = document.createElement("table");
-    const state = complete ? "complete" : over ? "ended" : "under way; any order on the wheel ends it";
+    const state = complete ? "complete" : over ? "ended" : "under way; any order by hand ends it";
     table.createCaption().textContent = `${name}: ${state}`;
     for (const index of indices) {
       const row = table.insertRow();

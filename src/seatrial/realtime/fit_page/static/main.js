@@ -31,6 +31,7 @@ function hear(said) {
   if (said.rows) curves.add(said.rows, said.last, said.anew);
   if (said.tracks !== undefined) tracks.show(said.tracks);
   if (said.values) ranges.show(said.values);
+  $("none-yet").textContent = `No iteration yet${said.doing ? `; ${said.doing}` : ""}.`;
   head(said);
   parts(said.parts, said.part?.name);
   draw();
@@ -47,7 +48,8 @@ function head(said) {
   $("objective").textContent = figure(objective);
   $("validation").textContent = figure(validation);
   $("watched").hidden = validation === null;
-  notice(said.state === "failed" ? `The fit failed: ${said.text}` : said.over ? `The run has ended (${said.state}); this is its last state. ${said.text}` : said.state === "done" ? `Done: ${said.text || "everything is written"}.` : "");
+  notice(said.state === "failed" ? `The fit failed: ${said.text}` : said.state === "stopped" ? "The run was stopped; this is its last state. The same command again goes on from here."
+    : said.over ? `The run has ended; this is its last state. ${said.text}` : said.state === "done" ? `Done: ${said.text || "everything is written"}.` : "");
   tick();
 }
 
@@ -55,7 +57,8 @@ let current = "";
 function parts(all, begun) {
   current = begun ?? current;
   $("parts").hidden = all.length < 2;
-  $("parts").querySelector("h2").textContent = `${all.length} fits, ${all.filter(([, state]) => state === "done").length} done`;
+  const count = wanted => all.filter(([, state]) => state === wanted).length, before = count("done before");
+  $("parts").querySelector("h2").textContent = `${all.length} fits, ${before ? `${before} done before, ` : ""}${count("done")} done`;
   const items = all.map(([name, state]) => {
     const item = document.createElement("li"), word = document.createElement("span");
     item.textContent = name; word.textContent = state; item.dataset.state = state;
