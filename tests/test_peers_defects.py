@@ -99,6 +99,7 @@ def test_flow_straightening_is_that_of_its_side(u: float) -> None:
 
 
 @pytest.mark.parametrize(("name", "duration"), [("kvlcc2_l7", 200.0), ("esso_osaka_3m", 250.0), ("kcs", 700.0)])
+@pytest.mark.long
 def test_default_step_is_exact_to_the_digits_of_the_indices(name: str, duration: float) -> None:
     """shipmmg at its default tolerance: advance 1.7 %, tactical diameter 2.8 % short of converged, silently.
 

@@ -90,6 +90,7 @@ def test_what_damps_ahead_damps_astern(name: str) -> None:
     assert ahead[1]
 
 
+@pytest.mark.long
 def test_cost_of_a_step_does_not_grow_with_the_run() -> None:
     """PythonVehicleSimulator stacks its arrays anew at every step: 40 000 steps take 50 times those of 10 000."""
     ship = load("kvlcc2_l7")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,15 +13,13 @@ from typing import TYPE_CHECKING, Any
 from . import __version__
 from .cli_page import Watch
 from .cli_spread import keep_members
-from .cli_support import UsageError, emit, figure, note, show_table
+from .cli_support import Spoken, UsageError, emit, figure, fitting, note, show_table
 from .identify import Fit, FitError, Progress
 
 if TYPE_CHECKING:
-    from .identify.series import Cell
+    from .identify.series import Cell, Row, Series
 
 PAGE = "report.html"
-# A line for every so many epochs, where nobody watches a terminal.
-_EVERY = 10
 
 
 def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequence[str], watch: Watch) -> None:
@@ -31,8 +29,7 @@ def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequen
         FitError: a fit failed; the others are done and in the report.
     """
     from .identify.series import FULL, QUICK, read_series
-    from .identify.series_run import check, folder, left, run
-    from .identify.store import SUMMARY
+    from .identify.series_run import asked, check, left, run
     from .validate.network_page import write
     from .validate.network_scores import judged, sigma
 
@@ -50,11 +47,12 @@ def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequen
     def beside(cell: Cell, fit: Fit, where: Path) -> None:
         keep_members(cell.problem, cell.estimator, fit, where, scale, series.restart)
 
-    with _progress() as progress:
-        if cells:
-            files = {f"{row.key}, {cell.name}": folder(out, row, cell) / SUMMARY for row, cell in cells}
-            progress = watch.table(series.title or series.name, files, series.restart, progress)
-        failed = run(cells, series, out, told=note, progress=progress, beside=beside)
+    done = len(asked(series, only)) - len(cells)
+    if cells and done:
+        note(f"{out}: {done} of {done + len(cells)} fits are done already")
+    with fitting(path, f" to go on in {out}"), _progress() as (spoken, told):
+        progress = _paged(watch, series, out, cells, asked(series, only), spoken)
+        failed = run(cells, series, out, told=told, progress=progress, beside=beside, scale=scale, done=done)
     watch.reporting()
     options = "".join((" --quick" if quick else "", *(f" --only {name}" for name in only)))
     write(out / PAGE, series, judged(series, out), failed=failed, provenance={
@@ -68,21 +66,37 @@ def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequen
         raise FitError(f"{len(left(series, out, only))} of {len(cells)} fits failed, first {failed[0]}")
 
 
+def _paged(
+    watch: Watch, series: Series, out: Path, cells: Sequence[tuple[Row, Cell]], wanted: Sequence[tuple[Row, Cell]],
+    progress: Progress,
+) -> Progress:  # fmt: skip
+    """Who is told of the cells that are to be fitted: the page too, where there is one, with all wanted."""
+    from .identify.series_run import folder
+    from .identify.store import SUMMARY
+
+    if not cells:
+        return progress
+    files = {f"{row.key}, {cell.name}": folder(out, row, cell) / SUMMARY for row, cell in cells}
+    names = [f"{row.key}, {cell.name}" for row, cell in wanted]
+    before = [name for name in names if name not in files]
+    return watch.table(series.title or series.name, files, series.restart, progress, before)
+
+
 @contextmanager
-def _progress() -> Generator[Progress, None, None]:
-    """Live state of a fit on a terminal, a line now and then elsewhere."""
+def _progress() -> Generator[tuple[Spoken, Callable[[str], None]], None, None]:
+    """Live state of a fit on a terminal, a line now and then elsewhere; and who is told of each fit that begins."""
     if not sys.stderr.isatty():
-
-        def told(iteration: int, objective: float, validation: float) -> None:
-            if iteration == 1 or iteration % _EVERY == 0:
-                note(_words(iteration, objective, validation))
-
-        yield told
+        yield Spoken(note, _words, seldom=True), note
         return
     from rich.console import Console
 
     with Console(stderr=True).status("reading") as status:
-        yield lambda iteration, objective, validation: status.update(_words(iteration, objective, validation))
+
+        def begun(line: str) -> None:
+            note(line)
+            status.update("  fitting, nothing to tell yet")
+
+        yield Spoken(lambda text: status.update(text), _words), begun
 
 
 def _words(iteration: int, objective: float, validation: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -14,15 +14,13 @@ import typer
 
 from . import __version__
 from .cli_cautions import cautions, trained
+from .cli_compared import compared, provenance, scale_of, scales
 from .cli_page import Watch, watching
 from .cli_spread import keep_members, spread_numbers, tell_spread
-from .cli_support import DEGREE, UsageError, emit, figure, fitting, note, positive, read_ship, show_table
+from .cli_support import DEGREE, Spoken, UsageError, emit, figure, fitting, note, positive, read_ship, show_table
 from .data import Trial
-from .engine import SimulationError
-from .identify import Fit, Progress
+from .identify import Fit
 from .identify.study import Study
-from .ships import Ship
-from .validate import Comparison
 
 PAGE, CHECKPOINT = "report.html", "checkpoint.npz"
 
@@ -83,7 +81,9 @@ def _fit(study: Study, out: Path, json: bool, watch: Watch) -> None:
         fit = study.estimator.fit(study.problem, progress=told, checkpoint=out / CHECKPOINT)
     fit = overruled(fit, study.unidentified)
     watch.found(fit)
-    save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
+    kept_scale = scales(_judged_on(study), study.sigma)
+    text = study.path.read_text(encoding="utf-8")
+    save_fit(fit, out, study.problem, study=study.name, text=text, scale=kept_scale)
     scale = scales(study.problem.trials, study.sigma)
     keep_members(study.problem, study.estimator, fit, out, scale, study.restart)
     standardised, ahead = _report(study, fit, out)
@@ -98,7 +98,9 @@ def validate(
     """Compare a model and its baselines with trials; exit 1 where a prediction failed."""
     from .data.check import check
     from .data.trialfile import read_trials
+    from .identify.store import fitted_scale
     from .validate.assumptions import assumptions
+    from .validate.metrics import scale_words
     from .validate.report import Report
 
     positive(restart=restart, smooth_start=smooth_start)
@@ -107,16 +109,19 @@ def validate(
     ship, trials = trained(read_ship(model), model), read_trials(paths)
     for line in cautions(ship, trials):
         note(line)
-    comparisons, failed = compared(ship, trials, restart, scales(trials, None), smooth_start=smooth_start)
+    held = fitted_scale(model)
+    sigma = scales(trials, held)
+    scaled = f"{scale_words(sigma)} ({scale_of(sigma, held)})"
+    comparisons, failed = compared(ship, trials, restart, sigma, smooth_start=smooth_start)
     sure = tell_spread(model, ship, trials)
-    made = _provenance(ship)
+    made = provenance(ship)
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),
         findings=(*(str(s) for s in sure if s.verdict != "inside"),
                   *(str(f) for t in trials for f in check(t) if f.severity != "info")),
         assumptions=assumptions(ship),
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
-                    "restart": "none" if restart is None else f"{restart:g} s",
+                    "errors divided by": scaled, "restart": "none" if restart is None else f"{restart:g} s",
                     **({} if smooth_start is None else {"starts": f"from the readings of {smooth_start:g} s"}),
                     **{k: str(made[k]) for k in ("study", "digest", "date") if k in made}},
     )  # fmt: skip
@@ -126,73 +131,9 @@ def validate(
         emit(report.numbers() | spread_numbers(sure))
     else:
         _tell_comparisons(report)
+        sys.stdout.write(f"errors divided by: {scaled}\n")
     if failed:
         raise typer.Exit(1)
-
-
-def compared(
-    ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float], base: Ship | None = None,
-    *, smooth_start: float | None = None,
-) -> tuple[tuple[Comparison, ...], int]:
-    """Each trial beside the ship, the ship it was fitted from (`base`, or as its file says), and constant velocity.
-
-    Returns:
-        The comparisons and how many predictions blew up; those are left out and told.
-    """
-    from .replay import replay
-    from .validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity
-
-    found: list[Comparison] = []
-    failed = 0
-    for trial in trials:
-        rows = slice(0, 0)
-        for label, model in _models(ship, base).items():
-            try:
-                predicted = replay(model, trial, restart=restart, smooth_start=smooth_start)
-            except SimulationError as error:
-                note(f"error: {label}: {error}")
-                failed += 1
-                continue
-            first, last = trial.t.searchsorted([predicted.t[0], predicted.t[-1]])
-            rows = slice(int(first), int(last) + 1)
-            found.append(compare(trial, predicted, label=label, restart=restart, sigma=sigma, L_pp=ship.L_pp))
-        part = trial.rows(rows)
-        if len(part):
-            steady = constant_velocity(part, restart)
-            found.append(compare(part, steady, label=CONSTANT_VELOCITY, restart=restart, sigma=sigma, L_pp=ship.L_pp))
-    return tuple(found), failed
-
-
-def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mapping[str, float]:
-    """Scale of each state: as given; that of the common evaluator for its set; else the spread of the trials."""
-    from .models import STATES
-    from .validate.metrics import ESSO_OSAKA_SIGMA, spread
-
-    if given and set(given) == set(STATES):
-        return given
-    if trials and all("FRT-DS-ESSO" in str(trial.meta.get("source", "")) for trial in trials):
-        return ESSO_OSAKA_SIGMA
-    return spread(trials)
-
-
-def _provenance(ship: Ship) -> Mapping[str, Any]:
-    found = ship.notes.get("provenance", {})
-    return found if isinstance(found, Mapping) else {}
-
-
-def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
-    """Who predicts, by label: the model, and the one that it was fitted from."""
-    from .ships.files import library
-
-    if fitted_from is not None:
-        if not getattr(getattr(fitted_from.model, "network", None), "trained", True):
-            return {"fitted": ship}
-        return {"fitted": ship, "published" if fitted_from.name in library() else "untuned": fitted_from}
-
-    base = _provenance(ship).get("ship")
-    if base is None:
-        return {"published" if ship.name in library() else ship.name: ship}
-    return {"fitted": ship} | ({"published": read_ship(str(base))} if base in library() else {})
 
 
 def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[dict[str, Any]]]:
@@ -204,7 +145,7 @@ def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[d
     from .validate.report import Report
 
     problem = study.problem
-    trials = (*problem.validation, *study.test) or problem.trials
+    trials = _judged_on(study)
     tuned = read_ship(str(out / MODEL))
     ahead, untold = foreseen(study, fit.ship)
     comparisons, _ = compared(tuned, trials, study.restart, scales(trials, study.sigma), problem.ship)
@@ -221,6 +162,10 @@ def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[d
     return report.pooled, [asdict(f) for f in ahead]
 
 
+def _judged_on(study: Study) -> Sequence[Trial]:
+    return (*study.problem.validation, *study.test) or study.problem.trials
+
+
 def _counted(parts: Mapping[str, Sequence[Trial]]) -> str:
     return ", ".join(f"{len(trials)} {what}" for what, trials in parts.items() if trials)
 
@@ -232,15 +177,15 @@ def _heading(study: Study, fit: Fit) -> str:
 
 
 @contextmanager
-def _progress() -> Generator[Progress, None, None]:
+def _progress() -> Generator[Spoken, None, None]:
     """Live state of the fit on a terminal, a line per iteration elsewhere."""
     if not sys.stderr.isatty():
-        yield lambda iteration, objective, validation: note(_words(iteration, objective, validation))
+        yield Spoken(note, _words)
         return
     from rich.console import Console
 
     with Console(stderr=True).status("compiling") as status:
-        yield lambda iteration, objective, validation: status.update(_words(iteration, objective, validation))
+        yield Spoken(status.update, _words)
 
 
 def _words(iteration: int, objective: float, validation: float) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Generator, Iterable, Mapping, Sequence
+import time
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 DEGREE = math.pi / 180.0
+# Where nobody watches a terminal: a line for every so many rows of a history, or after a silence of so many seconds.
+_EVERY, _SILENCE = 10, 10.0
 
 
 class UsageError(ValueError):
@@ -32,6 +35,29 @@ class UsageError(ValueError):
 def note(text: str) -> None:
     """One line for the user, beside the output."""
     sys.stderr.write(text.rstrip("\n") + "\n")
+
+
+class Spoken:
+    """Progress of fits in words.
+
+    Args:
+        say: takes each line.
+        words: of iteration, objective and validation (or NaN).
+        seldom: say only the first row, every tenth, and one after a silence.
+    """
+
+    def __init__(
+        self, say: Callable[[str], object], words: Callable[[int, float, float], str], seldom: bool = False
+    ) -> None:
+        self.stage, self._words, self._seldom, self._said = say, words, seldom, -math.inf
+
+    def __call__(self, iteration: int, objective: float, validation: float) -> None:
+        """A row of the history."""
+        now = time.monotonic()
+        if self._seldom and iteration != 1 and iteration % _EVERY and now - self._said < _SILENCE:
+            return
+        self._said = now
+        self.stage(self._words(iteration, objective, validation))
 
 
 def note_warning(message: Warning | str, *_: Any) -> None:

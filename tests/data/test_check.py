@@ -68,6 +68,23 @@ def test_each_fault_is_found(made, case):
     assert found[0].remedy
 
 
+def thinned(t, every, *names):
+    at = np.arange(len(t)) % every
+    return t.having(**{name: np.where(at, np.nan, t[name]) for name in names})
+
+
+def test_slower_instruments_are_one_note(made):
+    (finding,) = check(thinned(made, 5, "U_A", "gamma_A"))
+    assert finding.severity == "info"
+    assert finding.where.endswith(": U_A, gamma_A")
+    assert finding.what == f"sampled at {0.2 / made.dt:.3g} Hz"
+
+
+def test_one_that_a_slower_instrument_leaves_out_is_a_gap(made):
+    found = check(poked(thinned(made, 5, "U_A"), "U_A", slice(100, 111), np.nan))
+    assert [(f.severity, f.what) for f in found] == [("warning", "gaps")]
+
+
 def straight_then_turn():
     """A ship without noise: straight on for 40 s, then in a steady turn for as long."""
     t = np.arange(0.0, 80.0, 0.2)

@@ -100,6 +100,7 @@ def test_a_truncated_kernel_is_compiled_anew(tmp_path: Path) -> None:
     assert [p.name for p in (tmp_path / "kernels").iterdir()] == [kernel.name]
 
 
+@pytest.mark.long
 def test_processes_that_start_at_once_share_an_empty_cache(tmp_path: Path) -> None:
     started = [apart(SEATRIAL_CACHE=str(tmp_path)) for _ in range(4)]
     answers = {heard(process) for process in started}
@@ -108,6 +109,7 @@ def test_processes_that_start_at_once_share_an_empty_cache(tmp_path: Path) -> No
     assert len(list((tmp_path / "kernels").iterdir())) == 1
 
 
+@pytest.mark.long
 def test_without_a_compiler_one_notice_and_the_same_numbers(tmp_path: Path) -> None:
     fast = heard(apart(SEATRIAL_CACHE=str(tmp_path))).split()
     for name in ("none", "no-such-compiler"):

@@ -79,6 +79,7 @@ def test_one_call_is_the_same_on_floats_virtual_machine_and_kernel(case: Any) ->
 
 
 @every_ship
+@pytest.mark.long
 def test_trajectories_are_the_same_on_all_back_ends(case: Any) -> None:
     z, s, steps = case.ahead(3), case.series(3, 200), 200
     m = case.memory(z, s)

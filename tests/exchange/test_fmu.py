@@ -410,6 +410,7 @@ def test_libcosim_connects_the_groups(whole: Made, hull: Made, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("cut", ["whole", "hull"])
+@pytest.mark.long
 def test_fmpy_finds_nothing_wrong(cut: str, request: pytest.FixtureRequest) -> None:
     validation = pytest.importorskip("fmpy.validation")
     assert validation.validate_fmu(str(request.getfixturevalue(cut).path)) == []

@@ -94,6 +94,7 @@ def test_fmpy_follows_the_engine(whole: Made, run: Run, host: Host) -> None:
     assert_same(stepped(host(whole, **GIVEN, **run.start), whole, run.orders), run.states)
 
 
+@pytest.mark.long
 def test_its_master_runs_it(whole: Made) -> None:
     """The whole way of FMPy, description, start values and all."""
     fmpy = pytest.importorskip("fmpy")

@@ -132,6 +132,7 @@ def follow(kind: str, limits: Limits | None, seconds: float, folder: Path) -> No
 
 
 @pytest.mark.parametrize(("kind", "limits"), CASES, ids=map(named, CASES))
+@pytest.mark.long
 def test_fmpy_follows_the_engine_for_300_s(kind: str, limits: Limits | None, tmp_path: Path) -> None:
     follow(kind, limits, SECONDS, tmp_path)
 
@@ -142,6 +143,7 @@ def test_fmpy_follows_the_other_half(kind: str, limits: Limits | None, tmp_path:
     follow(kind, limits, SECONDS, tmp_path)
 
 
+@pytest.mark.long
 def test_a_wide_network_follows_its_double_precision_pass(tmp_path: Path) -> None:
     """The engine takes wide ones in single precision; the exported Python file in double, as the slave does."""
     ship = ship_of("forgetting", (120, 110), memory=10)
@@ -201,6 +203,7 @@ def test_a_saved_state_is_taken_up_to_the_bit(kind: str, tmp_path: Path) -> None
     one.freeInstance()
 
 
+@pytest.mark.long
 def test_libcosim_follows_the_engine(tmp_path: Path) -> None:
     logging = pytest.importorskip("libcosimpy.CosimLogging")
     logging.log_output_level(logging.CosimLogLevel.ERROR)
@@ -228,6 +231,7 @@ def test_libcosim_follows_the_engine(tmp_path: Path) -> None:
     assert_same(np.array(rows), run.states)
 
 
+@pytest.mark.long
 def test_a_host_without_python_runs_it_without_taking_memory(tmp_path: Path) -> None:
     from test_fmu import C_HOST
 
@@ -272,6 +276,7 @@ def test_the_memory_is_that_of_the_model(kind: str) -> None:
     assert memory_of(model.network) == len(model.memory)
 
 
+@pytest.mark.long
 def test_it_goes_out_by_the_third_version_too(tmp_path: Path) -> None:
     fmpy = pytest.importorskip("fmpy")
     from fmpy.validation import validate_fmu

@@ -35,6 +35,7 @@ def test_the_noise_is_seen_through_the_errors_that_last(fitted):
     assert level["u"] < 1e-4
 
 
+@pytest.mark.long
 def test_members_spread_as_linear_theory_has_it():
     """Two parameters, heading only: the start's error bends every sample, the samples have errors of their own."""
     told = problem(SHIP, paths=("hull.R_0", "rudder.kappa"), loss=Loss({"psi": GNSS["psi"]}, 0.0))
@@ -51,6 +52,7 @@ def test_members_spread_as_linear_theory_has_it():
     np.testing.assert_allclose(members.values.std(axis=0), np.sqrt(np.diag(covariance)), rtol=0.1)
 
 
+@pytest.mark.long
 def test_an_ensemble_is_the_same_whenever_it_is_drawn_and_stays_in_the_box(fitted, group):
     told, fit = fitted
     again = ensemble(fit, told, ESTIMATOR, members=40, seed=3)
@@ -105,6 +107,7 @@ def test_a_model_of_the_right_structure_is_not_blamed(fitted):
         assert abs(r.runs) < 4.0
 
 
+@pytest.mark.long
 def test_unlogged_wind_and_a_lagging_rudder_are_seen_in_the_residuals():
     told = unmodelled(1)
     fit = ESTIMATOR.fit(told)

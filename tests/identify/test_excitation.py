@@ -47,6 +47,7 @@ def l7():
     return load("kvlcc2_l7")
 
 
+@pytest.mark.long
 def test_predicted_deviations_are_the_scatter_of_repeated_fits(mariner):
     """Sixty fits to one noisy zigzag: the sample deviation of sixty is known to 9 % (one sigma)."""
     free = tuple(Free(p, float(read(mariner.model, p)), prior=math.nan) for p in ("K", "T"))
@@ -83,6 +84,7 @@ def test_information_is_that_of_finite_differences(mariner):
     assert told.matrix == pytest.approx(J.T @ J, rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_designed_set_beats_turns_of_the_same_length(l7):
     free = wanted(l7, ["hull.Y_v", "hull.Y_r", "hull.N_v", "hull.N_r", "hull.N_vvr", "rudder.t_R", "rudder.a_H"])
     every = usual(l7, seeds=1)

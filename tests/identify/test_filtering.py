@@ -202,6 +202,7 @@ def test_gaps_and_uneven_rows_are_bridged(noisy, true, kind):
     assert found.smoothed().of("x")[1][lost].max() < sd[lost].max()
 
 
+@pytest.mark.long
 def test_a_heading_that_jumps_by_a_turn_is_the_same_heading(noisy):
     jumping = noisy.having(psi=noisy["psi"] + 2.0 * math.pi * (np.arange(len(noisy)) // 7 % 3))
     for kind in ("ekf", "ukf"):

@@ -89,6 +89,7 @@ def test_tuned_beats_untuned_on_every_test_trial(tuning):
         assert all(r.test[name] < cost for name, cost in tuning.untuned_test.items())
 
 
+@pytest.mark.long
 def test_the_range_is_chosen_without_the_test_trials(tuning, read_):
     totals = [sum(r.left_out.values()) for r in tuning.ranges]
     assert tuning.chosen == int(np.argmin(totals))

@@ -65,6 +65,7 @@ def test_windows_that_join_are_one_trajectory(told, fit):
     assert longer.objective == pytest.approx(fit.objective, rel=1e-9)
 
 
+@pytest.mark.long
 def test_from_zero_damping_with_and_without_lo_the_same_optimum(told, fit):
     cold = Shooting(schedule="go").fit(told)
     assert fit.status == cold.status == "converged"
@@ -72,6 +73,7 @@ def test_from_zero_damping_with_and_without_lo_the_same_optimum(told, fit):
     np.testing.assert_allclose(cold.values, fit.values, rtol=1e-3, atol=1e-2)
 
 
+@pytest.mark.long
 def test_trials_added_by_groups_end_at_the_same_optimum(told, fit):
     assert Shooting(growth=6).fit(told).objective == pytest.approx(fit.objective, rel=1e-8)
 
@@ -84,6 +86,7 @@ def test_lo_alone_is_near_and_needs_no_start(told):
     np.testing.assert_allclose(lo.fit(far).values, values, rtol=1e-3, atol=0.5)
 
 
+@pytest.mark.long
 def test_a_model_without_momentum_balance_falls_back_on_short_predictions():
     from seatrial.manoeuvres.zigzag import Zigzag
     from seatrial.parameters import read
@@ -157,6 +160,7 @@ def test_bad_problems_are_told(told):
         Shooting(window=100.0).fit(told)
 
 
+@pytest.mark.long
 def test_validation_is_watched_as_the_fit_goes_on(told):
     """Whole trials from measured starts, in every row of the history; it does not change the fit."""
     rest, held = (*told.trials[:9], *told.trials[10:]), told.trials[9:10]
@@ -241,6 +245,7 @@ def test_slopes_hold_where_first_states_are_drawn(told):
 
 
 @pytest.mark.parametrize("schedule", ["logo", "go"])
+@pytest.mark.long
 def test_where_no_trajectory_joins_the_answer_is_that_of_short_predictions(told, monkeypatch, schedule):
     """GO comes to nothing from either way in: the fit is LO's, and says so."""
     from seatrial.identify import logo_run

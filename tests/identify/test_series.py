@@ -152,6 +152,28 @@ def test_a_run_that_is_cut_off_keeps_what_is_done(logs: Path, tmp_path: Path) ->
     assert np.isfinite(members(series, series.rows[0], tmp_path)[0].history[:, 2]).all()
 
 
+def test_a_table_that_goes_on_counts_what_is_done(
+    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study, out = str(written(logs)), str(tmp_path / "run")
+    whole = Training.fit
+
+    def fit(self: Training, problem: Problem, **given: object) -> object:
+        if self.seeds == (2,):
+            raise KeyboardInterrupt
+        return whole(self, problem, **given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Training, "fit", fit)
+    assert main(["identify", study, "-o", out]) == 130
+    said = capsys.readouterr().err
+    assert "2 of 3: memory, seed-2" in said
+    assert f"stopped; run the same command again to go on in {out}" in said
+    assert main(["identify", study, "-o", out]) == 130
+    said = capsys.readouterr().err
+    assert f"{out}: 1 of 3 fits are done already" in said
+    assert "2 of 3: memory, seed-2" in said
+
+
 def test_only_some(logs: Path, tmp_path: Path) -> None:
     series = read_series(written(logs))
     assert {row.key for row, _ in left(series, tmp_path, ["none"])} == {"none"}
@@ -165,6 +187,24 @@ def test_a_folder_of_other_settings_is_refused(logs: Path, tmp_path: Path) -> No
     other = read_series(written(logs))
     with pytest.raises(StudyError, match=r"other settings or data.* or remove this one"):
         left(other, tmp_path)
+
+
+def test_validate_gives_the_error_of_the_table(
+    logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the same scales, though it is shown one of two tests; and the ship that has the name is another model."""
+    two = TABLE.replace('{ random = "random 4" }', '{ random = "random 4", second = "random 2" }')
+    out = tmp_path / "run"
+    assert main(["identify", str(written(logs, two)), "--quick", "-o", str(out), "--json"]) == 0
+    table = json.loads(capsys.readouterr().out)["models"]["none"]["mean"]
+    model = [str(out / FITS / "none" / "seed-7" / "model.toml"), str(logs / "random 4.csv"), "--restart", "20"]
+    assert main(["validate", *model, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert set(found["standardised"]) == {"fitted", "constant velocity"}
+    assert found["standardised"]["fitted"] == pytest.approx(table["random"], rel=1e-6)
+    assert main(["validate", *model]) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("errors divided by: x ")]
+    assert line.endswith("deg/s (as where the model was fitted)")
 
 
 MIXED = TABLE.replace("[fits.physics]", """[fits.fitted]
@@ -196,6 +236,7 @@ def torch_fails(monkeypatch: pytest.MonkeyPatch, error: ImportError) -> None:
     monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
 
 
+@pytest.mark.long
 def test_without_pytorch_the_other_fits_are_made(
     logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -50,6 +50,7 @@ def test_the_rate_of_the_tug_within_its_sigma(rate: float) -> None:
     assert (found.servo.lag, found.servo.dead_time) == (0.0, 0.0)
 
 
+@pytest.mark.long
 def test_without_noise_all_of_it_comes_back() -> None:
     truth = Azimuth(rate=0.3, lag=0.5, dead_time=0.31)
     found = fit_servo([log(truth, offset=0.02)], "alpha_1")
@@ -60,6 +61,7 @@ def test_without_noise_all_of_it_comes_back() -> None:
     assert found.rmse < 1e-3
 
 
+@pytest.mark.long
 def test_lag_and_dead_time_with_noise() -> None:
     truth = Azimuth(rate=0.25, lag=0.6, dead_time=0.5)
     found = fit_servo([log(truth, noise=0.004, seed=3), log(truth, -STEPS, noise=0.004, seed=4)], "alpha_1")
@@ -67,6 +69,7 @@ def test_lag_and_dead_time_with_noise() -> None:
         assert abs(getattr(found.servo, name) - getattr(truth, name)) < 3.5 * found.sigma[name] + 0.005, name
 
 
+@pytest.mark.long
 def test_angles_that_wrap_turn_the_shorter_way() -> None:
     orders = np.radians([170.0, -170.0, 100.0, -150.0, 150.0, 170.0])
     trial = log(Azimuth(rate=0.4), orders, noise=0.003, seed=2)
@@ -76,6 +79,7 @@ def test_angles_that_wrap_turn_the_shorter_way() -> None:
     assert found.rmse == pytest.approx(0.003, rel=0.15)
 
 
+@pytest.mark.long
 def test_uneven_time_and_gaps() -> None:
     trial = log(Azimuth(rate=0.2), noise=0.003, jitter=0.3, seed=5)
     holed, ordered = trial["alpha_1"].copy(), trial["alpha_1_cmd"].copy()
@@ -97,6 +101,7 @@ def test_no_lag_is_made_of_a_noisy_first_angle() -> None:
         assert abs(found.servo.rate - 0.1151) < 3.5 * found.sigma["rate"]
 
 
+@pytest.mark.long
 def test_the_angle_that_answers_is_quieter_than_its_reading() -> None:
     servo, noise = Azimuth(rate=0.1151), 0.0035
     true, read = log(servo)["alpha_1"], log(servo, noise=noise, offset=0.01, seed=7)
@@ -116,6 +121,7 @@ def test_a_rudder_is_a_servo_too() -> None:
     assert found.servo.rate == pytest.approx(0.04, rel=0.01)
 
 
+@pytest.mark.long
 def test_the_servos_of_a_simulated_tug_come_back() -> None:
     ship = load("qiuxin5")
     run = simulate(ship, Zigzag(approach(ship)[1], 0.35, 0.35), speed=ship.speed, duration=60.0, dt=0.2)
@@ -126,6 +132,7 @@ def test_the_servos_of_a_simulated_tug_come_back() -> None:
         assert found.rmse < 1e-8
 
 
+@pytest.mark.long
 def test_a_rate_that_is_never_reached_is_not_told() -> None:
     small = np.radians([0.0, 2.0, -1.0, 1.0, 0.0, 2.0])
     found = fit_servo([log(Azimuth(rate=2.0, lag=1.0), small, noise=2e-4)], "alpha_1")

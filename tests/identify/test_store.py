@@ -8,7 +8,7 @@ import pytest
 from seatrial.data import Trial
 from seatrial.identify import Fit, Problem, StudyError, Verdict
 from seatrial.identify.store import claim, load_fit_summary, save_fit
-from seatrial.parameters import near, read
+from seatrial.parameters import Free, near, read
 from seatrial.ships.files import load
 
 
@@ -36,3 +36,19 @@ def test_a_folder_belongs_to_one_problem(tmp_path: Path) -> None:
     claim(tmp_path / "run", "one", "s")
     with pytest.raises(StudyError, match="another folder"):
         claim(tmp_path / "run", "two", "s")
+
+
+@pytest.mark.parametrize(("path", "kept"), [("residual_X.u", False), ("hull.Y_v", True)])
+def test_a_caution_about_what_was_zero_goes_with_the_fit_that_moves_it(path: str, kept: bool, tmp_path: Path) -> None:
+    ship = load("esso_osaka_3m_hybrid")
+    start = read(ship.model, path)
+    free, value = (Free(path, start, start - 1.0, start + 1.0),), np.array([start + 0.1])
+    fit = Fit(
+        ship.having({path: float(value[0])}), free, value, np.array([0.01]), np.eye(1), np.ones(1), (), (),
+        np.array([[0, 2.0, np.nan, 0.1]]), 2.0, 0.1, 1, "done", "d",
+    )  # fmt: skip
+    problem = Problem(ship, (Trial("a", np.arange(2.0), {}),), free)
+    before = ship.notes["cautions"]
+    again = load(save_fit(fit, tmp_path, problem, study="s"))
+    assert before[0].startswith("As it stands")
+    assert again.notes["cautions"] == (before if kept else before[1:])

@@ -64,7 +64,7 @@ def test_a_study_is_read(study) -> None:
     [
         ('"kvlcc2_l7"', '"kvlcc2_l8"', "near: kvlcc2_l7"),
         ("root =", "rot =", "near: root"),
-        ('root = "logs"', 'root = "nowhere"', "README.md, Data"),
+        ('root = "logs"', 'root = "nowhere"', "make it, or name another"),
         ('root = "logs"', 'root = "$NOT_SET_ANYWHERE/x"', "NOT_SET_ANYWHERE is not set"),
         ('["turn_b*"]', '["tern_b*"]', "turn_b.csv"),
         ('"rudder.t_R"', '"rudder.t_r"', "near: rudder.t_R"),

@@ -133,6 +133,7 @@ def test_what_is_said_to_be_unidentified_must_be_a_number_of_the_ship(study: Cal
     (KeyboardInterrupt(), "stopped; run the same command again\n"),
     (StudyError("initial is 'x'"), "you2023.toml: initial is 'x'"),
 ])  # fmt: skip
+@pytest.mark.long
 def test_a_study_with_a_rival_says_how_it_goes_on_and_whose_file_it_is(
     thrown: BaseException, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],

@@ -141,3 +141,25 @@ def test_lengths_and_angles_of_the_scaled_turn_are_the_models(folder: Path) -> N
     model = simulate(load("kvlcc2_l7"), policy, duration=60, dt=0.1)
     assert np.max(np.abs(scaled["psi"] - model["psi"])) < math.radians(0.01)
     assert np.max(np.abs(scaled["x"] - model["x"])) < 1e-3
+
+
+@pytest.mark.parametrize(("root", "told"), [
+    ("trials", "make it, or name another"), ("$SEATRIAL_DATA/trials", "set SEATRIAL_DATA to the folder"),
+])  # fmt: skip
+def test_the_remedy_for_a_folder_that_is_not_there(
+    root: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SEATRIAL_DATA", str(tmp_path))
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.replace('root = "tank"', f'root = "{root}"'), encoding="utf-8")
+    with pytest.raises(StudyError, match=r"root: no folder \S*trials; ") as refused:
+        read_study(path)
+    assert told in str(refused.value)
+    assert ("SEATRIAL_DATA" in str(refused.value)) == ("$" in root)
+
+
+def test_a_ship_file_is_told_from_a_study(tmp_path: Path) -> None:
+    path = tmp_path / "ship.toml"
+    path.write_text('schema = "seatrial-ship/1"\n', encoding="utf-8")
+    with pytest.raises(StudyError, match=r'is a ship file, no study; name it in one: ship = "ship.toml"$'):
+        read_study(path)

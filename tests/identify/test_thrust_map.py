@@ -49,6 +49,7 @@ def test_with_noise_thrust_comes_back_within_it(sigma: float) -> None:
     assert max(errors) < sigma
 
 
+@pytest.mark.long
 def test_sigma_of_the_coefficients_covers_the_truth() -> None:
     z = [
         (one.coefficients - EQ_20) / one.sigma

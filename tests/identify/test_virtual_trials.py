@@ -69,6 +69,7 @@ def test_noise_is_of_the_size_told_and_in_the_first_sample_too(trials):
         assert all(np.array_equal(trials[n][channel], clean[n][channel]) for n in trials)
 
 
+@pytest.mark.long
 def test_one_seed_decides_everything(trials):
     again = {t.name: t for t in document().run()}
     assert all(np.array_equal(again[n][c], trials[n][c]) for n in trials for c in trials[n].channels)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -91,6 +92,7 @@ def fitted(monkeypatch) -> list[Problem]:
     return found
 
 
+@pytest.mark.long
 def test_parts_of_one_recording_are_left_out_together(fitted: list[Problem]) -> None:
     names = ("turn_14-Sep-2020_15_58_08", "turn_cut_14-Sep-2020_15_58_08", "random_06-Aug-2020_16_24_25_4",
              "random_06-Aug-2020_16_24_25_6")  # fmt: skip
@@ -102,6 +104,32 @@ def test_parts_of_one_recording_are_left_out_together(fitted: list[Problem]) -> 
         Widths(window=20.0).fit(problem(made))
 
 
+def test_the_choice_says_how_far_it_has_come(fitted: list[Problem]) -> None:
+    """Also through a page, which passes rows on and is shown the ship that the search begins with."""
+    said: list[str] = []
+
+    class Words:
+        def __call__(self, *_: float) -> None: ...
+
+        def stage(self, text: str) -> None:
+            said.append(text)
+
+    class Page:
+        beside, ships = Words(), list[Ship]()
+
+        def __call__(self, *_: float) -> None: ...
+
+        def at(self, ship: Callable[[], Ship]) -> None:
+            self.ships.append(ship())
+
+    page = Page()
+    Widths(window=20.0, widths=(0.0, 1.0), parts=2, threads=1).fit(problem(trials(BARE, 0.0, 25.0)), progress=page)
+    assert said == [f"choosing widths: fit {k} of 4" for k in (1, 2, 3, 4)]
+    assert page.ships == [BARE]
+    assert len(fitted) == 5
+
+
+@pytest.mark.long
 def test_left_out_trials_weigh_what_they_weigh_in_the_fit(fitted: list[Problem]) -> None:
     made = trials(BARE, 0.3, 25.0)
     plain, estimator = problem(made), Widths(window=20.0, parts=2)
@@ -137,7 +165,7 @@ def asked(monkeypatch) -> list[float]:
     """The widths that were asked for, each scoring itself; the third time the process is killed."""
     found: list[float] = []
 
-    def left_out(_: Widths, __: Problem, width: float) -> float:
+    def left_out(_: Widths, __: Problem, width: float, *___: object) -> float:
         if len(found) == 2:
             found.append(-1.0)
             raise KeyboardInterrupt

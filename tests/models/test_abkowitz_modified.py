@@ -38,6 +38,7 @@ def test_the_ship_of_the_library_is_the_fit_of_the_example() -> None:
     assert all("fitted to simulated data" in entries[f"derivatives.{name}"].source for name in example().FITTED)
 
 
+@pytest.mark.long
 def test_manoeuvres_that_the_fit_never_saw() -> None:
     """What the notes of the ship file promise."""
     module = example()

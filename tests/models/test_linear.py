@@ -92,6 +92,7 @@ def test_response_models_give_back_what_they_were_made_of() -> None:
 
 
 @pytest.mark.parametrize("name", ["kvlcc2_l7", "esso_osaka_3m", "mariner_nomoto2", "kcs"])
+@pytest.mark.long
 def test_step_answer_is_that_of_a_small_rudder_in_the_nonlinear_model(name: str) -> None:
     from control import step_response
 

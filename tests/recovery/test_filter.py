@@ -175,6 +175,7 @@ def test_K_and_T_of_a_nomoto_ship_come_back_within_three_sigma(kind):
     assert np.abs(errors).max() < 3.0
 
 
+@pytest.mark.long
 def test_the_innovation_test_is_silent_on_the_right_model_as_designed(sea, truth):
     """At a false alarm in ten trials it rings as often as a binomial of 0.1 does (central 98 %)."""
     rng = np.random.default_rng(8)
@@ -183,6 +184,7 @@ def test_the_innovation_test_is_silent_on_the_right_model_as_designed(sea, truth
     assert binom.ppf(0.01, RUNS, 0.1) <= rung <= binom.ppf(0.99, RUNS, 0.1)
 
 
+@pytest.mark.long
 def test_the_innovation_test_speaks_when_a_parameter_jumps(sea):
     """A yaw damping 30 % greater, or a third of one thruster's pull, from 25 s on; and tells when."""
     rng = np.random.default_rng(9)

@@ -102,6 +102,7 @@ def test_what_is_late_is_late_by_the_latency_and_says_when_it_was_true(latency):
     assert max(late) < latency + DT + 1e-9
 
 
+@pytest.mark.long
 def test_noise_has_its_variance_and_is_white_and_without_mean():
     x = values(Gnss(rate=100.0, position=Errors(noise=2.0)), 200.0, "x")
     n = len(x)
@@ -126,6 +127,7 @@ def test_a_wandering_bias_grows_with_the_root_of_time_at_any_rate(rate):
     assert np.all(runs[:, 0] == 0.0)
 
 
+@pytest.mark.long
 def test_a_bias_that_is_called_back_stays_within_its_variance():
     x = values(RateGyro(rate=1.0, rate_of_turn=Errors(walk=0.3, memory=20.0)), 40000.0, "r", dt=1.0)
     assert x[200:].var() == pytest.approx(0.09 * 20.0 / 2.0, rel=0.2)
@@ -143,6 +145,7 @@ def test_single_losses_have_their_share():
     assert not said(Gyro(rate=100.0, loss=1.0), 1.0)
 
 
+@pytest.mark.long
 def test_outages_last_and_return_as_told():
     gnss = Gnss(rate=2.0, outage_every=60.0, outage_length=15.0)
     times = np.array([r.t for _, r in said(gnss, 40000.0, dt=0.5)])

@@ -115,6 +115,7 @@ def test_page_holds_every_verdict_and_asks_for_nothing_outside(kvlcc2):
     assert "http" not in text
 
 
+@pytest.mark.long
 def test_command(tmp_path, capsys):
     imo("kvlcc2", tmp_path / "imo.html", True)
     found = json.loads(capsys.readouterr().out)

@@ -145,8 +145,24 @@ def one_member() -> Member:
 def test_epochs_are_whole_numbers() -> None:
     history = np.array([[k, 1.0, 0.5 / k, 0.0] for k in (1, 2, 3)])
     curves = validation(replace(standing("a", 1.0), members=(replace(one_member(), history=history),)))
-    ticks = re.findall(r">([0-9.]+)</text>", curves.split("matplotlib.axis_2")[0])
+    ticks = re.findall(r">([0-9.]+)</text>", curves.split(">epoch<")[0])
     assert ticks == ["1", "2", "3"]
+
+
+def test_losses_close_to_each_other_are_told_in_digits() -> None:
+    history = np.array([[k, 0.1914 + 1e-4 * k, math.nan, 0.0] for k in (1, 2, 3)])
+    drawn = validation(replace(standing("a", 1.0), members=(replace(one_member(), history=history),)))
+    ticks = re.findall(r">([^<]+)</text>", drawn.split(">epoch<")[1])
+    numbers = [tick for tick in ticks if tick.startswith("0.191")]
+    assert len(numbers) == len(set(numbers)) > 2
+
+
+def test_what_each_fit_took_wraps(series: Series, tmp_path: Path) -> None:
+    found = judged(series, tmp_path)
+    long = replace(one_member(), summary={"status": "no better for 20 epochs; " * 20})
+    found = replace(found, standings=(replace(found.standings[0], members=(long,)),))
+    html = document(series, found, {}, provenance={})
+    assert '<h2>What each fit took</h2><div class="wrap">' in html
 
 
 def test_the_legend_of_all_seeds_has_titles(series: Series, tmp_path: Path) -> None:

@@ -48,6 +48,7 @@ def test_kvlcc2_meets_all_of_collision_avoidance() -> None:
     assert found.count("pass") == 11
 
 
+@pytest.mark.long
 def test_esso_osaka_meets_berthing_but_for_the_thrusters_she_lacks() -> None:
     found = judge(load("esso_osaka_3m"), "berthing")
     assert found.failed == ()
@@ -58,12 +59,14 @@ def test_esso_osaka_meets_berthing_but_for_the_thrusters_she_lacks() -> None:
 
 
 @pytest.mark.parametrize("name", ["mariner_nomoto", "zeefakkel"])
+@pytest.mark.long
 def test_a_response_model_fails_exactly_what_it_cannot_represent(name: str) -> None:
     """No surge and sway resistance, no revolutions, no wind or waves; steering is what it is made for."""
     assert judge(load(name), "collision-avoidance").failed == ("1", "5", "6", "7")
     assert judge(load(name), "berthing").failed == ("1", "2", "6", "7", "9", "10")
 
 
+@pytest.mark.long
 def test_an_expansion_about_a_speed_does_not_come_to_rest() -> None:
     assert {"1", "4", "6"} <= set(judge(load("mariner"), "berthing").failed)
 
@@ -177,6 +180,7 @@ def test_unstable_ships_are_told_and_the_tanker_is_one() -> None:
     assert "unstable on course" in item(load("tanker_nomoto"), "2", COLLISION_AVOIDANCE).reason
 
 
+@pytest.mark.long
 def test_the_page_shows_every_item_with_its_figures(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "page.html"
     assert main(["requirements", "esso_osaka_3m", "--scope", "berthing", "-o", str(out), "--json"]) == 0

@@ -85,6 +85,7 @@ def test_sections_made_elsewhere_stand_before_the_provenance(html):
     assert "<h2>Identifiability &amp; bands</h2><p id='x'>made elsewhere</p><h2>Provenance</h2>" in html
 
 
+@pytest.mark.long
 def test_without_test_trials(tuning):
     page = shown(replace(tuning, tests=(), ranges=tuple(replace(r, test={}) for r in tuning.ranges), untuned_test={}))
     assert "Trials that decided nothing" not in page
@@ -100,6 +101,7 @@ def test_the_untuned_track_is_that_of_the_ship_and_tuned_ones_leave_it(html):
         assert tuned == sorted(tuned)
 
 
+@pytest.mark.long
 def test_the_numbers(tuning, tmp_path):
     write(tmp_path / "report.html", replace(tuning, tests=()), title="t", provenance={})
     found = json.loads((tmp_path / "report.json").read_text())

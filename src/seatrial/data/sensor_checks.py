@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from . import Trial
+from . import Array, Trial
 from .prepare import complete
 
 MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
@@ -18,6 +18,8 @@ MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T"
 _DIRECTIONS = ("gamma_T", "gamma_A", "gamma_C")
 # No thruster turns faster than this [rad/s]; read as radians, one in degrees does.
 _SPIN = 4.0
+# Values that show how often an instrument speaks.
+_FEW = 10
 
 
 @dataclass(frozen=True)
@@ -55,15 +57,39 @@ def _gap_faults(trial: Trial) -> Iterator[Fault]:
             "warning", "all channels", "rows without data at the end",
             f"the last {empty} of {len(trial)} rows", "prepare.drop_trailing_gaps",
         )  # fmt: skip
+    slower: dict[float, list[str]] = {}
     for name, values in trial.channels.items():
         missing = int(np.isnan(values[: last + 1]).sum())
-        if missing:
+        every = _every(trial.t[: last + 1], values[: last + 1]) if missing else 0.0
+        if every:
+            slower.setdefault(every, []).append(name)
+        elif missing:
             k = int(np.flatnonzero(np.isnan(values))[0])
             yield Fault(
                 "warning", name, "gaps",
                 f"{missing} of {last + 1} samples, the first at t = {trial.t[k]:g} s",
                 "fit on prepare.segments, or fill short ones with prepare.interpolate_gaps",
             )  # fmt: skip
+
+
+    for every, names in slower.items():
+        yield Fault(
+            "info", ", ".join(names), f"sampled at {1.0 / every:.3g} Hz",
+            f"a value every {every:.3g} s, the rows are at {1.0 / trial.dt:.3g} Hz",
+            "nothing is missing; prepare.interpolate_gaps where every row must have a value",
+        )  # fmt: skip
+
+
+def _every(t: Array, values: Array) -> float:
+    """Step of an instrument that is slower than the rows and leaves none of its own out [s]; 0 where it does."""
+    at = t[np.isfinite(values)]
+    steps = np.diff(at)
+    if steps.size < _FEW or not (steps > 0).all():
+        return 0.0
+    row, every = float(np.median(np.diff(t))), float(np.median(steps))
+    even = bool((np.abs(steps - every) <= 0.25 * every + 1.01 * row).all())
+    whole = max(at[0] - t[0], t[-1] - at[-1]) <= every + 1.01 * row
+    return float(f"{every:.3g}") if every > 1.5 * row and steps.max() < 1.9 * every and even and whole else 0.0
 
 
 def _time_faults(trial: Trial) -> Iterator[Fault]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,8 +82,8 @@ def check(cells: Sequence[tuple[Row, Cell]], series: Series) -> list[str]:
     return list(lines(found))
 
 
-def left(series: Series, out: Path, only: Sequence[str] = ()) -> list[tuple[Row, Cell]]:
-    """The cells that are still to be fitted, in the order of the file.
+def asked(series: Series, only: Sequence[str] = ()) -> list[tuple[Row, Cell]]:
+    """The cells of a table, in the order of the file.
 
     Args:
         only: keys of the models that count; none counts all.
@@ -94,8 +94,12 @@ def left(series: Series, out: Path, only: Sequence[str] = ()) -> list[tuple[Row,
     for name in only:
         if name not in (row.key for row in series.rows):
             raise StudyError(f"{series.path}: {unknown(name, [row.key for row in series.rows], 'fit')}")
-    return [(row, cell) for row in series.rows if not only or row.key in only for cell in row.cells
-            if not _done(series, out, row, cell)]  # fmt: skip
+    return [(row, cell) for row in series.rows if not only or row.key in only for cell in row.cells]
+
+
+def left(series: Series, out: Path, only: Sequence[str] = ()) -> list[tuple[Row, Cell]]:
+    """Those of the cells that are still to be fitted; see `asked`."""
+    return [(row, cell) for row, cell in asked(series, only) if not _done(series, out, row, cell)]
 
 
 def _done(series: Series, out: Path, row: Row, cell: Cell) -> bool:
@@ -121,9 +125,12 @@ def _claimed(where: Path, series: Series, row: Row, cell: Cell) -> bool:
 
 def run(
     cells: Sequence[tuple[Row, Cell]], series: Series, out: Path, *, told: Told, progress: Progress | None = None,
-    beside: Beside | None = None,
+    beside: Beside | None = None, scale: Mapping[str, float] | None = None,
+    done: int = 0,
 ) -> list[str]:  # fmt: skip
-    """Fit cells, one after the other.
+    """Fit cells, one after the other; `scale` is what their errors will be divided by, kept with each.
+
+    The first of them is told as the one after the `done` that were made before.
 
     Returns:
         The cells whose fit failed, with the reason; the others are done.  Those that lack PyTorch are told together.
@@ -135,7 +142,7 @@ def run(
     untrained: dict[str, list[str]] = {}
     for number, (row, cell) in enumerate(cells, start=1):
         where = folder(out, row, cell)
-        told(f"{number} of {len(cells)}: {row.key}, {cell.name}")
+        told(f"{done + number} of {done + len(cells)}: {row.key}, {cell.name}")
         try:
             with _swept(where, out):
                 fresh = _claimed(where, series, row, cell)
@@ -151,7 +158,7 @@ def run(
             continue
         if beside is not None:
             beside(cell, fit, where)
-        save_fit(fit, where, cell.problem, study=f"{series.name}: {row.key}")
+        save_fit(fit, where, cell.problem, study=f"{series.name}: {row.key}", scale=scale)
         forget(where / CHECKPOINT)
     for reason, keys in untrained.items():
         failed.append(f"{', '.join(dict.fromkeys(keys))}: {reason}")

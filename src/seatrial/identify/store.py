@@ -14,20 +14,27 @@ from pathlib import Path
 from typing import Any
 
 from ..data import DataError
+from ..models import STATES
 from ..ships import Entry, Ship
 from ..ships.writing import save
 from . import Fit, Problem, StudyError
 
 MODEL, SUMMARY, HISTORY, RUN = "model.toml", "fit.json", "history.csv", "run.json"
+# How a caution begins that speaks of parameters which are zero until a fit has moved them.
+_UNFITTED = "As it stands"
 
 
-def save_fit(fit: Fit, folder: str | Path, problem: Problem, *, study: str, text: str = "") -> Path:
+def save_fit(
+    fit: Fit, folder: str | Path, problem: Problem, *, study: str, text: str = "",
+    scale: Mapping[str, float] | None = None,
+) -> Path:  # fmt: skip
     """Write model.toml, fit.json and history.csv to `folder`, each whole or not at all.
 
     Args:
         problem: what was fitted, for the provenance: the ship it began from and the trials used.
         study: name of the study.
         text: the study as written, kept in fit.json.
+        scale: what the error of each state is divided by where this fit is judged, kept in fit.json.
 
     Returns:
         The path of model.toml.
@@ -41,7 +48,8 @@ def save_fit(fit: Fit, folder: str | Path, problem: Problem, *, study: str, text
     }  # fmt: skip
     replace_file(where / HISTORY, _history(fit))
     model = save(_sourced(fit, study), where / MODEL, provenance)
-    replace_file(where / SUMMARY, json.dumps(_plain(_summary(fit, study, text, provenance)), indent=1) + "\n")
+    summary = {**_summary(fit, study, text, provenance), "scale": None if scale is None else dict(scale)}
+    replace_file(where / SUMMARY, json.dumps(_plain(summary), indent=1) + "\n")
     return model
 
 
@@ -54,6 +62,15 @@ def load_fit_summary(path: str | Path) -> dict[str, Any]:
     where = Path(path)
     where = where / SUMMARY if where.is_dir() else where
     return _read(where, "seatrial-fit/1")
+
+
+def fitted_scale(model: str | Path) -> dict[str, float]:
+    """What the errors of a fitted model were divided by where it was judged; empty where no fit beside it says so."""
+    where = Path(model).with_name(SUMMARY)
+    if Path(model).name != MODEL or not where.is_file():
+        return {}
+    found = load_fit_summary(where).get("scale")
+    return found if isinstance(found, dict) and set(found) == set(STATES) and all(found.values()) else {}
 
 
 def claim(folder: str | Path, digest: str, study: str) -> bool:
@@ -117,12 +134,19 @@ def _read(path: Path, schema: str) -> dict[str, Any]:
 
 
 def _sourced(fit: Fit, study: str) -> Ship:
-    """The fitted ship with the study as the source of each fitted number."""
+    """The fitted ship with the study as the source of each fitted number, less the cautions that it has overtaken."""
     entries = dict(fit.ship.entries)
     for i, free in enumerate(fit.free):
         source = f"fitted in study {study}, from {free.start:.6g}"
         entries[free.path] = Entry(source, float(fit.values[i]), sigma=_finite(float(fit.sigma[i])))
-    return replace(fit.ship, entries=entries)
+    return replace(fit.ship, entries=entries, notes=_outgrown(fit))
+
+
+def _outgrown(fit: Fit) -> Mapping[str, Any]:
+    notes = dict(fit.ship.notes)
+    if "cautions" in notes and any(f.start == 0.0 != v for f, v in zip(fit.free, fit.values, strict=True)):
+        notes["cautions"] = [line for line in notes["cautions"] if not str(line).startswith(_UNFITTED)]
+    return notes
 
 
 def _finite(value: float) -> float | None:

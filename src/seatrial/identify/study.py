@@ -152,6 +152,8 @@ def _document(path: Path) -> dict[str, Any]:
         raise StudyError(f"{path}: no such study file") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise StudyError(f"{path}: cannot be read as TOML: {error}") from None
+    if str(document.get("schema")).startswith("seatrial-ship/"):
+        raise StudyError(f"{path}: is a ship file, no study; name it in one: ship = \"{path.name}\"")
     if document.get("schema") != SCHEMA:
         raise StudyError(f"{path}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
     return document

@@ -121,10 +121,9 @@ def _root(path: Path, where: str, root: str) -> Path:
     text = re.sub(r"\$(?:\{(\w+)\}|(\w+))", lambda m: known[m[1] or m[2]], root)
     found = path.parent / Path(text).expanduser()
     if not found.is_dir():
-        raise StudyError(
-            f"{path}: {where}.root: no folder {found}; set {DATA} to the folder of the public data sets "
-            "(README.md, Data, says where each can be had)"
-        )
+        public = f"set {DATA} to the folder of the public data sets (README.md, Data, says where each can be had)"
+        remedy = public if DATA in root else "make it, or name another; a root is relative to the folder of the file"
+        raise StudyError(f"{path}: {where}.root: no folder {found}; {remedy}")
     return found
 
 

@@ -38,6 +38,27 @@ def tell(progress: Progress | None, row: tuple[int, float, float], ship: MakeShi
     progress(*row)
 
 
+def stage(progress: Progress | None, text: str) -> None:
+    """Say what goes on before there is a row, to the first who has a method `stage`.
+
+    Asked are `progress` and whom it passes its rows on to, its `beside`.
+    """
+    asked: Any = progress
+    while asked is not None:
+        hear: Callable[[str], None] | None = getattr(asked, "stage", None)
+        if hear is not None:
+            hear(text)
+            return
+        asked = getattr(asked, "beside", None)
+
+
+def start(progress: Progress | None, ship: Ship) -> None:
+    """Show a `Watcher` the ship that a search begins with, where it is long until the first row."""
+    at: Callable[[MakeShip], None] | None = getattr(progress, "at", None)
+    if at is not None:
+        at(lambda: ship)
+
+
 def with_values(ship: Ship, free: Sequence[Free], values: Array) -> MakeShip:
     """The ship with these values of the free parameters, as they are now; they may move on."""
     kept = np.array(values)

@@ -21,6 +21,7 @@ from . import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
 from .objective import TrajectoryObjective
 from .recordings import dealt, recordings
 from .shooting import Trajectory, digest
+from .watch import stage, start
 from .widths_record import Scores
 from .windows import spread
 
@@ -67,8 +68,9 @@ class Widths(Trajectory):
         """
         began = time.perf_counter()
         self._check(problem)
+        start(progress, problem.ship)
         alone = len(self.widths) == 1
-        scores = {self.widths[0]: 0.0} if alone else self._scores(problem, checkpoint)
+        scores = {self.widths[0]: 0.0} if alone else self._scores(problem, checkpoint, progress)
         best = min(scores, key=lambda w: scores[w])
         if not np.isfinite(scores[best]):
             raise FitError("left-out trials blow up with every width of the prior; give the smaller ones, 0 the least")
@@ -100,12 +102,14 @@ class Widths(Trajectory):
             if not np.isfinite(f.sigma):
                 raise StudyError(f"estimator.vary: {f.path} has no prior whose width could be chosen; give it a sigma")
 
-    def _scores(self, problem: Problem, checkpoint: Path | None) -> dict[float, float]:
+    def _scores(
+        self, problem: Problem, checkpoint: Path | None, progress: Progress | None = None
+    ) -> dict[float, float]:
         """Score of each width on left-out trials, those taken from an earlier run that it has finished."""
         record = Scores.beside(checkpoint, f"{digest(problem, self)} by weighted recordings")
-        for width in self.widths:
+        for k, width in enumerate(self.widths):
             if width not in record.found:
-                record.note(width, self._left_out(problem, width))
+                record.note(width, self._left_out(problem, width, k * self.parts, progress))
         return {width: record.found[width] for width in self.widths}
 
     def _varied(self, path: str) -> bool:
@@ -128,11 +132,18 @@ class Widths(Trajectory):
         kept = tuple(f for f in problem.free if f.path not in means)
         return replace(problem, ship=problem.ship.having(means), free=kept)
 
-    def _left_out(self, problem: Problem, width: float) -> float:
-        """Standardised mean squared error of all trials, weighted as the loss does, by fits that have not seen them."""
+    def _left_out(
+        self, problem: Problem, width: float, before: int = 0, progress: Progress | None = None
+    ) -> float:
+        """Standardised mean squared error of all trials, weighted as the loss does, by fits that have not seen them.
+
+        Args:
+            before: fits for other widths that go before, to say how far the choice has come.
+        """
         total, count = 0.0, 0.0
         sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        for out in dealt(problem.trials, self.parts):
+        for number, out in enumerate(dealt(problem.trials, self.parts), start=before + 1):
+            stage(progress, f"choosing widths: fit {number} of {len(self.widths) * self.parts}")
             seen = tuple(t for t in problem.trials if not any(t is other for other in out))
             inner = self._scaled(replace(problem, trials=seen, validation=(), loss=replace(problem.loss, sigma=sigma)),
                                  width)  # fmt: skip

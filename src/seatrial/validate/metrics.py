@@ -27,6 +27,15 @@ HORIZONS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0
 """Upper ends of the horizon bins [s since the restart]."""
 
 
+_UNITS = {"x": "m", "y": "m", "psi": "deg", "u": "m/s", "v_m": "m/s", "r": "deg/s"}
+
+
+def scale_words(sigma: Mapping[str, float]) -> str:
+    """The scales of the states for a reader, angles in degrees."""
+    shown = {name: math.degrees(value) if "deg" in _UNITS[name] else value for name, value in sigma.items()}
+    return ", ".join(f"{name} {value:.3g} {_UNITS[name]}" for name, value in shown.items())
+
+
 def rmse(measured: Array, predicted: Array) -> float:
     """Root mean square error, in the unit of the channel."""
     return _root_mean_square(_error(measured, predicted))

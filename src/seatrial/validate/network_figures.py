@@ -18,6 +18,8 @@ _LINES: tuple[tuple[str, Any], ...] = (
     ("#E69F00", (0, (6, 1.5, 1, 1.5))), ("#56B4E9", (0, (2, 2))),
 )  # fmt: skip
 _SMALL = (4.6, 3.0)
+# Along a logarithmic axis: up to which ratio of its ends every tick has a number, and up to which these have.
+_SHORT, _LONG, _ROUND = 2.5, 100.0, ("2.0", "3.0", "5.0")
 _GREY = "#8a8a8a"
 
 
@@ -33,6 +35,7 @@ def validation(standing: Standing) -> str:
         best = int(np.nanargmin(seen))
         ax.plot(epochs[best], seen[best], "o", color=colour, mfc="white", ms=5)
     ax.set_yscale("log")
+    _in_digits(ax.yaxis)
     ax.set_xlabel("epoch")
     ax.xaxis.get_major_locator().set_params(integer=True)
     ax.set_ylabel("validation loss [-]")
@@ -73,12 +76,30 @@ def bars(names: Sequence[str], values: Mapping[str, Sequence[float]], what: str)
         colour, _ = _LINES[k % len(_LINES)]
         ax.plot(found, places, "osD^vP"[k % 6], color=colour, ms=5, ls="none", label=label, alpha=0.9)
     ax.set_xscale("log")
+    _in_digits(ax.xaxis)
     ax.set_yticks(places, names)
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.set_xlabel(what)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, handletextpad=0.1,
                   frameon=False)  # fmt: skip
     return svg(figure, f"bars {what}")
+
+
+def _in_digits(axis: Any) -> None:
+    """Numbers along a drawn logarithmic axis as one reads them; between the powers of ten where these are few."""
+    from matplotlib.ticker import FuncFormatter
+
+    low, high = axis.get_view_interval()
+
+    def digits(value: float, _: object = None) -> str:
+        return f"{value:.6g}"
+
+    def between(value: float, _: object = None) -> str:
+        told = high < _SHORT * low or (high < _LONG * low and f"{value:e}"[:3] in _ROUND)
+        return digits(value) if told else ""
+
+    axis.set_major_formatter(FuncFormatter(digits))
+    axis.set_minor_formatter(FuncFormatter(between))
 
 
 def _measured(standings: Sequence[Standing], test: str) -> Any:

@@ -255,4 +255,5 @@ def _cost(found: Table) -> str:
     ]  # fmt: skip
     head = ["model", "seed", "weights", "epochs", "updates", "minutes", "loss that decided", "ended"]
     note = "Of a fit of physics: iterations and evaluations in place of epochs and updates, its objective as the loss."
-    return f'<h2>What each fit took</h2>{table(head, rows, words=(7,))}<p class="soft">{text(note)}</p>' if rows else ""
+    body = f'<div class="wrap">{table(head, rows, words=(7,))}</div>'
+    return f'<h2>What each fit took</h2>{body}<p class="soft">{text(note)}</p>' if rows else ""

@@ -11,6 +11,7 @@ from ..identify import Fit
 from . import Comparison, figures
 from .caveats import caveats
 from .comparison import CONSTANT_VELOCITY
+from .metrics import scale_words
 from .page import bullets, figure, number, page, table, text
 from .report import Report
 from .verdict import against, sentence
@@ -60,8 +61,13 @@ def _verdict(report: Report) -> str:
         f'<h1>{text(report.title)}</h1><p class="lead">{text(sentence(report))}</p>{bullets(against(report))}'
         f'<div class="tiles">{tiles}</div><p class="soft">Standardised mean squared error, summed over the '
         "states and pooled over the trials by samples (Wakita 2022, Eq. 25); 0 is perfect, less is better."
-        f"</p>{limits}"
+        f"{_scale(report)}</p>{limits}"
     )
+
+
+def _scale(report: Report) -> str:
+    found = {scale_words(c.sigma) for c in report.comparisons}
+    return f" Errors divided by: {text(found.pop())}." if len(found) == 1 else ""
 
 
 def _trial_table(report: Report) -> str:
