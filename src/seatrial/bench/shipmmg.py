@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..simulate import campaign
 from . import turn
 from .timing import best
 
+MODULE = "shipmmg.mmg_3dof"
 SHIPS, SECONDS, ANGLE = 10_000, 80.0, math.radians(20.0)
 RANDOM = ("ship.hull.Y_v", "ship.hull.Y_r", "ship.hull.N_v", "ship.hull.N_r", "ship.rudder.t_R", "ship.rudder.a_H",
           "ship.rudder.kappa", "ship.rudder.l_R", "ship.propeller.w_P0", "policy.delta", "policy.psi")  # fmt: skip
@@ -42,8 +44,7 @@ class Even:
 
 def theirs() -> tuple[Any, Any]:
     """The ship as shipmmg wants it (in its own wake model)."""
-    from shipmmg.mmg_3dof import Mmg3DofBasicParams, Mmg3DofManeuveringParams
-
+    peer: Any = import_module(MODULE)
     model: Any = turn.ship().model
     b, p, r = model.body, model.propeller, model.rudder
     L = b.L_pp
@@ -55,17 +56,16 @@ def theirs() -> tuple[Any, Any]:
               "Y_r": 0.083, "Y_vvv": -1.607, "Y_vvr": 0.379, "Y_vrr": -0.391, "Y_rrr": 0.008, "N_v": -0.137,
               "N_r": -0.049, "N_vvv": -0.03, "N_vvr": -0.294, "N_vrr": 0.055, "N_rrr": -0.013}  # fmt: skip
     primed = {f"{k}_dash": v for k, v in primes.items()}
-    return Mmg3DofBasicParams(**basic), Mmg3DofManeuveringParams(k_0=p.k_0, k_1=p.k_1, k_2=p.k_2, **primed)
+    return peer.Mmg3DofBasicParams(**basic), peer.Mmg3DofManeuveringParams(k_0=p.k_0, k_1=p.k_1, k_2=p.k_2, **primed)
 
 
 def their_turn(**options: Any) -> Any:
     """The turn by shipmmg."""
-    from shipmmg.mmg_3dof import simulate_mmg_3dof
-
+    peer: Any = import_module(MODULE)
     model: Any = turn.ship().model
     one: Any = np.ones(2001)
     t: Any = np.linspace(0.0, turn.DURATION, one.size)
-    return simulate_mmg_3dof(
+    return peer.simulate_mmg_3dof(
         *theirs(), t, turn.DELTA * one, turn.N_P * one, u0=turn.ship().speed, ρ=model.body.rho, **options
     )  # fmt: skip
 
@@ -86,12 +86,11 @@ def even_turn() -> Even:
 
 def their_zigzag(samples: int = 801, **options: Any) -> Any:
     """One 20/20 zigzag by shipmmg, on a time grid of 0.1 s."""
-    from shipmmg.mmg_3dof import zigzag_test_mmg_3dof
-
+    peer: Any = import_module(MODULE)
     ship: Any = turn.ship()
     t: Any = np.linspace(0.0, SECONDS, samples)
     turning: Any = np.full(samples, turn.N_P)
-    return zigzag_test_mmg_3dof(
+    return peer.zigzag_test_mmg_3dof(
         *theirs(), ANGLE, ANGLE, t, turning, δ_rad_rate=float(ship.actuators.rudder.rate),
         u0=ship.speed, ρ=ship.model.body.rho, **options,
     )  # fmt: skip
