@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import http.client
 import json
 import math
 import re
@@ -19,6 +18,7 @@ from typing import Any
 import pytest
 
 pytest.importorskip("fastapi")
+from fetched import get
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
@@ -47,15 +47,7 @@ class Running:
         self.port = int(found[1])
 
     def get(self, path: str, host: str = "localhost") -> tuple[int, dict[str, str], str]:
-        """Status, headers by their names in small letters, and text."""
-        asked = http.client.HTTPConnection("127.0.0.1", self.port, timeout=10)
-        asked.putrequest("GET", path, skip_host=True)
-        asked.putheader("Host", host)
-        asked.endheaders()
-        answer = asked.getresponse()
-        found = answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read().decode()
-        asked.close()
-        return found
+        return get(self.port, path, host)
 
     def raw(self, origin: str | None = None) -> ClientConnection:
         given = None if origin is None else Origin(origin)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import http.client
 import json
 import math
 import os
@@ -21,6 +20,7 @@ from typing import Any
 import pytest
 
 pytest.importorskip("fastapi")
+from fetched import get
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
@@ -69,14 +69,7 @@ class Served:
         return connect(f"ws://127.0.0.1:{self.port}/line", proxy=None, origin=given, close_timeout=0.5)
 
     def get(self, path: str, host: str = "localhost") -> tuple[int, dict[str, str], str]:
-        asked = http.client.HTTPConnection("127.0.0.1", self.port, timeout=10)
-        asked.putrequest("GET", path, skip_host=True)
-        asked.putheader("Host", host)
-        asked.endheaders()
-        answer = asked.getresponse()
-        found = answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read().decode()
-        asked.close()
-        return found
+        return get(self.port, path, host)
 
 
 @pytest.fixture
