@@ -129,7 +129,7 @@ def test_a_sampled_model_replays_what_stood_at_its_samples() -> None:
     assert again["psi"] == pytest.approx(trial["psi"], abs=1e-9)
 
 
-@pytest.mark.parametrize("dead", [0.0, 0.3, 0.5, 0.65, 2.0])
+@pytest.mark.parametrize("dead", [0.0, 0.3, 0.5, 0.62, 0.65, 2.0])
 def test_dead_time_shifts_the_answer(dead: float) -> None:
     """A rudder with a dead time moves as one without, that much later; also between two steps."""
     ship = load("kvlcc2_l7")

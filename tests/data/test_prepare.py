@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seatrial.data import DataError, prepare
-from seatrial.data.smooth import sensor_noise, smooth
+from seatrial.data import DataError, Trial, prepare
+from seatrial.data.smooth import _model, sensor_noise, smooth
 
 
 def test_resample_is_exact_on_straight_lines_and_keeps_gaps(made):
@@ -49,6 +49,25 @@ def test_cut_and_segments_and_gaps(made):
     assert np.allclose(filled["u"], made["u"], atol=1e-2)
     tail = made.having(**{n: np.where(made.t > 150, np.nan, v) for n, v in made.channels.items()})
     assert prepare.drop_trailing_gaps(tail).t[-1] == pytest.approx(150)
+
+
+def test_a_gap_as_long_as_allowed_is_filled_a_longer_one_is_not():
+    """From the last good sample to the next: three rows of a quarter second are missing, so one second."""
+    t = 0.25 * np.arange(40)
+    gap = Trial("g", t, {"u": np.where((t > 2.0) & (t < 3.0), np.nan, 1.0 + 0.1 * t)})
+    assert prepare.interpolate_gaps(gap, 1.0)["u"] == pytest.approx(1.0 + 0.1 * t)
+    kept = prepare.interpolate_gaps(gap, 0.999)["u"]
+    assert (np.isnan(kept) == np.isnan(gap["u"])).all()
+
+
+@pytest.mark.parametrize("step", [0.1, 2.0])
+def test_white_jerk_over_two_steps_is_that_over_one_of_twice_the_length(step):
+    """What the smoother adds to its uncertainty does not depend on how often the log was sampled."""
+    move, blur = _model(step, 0.7)
+    moved, blurred = _model(2 * step, 0.7)
+    assert moved == pytest.approx(move @ move)
+    assert blurred == pytest.approx(move @ blur @ move.T + blur)
+    assert blur[2, 2] == pytest.approx(0.7 * step), "the acceleration walks with the intensity of the jerk"
 
 
 def test_split_is_by_whole_trials(made):

@@ -56,8 +56,9 @@ def test_head_sea_by_hand_up_to_its_height() -> None:
     def resistance(H: float) -> float:
         return -HEAD.force(sea(H * math.cos(0.7), H * math.sin(0.7))).X
 
-    assert resistance(2.0) == pytest.approx(1025 * GRAVITY * 4.0 * 32.0 * 0.8 / 16, rel=1e-9)
     highest = 2.25 * math.sqrt(2.0)
+    for H in (2.0, 0.999 * highest):
+        assert resistance(H) == pytest.approx(1025 * GRAVITY * H * H * 32.0 * 0.8 / 16, rel=1e-9)
     assert resistance(9.0) == pytest.approx(resistance(highest), rel=1e-9)
     assert HEAD.force(sea(2.0 * math.cos(0.8), 2.0 * math.sin(0.8))).X == 0
 

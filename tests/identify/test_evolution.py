@@ -163,6 +163,12 @@ def _never() -> Any:
     raise AssertionError("scored anew")
 
 
+def test_each_run_has_twice_the_population_of_the_last_up_to_the_largest(problem: Problem) -> None:
+    fit = Evolution(runs=4, agree=9, generations=2, population=5, largest=16).fit(problem)
+    assert len(fit.ends) == 4
+    assert fit.evaluations == 2 * (5 + 10 + 16 + 16)
+
+
 def test_validation_is_watched(problem: Problem) -> None:
     watched = replace(problem, trials=problem.trials[:1], validation=problem.trials[1:])
     fit = Evolution(runs=1, agree=1, generations=20).fit(watched)

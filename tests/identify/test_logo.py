@@ -7,7 +7,7 @@ import pytest
 from tug_trials import COLD, NAMES, NOISE, TRUE, TRUTH, problem
 
 from seatrial.data import DataError
-from seatrial.identify import Loss, StudyError
+from seatrial.identify import FitError, Loss, StudyError
 from seatrial.identify.chains import chains
 from seatrial.identify.condensed import Condensed
 from seatrial.identify.constraints import Inequalities, Penalty
@@ -129,6 +129,33 @@ def test_constraints_of_equation_19_hold_where_the_data_would_break_them(told):
     step[NAMES.index("damping.X_u")] = 1e-6
     assert (penalty.rows(bad + step)[0] - z)[0] == pytest.approx((dz @ step)[0], rel=1e-6)
     assert penalty.pushed(bad).push[0] == pytest.approx(z[0] / np.sqrt(10.0))
+
+
+@pytest.mark.parametrize(("settings", "wanted"), [
+    ({"growth": 5}, [5, 10]), ({"growth": 4}, [4, 8]), ({"growth": 12}, []), ({}, []),
+    ({"growth": 4, "schedule": "lo"}, []),
+])  # fmt: skip
+def test_trials_join_by_groups_each_from_where_the_last_ended(told, monkeypatch, settings, wanted):
+    """You 2023 Algorithm 1: so many trials at a time, until the last fit takes all twelve."""
+    from seatrial.identify import logo_run
+
+    seen = []
+
+    def early(run, trials, p):
+        seen.append((len(trials), p[0]))
+        return p + 1.0
+
+    def last(run, stage, p):
+        seen.append((stage.chains.trials, p[0]))
+        raise FitError("enough")
+
+    monkeypatch.setattr(logo_run.Run, "early", early)
+    monkeypatch.setattr(logo_run.Run, "whole", last)
+    monkeypatch.setattr(logo_run.Run, "local", last)
+    with pytest.raises(FitError, match="enough"):
+        Shooting(**settings).fit(told)
+    assert [count for count, _ in seen] == [*wanted, 12]
+    assert [p for _, p in seen] == pytest.approx([told.free[0].start + k for k in range(len(seen))])
 
 
 def test_smoothing_keeps_a_parabola():

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from seatrial.environment import CALM, Environment, Uniform
+from seatrial.forces.waves import MeanDrift
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import follows, unit
 from seatrial.models.common import Surroundings
-from seatrial.models.twin import TwinMmg
+from seatrial.models.twin import TwinMmg, mirrored, mirrored_flow
 from seatrial.parameters import update
 from seatrial.ships.files import load
 from seatrial.simulate import simulate
@@ -142,6 +143,17 @@ def test_controls_are_numbered_from_port_and_obey_the_conventional_orders() -> N
     assert model.controls == ("n_P_1", "n_P_2", "delta_1", "delta_2")
     assert follows(model) == (("n_P", 1.0), ("n_P", 1.0), ("delta", 1.0), ("delta", 1.0))
     assert [unit(name) for name in model.controls] == ["1/s", "1/s", "rad", "rad"]
+
+
+def test_the_mirror_image_of_a_flow_is_felt_as_the_mirror_image_of_a_force() -> None:
+    """Drift, turn, wind and waves change sides: any part that is alike to port and starboard shows which did not."""
+    flow = Surroundings.of(STATE, WEATHER).flow(load("twin_virtual").model.body)
+    flow = flow._replace(wave_u=0.2, wave_v=-0.3, wave_T=2.0, delta=0.2)
+    for module in (MeanDrift(), load("kvlcc2").model.wind, load("twin_virtual").model.hull):
+        here, there = module.force(flow), module.force(mirrored_flow(flow))
+        assert here.Y != 0
+        assert tuple(there) == pytest.approx(tuple(mirrored(here)), rel=1e-12)
+    assert mirrored_flow(mirrored_flow(flow)) == flow
 
 
 def test_turns_as_a_ship() -> None:

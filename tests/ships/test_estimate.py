@@ -144,6 +144,45 @@ class TestPropeller:
         assert propeller.thrust_coefficient(1.0, 1.0, 0.55, 4) > 0 > propeller.thrust_coefficient(1.2, 1.0, 0.55, 4)
 
 
+class TestHoltrop:
+    """Holtrop 1984 for a single screw and a normal stern, written out a second time from its printed equations."""
+
+    @pytest.mark.parametrize("ship", [
+        {"C_b": 0.81, "C_m": 0.998, "B": 58.0, "d": 20.8, "D_P": 9.86},
+        {"C_b": 0.55, "C_m": 0.98, "B": 40.0, "d": 7.0, "D_P": 3.0},
+        {"C_b": 0.651, "C_m": 0.985, "B": 32.2, "d": 10.8, "D_P": 7.9, "x_G": -3.4},
+    ], ids=["full", "broad, shallow, small screw", "fine"])  # fmt: skip
+    def test_wake_and_thrust_deduction(self, ship: dict[str, float]) -> None:
+        own = replace(particulars("kcs"), L_pp=230.0, **{"x_G": 0.0, **ship})
+        own = replace(own, volume=own.C_b * own.L_pp * own.B * own.d)
+        L, B, T, D = own.L_pp, own.B, own.d, own.D_P
+        C_P, lcb = own.C_b / own.C_m, 100.0 * own.x_G / L
+        S, C_V = resistance.wetted_surface(own), resistance.viscous(own)
+        c8 = B * S / (L * D * T) if B / T < 5 else S * (7 * B / T - 25) / (L * D * (B / T - 3))
+        c9 = c8 if c8 < 28 else 32 - 16 / (c8 - 24)
+        c11 = T / D if T / D < 2 else 0.0833333 * (T / D) ** 3 + 1.33333
+        if C_P < 0.7:
+            c19 = 0.12997 / (0.95 - own.C_b) - 0.11056 / (0.95 - C_P)
+        else:
+            c19 = 0.18567 / (1.3571 - own.C_m) - 0.71276 + 0.38648 * C_P
+        C_P1 = 1.45 * C_P - 0.315 - 0.0225 * lcb
+        w = c9 * C_V * (L / T) * (0.050776 + 0.93405 * c11 * C_V / (1 - C_P1))
+        w += 0.27915 * math.sqrt(B / (L * (1 - C_P1))) + c19
+        assert resistance.wake(own)["propeller.w_P0"] == pytest.approx(w, rel=1e-9)
+        t = 0.25014 * (B / L) ** 0.28956 * (math.sqrt(B * T) / D) ** 0.2624 / (1 - C_P + 0.0225 * lcb) ** 0.01762
+        assert resistance.thrust_deduction(own)["propeller.t_P"] == pytest.approx(t, rel=1e-9)
+
+    def test_friction_of_ittc_1957_and_the_allowance_of_a_ship(self) -> None:
+        ship = replace(particulars("kcs"), L_pp=200.0, d=10.0, nu=1e-6, speed=5.0)
+        ship = replace(ship, volume=ship.C_b * ship.L_pp * ship.B * ship.d)
+        assert ship.d / ship.L_pp > 0.04
+        C_F, C_A = 0.075 / (9.0 - 2.0) ** 2, 0.006 * 300.0**-0.16 - 0.00205
+        assert resistance.viscous(ship) == pytest.approx(resistance.form_factor(ship) * C_F + C_A, rel=1e-9)
+        light = replace(ship, d=5.0, volume=0.5 * ship.volume)
+        C_A += 0.003 * math.sqrt(200.0 / 7.5) * light.C_b**4 * (0.04 - 0.025)
+        assert resistance.viscous(light) == pytest.approx(resistance.form_factor(light) * C_F + C_A, rel=1e-9)
+
+
 class TestUncertainty:
     def test_scatter_is_the_rms_difference_from_kvlcc2_and_kcs(self) -> None:
         errors: dict[str, list[float]] = {}

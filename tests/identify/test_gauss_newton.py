@@ -1,0 +1,54 @@
+"""Normal equations with nuisances: on a linear problem one step is the least-squares answer of everything at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seatrial.identify.gauss_newton import Block, Normal, State, minimise
+
+# A speed log with a scale error p, runs up and down a measured mile, each pair in a current of its own.
+SPEED, HOURS = np.array([10.0, 10.2, 9.9, 10.1]), np.array([0.100, 0.098, 0.101, 0.099])
+AGAINST = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+
+
+class Mile:
+    """Distance run over ground, log scale and the currents of the two pairs as nuisances with a prior."""
+
+    def __init__(self, found: np.ndarray) -> None:
+        self.A, self.B, self.found = (SPEED * HOURS)[:, None], AGAINST * HOURS[:, None], found
+        self.weight = 1e-4
+
+    def cost(self, p: np.ndarray, eta: np.ndarray) -> float:
+        miss = self.found - self.A @ p - self.B @ eta
+        return float(miss @ miss + self.weight * eta @ eta)
+
+    def normal(self, p: np.ndarray, eta: np.ndarray) -> Normal:
+        miss = self.found - self.A @ p - self.B @ eta
+        own = np.diag((self.B * self.B).sum(axis=0) + self.weight)
+        gradient = -self.B.T @ miss + self.weight * eta
+        blocks = tuple(
+            Block(slice(k, k + 1), own[k : k + 1, k : k + 1], (self.B.T @ self.A)[k : k + 1], gradient[k : k + 1])
+            for k in range(2)
+        )
+        return Normal(self.cost(p, eta), self.A.T @ self.A, -self.A.T @ miss, blocks)
+
+
+def test_one_step_finds_the_log_and_both_currents() -> None:
+    truth, currents = np.array([1.04]), np.array([0.6, -0.9])
+    mile = Mile((SPEED * truth + AGAINST @ currents) * HOURS + 1e-3 * np.array([1.0, -2.0, 1.5, 0.5]))
+    rows = np.block([[mile.A, mile.B], [np.zeros((2, 1)), np.sqrt(mile.weight) * np.eye(2)]])
+    exact = np.linalg.lstsq(rows, np.concatenate([mile.found, np.zeros(2)]), rcond=None)[0]
+    far = State(np.array([0.7]), np.array([2.0, 2.0]), np.inf, damping=1e-12)
+    end = minimise(mile, far, np.array([0.1]), np.array([2.0]), iterations=1, tolerance=1e-12, each=lambda _: None)
+    assert [*end.p, *end.eta] == pytest.approx(exact, rel=1e-6)
+
+
+def test_at_a_bound_the_currents_take_what_the_log_may_not() -> None:
+    mile = Mile((SPEED * 1.04 + AGAINST @ [0.6, -0.9]) * HOURS)
+    far = State(np.array([0.9]), np.zeros(2), np.inf, damping=1e-12)
+    end = minimise(mile, far, np.array([0.5]), np.array([1.0]), iterations=1, tolerance=1e-12, each=lambda _: None)
+    rows = np.vstack([mile.B, np.sqrt(mile.weight) * np.eye(2)])
+    left = np.linalg.lstsq(rows, np.concatenate([mile.found - mile.A @ [1.0], np.zeros(2)]), rcond=None)[0]
+    assert end.p[0] == 1.0
+    assert end.eta == pytest.approx(left, rel=1e-6)
