@@ -621,6 +621,50 @@ def test_what_cannot_go_out(
     assert not list(tmp_path.iterdir())
 
 
+FULL = """gcc: note: compiling
+/tmp/ccX.s: Assembler messages:
+/tmp/ccX.s: Fatal error: can't write 64 bytes to section .text of model.o: 'No space left on device'
+compilation terminated."""
+
+
+@pytest.mark.parametrize(("said", "told"), [
+    (FULL, "No space left on device in .*; set TMPDIR to a folder with room$"),
+    ("model.c:3:1: error: expected ';'\n    3 | x\n1 error generated.", "cc failed: model.c:3:1: error: expected ';'$"),
+])  # fmt: skip
+def test_a_compiler_that_fails_is_quoted_where_it_says_why(
+    model: Ship, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: str, told: str
+) -> None:
+    """Its last words, "compilation terminated.", help nobody whose folder for scratch files is full."""
+    (tmp_path / "said").write_text(said, encoding="utf-8")
+    compiler = tmp_path / "cc"
+    compiler.write_text(f"#!/bin/sh\ncat '{tmp_path / 'said'}' >&2\nexit 1\n", encoding="utf-8")
+    compiler.chmod(0o755)
+    monkeypatch.setenv("SEATRIAL_CC", str(compiler))
+    with pytest.raises(ShipError, match=told):
+        save_fmu(model, tmp_path / "a.fmu")
+    assert not (tmp_path / "a.fmu").exists()
+
+
+def test_the_compiler_s_scratch_files_go_where_there_is_room(
+    model: Ship, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python passes over a TMPDIR it cannot write to and takes the next folder; the compiler has to follow."""
+    compiler = tmp_path / "cc"
+    compiler.write_text('#!/bin/sh\ntouch "$TMPDIR/ccX.s" || exit 1\nexec gcc "$@"\n', encoding="utf-8")
+    compiler.chmod(0o755)
+    monkeypatch.setenv("SEATRIAL_CC", str(compiler))
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "full"))
+    assert save_fmu(model, tmp_path / "a.fmu")[0].exists()
+
+
+def test_no_folder_for_scratch_files_is_told_in_one_line(
+    model: Ship, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
+    with pytest.raises(ShipError, match=r"none: No such file or directory; set TMPDIR"):
+        save_fmu(model, tmp_path / "a.fmu")
+
+
 def test_without_a_compiler(model: Ship, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SEATRIAL_CC", "none")
     with pytest.raises(ShipError, match="an FMU holds a binary"):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import math
+import os
 import platform
 import subprocess
 import tempfile
@@ -122,18 +124,37 @@ def _compiled(files: Mapping[str, str], which: Sequence[str], name: str, target:
         cc = compiler()
     except CompilerError as error:
         raise ShipError(f"{target}: an FMU holds a binary: {error}") from None
-    with tempfile.TemporaryDirectory() as scratch:
-        for file, text in files.items():
-            Path(scratch, file).write_text(text, encoding="utf-8")
-        strip = ("-s",) if platform.system() == "Linux" else ()
-        done = subprocess.run(
-            [cc, *FLAGS, *strip, *which, "-o", name, "-lm"],
-            cwd=scratch, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        if done.returncode:
-            told = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
-            raise ShipError(f"{target}: {Path(cc).name} failed: {told}")
-        return Path(scratch, name).read_bytes()
+    try:
+        with tempfile.TemporaryDirectory() as scratch:
+            return _built(cc, files, which, name, target, Path(scratch))
+    except OSError as error:
+        folder = tempfile.gettempdir()
+        raise ShipError(
+            f"{target}: cannot be compiled in {folder}: {error.strerror}; set TMPDIR to a folder with room") from None
+
+
+def _built(
+    cc: str, files: Mapping[str, str], which: Sequence[str], name: str, target: Path, scratch: Path
+) -> bytes:  # fmt: skip
+    for file, text in files.items():
+        (scratch / file).write_text(text, encoding="utf-8")
+    strip = ("-s",) if platform.system() == "Linux" else ()
+    # The compiler's own scratch files go where ours went: Python passes over a TMPDIR that is full, a compiler does not.
+    done = subprocess.run(
+        [cc, *FLAGS, *strip, *which, "-o", name, "-lm"], env={**os.environ, "TMPDIR": str(scratch)},
+        cwd=scratch, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    if done.returncode:
+        raise ShipError(f"{target}: {Path(cc).name} failed: {_why(done.stderr) or f'exit {done.returncode}'}")
+    return (scratch / name).read_bytes()
+
+
+def _why(told: str) -> str:
+    """The line of a compiler that says what is wrong: its first error; "compilation terminated" comes last."""
+    lines = [line.strip() for line in told.splitlines() if line.strip()]
+    if any(os.strerror(errno.ENOSPC) in line for line in lines):
+        return f"{os.strerror(errno.ENOSPC)} in {tempfile.gettempdir()}; set TMPDIR to a folder with room"
+    return next((line for line in lines if "error" in line.lower()), lines[-1] if lines else "")
 
 
 def _zipped(content: Mapping[str, bytes]) -> bytes:
