@@ -139,7 +139,7 @@ def _built(
     for file, text in files.items():
         (scratch / file).write_text(text, encoding="utf-8")
     strip = ("-s",) if platform.system() == "Linux" else ()
-    # The compiler's own scratch files go where ours went: Python passes over a TMPDIR that is full, a compiler does not.
+    # Its own scratch files go where ours went: Python passes over a TMPDIR that is full, a compiler does not.
     done = subprocess.run(
         [cc, *FLAGS, *strip, *which, "-o", name, "-lm"], env={**os.environ, "TMPDIR": str(scratch)},
         cwd=scratch, capture_output=True, text=True, check=False,
