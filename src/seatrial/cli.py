@@ -106,7 +106,8 @@ def demo(
 
 for command in (ships, show, simulate, models, estimate, design, requirements, imo, export, thrust_map, servo,
                 resample, bench):  # fmt: skip
-    app.command()(command)
+    # The first paragraph is for users; what a function raises is for its callers.
+    app.command(help=(command.__doc__ or "").partition("\n\n")[0])(command)
 
 
 @app.command("import")
