@@ -25,6 +25,21 @@ def test_every_source_key_is_in_the_list_of_papers(path: Path) -> None:
     assert not missing, f"{', '.join(missing)}: add a row to docs/papers.md, with what was read and what not"
 
 
+@pytest.mark.parametrize("page", sorted(p.name for p in (ROOT / "docs").glob("*.md")))
+def test_pages_name_modules_that_are_there_and_miss_none_that_came_since(page: str) -> None:
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    rooms = "|".join(p.name for p in SHIPS.parent.iterdir() if p.is_dir() and p.name != "__pycache__")
+    for named in re.findall(rf"`((?:{rooms})/[a-z0-9_/]+\.py)", text):
+        assert (SHIPS.parent / named).exists(), f"docs/{page} names {named}"
+    said = re.search(r"not implemented in this version|not part of|this version has not|no folder yet", text)
+    assert said is None, f"docs/{page}: {said[0] if said else ''}"
+
+
+def test_networks_of_sawada_equation_10_have_their_place() -> None:
+    row = next(line for line in PAPERS.splitlines() if line.startswith("| (10) |"))
+    assert "`models/network.py`" in row
+
+
 def test_the_list_names_no_paper_twice() -> None:
     rows = re.findall(r"^\| `(\w+)` \|", PAPERS, flags=re.MULTILINE)
     assert len(rows) == len(set(rows)) > 30

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,34 @@ def test_kvlcc2_meets_all_of_collision_avoidance() -> None:
     found = judge(load("kvlcc2"), "collision-avoidance")
     assert found.failed == ()
     assert found.count("pass") == 11
+
+
+def test_connection_to_equipment_is_told_by_the_command_that_does_it() -> None:
+    """An examination of motion does not try it; that there is none would be untrue (IEC 61162-1, -450)."""
+    found = item(load("kvlcc2_l7"), "3", FUNCTIONAL)
+    assert found.verdict == "not applicable"
+    assert "seatrial steer SHIP --nmea" in found.reason
+    assert main(["steer", "--help"]) == 0
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(0.45, "pass"), (0.55, "fail")])
+def test_a_ship_left_alone_loses_half_its_motion_in_300_lengths(left: float, verdict: str) -> None:
+    """The limit that docs/decisions.md has: a motion that fades evenly to a little more or less than a half."""
+    probe = Probe.of(load("mariner_nomoto"))
+
+    class Fading:
+        def __getattr__(self, name: str) -> Any:
+            return getattr(probe, name)
+
+        def drift(self, states: Any, controls: Any, duration: float) -> Any:
+            t = np.linspace(0.0, duration, 101)
+            return t, np.array(states)[:, None, :] * (left ** (t / duration))[None, :, None]
+
+    fading: Any = Fading()
+    check = next(one.check for one in BERTHING if one.number == "1")
+    assert check(fading).verdict == verdict
+    text = (Path(__file__).parents[2] / "docs" / "decisions.md").read_text(encoding="utf-8")
+    assert "of 32 starts the motion is below half of that at the start after 300 L/U" in text
 
 
 @pytest.mark.long

@@ -16,8 +16,8 @@ from .probe import Probe
 def _connection(p: Probe) -> Judgement:
     return Judgement(
         "not applicable",
-        "a matter of interfaces, not of motion: orders go in as rudder angle and revolutions, states come out "
-        "in SI units; the sentences of a bridge (IEC 61162) are not part of this version",
+        "a matter of interfaces, not of motion, so it is not tried here: seatrial steer SHIP --nmea ADDRESS puts the "
+        "ship on the wire in the sentences of a bridge (IEC 61162-1 and -450), seatrial export in other programs",
     )  # fmt: skip
 
 
