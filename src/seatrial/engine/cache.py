@@ -107,7 +107,7 @@ def _own_folder() -> Path:
             raise CompilerError(f"{given}: belongs to user {own.st_uid}, not to you; name a folder by SEATRIAL_CACHE")
         exposed = above.st_mode & stat.S_IWOTH and not above.st_mode & stat.S_ISVTX
         if exposed or above.st_uid not in (user, 0):
-            raise CompilerError(f"{given.parent}: other users may replace what it holds; close it or set SEATRIAL_CACHE")
+            raise CompilerError(f"{given.parent}: others may replace what it holds; close it or set SEATRIAL_CACHE")
         if stat.S_IMODE(own.st_mode) != 0o700:
             folder.chmod(0o700)
     except OSError as error:
