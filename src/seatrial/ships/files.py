@@ -125,8 +125,8 @@ class _Reading:
 
     def text(self, key: str, default: str) -> str:
         found = self.document.get(key, default)
-        if not isinstance(found, str) or not found:
-            raise ShipError(f"{self.path}: {key} is not a text")
+        if not isinstance(found, str) or not found or not found.isprintable():
+            raise ShipError(f"{self.path}: {key} is {found!a}; it is a text in one line")
         return found
 
     def numbers(
@@ -180,6 +180,7 @@ class _Reading:
         if "parts" in f.metadata:
             names = tuple(self.table(name))
             role = f.metadata["parts"]
+            self.made(Parts, {"names": names}, name)  # before a component of such a name is read
             return Parts(names, tuple(self.component(f"{name}.{part}", None, scale, role) for part in names))
         return self.component(name, hint, scale, ROLES.get(str(getattr(_one(hint), "__name__", "")), ""))
 
