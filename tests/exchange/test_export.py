@@ -418,7 +418,7 @@ def test_names_in_other_letters_reach_python_and_c_and_are_refused_for_an_fmu(tm
 def test_the_description_of_an_fmu_is_xml_whatever_its_texts_hold(tmp_path: Path) -> None:
     ship = load("mariner_nomoto")
     odd = replace(ship, name="m\x01\x1b", notes={"title": 'a "<b>" \x02 &\ufffe'})
-    target, *_ = save_fmu(odd, tmp_path / "odd.fmu")
+    target, *_ = save_fmu(odd, tmp_path / "odd\x01.fmu")
     with zipfile.ZipFile(target) as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
     assert root.attrib["modelName"].isprintable()
