@@ -422,3 +422,27 @@ def test_the_description_of_an_fmu_is_xml_whatever_its_texts_hold(tmp_path: Path
     with zipfile.ZipFile(target) as archive:
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
     assert root.attrib["modelName"].isprintable()
+
+
+@pytest.mark.parametrize("name", CONTINUOUS)
+def test_the_python_file_takes_arrays_as_it_takes_lists(name: str, tmp_path: Path) -> None:
+    """Of any type of number, for rates, step and actuators: the same floats, those of the engine."""
+    made: dict[str, Any] = {}
+    exec(save_python(plant(load(name), 0.1), tmp_path / "ship.py").read_text(encoding="utf-8"), made)
+    x, u, e = points(name)
+    got = np.array([made["rates"](*row) for row in zip(x, u, e, strict=True)])
+    assert_rates(got, engine_rates(name, x, u, e), name)
+    a = np.linspace(-0.3, 0.3, len(exported_memory(name)))
+    for of in (np.float32, np.float64):
+        for row in zip(x.astype(of), u.astype(of), e.astype(of), strict=True):
+            lists = [one.astype(float).tolist() for one in row]
+            assert made["rates"](*row) == made["rates"](*lists)
+            assert made["step"](*row, dt=of(0.5)) == made["step"](*lists, dt=0.5)
+            after = made["ordered_step"](row[0], a.astype(of), row[1], row[2])
+            assert after == made["ordered_step"](lists[0], a.astype(of).astype(float).tolist(), *lists[1:])
+            assert {type(value) for part in after for value in part} == {float}
+
+
+def exported_memory(name: str) -> tuple[Any, ...]:
+    servos: Any = plant(load(name), 0.1).servos
+    return servos.memory
