@@ -29,6 +29,7 @@ from .cli_support import (
     read_ship,
     separate,
 )  # fmt: skip
+from .cli_trust import offer_trust
 from .data import DataError, Trial
 from .engine import SimulationError
 from .identify import FitError, StudyError
@@ -287,3 +288,6 @@ def validate(
     from .cli_runs import validate as run
 
     run(model, trials, out, restart, json, smooth_start)
+
+
+offer_trust(app)

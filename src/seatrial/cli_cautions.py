@@ -8,7 +8,7 @@ import numpy as np
 
 from .cli_support import UsageError, feels
 from .data import Trial
-from .replay_gaps import gap_words, gaps, no_wind, predicted
+from .replay_gaps import gap_words, gaps, no_wind, predicted, wind_words
 from .ships import Ship
 
 # Median steps of a trial that are missing in one place: worth a word.
@@ -43,6 +43,8 @@ def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
         if no_wind(trial, ship.model) and feels(ship, "wind_x"):
             lines.append(f"warning: {trial.name} has no wind (U_T, gamma_T); predicted in still air")
         part = trial.rows(predicted(trial))
+        if told := wind_words(trial, feels(ship, "wind_x")):
+            lines.append(f"note: {trial.name}: {told}")
         if found := gaps(part, ship.model):
             first = ", or the first after it at the start" if any(rows[0] for rows in found.values()) else ""
             lines.append(f"warning: {trial.name}: {gap_words(part, found)}; the last value before is held{first}")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 import fnmatch
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from typing import Any
@@ -19,6 +20,9 @@ Scalar = Any
 
 # Prefixes by which a primed number becomes dimensional; see `ships.files`.
 PRIME = "'"
+
+
+_PART = re.compile(r"\w+([ -]\w+)*")
 
 
 class ParameterError(ValueError):
@@ -66,10 +70,22 @@ class Terms:
 
 @dataclass(frozen=True)
 class Parts:
-    """Components whose names the ship file chooses, such as thrusters; declared with `parts()`."""
+    """Components whose names the ship file chooses, such as thrusters; declared with `parts()`.
+
+    A name becomes part of paths, of controls, of columns and of exported sources, so it holds letters, digits, `_`,
+    `-` and single spaces only.
+
+    Raises:
+        ParameterError: another name.
+    """
 
     names: tuple[str, ...] = ()
     components: tuple[Any, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in self.names:
+            if not _PART.fullmatch(name):
+                raise ParameterError(f"a part is named {name!a}; take letters, digits, '_', '-' and single spaces")
 
     def items(self) -> tuple[tuple[str, Any], ...]:
         """(name, component) in the order of the file."""

@@ -12,7 +12,7 @@ from .engine.rollout import simulator
 from .environment import CHANNELS
 from .models import STATES, Model, Sampled, Stepped, follows
 from .models.settled import unseen
-from .replay_gaps import VECTORS, logged
+from .replay_gaps import VECTORS, logged, wind_of
 from .replay_start import smoothed_starts
 from .ships import Ship
 from .simulate import SIMULATED
@@ -25,14 +25,16 @@ def inputs(trial: Trial, model: Model) -> Array:
     Controls act with the mean of the two rows, which is exact for the ramp of an actuator; those that the
     trial's `meta["held"]` names, and the environment, hold from row to row.  Gaps hold the last value
     before them (`replay_gaps` tells where).  A control that the trial lacks is taken from the order it follows
-    (alpha_1 from delta); wind, waves and current that were not logged, or without a value in any row, are
+    (alpha_1 from delta).  A wind that was logged as apparent only is turned into the true one by the measured
+    motion.  Wind, waves and current that were not logged, or without a value in any row, are
     none, and water without a depth is deep.
 
     Raises:
         DataError: the trial lacks a control, or the wind that a network takes.
     """
     n = len(model.controls)
-    lacking = [name for name in getattr(model, "needed", ()) if not logged(trial, name)]
+    wind = wind_of(trial)
+    lacking = [name for name in getattr(model, "needed", ()) if not logged(trial, name)] if wind is None else []
     if lacking and trial.meta.get("source") != SIMULATED:  # which says so where there was any wind
         wanted = "the network takes the wind; log it, or take a network without (wind = false)"
         raise DataError(f"{trial.name}: no values of {', '.join(lacking)}; {wanted}")
@@ -46,10 +48,12 @@ def inputs(trial: Trial, model: Model) -> Array:
         series[:, k] = factor * trial[source]
     around = {name: n + k for k, name in enumerate(CHANNELS)}
     for first, (size, direction) in VECTORS.items():
-        if logged(trial, size) and logged(trial, direction):
+        if first != "wind_x" and logged(trial, size) and logged(trial, direction):
             at = around[first]
             series[:, at] = trial[size] * np.cos(trial[direction])
             series[:, at + 1] = trial[size] * np.sin(trial[direction])
+    if wind is not None:
+        series[:, n], series[:, n + 1] = wind
     if logged(trial, "T_W"):
         series[:, around["wave_T"]] = trial["T_W"]
     if logged(trial, "depth"):

@@ -94,3 +94,42 @@ def test_weights_without_a_name(tmp_path: Path, capsys) -> None:
     path.write_text(path.read_text().replace("[network]", '[network]\nweights = ""'))
     assert main(["show", str(path)]) == 2
     assert "network.weights is ''; name a file beside the ship file" in capsys.readouterr().err
+
+
+def apparent(trial: Trial) -> Trial:
+    """The trial as an anemometer on board alone would have logged it."""
+    angle = trial["gamma_T"] - trial["psi"]
+    ahead, aside = (trial["U_T"] * f(angle) + trial[name] for f, name in ((np.cos, "u"), (np.sin, "v_m")))
+    left = {n: v for n, v in trial.channels.items() if n not in ("U_T", "gamma_T")}
+    return replace(trial, channels={**left, "U_A": np.hypot(ahead, aside), "gamma_A": np.arctan2(aside, ahead)})
+
+
+def test_an_apparent_wind_drives_the_prediction_as_the_true_one_does() -> None:
+    felt = apparent(LOG)
+    assert np.max(np.abs(felt["U_A"] - LOG["U_T"])) > 0.1
+    still = replay(SHIP, replace(felt, channels={n: v for n, v in felt.channels.items() if n != "U_A"}))
+    for name in ("x", "y", "psi", "u", "v_m", "r"):
+        assert replay(SHIP, felt)[name] == pytest.approx(replay(SHIP, LOG)[name], abs=1e-9)
+    assert np.max(np.abs(still["v_m"] - replay(SHIP, LOG)["v_m"])) > 1e-4
+    assert cautions(SHIP, [felt]) == [
+        "note: turn: its true wind is reckoned from U_A, gamma_A and the measured motion"
+    ]
+    said = [issue.text for issue in lint(Problem(SHIP, (felt,), ())) if "wind" in issue.text]
+    assert said == ["its true wind is reckoned from U_A, gamma_A and the measured motion"]
+
+
+def test_an_apparent_wind_that_the_ship_cannot_feel_is_told() -> None:
+    bare = replace(SHIP, model=replace(SHIP.model, wind=None))
+    assert cautions(bare, [apparent(LOG)]) == [
+        "note: turn: its apparent wind (U_A) is left out: the model has no force of wind"
+    ]
+    said = [issue.text for issue in lint(Problem(bare, (apparent(LOG),), ())) if "wind" in issue.text]
+    assert said == ["its apparent wind (U_A) is left out: the model has no force of wind"]
+
+
+def test_gaps_of_an_apparent_wind_are_told() -> None:
+    felt = apparent(LOG)
+    holes = felt["U_A"].copy()
+    holes[10:20] = np.nan
+    lines = cautions(SHIP, [replace(felt, channels={**felt.channels, "U_A": holes})])
+    assert [line for line in lines if "U_A has no value in 10 of 61 rows" in line]

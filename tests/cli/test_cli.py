@@ -10,7 +10,7 @@ from seatrial.cli import main
 from seatrial.data import Trial
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.ships.files import load
+from seatrial.ships.files import load, save
 from seatrial.simulate import approach, simulate
 
 WRONG, FAILED = 2, 1
@@ -216,3 +216,37 @@ def test_a_ship_without_an_engine_cannot_stop_by_it(manoeuvre: str, capsys: pyte
     assert told.out == ""
     (line,) = [one for one in told.err.splitlines() if "engine" in one]
     assert f"{manoeuvre}: no revolutions move zeefakkel; her model has no engine; take" in line
+
+
+PLANTED = """
+from dataclasses import dataclass
+from pathlib import Path
+from seatrial.models.mmg import Mmg as Mmg
+from seatrial.identify.shooting import Trajectory as Trajectory
+Path(__file__).with_suffix(".ran").touch()
+"""
+
+
+def test_files_run_code_only_where_the_command_line_names_its_module(
+    run: Trial, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    (tmp_path / "planted.py").write_text(PLANTED)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    write_trial(run, tmp_path / "zigzag.csv")
+    ship, study = tmp_path / "own.toml", tmp_path / "study.toml"
+    save(load("kvlcc2_l7"), ship)
+    ship.write_text(ship.read_text().replace("mmg:Mmg", "planted:Mmg"))
+    study.write_text(
+        'schema = "seatrial-study/1"\nship = "kvlcc2_l7"\n[data]\nroot = "."\ntrain = ["zigzag.csv"]\n'
+        '[free]\n"hull.Y_v" = { ratio = 0.5 }\n[estimator]\ntype = "planted:Trajectory"\n'
+    )
+    for request in (["show", str(ship)], ["identify", str(study), "-o", str(tmp_path / "run")]):
+        for extra in ([], ["--trust", "plant"], ["--trust", "planted.more"]):
+            assert main([*request, *extra]) == WRONG
+            said = capsys.readouterr().err
+            assert "--trust planted" in said
+            assert said.count("\n") == 1
+    assert not (tmp_path / "planted.ran").exists()
+    assert main(["show", str(ship), "--trust", "planted", "--json"]) == 0
+    assert (tmp_path / "planted.ran").exists()
+    assert main(["show", str(ship)]) == WRONG, "trust ends with its command"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.engine import System, cache
+from seatrial.engine import EngineNotice, System, cache
 from seatrial.engine.cache import CompilerError
 from seatrial.engine.rollout import simulator
 from seatrial.ships.files import load
@@ -126,6 +127,73 @@ def test_a_cache_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     said = heard(apart(SEATRIAL_CACHE=str(blocked))).split(maxsplit=4)
     assert said[:2] == ["True", "1"]
     assert str(blocked) in said[4]
+
+
+def planted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The kernel of a source in a cache in `tmp_path`, with the code of another one in its place."""
+    monkeypatch.setenv("SEATRIAL_CACHE", str(tmp_path))
+    cache.library("int answer(void) { return 666; }")
+    (other,) = (tmp_path / "kernels").iterdir()
+    code = other.read_bytes()
+    other.unlink()
+    cache.library("int answer(void) { return 42; }")
+    (kernel,) = (tmp_path / "kernels").iterdir()
+    kernel.unlink()
+    kernel.write_bytes(code)
+    return kernel
+
+
+def test_kernels_are_kept_where_nobody_else_can_write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SEATRIAL_CACHE", str(tmp_path))
+    before = os.umask(0)
+    try:
+        cache.library("int x;")
+    finally:
+        os.umask(before)
+    (kernel,) = (tmp_path / "kernels").iterdir()
+    assert [stat.S_IMODE(one.stat().st_mode) for one in (kernel.parent, kernel)] == [0o700, 0o700]
+    kernel.parent.chmod(0o777)  # a cache of an earlier version
+    cache.library("int x;")
+    assert stat.S_IMODE(kernel.parent.stat().st_mode) == 0o700
+
+
+def test_a_kernel_that_others_can_write_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = planted(tmp_path, monkeypatch)
+    kernel.chmod(0o666)
+    assert cache.library("int answer(void) { return 42; }").answer() == 42
+    assert stat.S_IMODE(kernel.stat().st_mode) == 0o700
+
+
+def test_a_kernel_that_is_a_link_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = planted(tmp_path, monkeypatch)
+    elsewhere = kernel.rename(tmp_path / "elsewhere.so")
+    elsewhere.chmod(0o700)
+    kernel.symlink_to(elsewhere)
+    assert cache.library("int answer(void) { return 42; }").answer() == 42
+    assert not kernel.is_symlink()
+
+
+def test_a_cache_of_another_user_is_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SEATRIAL_CACHE", str(tmp_path))
+    (tmp_path / "kernels").mkdir()
+    owner = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: owner + 1)
+    with pytest.warns(EngineNotice, match=f"kernels: belongs to user {owner}") as said:
+        engine = simulator(DECAY)
+    assert len(said) == 1
+    assert "\n" not in str(said[0].message)
+    assert engine.run(np.ones((1, 2)), np.zeros((1, 1, 1)), np.ones(1), dt=0.05, steps=3).failures == ()
+    assert list((tmp_path / "kernels").iterdir()) == []
+
+
+def test_a_cache_in_a_folder_open_to_all_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SEATRIAL_CACHE", str(tmp_path / "open"))
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    with pytest.raises(CompilerError, match="open: others may replace"):
+        cache.library("int x;")
+    (tmp_path / "open").chmod(0o1777)  # nobody moves what is another's there, as in /tmp
+    cache.library("int x;")
 
 
 def test_asking_for_the_kernel_where_there_is_none_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,10 +8,12 @@ import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -20,12 +22,13 @@ from seatrial.actuators import Actuator, Actuators, Shaft
 from seatrial.cli import main
 from seatrial.engine import floats
 from seatrial.engine.rollout import simulator
-from seatrial.exchange import Plant, plant, save_c, save_casadi, save_python
+from seatrial.exchange import Plant, plant, save_c, save_casadi, save_fmu, save_python
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
+from seatrial.parameters import ParameterError, Parts
 from seatrial.ships import Entry, Ship, ShipError
-from seatrial.ships.files import library, load
+from seatrial.ships.files import library, load, save
 from seatrial.simulate import approach, campaign
 from seatrial.systems import closed_loop, loop_memory, open_loop, open_loop_parameters
 
@@ -376,3 +379,70 @@ def test_the_tutorial_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         done = subprocess.run(built, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         assert float(subprocess.run(["./try"], capture_output=True, text=True, check=True).stdout) != 0.0
+
+
+ODD = ("bow\nimport os\nos.abort()", "bow\x01", "bow\x1b[2J", "../bow", "a.b", "'''", "", " bow")
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_a_name_that_could_become_code_is_refused_where_the_ship_is_read(name: str, tmp_path: Path) -> None:
+    path = save(load("qiuxin5"), tmp_path / "tug.toml")
+    whole = path.read_text()
+    path.write_text(whole.replace("[thrusters.1]", f"[thrusters.{json.dumps(name)}]"))
+    with pytest.raises(ShipError, match="thrusters: a part is named") as refused:
+        load(path)
+    assert str(refused.value).isprintable()
+    with pytest.raises(ParameterError, match="is named"):
+        Parts((name,), (None,))
+    path.write_text(whole.replace('name = "qiuxin5"', f"name = {json.dumps('a' + chr(1) + name)}"))
+    with pytest.raises(ShipError, match=r"name is .*one line") as refused:
+        load(path)
+    assert str(refused.value).isprintable()
+
+
+def test_names_in_other_letters_reach_python_and_c_and_are_refused_for_an_fmu(tmp_path: Path) -> None:
+    ship, x, u = load("qiuxin5"), [0.0, 0.0, 0.0, 0.5, 0.1, 0.01], [1.0, 0.2, 1.0, 0.1]
+    model: Any = ship.model
+    renamed = replace(ship, model=replace(model, thrusters=Parts(("hélice-1", "2"), model.thrusters.components)))
+    loaded: list[dict[str, Any]] = [{}, {}]
+    for names, made in zip(loaded, (plant(ship), plant(renamed)), strict=True):
+        exec(save_python(made, tmp_path / "tug.py").read_text(encoding="utf-8"), names)
+    assert loaded[1]["CONTROLS"][0] == "n_hélice-1"
+    assert loaded[1]["rates"](x, u) == loaded[0]["rates"](x, u)
+    assert all(path.read_text(encoding="utf-8").isascii() for path in save_c(plant(renamed), tmp_path))
+    with pytest.raises(ShipError, match="ASCII; rename"):
+        save_fmu(renamed, tmp_path / "tug.fmu")
+    assert not list(tmp_path.glob("*.fmu"))
+
+
+def test_the_description_of_an_fmu_is_xml_whatever_its_texts_hold(tmp_path: Path) -> None:
+    ship = load("mariner_nomoto")
+    odd = replace(ship, name="m\x01\x1b", notes={"title": 'a "<b>" \x02 &\ufffe'})
+    target, *_ = save_fmu(odd, tmp_path / "odd\x01.fmu")
+    with zipfile.ZipFile(target) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    assert root.attrib["modelName"].isprintable()
+
+
+@pytest.mark.parametrize("name", CONTINUOUS)
+def test_the_python_file_takes_arrays_as_it_takes_lists(name: str, tmp_path: Path) -> None:
+    """Of any type of number, for rates, step and actuators: the same floats, those of the engine."""
+    made: dict[str, Any] = {}
+    exec(save_python(plant(load(name), 0.1), tmp_path / "ship.py").read_text(encoding="utf-8"), made)
+    x, u, e = points(name)
+    got = np.array([made["rates"](*row) for row in zip(x, u, e, strict=True)])
+    assert_rates(got, engine_rates(name, x, u, e), name)
+    a = np.linspace(-0.3, 0.3, len(exported_memory(name)))
+    for of in (np.float32, np.float64):
+        for row in zip(x.astype(of), u.astype(of), e.astype(of), strict=True):
+            lists = [one.astype(float).tolist() for one in row]
+            assert made["rates"](*row) == made["rates"](*lists)
+            assert made["step"](*row, dt=of(0.5)) == made["step"](*lists, dt=0.5)
+            after = made["ordered_step"](row[0], a.astype(of), row[1], row[2])
+            assert after == made["ordered_step"](lists[0], a.astype(of).astype(float).tolist(), *lists[1:])
+            assert {type(value) for part in after for value in part} == {float}
+
+
+def exported_memory(name: str) -> tuple[Any, ...]:
+    servos: Any = plant(load(name), 0.1).servos
+    return servos.memory

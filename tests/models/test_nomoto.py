@@ -146,3 +146,18 @@ def test_table_needs_one_list_of_rising_speeds() -> None:
         NomotoTable(speed=two, K=two, T=Terms(("a",), (1.0,)))
     with pytest.raises(ParameterError, match="rise"):
         NomotoTable(speed=Terms(("a", "b"), (2.0, 1.0)), K=two, T=two)
+
+
+@pytest.mark.parametrize(("name", "U"), [("zeefakkel", 5.0), *(("zeefakkel_speeds", U) for U in (2.0, 3.6, 5.0, 6.2))])
+def test_zeefakkel_turns_as_ships_do(name: str, U: float) -> None:
+    """At 30 deg between 2 and 6 lengths, far tighter per degree at 5 deg: the cubic term is what bounds the circle."""
+    model: Any = load(name).model
+    diameters = []
+    for rudder in (5.0, 30.0):
+        x = (0.0, 0.0, 0.0, U, 0.0, 0.0)
+        for _ in range(600):
+            rate = model.derivative(x, (0.0, math.radians(rudder)), CALM)
+            x = tuple(a + 0.5 * b for a, b in zip(x, rate, strict=True))
+        diameters.append(2.0 * U / x[5] / 45.0)
+    assert 2.0 < diameters[1] < 6.0
+    assert diameters[1] > 1.5 * diameters[0] * 5.0 / 30.0, "linear, it would be a sixth"

@@ -16,7 +16,7 @@ import pytest
 from seatrial.environment import CALM
 from seatrial.forces import Flow, Force, Slipstream
 from seatrial.models.mmg import Mmg
-from seatrial.parameters import update
+from seatrial.parameters import read, update
 from seatrial.ships.files import load
 
 GOLDEN = tomllib.loads((Path(__file__).parents[1] / "golden" / "suzaku.toml").read_text())
@@ -82,12 +82,29 @@ def test_straight_ahead_it_creeps_to_port() -> None:
     assert math.degrees(end[5]) == pytest.approx(GOLDEN["straight"]["drift"], abs=0.005)
 
 
-def test_tuned_circles_are_larger_than_the_pre_determined() -> None:
-    """What the paper says of all its cases holds with the literal reading, so the files take that one."""
-    for order, side in ((-35.0, -1), (40.0, 1)):
-        models = (variant("literal", "equal", ship=ship) for ship in ("suzaku", "suzaku_tuned_05"))
-        known, tuned = (figures(euler(model, order), side)[2] for model in models)
-        assert tuned > known
+TUNED = ("hull.R_0", "propeller.t_P", "propeller.w_P0", "propeller.C_w", "rudder.t_R", "rudder.a_H", "rudder.x_H",
+         "rudder.epsilon", "rudder.kappa", "rudder.l_R", "rudder.gamma_Rp", "rudder.gamma_Rn")  # fmt: skip
+TESTS = ((-10.0, -1), (20.0, 1), (-35.0, -1), (40.0, 1))
+
+
+def tuned(model: Mmg, a_r: str) -> Mmg:
+    """The model with a set of Table 7."""
+    primed = {"rudder.x_H": L, "rudder.l_R": L, "hull.R_0": read(model, "hull.R_0") / 0.017}
+    return update(model, {path: value * primed.get(path, 1.0)
+                          for path, value in zip(TUNED, GOLDEN["tuned"][a_r], strict=True)})  # fmt: skip
+
+
+def test_the_library_ship_circles_as_the_paper_says_of_its_own() -> None:
+    """All that is said of the circles of the test trials: larger in all cases, and how far two sets are apart."""
+    known: Any = load("suzaku").model
+    assert tuned(known, "0.5") == load("suzaku_tuned_05").model
+    wide = {order: figures(euler(known, order), side)[2] for order, side in TESTS}
+    of = {a_r: {order: figures(euler(tuned(known, a_r), order), side)[2] for order, side in TESTS}
+          for a_r in GOLDEN["tuned"]}  # fmt: skip
+    assert all(row[order] > wide[order] for row in of.values() for order in wide)
+    apart = {order: of["0.6"][order] - of["0.5"][order] for order in wide}
+    assert apart.pop(-10.0) == pytest.approx(GOLDEN["said"]["apart"], abs=0.1)
+    assert max(map(abs, apart.values())) < 0.25
 
 
 def flow(u: float, v_m: float, r: float, n_P: float, delta: float = 0.0) -> Flow:

@@ -197,20 +197,52 @@ def test_a_primed_mass_needs_its_yardsticks(tmp_path: Path) -> None:
         load(write(tmp_path, text))
 
 
+BRICK = (
+    "from dataclasses import dataclass\n"
+    "from pathlib import Path\n"
+    "from seatrial.forces import Force\n"
+    "from seatrial.parameters import spec\n"
+    "Path(__file__).with_name('ran').touch()\n"
+    "@dataclass(frozen=True, kw_only=True)\n"
+    "class Brick:\n"
+    "    mirror_symmetric = True\n"
+    "    drag: float = spec('kg/s', 'drag over speed')\n"
+    "    def force(self, flow):\n"
+    "        return Force(-self.drag * flow.u, 0.0, 0.0)\n"
+)
+OWN = '[hull]\ntype = "{}:Brick"\ndrag = {{ value = 3.0, unit = "kg/s", source = "guess" }}\n\n'
+
+
+def brick(folder: Path, module: str) -> Path:
+    """A ship file with a force of a module that lies beside it, and leaves a trace when it runs."""
+    (folder / f"{module}.py").write_text(BRICK)
+    return write(folder, re.sub(r"\[hull\][^\[]*", OWN.format(module), L7))
+
+
 def test_a_force_of_ones_own_needs_no_registration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "my_hull.py").write_text(
-        "from dataclasses import dataclass\n"
-        "from seatrial.forces import Force\n"
-        "from seatrial.parameters import spec\n"
-        "@dataclass(frozen=True, kw_only=True)\n"
-        "class Brick:\n"
-        "    mirror_symmetric = True\n"
-        "    drag: float = spec('kg/s', 'drag over speed')\n"
-        "    def force(self, flow):\n"
-        "        return Force(-self.drag * flow.u, 0.0, 0.0)\n"
-    )
+    path = brick(tmp_path, "my_hull")
     monkeypatch.syspath_prepend(str(tmp_path))
-    own = '[hull]\ntype = "my_hull:Brick"\ndrag = { value = 3.0, unit = "kg/s", source = "guess" }\n\n'
-    ship = load(write(tmp_path, re.sub(r"\[hull\][^\[]*", own, L7)))
+    ship = load(path, trust=("my_hull",))
     assert read(ship.model, "hull.drag") == 3.0
-    assert load(save(ship, tmp_path / "again.toml")).model == ship.model
+    assert load(save(ship, tmp_path / "again.toml"), trust=True).model == ship.model
+
+
+def test_a_ship_file_runs_no_code_that_nobody_trusts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = brick(tmp_path, "planted_hull")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for trust in (False, (), ("planted",), "planted_hul"):
+        with pytest.raises(ShipError, match=r"hull\.type: no module 'planted_hull'.*--trust planted_hull"):
+            load(path, trust=trust)
+    assert not (tmp_path / "ran").exists()
+    ship = load(path, trust=True)
+    assert (tmp_path / "ran").exists()
+    with pytest.raises(ShipError, match="--trust"):  # what is saved from a trusted ship is a file like any other
+        load(save(ship, tmp_path / "fit.toml"))
+    with pytest.raises(ShipError, match="family: no module 'planted_family'"):
+        load(write(tmp_path, L7.replace("mmg:Mmg", "planted_family:Mmg")), trust=("planted_hull",))
+
+
+@pytest.mark.parametrize("name", ["seatrial.__main__:Mmg", "seatrial.cli:Around", "seatrial.bench.turn:Mmg"])
+def test_a_ship_file_names_classes_of_the_rooms_of_parts_only(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ShipError, match="family: no module"):
+        load(write(tmp_path, L7.replace("mmg:Mmg", name)))

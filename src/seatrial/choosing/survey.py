@@ -17,7 +17,8 @@ from ..models import Sampled
 from ..models.settled import begun
 from ..parameters import walk
 from ..ships import Ship
-from ..ships.files import find_class, library, load
+from ..ships.classes import find_class
+from ..ships.files import library, load
 from ..systems import open_loop, open_loop_parameters
 from . import ANSWERS, CAPABILITIES, Family, Finding
 from .families import FAMILIES

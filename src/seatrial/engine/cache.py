@@ -4,6 +4,9 @@ The key is a digest of everything that decides the machine code: source, compile
 flags, processor features, C library.  A file is written under a name of its own and then renamed,
 so concurrent processes never see half of one; its last 32 bytes are the digest of the rest, so a
 truncated file is compiled anew instead of crashing the process that maps it.
+
+A kernel is code that this process runs, and the digest tells an accident, not an intent. So the folder
+is the user's own and closed to others, as is each file that is loaded from it.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ import ctypes
 import hashlib
 import os
 import shutil
+import stat
 import subprocess
 import tempfile
 from functools import cache
@@ -23,6 +27,7 @@ FLAGS = (
 )  # fmt: skip
 LIBRARIES = ("-lmvec", "-lm")
 DIGEST = 32
+_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class CompilerError(RuntimeError):
@@ -68,12 +73,14 @@ def library(source: str) -> ctypes.CDLL:
     """The compiled `source`, from the cache where it holds a whole copy.
 
     Raises:
-        CompilerError: no compiler, or the source does not compile or load here.
+        CompilerError: no compiler, a folder that others could put kernels into, or the source does not compile or
+            load here.
     """
     cc = compiler()
+    folder = _own_folder()
     text = source.encode()
     key = hashlib.sha256(b"\0".join([text, " ".join((*FLAGS, *LIBRARIES)).encode(), _machine(cc)])).hexdigest()
-    path = directory() / f"{key[:40]}.so"
+    path = folder / f"{key[:40]}.so"
     if not _whole(path):
         _compile(cc, text, path)
     try:
@@ -82,17 +89,47 @@ def library(source: str) -> ctypes.CDLL:
         raise CompilerError(f"the compiled kernel does not load: {error}") from error
 
 
-def _whole(path: Path) -> bool:
+def _own_folder() -> Path:
+    """The folder of the kernels without links, made where it is not, and closed to others.
+
+    Raises:
+        CompilerError: it is another user's, or others could put another one in its place.
+    """
+    given = directory()
     try:
-        data = path.read_bytes()
+        given.mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder = given.resolve()
+        own, above = folder.stat(), folder.parent.stat()
+        if not hasattr(os, "geteuid"):
+            return folder
+        user = os.geteuid()
+        if own.st_uid != user:
+            raise CompilerError(f"{given}: belongs to user {own.st_uid}, not to you; name a folder by SEATRIAL_CACHE")
+        exposed = above.st_mode & stat.S_IWOTH and not above.st_mode & stat.S_ISVTX
+        if exposed or above.st_uid not in (user, 0):
+            raise CompilerError(f"{given.parent}: others may replace what it holds; close it or set SEATRIAL_CACHE")
+        if stat.S_IMODE(own.st_mode) != 0o700:
+            folder.chmod(0o700)
+    except OSError as error:
+        raise CompilerError(f"cannot write kernels to {given}: {error.strerror}") from error
+    return folder
+
+
+def _whole(path: Path) -> bool:
+    """Whether it is a complete kernel that only this user could have written."""
+    try:
+        held, data = path.lstat(), path.read_bytes()
     except OSError:
+        return False
+    if not stat.S_ISREG(held.st_mode) or held.st_mode & _OTHERS_WRITE:
+        return False
+    if hasattr(os, "geteuid") and held.st_uid != os.geteuid():
         return False
     return len(data) > DIGEST and hashlib.sha256(data[:-DIGEST]).digest() == data[-DIGEST:]
 
 
 def _compile(cc: str, text: bytes, path: Path) -> None:
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent) as scratch:
             c, so = Path(scratch, "kernel.c"), Path(scratch, "kernel.so")
             c.write_bytes(text)
@@ -103,6 +140,7 @@ def _compile(cc: str, text: bytes, path: Path) -> None:
                 raise CompilerError(f"{cc} failed: {done.stderr.strip().splitlines()[-1:] or done.returncode}")
             code = so.read_bytes()
             so.write_bytes(code + hashlib.sha256(code).digest())
+            so.chmod(0o700)
             os.replace(so, path)
     except OSError as error:
         raise CompilerError(f"cannot write kernels to {path.parent}: {error.strerror}") from error

@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from ..ships import ShipError
 from .fmu_layout import Layout, Real
 from .fmu_source import compiled
 
@@ -14,6 +15,7 @@ BASE = {"m": {"m": 1}, "s": {"s": 1}, "kg": {"kg": 1}, "rad": {"rad": 1}, "N": {
 """Exponents of the base units."""
 
 OSP = "https://open-simulation-platform.com/OspModelDescription/1.0.0"
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _PLAIN = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
 
 
@@ -90,7 +92,13 @@ def numbers(real: Real) -> dict[str, str]:
 
 
 def quoted(name: str) -> str:
-    """A name as the structured convention has it; in quotes where it is no chain of identifiers."""
+    """A name as the structured convention has it; in quotes where it is no chain of identifiers.
+
+    Raises:
+        ShipError: one with characters that FMI has no way to write.
+    """
+    if not (name.isascii() and name.isprintable()):
+        raise ShipError(f"{name!a}: names in an FMU are plain ASCII; rename that part in the ship file")
     escaped = name.replace("\\", "\\\\").replace("'", "\\'")
     return name if _PLAIN.fullmatch(name) else f"'{escaped}'"
 
@@ -157,6 +165,9 @@ def _kind(reals: Sequence[Real]) -> str:
 
 
 def document(root: Element) -> str:
-    """The file of an element."""
+    """The file of an element; characters that no XML may hold become spaces."""
+    for element in root.iter():
+        for key, text in element.attrib.items():
+            element.set(key, _NOT_XML.sub(" ", text))
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"

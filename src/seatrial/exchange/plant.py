@@ -43,6 +43,10 @@ class Variable:
     low: float = -math.inf
     high: float = math.inf
 
+    def __post_init__(self) -> None:
+        if not self.name.isprintable():  # it goes into sources, where a line break would end a comment
+            raise ShipError(f"{self.name!a}: a name with control characters is not exported")
+
 
 @dataclass(frozen=True)
 class Number:

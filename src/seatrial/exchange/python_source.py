@@ -18,11 +18,12 @@ FORMS = {
     "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0} * {0}", "OP_TWICE": "2.0 * {0}", "OP_INV": "1.0 / {0}",
     "OP_LT": "{0} < {1}", "OP_LE": "{0} <= {1}", "OP_EQ": "{0} == {1}", "OP_NE": "{0} != {1}", "OP_NOT": "not {0}",
     "OP_AND": "{0} and {1}", "OP_OR": "{0} or {1}", "OP_IF_ELSE_ZERO": "{1} if {0} else 0.0",
-    "OP_SIGN": "({0} > 0.0) - ({0} < 0.0)", "OP_FMIN": "{0} if {0} < {1} else {1}",
+    "OP_SIGN": "(1.0 if {0} > 0.0 else -1.0 if {0} < 0.0 else 0.0)", "OP_FMIN": "{0} if {0} < {1} else {1}",
     "OP_FMAX": "{0} if {0} > {1} else {1}",
 }  # fmt: skip
 _MATH = ("sin", "cos", "exp", "log", "tanh", "asin", "acos", "atan", "atan2", "pow", "fabs", "sqrt", "inf", "nan")
-_TAKEN = {*_MATH, *keyword.kwlist, "p", "dt", "rates", "step", "actuate", "ordered_step", "zip", "tuple"}
+_TAKEN = {*_MATH, *keyword.kwlist, "p", "dt", "rates", "step", "actuate", "ordered_step", "zip", "tuple",
+          "map", "float"}  # fmt: skip
 
 
 def save_python(plant: Plant, path: str | Path) -> Path:
@@ -91,6 +92,7 @@ def _docstring(plant: Plant) -> list[str]:
     text = [
         plant.title, "",
         "rates(x, u, e) is the time derivative of the state, step(x, u, e, dt) the state after dt seconds.",
+        "x, u and e are sequences of numbers: lists, tuples or one-dimensional arrays; what comes back are floats.",
         "", "State x:", *_elements("x", plant.states), "Controls u, actual values:", *_elements("u", plant.controls),
         "Environment e, all zero in calm deep water:", *_elements("e", plant.environment),
     ]  # fmt: skip
@@ -150,8 +152,8 @@ def _rates(plant: Plant) -> list[str]:
     return [
         "def rates(x, u, e=CALM, p=NUMBERS):",
         '    """Time derivative of the state x under the controls u in the environment e."""',
-        *(f"    {names[2][j]} = e[{j}]" for i, j in sorted(reads) if i == 2),
-        f"    {_group(names[0])}, {_group(names[1])} = x, u", *statements, "    return (",
+        *(f"    {names[2][j]} = float(e[{j}])" for i, j in sorted(reads) if i == 2),
+        f"    {_group(names[0])}, {_group(names[1])} = map(float, x), map(float, u)", *statements, "    return (",
         *(f"        {text},  # {one.name} [{one.unit}/s]" for text, one in zip(rates, plant.states, strict=True)),
         "    )", "", "",
     ]  # fmt: skip
@@ -164,7 +166,7 @@ def _actuate(plant: Plant) -> list[str]:
     return [
         "def actuate(a, o, p=ACTUATORS):",
         '    """What acts on the ship over the next DT seconds under the orders o, and the memory at their end."""',
-        f"    {_group(names[0])}, {_group(names[1])} = a, o", *statements, "    u = (",
+        f"    {_group(names[0])}, {_group(names[1])} = map(float, a), map(float, o)", *statements, "    u = (",
         *(f"        {text},  # {one.name}" for text, one in zip(acting, plant.controls, strict=True)),
         "    )", "    a_next = (",
         *(f"        {text},  # {one.name}" for text, one in zip(after, servos.memory, strict=True)),
@@ -175,6 +177,7 @@ def _actuate(plant: Plant) -> list[str]:
 _STEP = '''\
 def step(x, u, e=CALM, dt=1.0, p=NUMBERS):
     """State after dt seconds by the Runge-Kutta method of fourth order, u and e held."""
+    x, dt = tuple(map(float, x)), float(dt)
     a = rates(x, u, e, p)
     b = rates([z + 0.5 * dt * k for z, k in zip(x, a)], u, e, p)
     c = rates([z + 0.5 * dt * k for z, k in zip(x, b)], u, e, p)

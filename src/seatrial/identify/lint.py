@@ -15,7 +15,7 @@ from ..data import DataError, Trial
 from ..data.check import check, check_set
 from ..models import STATES, Sampled
 from ..parameters import specs, unknown
-from ..replay_gaps import gap_words, gaps, no_wind, predicted
+from ..replay_gaps import gap_words, gaps, no_wind, predicted, wind_words
 from . import Estimator, Issue, Nuisance, Problem, StudyError
 from .objective import TrajectoryObjective
 from .plant_lint import commands, mass, sampling
@@ -138,6 +138,8 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
     windy = getattr(ship.model, "wind", None) is not None or bool(getattr(ship.model, "needed", ()))
     if windy and no_wind(trial, ship.model):
         yield Issue("warning", trial.name, "has no wind (U_T, gamma_T), which the model could use; taken as still air")
+    if told := wind_words(trial, windy):
+        yield Issue("warning", trial.name, told)
     part = trial.rows(predicted(trial))
     if missing := gaps(part, ship.model):
         left_out = isinstance(ship.model, Sampled)

@@ -15,6 +15,7 @@ from typing import Any
 from ..data import Trial
 from ..parameters import unknown
 from ..ships import Ship
+from ..ships.classes import Trust, trusting
 from . import Estimator, Loss, Nuisance, Problem, StudyError
 from .freedom import freedom
 from .study import digest, read_estimator, read_ship
@@ -136,11 +137,12 @@ def is_series(path: str | Path) -> bool:
         return False
 
 
-def read_series(path: str | Path, budget: str = FULL) -> Series:
+def read_series(path: str | Path, budget: str = FULL, *, trust: Trust = False) -> Series:
     """Read a file of many fits and all that it names.
 
     Args:
         budget: "full", or one of its [budgets].
+        trust: modules outside the package whose classes it may name, and so run; True for any.
 
     Raises:
         StudyError: naming the file, the key and what would be right.
@@ -153,7 +155,8 @@ def read_series(path: str | Path, budget: str = FULL) -> Series:
     _check_names(here, said)
     size = said.budgets.get(budget)
     reader = _Reader(here, said, size)
-    rows = tuple(reader.row(key) for key in said.fits if size is None or not size.fits or key in size.fits)
+    with trusting(trust):
+        rows = tuple(reader.row(key) for key in said.fits if size is None or not size.fits or key in size.fits)
     held = [row.key for row in rows]
     tests, watched = reader.kept_apart(rows[0].ship)
     source = said.published

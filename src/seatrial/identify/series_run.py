@@ -15,6 +15,7 @@ import numpy as np
 from ..data import Array
 from ..parameters import unknown
 from ..ships import Ship
+from ..ships.classes import foreign
 from ..ships.files import load
 from . import Fit, FitError, Issue, Progress, StudyError
 from .lint import lines, lint, raise_on_errors
@@ -194,7 +195,7 @@ def members(series: Series, row: Row, out: Path) -> tuple[Member, ...]:
             summary = load_fit_summary(where)
             objective = summary["objective"]
             found.append(Member(
-                cell.seed, load(where / MODEL), _history(where / HISTORY),
+                cell.seed, load(where / MODEL, trust=foreign(row.ship.model)), _history(where / HISTORY),
                 math.nan if objective is None else float(objective), summary,
             ))  # fmt: skip
     return tuple(found)

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from ..data import Trial
 from ..parameters import Free, specs, unknown
 from ..ships import Ship, ShipError
-from ..ships.files import find_class, load
+from ..ships.classes import Trust, find_class, trusting
+from ..ships.files import load
 from ..ships.writing import to_toml
 from . import Estimator, Loss, Nuisance, Problem, StudyError
 from .freedom import freedom
@@ -64,14 +65,22 @@ class Study:
         return self.problem.loss.sigma or None
 
 
-def read_study(path: str | Path) -> Study:
+def read_study(path: str | Path, *, trust: Trust = False) -> Study:
     """Read a study and all that it names.
+
+    Args:
+        trust: modules outside the package whose code the study and its ship may run by naming their classes;
+            True for any.
 
     Raises:
         StudyError: naming the file, the key and what would be right.
         ShipError, DataError, ParameterError: from what the study names.
     """
-    here = Path(path)
+    with trusting(trust):
+        return _read(Path(path))
+
+
+def _read(here: Path) -> Study:
     document = _document(here)
     said = _checked(here, document)
     ship = read_ship(here, said.ship)

@@ -22,7 +22,8 @@ from ..models import STATES
 from ..parameters import ParameterError, unknown
 from ..sensors import SensorError, Sensors
 from ..ships import Ship, ShipError
-from ..ships.files import find_class, load
+from ..ships.classes import find_class
+from ..ships.files import load
 from ..simulate import approach, simulate
 from ..weather import Gust, WeatherError
 from . import StudyError

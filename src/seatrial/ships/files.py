@@ -1,15 +1,12 @@
 """Ship files: `load` reads one, `library` lists those of the package, `save` writes one.
 
 The file is a table a component; see docs/extending.md for the keys.  A component is named
-``module:Class``, within `seatrial.forces` (the family: within `seatrial.models`) or absolute.
+``module:Class``, within `seatrial.forces` (the family: within `seatrial.models`), or in a module that is trusted.
 """
 
 from __future__ import annotations
 
-import importlib
 import inspect
-import pkgutil
-import re
 import tomllib
 import typing
 from collections.abc import Mapping
@@ -21,6 +18,7 @@ from ..models import unit
 from ..parameters import ParameterError, Parts, Spec, Terms, unknown
 from . import Entry, Ship, ShipError
 from .actuation import read_actuators
+from .classes import Trust, find_class, trusting
 from .networks import read_network
 from .numbers import PARTICULARS, Yardsticks, number
 from .writing import save, to_toml
@@ -28,7 +26,6 @@ from .writing import save, to_toml
 __all__ = ["library", "load", "save", "to_toml"]
 
 SCHEMA = "seatrial-ship/1"
-_NAME = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
 FOLDER = Path(__file__).parent
 TOP = ("schema", "name", "of", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
 
@@ -38,8 +35,11 @@ def library() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 
-def load(name_or_path: str | Path) -> Ship:
+def load(name_or_path: str | Path, *, trust: Trust = False) -> Ship:
     """Read a ship of the library by name, or a ship file (a saved fit is one) by path.
+
+    Args:
+        trust: modules outside the package whose code the file may run by naming their classes; True for any.
 
     Raises:
         ShipError: no such ship; a key, unit, type or number that cannot be used, in one line.
@@ -51,7 +51,8 @@ def load(name_or_path: str | Path) -> Ship:
         raise ShipError(f"{path}: cannot be read as TOML: {error}") from None
     if document.get("schema") != SCHEMA:
         raise ShipError(f"{path}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
-    return _Reading(path, document).ship()
+    with trusting(trust):
+        return _Reading(path, document).ship()
 
 
 def _find(name_or_path: str | Path) -> Path:
@@ -64,23 +65,6 @@ def _find(name_or_path: str | Path) -> Path:
     if text not in library():
         raise ShipError(unknown(text, library(), "ship"))
     return FOLDER / f"{text}.toml"
-
-
-def find_class(name: Any, room: str, where: str) -> type:
-    """The dataclass ``module:Class`` in a room of seatrial, or in any module by its full name."""
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise ShipError(f"{where}: a type is written 'module:Class'; got {name!r}")
-    module, _, cls = name.partition(":")
-    package = importlib.import_module(f"seatrial.{room}")
-    inside = [m.name for m in pkgutil.iter_modules(package.__path__)]
-    try:
-        found = importlib.import_module(f"seatrial.{room}.{module}" if module in inside else module)
-    except (ImportError, ValueError):
-        raise ShipError(f"{where}: {unknown(module, inside, 'module')}") from None
-    classes = {n: c for n, c in vars(found).items() if inspect.isclass(c) and is_dataclass(c)}
-    if cls not in classes:
-        raise ShipError(f"{where}: {unknown(cls, classes or ['none'], f'class in {module}')}")
-    return classes[cls]
 
 
 ROLES = {"ForceModule": "force", "PropellerModule": "propeller", "RudderModule": "rudder"}
@@ -141,8 +125,8 @@ class _Reading:
 
     def text(self, key: str, default: str) -> str:
         found = self.document.get(key, default)
-        if not isinstance(found, str) or not found:
-            raise ShipError(f"{self.path}: {key} is not a text")
+        if not isinstance(found, str) or not found or not found.isprintable():
+            raise ShipError(f"{self.path}: {key} is {found!a}; it is a text in one line")
         return found
 
     def numbers(
@@ -196,6 +180,7 @@ class _Reading:
         if "parts" in f.metadata:
             names = tuple(self.table(name))
             role = f.metadata["parts"]
+            self.made(Parts, {"names": names}, name)  # before a component of such a name is read
             return Parts(names, tuple(self.component(f"{name}.{part}", None, scale, role) for part in names))
         return self.component(name, hint, scale, ROLES.get(str(getattr(_one(hint), "__name__", "")), ""))
 

@@ -21,6 +21,7 @@ FACTORS = {
     ("kN", "N"): 1e3, ("MN", "N"): 1e6, ("kN m", "N m"): 1e3,
     ("rpm/s", "1/s^2"): 1.0 / 60.0, ("rps/s", "1/s^2"): 1.0,
     ("t", "kg"): 1e3, ("t/m^3", "kg/m^3"): 1e3, ("t m^2", "kg m^2"): 1e3, ("min", "s"): 60.0,
+    ("s^2/deg^2", "s^2"): (180.0 / math.pi) ** 2,
 }  # fmt: skip
 """Factor from a unit of the field to the one used inside."""
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from ..identify.series import Series
 from ..identify.series_run import folder
 from ..identify.store import MODEL, SUMMARY
+from ..ships.classes import foreign
 from ..ships.files import load
 from .page import number, table, text
 from .spread import NAME, WIDE, Spread, load_members, spreads
@@ -29,7 +30,7 @@ def validity(series: Series, out: Path) -> dict[str, dict[str, Spread]]:
             where = folder(out, row, cell)
             if not ((where / NAME).is_file() and (where / SUMMARY).is_file()):
                 continue
-            ship = load(where / MODEL)
+            ship = load(where / MODEL, trust=foreign(row.ship.model))
             told = spreads(load_members(where / NAME, ship), ship, tuple(series.tests.values()))
             found[row.key] = dict(zip(series.tests, told, strict=True))
     return found
