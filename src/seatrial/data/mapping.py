@@ -9,7 +9,7 @@ The file says which column is which channel, in which unit, with which sign and 
     column = "HDG"
     unit = "deg"
 
-A channel is `sign * column * (unit in SI) + offset`, the offset in SI.  With ``velocity = "earth"``
+A channel is `sign * column + offset`, both in the unit of the column, and then SI.  With ``velocity = "earth"``
 the columns of `u` and `v_m` hold the velocities north and east and are turned into body axes.
 """
 
@@ -39,7 +39,7 @@ _META = ("ship", "scale", "L_pp", "kind", "source", "licence", "water_density")
 
 @dataclass(frozen=True)
 class Column:
-    """Where a channel comes from: `sign * column * unit + offset` (offset in SI)."""
+    """Where a channel comes from: `(sign * column + offset) * unit`, the offset in the unit of the column."""
 
     column: str
     unit: str
@@ -152,7 +152,8 @@ def _wanted_numbers(
 
 
 def _si(name: str, column: Column, raw: Array) -> Array:
-    return raw * (column.sign * conversion(name, column.unit)[1]) + column.offset
+    factor = conversion(name, column.unit)[1]
+    return raw * (column.sign * factor) + column.offset * factor
 
 
 def _check_channel(path: Path, name: str, column: Column) -> None:
