@@ -82,7 +82,8 @@ def numbers(
                 "complete the line or take it out"
             )
         try:
-            flat += list(map(float, cells))  # whole rows only: extend would keep half of a bad one
+            # whole rows only: extend would keep half of a bad one
+            flat += list(map(float if lines[k].isascii() and "_" not in lines[k] else decimal, cells))
         except ValueError:
             flat.extend(_number(path, k, *pair) for pair in zip(columns, cells, strict=True))
     table = np.array(flat, dtype=np.float64).reshape(len(kept), len(columns))
@@ -96,12 +97,23 @@ def numbers(
     return table, [k + 1 for k in kept]
 
 
+def decimal(text: str) -> float:
+    """The number that a text says as people write it.
+
+    Raises:
+        ValueError: none, or one that only Python takes for a number: ``1_000``, full-width digits.
+    """
+    if "_" in text or not text.strip().isascii():
+        raise ValueError(text)
+    return float(text)
+
+
 def _number(path: str | Path, k: int, column: str, cell: str) -> float:
     text = cell.strip().strip('"').strip()
     if text.lower() in ("", "nan", "na", "null"):
         return math.nan
     try:
-        return float(text)
+        return decimal(text)
     except ValueError:
         raise DataError(
             f"{path}: column '{column}', line {k + 1}: '{text[:40]}' is not a number; "

@@ -20,7 +20,7 @@ import numpy as np
 from ..parameters import unknown
 from . import Array, DataError, Trial, unwrapped
 from .sidecar import CONVENTIONS
-from .table import check_time, existing
+from .table import check_time, decimal, existing
 from .track import track_miss
 
 SUFFIX = ".xlsx"
@@ -131,7 +131,7 @@ def _numbers(path: Path, column: str, cells: list[Any]) -> Array:
     for k, cell in enumerate(cells):
         text = "" if cell is None else str(cell).strip()
         try:
-            out[k] = float(text) if text else np.nan
+            out[k] = decimal(text) if text else np.nan
         except ValueError:
             raise DataError(f"{path}: column '{column}', row {k + 2}: '{text}' is no number") from None
         if np.isinf(out[k]):
