@@ -8,6 +8,7 @@ before anything is written, so that a file that fails leaves nothing behind.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -15,6 +16,7 @@ from ..parameters import unknown
 from . import DataError, Trial, frt_esso, nmea_log, nmea_trial, robot_files, robot_log, simman, usv_asw
 from .mapping import read as read_by_mapping
 from .mapping import read_mapping
+from .sidecar import plain_meta, said_by, sidecar_path
 from .table import existing, lines_of
 from .trialfile import FOREIGN, read_trial, write_trial
 
@@ -27,6 +29,9 @@ READERS: Mapping[str, Callable[[Path], Trial]] = MappingProxyType({
 FORMATS = (*READERS, "csv")
 """Names that `import_log` knows."""
 
+_OF_THE_IMPORT = frozenset({"processing", "lines", "epoch_utc"})
+"""Keys of a sidecar that each import says anew."""
+
 _SUFFIXES = {"frt-esso": frt_esso.SUFFIX, "simman": simman.SUFFIX, "usv-asw": usv_asw.SUFFIX, "nmea": nmea_log.SUFFIX,
              "mcap": robot_files.SUFFIX, "csv": ".csv"}  # fmt: skip
 
@@ -35,6 +40,8 @@ def import_log(
     format: str, src: str | Path, out: str | Path, mapping: str | Path | None = None
 ) -> list[Path]:
     """Read a foreign log, or a folder of them, and write ``out/<stem>.csv`` and ``.yaml`` for each.
+
+    What a person added to a sidecar that is there already stays in it.
 
     Args:
         format: one of `FORMATS`.
@@ -47,8 +54,8 @@ def import_log(
         The CSV files written, in the order read.
 
     Raises:
-        DataError: an unknown format, no mapping for csv, or a log that cannot be read; then
-            nothing has been written.
+        DataError: an unknown format, no mapping for csv, a log that cannot be read, or a sidecar there that says
+            something else than the log; then nothing has been written.
     """
     read = _reader(format, mapping)
     files = _files(format, Path(src))
@@ -61,7 +68,7 @@ def import_log(
         if target.resolve() == file.resolve():
             raise DataError(f"{file}: would be written over; choose another folder with -o")
         taken[file.stem] = file
-    trials = [read(file) for file in files]
+    trials = [_keeping(folder / f"{file.stem}.csv", read(file)) for file in files]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -70,6 +77,27 @@ def import_log(
     for trial, path in zip(trials, written, strict=True):
         write_trial(trial, path)
     return written
+
+
+def _keeping(path: Path, trial: Trial) -> Trial:
+    """The trial with what the sidecar of an earlier import says beyond it: set points, kind, notes that a person added.
+
+    Raises:
+        DataError: the two disagree; which of them is right, only a person knows.
+    """
+    if not sidecar_path(path).exists():
+        return trial
+    before, now = said_by(path), plain_meta(path, trial.meta)
+    for key in sorted(set(before) & set(now) - _OF_THE_IMPORT):
+        if before[key] != now[key]:
+            raise DataError(
+                f"{sidecar_path(path)}: {key} is {before[key]!r:.60}, by this import it would be {now[key]!r:.60}; "
+                "take it out of the sidecar, or choose another folder with -o"
+            )
+    added = {key: value for key, value in before.items() if key not in now and key not in _OF_THE_IMPORT}
+    if not added:
+        return trial
+    return replace(trial, meta={**trial.meta, **added}).noting(f"kept from the sidecar: {', '.join(added)}")
 
 
 def recognised(path: str | Path) -> str | None:

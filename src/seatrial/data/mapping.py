@@ -16,7 +16,6 @@ the columns of `u` and `v_m` hold the velocities north and east and are turned i
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,9 +25,10 @@ import numpy as np
 
 from ..parameters import unknown
 from . import UNITS, Array, DataError, Trial, unwrapped
+from .documents import read_toml
 from .prepare import to_body
-from .sidecar import CONVENTIONS
-from .table import check_time, continued, existing, lines_of, numbers, split_row
+from .sidecar import CONVENTIONS, check_meta
+from .table import check_time, continued, lines_of, numbers, split_row
 from .units import conversion, standard_unit
 
 if TYPE_CHECKING:
@@ -76,12 +76,8 @@ def read_mapping(path: str | Path) -> Mapping:
     Raises:
         DataError: not TOML, an unknown key (the near ones are named), a wrong type or unit.
     """
-    here = existing(path)
-    try:
-        said = tomllib.loads(here.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise DataError(f"{here}: not readable as TOML: {error}") from None
-    checked = _validated(here, said)
+    here = Path(path)
+    checked = _validated(here, read_toml(here))
     channels = {name: Column(**value) for name, value in checked["channels"].items()}
     for name, column in channels.items():
         _check_channel(here, name, column)
@@ -91,9 +87,11 @@ def read_mapping(path: str | Path) -> Mapping:
     if velocity == "earth" and not {"u", "v_m", "psi"} <= set(channels):
         raise DataError(f'{here}: frame.velocity = "earth" needs channels u (north), v_m (east) and psi')
     separator = checked["delimiter"]
+    meta = {k: checked[k] for k in _META if checked[k] is not None}
+    check_meta(Path(path), meta)
     return Mapping(
         time, channels, velocity, None if separator == "whitespace" else separator,
-        checked["skip"], checked["encoding"], {k: checked[k] for k in _META if checked[k] is not None},
+        checked["skip"], checked["encoding"], meta,
     )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from . import Array, Trial, unwrapped
 from .geodesy import Datum
 from .nmea_log import on_rows, read_told, told_meta
-from .sidecar import CONVENTIONS
+from .sidecar import CONVENTIONS, check_meta
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,7 @@ def read_aboard(path: Path) -> Aboard:
     datum = said["datum"]
     antenna, log = said["antenna"], said["log"]
     meta = {k: v for k, v in said.items() if k not in ("antenna", "log", "datum", "schema_") and v is not None}
+    check_meta(path, meta)
     return Aboard(
         (antenna["forward"], antenna["starboard"]), log["forward"],
         None if datum is None else Datum(datum["latitude"], datum["longitude"]), meta,

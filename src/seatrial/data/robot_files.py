@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from . import DataError
+from .documents import read_yaml
 from .robot_messages import store
 
 SUFFIX = ".mcap"
@@ -88,9 +89,7 @@ def _bag(path: Path) -> Generator[Bag]:
         from rosbags.rosbag2 import Reader
     except ImportError:
         raise DataError(_NEEDS) from None
-    import yaml
-
-    about = cast("dict[str, Any]", yaml.safe_load((path / BAG).read_text(encoding="utf-8")))
+    about = read_yaml(path / BAG)
     said = about["rosbag2_bagfile_information"].get("custom_data") or {}
     with Reader(path) as reader:
         messages = (Message(at.topic, at.msgtype, logged, bytes(data)) for at, logged, data in reader.messages())

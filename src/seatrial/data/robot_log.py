@@ -28,8 +28,8 @@ from . import UNITS, Array, DataError, Trial, unwrapped
 from .geodesy import Datum
 from .prepare import to_body
 from .robot_files import Message, opened
-from .robot_messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, Told, began, earth_fixed, told
-from .sidecar import CONVENTIONS
+from .robot_messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, Told, earth_fixed, told
+from .sidecar import CONVENTIONS, began
 from .units import standard_unit
 
 # Stamps above this are times since 1970, those below times since some start [ns].
@@ -93,7 +93,7 @@ def read(path: Path, topics: Topics | None = None) -> Trial:
     order = np.argsort(np.array(base.times), kind="stable")
     ticks = np.array(base.times)[order]
     keep = np.append(True, np.diff(ticks) > 0)
-    rows = _Rows(ticks[keep], base, began(path.stem, note.get("meta", {})))
+    rows = _Rows(ticks[keep], base, began(path, note.get("meta", {})))
     steps = [f"imported from {', '.join(f'{t} ({series[t].kind})' for t in sorted(series))}"]
     if not keep.all():
         steps.append(f"{int((~keep).sum())} messages left out whose time was there already")

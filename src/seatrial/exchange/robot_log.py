@@ -14,8 +14,8 @@ import numpy as np
 from ..data import UNITS, Array, DataError, Trial
 from ..data.geodesy import Datum
 from ..data.robot_files import Message, write_bag, write_mcap
-from ..data.robot_messages import FIX, FRAMES, NUMBER, ODOMETRY, POSE, TWIST, VELOCITY, began, packed
-from ..data.sidecar import sidecar_text
+from ..data.robot_messages import FIX, FRAMES, NUMBER, ODOMETRY, POSE, TWIST, VELOCITY, packed
+from ..data.sidecar import began, sidecar_text
 
 FORMATS = ("mcap", "rosbag2")
 """What can be written."""
