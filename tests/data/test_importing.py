@@ -101,6 +101,10 @@ def test_what_a_person_added_to_a_sidecar_outlives_the_next_import(tmp_path):
     with pytest.raises(DataError, match=r"log\.yaml: L_pp is 7\.1, by this import it would be 7\.0; take it out"):
         import_log(*again)
     assert before == (sidecar.read_bytes(), path.read_bytes())
+    sidecar.write_text(sidecar.read_text().replace("L_pp: 7.1", "L_pp: 7.0"))
+    (tmp_path / "log.csv").write_text(LOG.replace("10,10", "11,12").replace(",1,", ",2,"))
+    with pytest.raises(DataError, match=r"says set_points, kind of another recording called log; remove it"):
+        import_log(*again)
 
 
 def test_one_bad_log_leaves_nothing_behind(tmp_path):

@@ -12,6 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
+
 from ..parameters import unknown
 from . import DataError, Trial, frt_esso, nmea_log, nmea_trial, robot_files, robot_log, simman, usv_asw
 from .mapping import read as read_by_mapping
@@ -30,7 +32,8 @@ FORMATS = (*READERS, "csv")
 """Names that `import_log` knows."""
 
 _OF_THE_IMPORT = frozenset({"processing", "lines", "epoch_utc"})
-"""Keys of a sidecar that each import says anew."""
+_OF_THE_LOG = frozenset({"start", "datum", "frames"})
+"""Keys of a sidecar that each import says anew, and those that another recording does."""
 
 _SUFFIXES = {"frt-esso": frt_esso.SUFFIX, "simman": simman.SUFFIX, "usv-asw": usv_asw.SUFFIX, "nmea": nmea_log.SUFFIX,
              "mcap": robot_files.SUFFIX, "csv": ".csv"}  # fmt: skip
@@ -83,21 +86,37 @@ def _keeping(path: Path, trial: Trial) -> Trial:
     """The trial with what the sidecar of an earlier import says beyond it: set points, kind, notes that a person added.
 
     Raises:
-        DataError: the two disagree; which of them is right, only a person knows.
+        DataError: the two disagree, or another recording is there; which is right, only a person knows.
     """
     if not sidecar_path(path).exists():
         return trial
     before, now = said_by(path), plain_meta(path, trial.meta)
-    for key in sorted(set(before) & set(now) - _OF_THE_IMPORT):
+    same = _same_recording(path, trial)
+    anew = _OF_THE_IMPORT if same else _OF_THE_IMPORT | _OF_THE_LOG
+    added = {key: value for key, value in before.items() if key not in now and key not in anew}
+    for key in sorted(set(before) & set(now) - anew):
         if before[key] != now[key]:
-            raise DataError(
-                f"{sidecar_path(path)}: {key} is {before[key]!r:.60}, by this import it would be {now[key]!r:.60}; "
-                "take it out of the sidecar, or choose another folder with -o"
-            )
-    added = {key: value for key, value in before.items() if key not in now and key not in _OF_THE_IMPORT}
+            about = f"{before[key]!r:.60}, by this import it would be {now[key]!r:.60}"
+            raise DataError(f"{sidecar_path(path)}: {key} is {about}; take it out there, or choose another folder (-o)")
+    if added and not same:
+        about = f"says {', '.join(added)} of another recording called {path.stem}"
+        raise DataError(f"{sidecar_path(path)}: {about}; remove it, or choose another folder (-o)")
     if not added:
         return trial
     return replace(trial, meta={**trial.meta, **added}).noting(f"kept from the sidecar: {', '.join(added)}")
+
+
+def _same_recording(path: Path, trial: Trial) -> bool:
+    """Whether a trial file holds the same recording, or a part of it: some channel that moves is the same there."""
+    if not path.exists():
+        return True  # a sidecar written beforehand
+    try:
+        there = read_trial(path)
+    except DataError:
+        return True  # what is damaged, or of an older version, is written anew
+    rows = slice(0, min(len(there), len(trial)))
+    pairs = ((there[name][rows], trial[name][rows]) for name in trial.channels if name in there)
+    return any(np.array_equal(a, b, equal_nan=True) and np.unique(a[np.isfinite(a)]).size > 1 for a, b in pairs)
 
 
 def recognised(path: str | Path) -> str | None:

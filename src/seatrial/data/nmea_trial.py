@@ -82,7 +82,8 @@ def read(path: Path, aboard: Aboard | None = None) -> Trial:
     _controls(channels, raw, steps)
     _around(channels, raw, psi)
     where = {} if datum is None else {"datum": {"latitude": datum.latitude, "longitude": datum.longitude}}
-    meta = {**CONVENTIONS, **told_meta(told), **where, **aboard.meta, "lines": dict(told.lines), "processing": steps}
+    said = {**told_meta(told, float(t[0])), **where, **aboard.meta}
+    meta = {**CONVENTIONS, **said, "lines": dict(told.lines), "processing": steps}
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
     # seconds since 1970 are told to a quarter of a microsecond only
     return Trial(path.stem, np.round(t - t[0], 6), known, {}, meta)
