@@ -128,7 +128,22 @@ def test_requests_that_are_wrong(tmp_path):
         import_log("csv", tmp_path, tmp_path / "o")
     with pytest.raises(DataError, match=r"no column 'Time'|no column"):
         import_log("frt-esso", tmp_path / "a.csv", tmp_path / "o")
-    assert FORMATS == ("frt-esso", "simman", "usv-asw", "nmea", "mcap", "rosbag2", "csv")
+    assert tuple(FORMATS) == ("frt-esso", "simman", "usv-asw", "nmea", "mcap", "rosbag2", "csv")
+
+
+def test_a_header_of_two_columns_of_one_name_is_refused(tmp_path):
+    (tmp_path / "m.toml").write_text(MAPPING)
+    table = mapping.read_mapping(tmp_path / "m.toml")
+    (tmp_path / "log.csv").write_text(LOG.replace("NOTE", "HDG"))
+    with pytest.raises(DataError, match=r"log\.csv: column 'HDG', line 1: 2 columns of this name; keep one"):
+        mapping.read(tmp_path / "log.csv", table)
+    (tmp_path / "log.csv").write_text(LOG.replace("NOTE", "NOTE,NOTE").replace("o\n", "o,\n").replace("x\n", "x,\n")
+                                      .replace(",1,\n", ",1,,\n"))  # fmt: skip
+    assert len(mapping.read(tmp_path / "log.csv", table)) == 3  # what nobody reads may stand twice
+    heads = list(frt_esso.COLUMNS)
+    (tmp_path / "turn.csv").write_text("\n".join([",".join([*heads, heads[3]]), *2 * [",".join(14 * ["0"])]]))
+    with pytest.raises(DataError, match="line 1: 2 columns of this name"):
+        frt_esso.read(tmp_path / "turn.csv")
 
 
 def test_esso(data_file, tmp_path):

@@ -1,14 +1,14 @@
 """Foreign logs to trial files.
 
-A format is a module with `read(path) -> Trial`; `csv` is read by a mapping file, `nmea` may have one that says where
-the instruments are, `mcap` and `rosbag2` one that says which topics are what.  Everything is read
-before anything is written, so that a file that fails leaves nothing behind.
+A format is a module with `read(path) -> Trial` and a line in `FORMATS`, which imports and studies share; `csv` is read
+by a mapping file, `nmea` may have one that says where the instruments are, `mcap` and `rosbag2` one that says which
+topics are what.  Everything is read before anything is written, so that a file that fails leaves nothing behind.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -22,21 +22,55 @@ from .sidecar import plain_meta, said_by, sidecar_path
 from .table import existing, lines_of
 from .trialfile import FOREIGN, read_trial, write_trial
 
-READERS: Mapping[str, Callable[[Path], Trial]] = MappingProxyType({
-    "frt-esso": frt_esso.read, "simman": simman.read, "usv-asw": usv_asw.read, "nmea": nmea_trial.read,
-    "mcap": robot_log.read, "rosbag2": robot_log.read,
-})  # fmt: skip
-"""Formats whose columns are known."""
+Reader = Callable[[Path], Trial]
 
-FORMATS = (*READERS, "csv")
-"""Names that `import_log` knows."""
+
+@dataclass(frozen=True)
+class Format:
+    """A format of logs.
+
+    Attributes:
+        suffixes: of its files; none where a recording is a folder.
+        read: reader where the columns are known; None where only a mapping file tells them.
+        mapped: reader by a mapping file; None where there is nothing to map.
+    """
+
+    suffixes: tuple[str, ...]
+    read: Reader | None
+    mapped: Callable[[Path], Reader] | None = None
+
+
+def _by_columns(mapping: Path) -> Reader:
+    table = read_mapping(mapping)
+    return lambda path: read_by_mapping(path, table)
+
+
+def _by_instruments(mapping: Path) -> Reader:
+    aboard = nmea_trial.read_aboard(mapping)
+    return lambda path: nmea_trial.read(path, aboard)
+
+
+def _by_topics(mapping: Path) -> Reader:
+    from .robot_schema import read_topics
+
+    topics = read_topics(mapping)
+    return lambda path: robot_log.read(path, topics)
+
+
+FORMATS: Mapping[str, Format] = MappingProxyType({
+    "frt-esso": Format((frt_esso.SUFFIX,), frt_esso.read),
+    "simman": Format((simman.SUFFIX,), simman.read),
+    "usv-asw": Format((usv_asw.SUFFIX,), usv_asw.read),
+    "nmea": Format((nmea_log.SUFFIX,), nmea_trial.read, _by_instruments),
+    "mcap": Format((robot_files.SUFFIX,), robot_log.read, _by_topics),
+    "rosbag2": Format((), robot_log.read, _by_topics),
+    "csv": Format((".csv", ".dat"), None, _by_columns),
+})  # fmt: skip
+"""What can be read besides trial files, by the names of `seatrial import` and of a study's ``data.format``."""
 
 _OF_THE_IMPORT = frozenset({"processing", "lines", "epoch_utc"})
 _OF_THE_LOG = frozenset({"start", "datum", "frames"})
 """Keys of a sidecar that each import says anew, and those that another recording does."""
-
-_SUFFIXES = {"frt-esso": frt_esso.SUFFIX, "simman": simman.SUFFIX, "usv-asw": usv_asw.SUFFIX, "nmea": nmea_log.SUFFIX,
-             "mcap": robot_files.SUFFIX, "csv": ".csv"}  # fmt: skip
 
 
 def import_log(
@@ -60,8 +94,8 @@ def import_log(
         DataError: an unknown format, no mapping for csv, a log that cannot be read, or a sidecar there that says
             something else than the log; then nothing has been written.
     """
-    read = _reader(format, mapping)
-    files = _files(format, Path(src))
+    read = reader(format, mapping)
+    files = recordings(format, Path(src))
     folder = Path(out)
     taken: dict[str, Path] = {}
     for file in files:
@@ -133,7 +167,7 @@ def recognised(path: str | Path) -> str | None:
 def read_log(path: str | Path) -> Trial:
     """Read a trial file, or a foreign log that is recognised by its head."""
     format = recognised(existing(path))
-    return _reader(format, None)(Path(path)) if format else read_trial(path)
+    return reader(format, None)(Path(path)) if format else read_trial(path)
 
 
 def read_logs(paths: Iterable[str | Path]) -> tuple[Trial, ...]:
@@ -141,43 +175,41 @@ def read_logs(paths: Iterable[str | Path]) -> tuple[Trial, ...]:
     return tuple(read_log(path) for path in paths)
 
 
-def _reader(format: str, mapping: str | Path | None) -> Callable[[Path], Trial]:
+def reader(format: str, mapping: str | Path | None) -> Reader:
+    """The reader of a format, by a mapping file where one is given.
+
+    Raises:
+        DataError: an unknown format, a mapping file that it does not take, or none where it needs one.
+    """
     if format not in FORMATS:
         raise DataError(unknown(format, FORMATS, "format"))
-    if format == "nmea" and mapping is not None:
-        aboard = nmea_trial.read_aboard(Path(mapping))
-        return lambda path: nmea_trial.read(path, aboard)
-    if format in ("mcap", "rosbag2") and mapping is not None:
-        from .robot_schema import read_topics
-
-        topics = read_topics(Path(mapping))
-        return lambda path: robot_log.read(path, topics)
-    if format != "csv":
-        if mapping is not None:
-            raise DataError(f"format {format} takes no mapping file; its columns are known")
-        return READERS[format]
+    known = FORMATS[format]
     if mapping is None:
-        raise DataError("format csv needs a mapping file that says which column is which channel")
-    table = read_mapping(mapping)
-    return lambda path: read_by_mapping(path, table)
+        if known.read is None:
+            raise DataError(f"format {format} needs a mapping file that says which column is which channel")
+        return known.read
+    if known.mapped is None:
+        raise DataError(f"format {format} takes no mapping file; its columns are known")
+    return known.mapped(Path(mapping))
 
 
-def _files(format: str, src: Path) -> list[Path]:
+def recordings(format: str, src: str | Path) -> list[Path]:
+    """The recordings of a format at `src`, itself one or a folder of them, whose folders are searched too.
+
+    Raises:
+        DataError: there is nothing, or nothing of this format.
+    """
     here = existing(src)
-    if format == "rosbag2":
-        return _bags(here)
+    suffixes = FORMATS[format].suffixes
+    if not suffixes:
+        found = sorted(file.parent for file in here.rglob(robot_files.BAG)) if here.is_dir() else []
+        if not found:
+            raise DataError(f"{here}: no bag of ROS 2; give its folder, the one with {robot_files.BAG} in it")
+        return found
     if not here.is_dir():
         return [here]
-    suffix = _SUFFIXES[format]
-    found = sorted(f for f in here.rglob("*") if f.suffix.lower() == suffix and f.is_file())
+    found = sorted(f for f in here.rglob("*") if f.suffix.lower() in suffixes and f.is_file())
     if not found:
-        raise DataError(f"{here}: no file *{suffix} in this folder or below; is format {format} right?")
-    return found
-
-
-def _bags(here: Path) -> list[Path]:
-    """The folders of bags, each with its metadata, at or below `here`."""
-    found = sorted(file.parent for file in here.rglob(robot_files.BAG)) if here.is_dir() else []
-    if not found:
-        raise DataError(f"{here}: no bag of ROS 2; give its folder, the one with {robot_files.BAG} in it")
+        listed = " or ".join(f"*{suffix}" for suffix in suffixes)
+        raise DataError(f"{here}: no file {listed} in this folder or below; is format {format} right?")
     return found

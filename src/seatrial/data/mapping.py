@@ -28,7 +28,7 @@ from . import UNITS, Array, DataError, Trial, unwrapped
 from .documents import read_toml
 from .prepare import to_body
 from .sidecar import CONVENTIONS, check_meta
-from .table import check_time, continued, lines_of, numbers, split_row
+from .table import check_time, continued, lines_of, numbers, once, split_row
 from .units import conversion, standard_unit
 
 if TYPE_CHECKING:
@@ -109,6 +109,7 @@ def read(path: str | Path, mapping: Mapping) -> Trial:
     for column in (mapping.time, *mapping.channels.values()):
         if column.column not in heads:
             raise DataError(f"{here}: line {mapping.skip + 1}: {unknown(column.column, heads, 'column')}")
+    once(here, mapping.skip + 1, heads, [column.column for column in (mapping.time, *mapping.channels.values())])
     wanted = {"t": mapping.time, **mapping.channels}
     index = {name: heads.index(column.column) for name, column in wanted.items()}
     table, numbered = _wanted_numbers(here, lines, mapping, heads, sorted(set(index.values())))

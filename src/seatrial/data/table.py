@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +55,17 @@ def lines_of(path: str | Path, encoding: str = "utf-8-sig") -> list[str]:
 def split_row(line: str, delimiter: str | None) -> list[str]:
     """Cells of a line; None separates by any white space."""
     return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+
+
+def once(path: str | Path, line: int, heads: Sequence[str], wanted: Iterable[str]) -> None:
+    """Refuse a header in which a wanted column stands twice: which of them is meant, nobody knows.
+
+    Raises:
+        DataError: naming file, column and line.
+    """
+    for name in wanted:
+        if heads.count(name) > 1:
+            raise DataError(f"{path}: column '{name}', line {line}: {heads.count(name)} columns of this name; keep one")
 
 
 def numbers(

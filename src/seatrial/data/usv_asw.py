@@ -120,6 +120,9 @@ def _sheet(path: Path) -> Mapping[str, list[Any]]:
     for column in (CLOCK, *COLUMNS):
         if column not in frame.columns:
             raise DataError(f"{path}: row 1: {unknown(column, frame.columns, 'column')}")
+        again = next((name for name in (f"{column}_1", f"{column}_duplicated_0") if name in frame.columns), None)
+        if again is not None:
+            raise DataError(f"{path}: column '{column}', row 1: more columns of this name; keep one")
     if frame.height < 2:
         raise DataError(f"{path}: {frame.height} rows below the header; a recording has two at least")
     return {column: frame[column].cast(polars.String).to_list() for column in (CLOCK, *COLUMNS)}
