@@ -7,7 +7,7 @@ import pytest
 
 from seatrial.data import Trial, frt_esso, simman
 from seatrial.data.check import check, check_set
-from seatrial.data.prepare import to_earth
+from seatrial.data.prepare import froude_scaled, to_earth
 
 
 def earth(t):
@@ -45,8 +45,10 @@ FAULTS = {
     "frozen": (lambda t: poked(t, "r", slice(400, 500), None), "warning", "frozen sensor"),
     "slow gps": (lambda t: t.having(x=np.repeat(t["x"][::2], 2)), "warning", "repeated values"),
     "degrees rudder": (lambda t: t.having(delta=np.degrees(t["delta"])), "error", "rudder is in degrees"),
-    "degrees psi": (lambda t: t.having(psi=np.degrees(t["psi"])), "error", "psi is in degrees"),
-    "degrees r": (lambda t: t.having(r=np.degrees(t["r"])), "error", "r is in degrees"),
+    "degrees psi": (lambda t: t.having(psi=np.degrees(t["psi"])), "error", "disagree by a factor of 57.3"),
+    "degrees r": (lambda t: t.having(r=np.degrees(t["r"])), "error", "disagree by a factor of 57.3"),
+    "deg/min r": (lambda t: t.having(r=t["r"] * 3437.7), "error", "disagree by a factor of 3.44e+03"),
+    "seconds psi": (lambda t: t.having(psi=t["psi"] * 60.0), "error", "disagree by a factor of 60"),
     "mirror": (lambda t: t.having(r=-t["r"]), "error", "opposite signs"),
     "uneven": (lambda t: replace(t, t=t.t + 0.04 * (np.arange(len(t)) % 2)), "warning", "uneven steps"),
     "degrees alpha": (lambda t: t.having(alpha_1=10 * np.sign(np.sin(t.t / 9))), "error", "thrust is in degrees"),
@@ -66,6 +68,56 @@ def test_each_fault_is_found(made, case):
     assert found[0].severity == severity
     assert any(c.isdigit() for c in found[0].evidence)
     assert found[0].remedy
+
+
+@pytest.mark.parametrize("spoil", [lambda t: {"psi": np.degrees(t["psi"])}, lambda t: {"r": t["r"] / 57.3}])
+def test_heading_and_rate_that_disagree_accuse_neither(made, spoil):
+    """From the two alone nobody can tell which is in another unit; nothing else is accused in their place."""
+    [finding] = check(made.having(**spoil(made)))
+    assert finding.channels == ("psi", "r")
+    assert finding.kind == "unit"
+    assert "one of them" in finding.remedy
+
+
+def test_a_rate_of_the_wrong_sign_is_no_wrong_rudder(made):
+    found = check(made.having(r=-made["r"]))
+    assert [(f.kind, f.channels) for f in found] == [("sign", ("psi", "r"))]
+    alone = made.having(r=-made["r"])
+    bare = replace(alone, channels={n: alone[n] for n in ("u", "r", "delta")})
+    [finding] = check(bare)  # without a heading it may be the one or the other
+    assert finding.what.startswith("rudder sign, or that of r")
+
+
+def rounded(t, **steps):
+    return t.having(**{name: np.round(t[name] / step) * step for name, step in steps.items()})
+
+
+def at_sea(t):
+    """The same run by Froude's law as a ship of 300 m would make it."""
+    return froude_scaled(t, 100.0)
+
+
+def test_steps_of_ordinary_instruments_are_one_note(made):
+    """A compass to half a degree, a log to a tenth of a knot, a turn indicator to a degree a minute: any bridge."""
+    told = rounded(at_sea(made), psi=np.radians(0.5), u=0.0514, r=np.radians(1.0) / 60, U_T=0.514)
+    coarse = [f for f in check(told) if "steps" in f.what]
+    assert [f.severity for f in coarse] == ["info"]
+    assert set(coarse[0].channels) <= {"psi", "u", "r", "U_T"}
+    assert [f.severity for f in check(rounded(at_sea(made), U_T=1.0)) if f.what == "coarse steps"] == ["warning"]
+    # the same receiver aboard the model is coarse
+    assert [f.channels for f in check(rounded(made, x=0.15)) if f.what == "coarse steps"] == [("x",)]
+
+
+def test_one_gap_is_told_once(made):
+    """A receiver and what is made of it fall out together, each at its own rate."""
+    slow = thinned(made, 5, "x", "y")
+    lost = (made.t > 60.0) & (made.t < 75.0)
+    gone = slow.having(**{n: np.where(lost, np.nan, slow[n]) for n in ("x", "y", "psi", "u", "v_m")})
+    gaps = [f for f in check(gone) if f.what == "gaps"]
+    assert [f.channels for f in gaps] == [("x", "y", "psi", "u", "v_m")]
+    assert "in 1 gap of up to 15" in gaps[0].evidence
+    twice = poked(gone, "r", slice(100, 120), np.nan)  # another one is another one
+    assert len([f for f in check(twice) if f.what == "gaps"]) == 2
 
 
 def thinned(t, every, *names):
@@ -137,6 +189,19 @@ def test_overlap_between_training_and_test(made):
     assert "200 rows" in finding.evidence
     other = replace(made.having(x=made["x"] + 0.1), name="other")
     assert check_set([made], [other]) == ()
+
+
+def test_overlap_is_found_among_many_in_time_that_grows_with_them(made, monkeypatch):
+    """Each recording is turned into keys once, however many there are on the other side."""
+    many = [replace(made.rows(slice(k, k + 400)).having(x=made["x"][:400] + 1e3 * k), name=f"r{k}") for k in range(40)]
+    calls: list[str] = []
+    stack = Trial.stack
+    monkeypatch.setattr(Trial, "stack", lambda self, *names: calls.append(self.name) or stack(self, *names))
+    again = [replace(trial.rows(slice(50, 250)), name=f"again_{trial.name}") for trial in many]
+    found = check_set(many, again)
+    assert [f.trials for f in found] == [(one.name, other.name) for one, other in zip(many, again, strict=True)]
+    assert all("200 rows are the same, 100 %" in f.evidence for f in found)
+    assert len(calls) == 80
 
 
 def test_esso_has_no_errors(data_file):

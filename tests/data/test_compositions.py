@@ -86,7 +86,7 @@ def test_an_unknown_reference_is_refused_with_the_known_ones(entry, words):
     ("text", "words"),
     [
         ('schema = "x"', "this version reads 'seatrial-sets/1'"),
-        ("[", "cannot be read as TOML"),
+        ("[", "not readable as TOML"),
         ('schema = "seatrial-sets/1"', "no set"),
         ('schema = "seatrial-sets/1"\nset = 1\n[sets.A]\nT = ["a"]', "set"),
         ('schema = "seatrial-sets/1"\n[sets]\nA = 1', "must be a table"),

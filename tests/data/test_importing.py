@@ -53,6 +53,15 @@ def test_mapping_reads_any_table(tmp_path):
         ("[channels.delta]", "[channels.detla]", "no channel 'detla'; near: delta"),
         ('column = "HDG"\n', "", "channels.psi.column is missing"),
         ("mapping/1", "mapping/2", "schema"),
+        ("L_pp = 7.0", "L_pp = 7000.0", "L_pp is 7000.0; it must be a number from 0.1 to 600"),
+        ("L_pp = 7.0", "water_density = 1.025", "water_density is 1.025"),
+        ("L_pp = 7.0", "L_pp = 7.0\nL_pp = 8.0", "not readable as TOML: Cannot overwrite"),
+        ("L_pp = 7.0", "L_pp = " + 5000 * "7", "not readable as TOML"),
+        ("L_pp = 7.0", "L_pp = " + 400 * "7", "L_pp: a whole number of more than 19 digits"),
+        ("L_pp = 7.0", "L_pp = " + 50_000 * "[", "nested too deeply"),
+        ("L_pp = 7.0", "L_pp = 2024-99-99", "not readable as TOML"),
+        ("L_pp = 7.0", 'L_pp = "7"', "L_pp"),
+        ("sign = -1", "offset = inf", "offset"),
         ("[channels.u]", "[channels.u", "not readable as TOML"),
         ("[channels.psi]", "[channels.q_1]", "needs channels u"),
     ],
@@ -62,6 +71,40 @@ def test_bad_mapping(tmp_path, old, new, message):
     with pytest.raises(DataError, match=message) as error:
         mapping.read_mapping(tmp_path / "m.toml")
     assert "\n" not in str(error.value)
+
+
+def test_an_offset_is_in_the_unit_of_the_column(tmp_path):
+    """A gyro that shows 3 deg too much; a clock that is half an hour off."""
+    text = MAPPING.replace('column = "HDG"\nunit = "deg"', 'column = "HDG"\nunit = "deg"\noffset = -3.0')
+    (tmp_path / "m.toml").write_text(text.replace('unit = "s"', 'unit = "min", offset = 30.0'))
+    (tmp_path / "log.csv").write_text(LOG)
+    trial = mapping.read(tmp_path / "log.csv", mapping.read_mapping(tmp_path / "m.toml"))
+    assert np.degrees(trial["psi"]) == pytest.approx([347, 367, 447])
+    assert trial.t.tolist() == [1800.0, 1860.0, 1920.0]
+
+
+def test_what_a_person_added_to_a_sidecar_outlives_the_next_import(tmp_path):
+    (tmp_path / "m.toml").write_text(MAPPING)
+    (tmp_path / "log.csv").write_text(LOG)
+    again = ("csv", tmp_path / "log.csv", tmp_path / "out", tmp_path / "m.toml")
+    [path] = import_log(*again)
+    sidecar = path.with_suffix(".yaml")
+    with sidecar.open("a") as file:
+        file.write('set_points: {"delta [deg]": 10}\nkind: turning\n')
+    for _ in range(2):
+        import_log(*again)
+        meta = read_trial(path).meta
+        assert (meta["set_points"], meta["kind"], meta["L_pp"]) == ({"delta [deg]": 10}, "turning", 7.0)
+        assert meta["processing"][-1] == "kept from the sidecar: set_points, kind"
+    sidecar.write_text(sidecar.read_text().replace("L_pp: 7.0", "L_pp: 7.1"))
+    before = sidecar.read_bytes(), path.read_bytes()
+    with pytest.raises(DataError, match=r"log\.yaml: L_pp is 7\.1, by this import it would be 7\.0; take it out"):
+        import_log(*again)
+    assert before == (sidecar.read_bytes(), path.read_bytes())
+    sidecar.write_text(sidecar.read_text().replace("L_pp: 7.1", "L_pp: 7.0"))
+    (tmp_path / "log.csv").write_text(LOG.replace("10,10", "11,12").replace(",1,", ",2,"))
+    with pytest.raises(DataError, match=r"says set_points, kind of another recording called log; remove it"):
+        import_log(*again)
 
 
 def test_one_bad_log_leaves_nothing_behind(tmp_path):
@@ -85,7 +128,22 @@ def test_requests_that_are_wrong(tmp_path):
         import_log("csv", tmp_path, tmp_path / "o")
     with pytest.raises(DataError, match=r"no column 'Time'|no column"):
         import_log("frt-esso", tmp_path / "a.csv", tmp_path / "o")
-    assert FORMATS == ("frt-esso", "simman", "usv-asw", "nmea", "mcap", "rosbag2", "csv")
+    assert tuple(FORMATS) == ("frt-esso", "simman", "usv-asw", "nmea", "mcap", "rosbag2", "csv")
+
+
+def test_a_header_of_two_columns_of_one_name_is_refused(tmp_path):
+    (tmp_path / "m.toml").write_text(MAPPING)
+    table = mapping.read_mapping(tmp_path / "m.toml")
+    (tmp_path / "log.csv").write_text(LOG.replace("NOTE", "HDG"))
+    with pytest.raises(DataError, match=r"log\.csv: column 'HDG', line 1: 2 columns of this name; keep one"):
+        mapping.read(tmp_path / "log.csv", table)
+    (tmp_path / "log.csv").write_text(LOG.replace("NOTE", "NOTE,NOTE").replace("o\n", "o,\n").replace("x\n", "x,\n")
+                                      .replace(",1,\n", ",1,,\n"))  # fmt: skip
+    assert len(mapping.read(tmp_path / "log.csv", table)) == 3  # what nobody reads may stand twice
+    heads = list(frt_esso.COLUMNS)
+    (tmp_path / "turn.csv").write_text("\n".join([",".join([*heads, heads[3]]), *2 * [",".join(14 * ["0"])]]))
+    with pytest.raises(DataError, match="line 1: 2 columns of this name"):
+        frt_esso.read(tmp_path / "turn.csv")
 
 
 def test_esso(data_file, tmp_path):

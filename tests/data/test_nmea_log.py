@@ -17,7 +17,10 @@ from seatrial.data.nmea import checksum
 from seatrial.data.nmea_framing import Line, Tag, datagram
 from seatrial.data.nmea_ship import SPOKEN, Fittings
 from seatrial.data.nmea_ship import lines as spoken
+from seatrial.data.robot_files import opened
+from seatrial.data.robot_messages import NUMBER, told
 from seatrial.data.trialfile import read_trial
+from seatrial.exchange.robot_log import save_robot_log
 
 FIT = Fittings(Datum(59.43, 10.45), antenna=(2.5, -0.4), log=1.0, stern=-3.5, transducer=0.3, mmsi=0)
 MAPPING = """schema = "seatrial-nmea/1"
@@ -62,7 +65,8 @@ def imported(tmp_path, log: bytes, mapping: str | None = MAPPING):
     (tmp_path / "log.nmea").write_bytes(log)
     if mapping is not None:
         (tmp_path / "m.toml").write_text(mapping)
-    [path] = import_log("nmea", tmp_path / "log.nmea", tmp_path / "out", tmp_path / "m.toml" if mapping else None)
+    out = tmp_path / f"out{len(list(tmp_path.iterdir()))}"  # a sidecar that is there would speak too
+    [path] = import_log("nmea", tmp_path / "log.nmea", out, tmp_path / "m.toml" if mapping else None)
     return read_trial(path)
 
 
@@ -86,7 +90,7 @@ def test_round_trip_within_the_last_digit(log, tmp_path):
     assert np.isfinite(trial.stack(*trial.channels)).all()
     assert trial.meta["datum"] == {"latitude": 59.43, "longitude": 10.45}
     assert trial.meta["ship"] == "kvlcc2_l7"
-    assert trial.meta["epoch_utc"].startswith("2027-01-15T08:00:00")
+    assert trial.meta["start"] == "2027-01-15T08:00:00.000000+00:00"
 
 
 def test_without_a_log_velocities_come_from_the_antenna(log, tmp_path):
@@ -120,8 +124,44 @@ def test_clock_in_the_sentences_and_stamps_of_a_logger(log, tmp_path):
     for trial in (by_clock, by_stamp, by_date):
         assert trial.t == pytest.approx([row["t"] for row in rows], abs=1e-3)
         assert trial["psi"] == pytest.approx([row["psi"] for row in rows], abs=1e-4)
-    assert by_date.meta["epoch_utc"] == "2026-11-21T10:00:00.000+00:00"
+    assert by_date.meta["start"] == "2026-11-21T10:00:00.000000+00:00"
+    assert by_clock.meta["start"] == "2027-01-15T08:00:00.000000+00:00"
+    assert "start" not in by_stamp.meta  # seconds of some start tell no date
 
+
+def test_the_date_of_the_clock_is_that_of_the_first_row(log, tmp_path):
+    """Over midnight, with an old receiver that begins with a date of its factory."""
+    rows, _ = log
+    late = Fittings(epoch=1_800_057_595.0)  # five seconds before midnight
+    said = [one for row in rows for kind in ("RMC", "HDT") for one in lines(kind, late, row)]
+    old = bytes(said[0]).replace(b",150127,", b",060180,").rpartition(b"*")[0]
+    said[0] = old + b"*%s\r\n" % checksum(old[1:]).encode()
+    trial = imported(tmp_path, b"".join(said))
+    assert trial.meta["start"] == "2027-01-15T23:59:55.000000+00:00"
+    assert trial.t == pytest.approx([row["t"] for row in rows], abs=1e-3)
+
+
+@pytest.mark.parametrize("format", ["mcap", "rosbag2"])
+def test_a_log_of_sentences_becomes_one_of_robots_and_comes_back(log, tmp_path, format):
+    """Positions at half the rate of the heading: no message says where it does not know, and nothing is lost."""
+    pytest.importorskip("rosbags")
+    rows, _ = log
+    text = b"".join(tagged(row, ("HDT", "ROT", "VBW", *(() if k % 2 else ("RMC",)))) for k, row in enumerate(rows))
+    trial = imported(tmp_path, text)
+    assert np.isnan(trial["x"]).sum() == ROWS // 2
+    path = save_robot_log(trial, format, tmp_path)
+    with opened(path) as bag:
+        said = [told(one.kind, one.data) for one in bag.messages if one.kind != NUMBER]
+    assert all(math.isfinite(value) for one in said for value in one.values.values())
+    assert min(one.stamp for one in said) == 1_800_000_000 * 10**9
+    [written] = import_log(format, path, tmp_path / "back")
+    after = read_trial(written)
+    assert after.meta["start"] == trial.meta["start"]
+    assert after.t == pytest.approx(trial.t, abs=1e-9)
+    for name, values in trial.channels.items():
+        np.testing.assert_allclose(np.mod(after[name] - values + 1.0, 2 * math.pi) if name == "psi" else after[name],
+                                   np.where(np.isfinite(values), 1.0, np.nan) if name == "psi" else values,
+                                   rtol=0, atol=1e-9)  # fmt: skip
 
 def test_sentences_between_two_fixes_are_spread_evenly_also_over_midnight(tmp_path):
     pytest.importorskip("pynmeagps")
@@ -219,7 +259,7 @@ def test_logs_that_cannot_be_used(tmp_path, text, message):
     with pytest.raises(DataError, match=message) as error:
         imported(tmp_path, text, None)
     assert "\n" not in str(error.value)
-    assert not (tmp_path / "out").exists()
+    assert not [*tmp_path.glob("out*")]
 
 
 @pytest.mark.parametrize(

@@ -219,6 +219,25 @@ def test_a_log_of_seconds_since_1970_begins_at_zero(tmp_path: Path) -> None:
     assert got.meta["start"].startswith("2024-05-01T12:00:00")
 
 
+def test_a_flipped_bit_changes_no_trial_without_a_word(tmp_path: Path) -> None:
+    """Data, definitions, the trial's description and the summary: a bit in any of them is found, or does nothing."""
+    path = save_robot_log(trial(start="2024-05-01T12:00:00+00:00"), "mcap", tmp_path)
+    whole, before, found = path.read_bytes(), read(path), 0
+    for bit in np.random.default_rng(3).integers(0, 8 * len(whole), 60).tolist():
+        spoilt = bytearray(whole)
+        spoilt[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(spoilt)
+        try:
+            after = read(path)
+        except DataError:
+            found += 1
+            continue
+        assert after.meta == before.meta
+        for name in before.channels:
+            np.testing.assert_array_equal(after[name], before[name])
+    assert found > 50
+
+
 def damaged(tmp_path: Path) -> list[tuple[str, Path]]:
     whole = log(tmp_path / "whole.mcap", 400).read_bytes()
     cases = {"cut": whole[: len(whole) // 2], "empty": b"", "text": b"t [s],x [m]\n0,1\n"}

@@ -54,6 +54,8 @@ BAD = {
     "repeated": ("t [s],x [m]\n0,1\n\n1,2\n1,3\n", "column 't', line 5: time repeats"),
     "word": ("t [s],x [m]\n0,1\n1,two\n", "column 'x', line 3: 'two' is not a number"),
     "comma decimals": ("t [s];x [m]\n0;1\n", "separated by commas"),
+    "underscore": ("t [s],x [m]\n0,1\n1,1_000\n", "column 'x', line 3: '1_000' is not a number"),
+    "full width": ("t [s],x [m]\n0,1\n1,\uff11\uff12\n", "column 'x', line 3: '\uff11\uff12' is not a number"),
     "infinite": ("t [s],x [m]\n0,1\n1,inf\n", "column 'x', line 3: infinite"),
     "one row": ("t [s],x [m]\n0,1\n", "1 rows of numbers"),
     "header only": ("t [s],x [m]\n", "0 rows of numbers"),
@@ -96,18 +98,56 @@ SIDECARS = {
     "a: [": "line 1|not YAML",
     "- 1": "must be keys with values",
     "ship: s": "schema is None",
-    "schema: manoeuvre-trial/1\nscale: -1": "scale is -1; it must be a number above zero",
+    "schema: manoeuvre-trial/1\nscale: -1": "scale is -1; it must be a number from 0.01 to 10000",
     "schema: manoeuvre-trial/1\nreference_point: cg": "reference_point is 'cg'",
     "schema: manoeuvre-trial/1\nprocessing: x": "processing must be a list",
+    "schema: manoeuvre-trial/1\nL_ppp: 3": "no key 'L_ppp'; near: L_pp; what has no key of its own goes under 'notes'",
+    "schema: manoeuvre-trial/1\nweather: calm": "no key 'weather'",
+    "schema: manoeuvre-trial/1\nL_pp: 7000": "L_pp is 7000; it must be a number from 0.1 to 600",
+    "schema: manoeuvre-trial/1\nwater_density: 1.025": "water_density is 1.025; .* 900 to 1100",
+    "schema: manoeuvre-trial/1\nscale: 1:45": "scale is '1:45'; it must be a number",
+    "schema: manoeuvre-trial/1\nL_pp: 1_0": "L_pp is '1_0'; it must be a number",
+    "schema: manoeuvre-trial/1\nset_points: {rudder: 35}": "rudder is 35 rad; .* called 'rudder .deg.'",
+    "schema: manoeuvre-trial/1\nset_points: {'delta [grad]': 5}": "no unit of an angle",
+    "schema: manoeuvre-trial/1\nheld: n_P": "held must be a list of texts, one a channel",
+    "schema: manoeuvre-trial/1\ndatum: {latitude: 95, longitude: 0}": "datum at latitude 95",
+    "schema: manoeuvre-trial/1\ndatum: {lat: 35}": "datum needs latitude and longitude",
+    "schema: manoeuvre-trial/1\nstart: 2024-99-99": "start is '2024-99-99'; write 2024-05-01T12:00:00",
+    "schema: manoeuvre-trial/1\ndelta_positive: port_turn\ndelta_positive: starboard_turn": "line 3: .* twice",
+    "schema: manoeuvre-trial/1\n? [1]\n: 2": "a key is a plain text",
+    "schema: manoeuvre-trial/1\nnotes: &n [*n]": "anchors and aliases are not read",
+    "schema: manoeuvre-trial/1\nL_pp: " + 400 * "9": "a whole number of more than 19 digits",
+    "schema: manoeuvre-trial/1\nL_pp: " + 5000 * "9": "a whole number of more than 19 digits",
+    "schema: manoeuvre-trial/1\nL_pp: 1e308": "it must be a number from",
+    "schema: manoeuvre-trial/1\nnotes: " + 50_000 * "[": "nested too deeply",
+    "schema: manoeuvre-trial/1\nnotes: !!python/name:os.system": "not YAML",
+    'schema: manoeuvre-trial/1\n"a\\nb\\e[31m": 1': r"no key 'a\\nb\\x1b",
+    "#" + 1_000_001 * "a": "1000000 are the most",
 }
 
 
-@pytest.mark.parametrize("text", SIDECARS)
+@pytest.mark.parametrize("text", SIDECARS, ids=range(len(SIDECARS)))
 def test_bad_sidecar(tmp_path, text):
     (tmp_path / "a.csv").write_text("t [s],x [m]\n0,1\n1,2\n")
     (tmp_path / "a.yaml").write_text(text)
-    with pytest.raises(DataError, match=SIDECARS[text]):
+    with pytest.raises(DataError, match=SIDECARS[text]) as caught:
         read_trial(tmp_path / "a.csv")
+    assert str(caught.value).isprintable()
+
+
+def test_a_few_lines_of_aliases_become_no_gigabytes(tmp_path):
+    lines = ["a0: &a0 [x]", *(f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 10))]
+    (tmp_path / "a.csv").write_text("t [s],x [m]\n0,1\n1,2\n")
+    (tmp_path / "a.yaml").write_text("\n".join(["schema: manoeuvre-trial/1", *lines]))
+    with pytest.raises(DataError, match=r"line 2: not YAML .anchors and aliases are not read"):
+        read_trial(tmp_path / "a.csv")
+
+
+def test_texts_that_look_like_numbers_come_back_as_texts(tmp_path):
+    texts = ("1e3", "08", "010", "no", "1:30", "1_000", "~", "", "2024-05-01", "0x1F", "true", ".inf", "a\nb", "é")
+    meta = {"notes": {f"k{k}": text for k, text in enumerate(texts)} | {"e": 1e-5, "n": 8, "f": True, "o": None}}
+    write_trial(Trial("a", np.arange(2.0), {"x": np.zeros(2)}, {}, meta), tmp_path / "a.csv")
+    assert read_trial(tmp_path / "a.csv").meta["notes"] == meta["notes"]
 
 
 def test_foreign_rudder_sign_is_turned(tmp_path):

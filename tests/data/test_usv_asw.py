@@ -83,6 +83,8 @@ def test_check_finds_the_traps(book):
 @pytest.mark.parametrize(
     ("row", "head", "text", "message"),
     [
+        (0, "t", "Heading", "column 'Heading', row 1: more columns of this name; keep one"),
+        (3, "PWM_L", "1_500", "column 'PWM_L', row 4: '1_500' is no number"),
         (0, "PWM_L", "PWML", "row 1: no column 'PWM_L'; near: PWML"),
         (3, "PWM_L", "full", "column 'PWM_L', row 4: 'full' is no number"),
         (3, "PWM_L", "inf", "column 'PWM_L', row 4: 'inf' is not finite"),

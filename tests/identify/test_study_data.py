@@ -11,6 +11,7 @@ import pytest
 
 from seatrial.data.prepare import froude_scaled
 from seatrial.data.trialfile import write_trial
+from seatrial.exchange.robot_log import save_robot_log
 from seatrial.identify import StudyError
 from seatrial.identify.lint import lint
 from seatrial.identify.study import read_study
@@ -117,9 +118,49 @@ def test_a_trial_without_a_length_cannot_be_scaled(folder: Path, tmp_path: Path)
         study(tmp_path, text)
 
 
+def one_set(folder: Path, lines: str) -> str:
+    """A study of the folder `logs` alone."""
+    (folder / "logs").mkdir(exist_ok=True)
+    head, tail = STUDY[: STUDY.index("[[data")], STUDY[STUDY.index("[free]") :]
+    return f'{head}[data]\nroot = "logs"\ntrain = ["*"]\n{lines}\n{tail}'
+
+
+def test_a_study_reads_what_import_reads(folder: Path) -> None:
+    """Each format by the one table: logs of robots, and a mapping of their topics, which counts here too."""
+    pytest.importorskip("rosbags")
+    run = simulate(load("kvlcc2_l7"), Turning(10.0, 0.3), duration=20, dt=0.1, name="run")
+    for format in ("mcap", "rosbag2"):
+        text = one_set(folder, f'format = "{format}"')
+        save_robot_log(run, format, folder / "logs")
+        (trial,) = study(folder, text).problem.trials
+        assert trial["delta"] == pytest.approx(run["delta"])
+        (folder / "topics.toml").write_text(
+            'schema = "seatrial-robot/1"\nnumbers = { "/delta" = { channel = "delta", unit = "deg", sign = -1 } }\n'
+        )
+        mapped = text.replace("format =", 'mapping = "topics.toml"\nformat =')
+        (trial,) = study(folder, mapped).problem.trials
+        assert trial["delta"] == pytest.approx(-np.radians(run["delta"]))
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ('format = "simman"\nmapping = "m.toml"', "data.mapping: format simman takes no mapping file"),
+        ('mapping = "m.toml"', 'data.mapping is of no use without a format; write format = "csv"'),
+        ('format = "csv"', "data.mapping is missing; the format csv needs it"),
+        ('format = "mcab"', "data.format: no format 'mcab'; near: mcap"),
+        ('format = "nmea"', "no file *.nmea in this folder or below; is format nmea right?"),
+    ],
+)
+def test_a_mapping_is_never_ignored(folder: Path, lines: str, words: str) -> None:
+    with pytest.raises(StudyError) as caught:
+        study(folder, one_set(folder, lines).replace('"logs"', '"tank"'))
+    assert words in str(caught.value)
+
+
 def test_an_empty_folder_is_said_to_be_empty(folder: Path) -> None:
     (folder / "nothing").mkdir()
-    with pytest.raises(StudyError, match=r"data.set 2.root: \S*nothing holds no file of .csv, .dat, .parquet, .xlsx$"):
+    with pytest.raises(StudyError, match=r"data.set 2.root: \S*nothing holds no trial file \(.csv, .parquet\); set"):
         study(folder, STUDY.replace('root = "sea"', 'root = "nothing"'))
 
 

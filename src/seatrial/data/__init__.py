@@ -23,7 +23,10 @@ __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
 Array = NDArray[np.float64]
 
 class DataError(ValueError):
-    """A log or a trial that cannot be used; the text says what, where and what would be right."""
+    """A log or a trial that cannot be used: what, where and what would be right, in one line whatever the log holds."""
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in text))
 
 
 @dataclass(frozen=True)
@@ -49,9 +52,7 @@ class Trial:
     def __post_init__(self) -> None:
         for name, values in self.channels.items():
             if values.shape != self.t.shape:
-                raise DataError(
-                    f"{self.name}: channel {name} has {values.size} samples, time has {self.t.size}"
-                )
+                raise DataError(f"{self.name}: channel {name} has {values.size} samples, time has {self.t.size}")
 
     def __getitem__(self, name: str) -> Array:
         if name == "t":

@@ -14,10 +14,11 @@ from itertools import product
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import Trial
-from .evidence import motion_slopes, rate_slope, rudder_effect, steady_turn
-from .sensor_checks import Fault, sensor_faults, wind_faults
+from .evidence import Slope, motion_slopes, rate_slope, rudder_effect, steady_turn
+from .sensor_checks import Fault, Kind, sensor_faults, wind_faults
 from .still import still_faults
 from .track import track_faults
 
@@ -27,12 +28,13 @@ _G = 9.81
 _ON_THE_SPOT = ("alpha", "n_bow", "n_stern", "f_")
 _COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
 _MEANT = {
-    "earth": "u, v_m are velocities north and east, not surge and sway; turn them into body axes by psi",
-    "earth, east first": "u, v_m are velocities east and north; swap and turn them into body axes by psi",
-    "sway to port": "v_m counts to port; change its sign",
-    "heading counterclockwise": "psi counts counterclockwise; change its sign",
-    "x east, y north": "x is east and y is north; swap them",
+    "earth": ("u, v_m are velocities north and east, not surge and sway", "turn them into body axes by psi"),
+    "earth, east first": ("u, v_m are velocities east and north", "swap and turn them into body axes by psi"),
+    "sway to port": ("v_m counts to port", "change its sign"),
+    "heading counterclockwise": ("psi counts counterclockwise", "change its sign"),
+    "x east, y north": ("x is east and y is north", "swap them"),
 }
+_UNITS_APART = 40.0  # from here on two readings of one motion differ by a unit, not by a poor instrument
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,8 @@ class Finding:
         where: trial and channel.
         evidence: the numbers that show it.
         remedy: what to do.
+        kind: of the fault, see `sensor_checks.Kind`.
+        trials, channels: those it is about, the trial under test last.
     """
 
     severity: Severity
@@ -52,6 +56,9 @@ class Finding:
     where: str
     evidence: str
     remedy: str
+    kind: Kind = "quality"
+    trials: tuple[str, ...] = ()
+    channels: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.where}: {self.what} ({self.evidence}); {self.remedy}"
@@ -60,14 +67,18 @@ class Finding:
 def check(trial: Trial) -> tuple[Finding, ...]:
     """All findings of one trial, errors first; none means that no known fault was seen."""
     if len(trial) < 20:
-        few = Fault("error", "t", "too short to judge", f"{len(trial)} rows", "record at least 20 rows")
+        few = Fault("error", "t", "too short to judge", f"{len(trial)} rows", "record at least 20 rows", "short")
         return (_finding(trial, few),)
     faults = [*sensor_faults(trial)]
     if bool((np.diff(trial.t) > 0).all()):
-        for one in (
-            still_faults, _motion_faults, _yaw_faults, _rudder_faults, _scale_faults, wind_faults, track_faults,
-        ):  # fmt: skip
+        heading = [*_yaw_faults(trial)]
+        faults += heading
+        for one in (still_faults, _rudder_faults, _scale_faults, track_faults):
             faults += one(trial)
+        # while nobody knows what psi is in, what it makes of other channels accuses none of them
+        unknown_heading = any(fault.kind == "unit" for fault in heading)
+        for one in (_motion_faults, wind_faults):
+            faults += [fault for fault in one(trial) if fault.severity != "warning" or not unknown_heading]
     found = [_finding(trial, fault) for fault in faults]
     return tuple(sorted(found, key=lambda f: ("error", "warning", "info").index(f.severity)))
 
@@ -78,31 +89,64 @@ def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, .
     Returns:
         An error for each pair of trials of which at least ten rows are the same.
     """
-    found: list[Finding] = []
-    for one, other in product(tuple(train), tuple(test)):
-        names = [n for n in _COMMON if n in one and n in other]
-        if not names:
+    ours, theirs = _by_channels(train), _by_channels(test)
+    pairs: list[tuple[int, int, Finding]] = []
+    for (mine, some), (yours, others) in product(ours.items(), theirs.items()):
+        if names := [name for name in mine if name in yours]:
+            pairs += _shared(names, some, others)
+    return tuple(finding for _, _, finding in sorted(pairs, key=lambda pair: pair[:2]))
+
+
+def _by_channels(trials: Iterable[Trial]) -> dict[tuple[str, ...], list[tuple[int, Trial]]]:
+    """Trials with their places in the list, by which of the common channels they have."""
+    found: dict[tuple[str, ...], list[tuple[int, Trial]]] = {}
+    for k, trial in enumerate(trials):
+        found.setdefault(tuple(name for name in _COMMON if name in trial), []).append((k, trial))
+    return found
+
+
+def _shared(
+    names: list[str], some: list[tuple[int, Trial]], others: list[tuple[int, Trial]]
+) -> Iterator[tuple[int, int, Finding]]:
+    """Pairs with rows in common: the rows of all of `some` are sorted once, those of each other one are looked up."""
+    own = [_rows(trial, names) for _, trial in some]
+    rows, owner = np.concatenate(own), np.repeat(np.arange(len(own)), [len(one) for one in own])
+    order = np.argsort(rows, kind="stable")
+    rows, owner = rows[order], owner[order]
+    for place, other in others:
+        wanted = _rows(other, names)
+        first, last = np.searchsorted(rows, wanted, "left"), np.searchsorted(rows, wanted, "right")
+        held = [owner[a:b] for a, b in zip(first.tolist(), last.tolist(), strict=True) if a < b]
+        if not held:
             continue
-        mine, yours = _rows(one, names), _rows(other, names)
-        shared = len(mine & yours)
-        if shared >= 10:
-            found.append(Finding(
-                "error", "training and test share a recording", f"{one.name} and {other.name}",
-                f"{shared} rows are the same, {100 * shared / len(yours):.0f} % of {other.name}",
-                "keep both in training or both in test",
-            ))  # fmt: skip
-    return tuple(found)
+        counts = np.bincount(np.concatenate(held), minlength=len(some))
+        for k in np.flatnonzero(counts >= 10).tolist():
+            yield some[k][0], place, Finding(
+                "error", "training and test share a recording", f"{some[k][1].name} and {other.name}",
+                f"{counts[k]} rows are the same, {100 * counts[k] / len(wanted):.0f} % of {other.name}",
+                "keep both in training or both in test", "overlap", (some[k][1].name, other.name),
+            )  # fmt: skip
 
 
-def _rows(trial: Trial, names: list[str]) -> set[bytes]:
+def _rows(trial: Trial, names: list[str]) -> NDArray[np.uint64]:
+    """A number for each different row, by which equal ones are found; sorted."""
     table = trial.stack(*names)
     table = table[np.isfinite(table).all(axis=1)]
     # nine digits: the same recording written by two programs is still the same
-    return {row.tobytes() for row in np.round(table, 9) + 0.0}
+    bits = (np.round(table, 9) + 0.0).view(np.uint64).reshape(table.shape)
+    mixed = np.zeros(len(bits), dtype=np.uint64)
+    for column in bits.T:  # splitmix64: two rows in 10^19 come out the same by chance
+        mixed = (mixed ^ column) + np.uint64(0x9E3779B97F4A7C15)
+        mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        mixed ^= mixed >> np.uint64(31)
+    return np.unique(mixed)
 
 
 def _finding(trial: Trial, fault: Fault) -> Finding:
-    return Finding(fault.severity, fault.what, f"{trial.name}: {fault.where}", fault.evidence, fault.remedy)
+    about = f"{trial.name}: {fault.where}"
+    said = (fault.severity, fault.what, about, fault.evidence, fault.remedy, fault.kind)
+    return Finding(*said, (trial.name,), fault.channels)
 
 
 def _length(trial: Trial) -> float | None:
@@ -132,11 +176,11 @@ def _motion_faults(trial: Trial) -> Iterator[Fault]:
     best = min(slopes, key=lambda name: slopes[name].rms)
     # a fault shows where another reading is right and ours is not
     if slopes[best].correlation > 0.97 and slopes[best].rms < 0.4 * ours.rms:
-        words, remedy = _MEANT[best].split("; ")
+        what, remedy = _MEANT[best]
         yield Fault(
-            "error", "u, v_m", words,
+            "error", "u, v_m", what,
             f"displacement misses by {ours.rms:.3g} m rms as body velocities, by {slopes[best].rms:.3g} m so",
-            remedy,
+            remedy, "axes",
         )  # fmt: skip
     elif ours.correlation < 0.9:
         yield Fault(
@@ -156,7 +200,7 @@ def _stretched(trial: Trial, value: float) -> Fault:
         return Fault(
             far, "t", "the time step is not the true one",
             f"positions move {value:.3f} and heading turns {yaw.value:.3f} times as much as u, v_m, r say",
-            f"true step about {trial.dt * value:.4g} s instead of {trial.dt:.4g} s; use the clock of the log",
+            f"true step about {trial.dt * value:.4g} s instead of {trial.dt:.4g} s; use the clock of the log", "step",
         )  # fmt: skip
     return Fault(
         far, "x, y, u, v_m", "positions and velocities have different scales",
@@ -165,21 +209,27 @@ def _stretched(trial: Trial, value: float) -> Fault:
     )  # fmt: skip
 
 
+def _yaw(trial: Trial) -> Slope | None:
+    """How fast psi turns for what r says; None where they have too little to do with each other."""
+    slope = rate_slope(trial, "psi", "r", _window(trial)) if _has(trial, "psi", "r") else None
+    return None if slope is None or abs(slope.correlation) < 0.8 else slope
+
+
 def _yaw_faults(trial: Trial) -> Iterator[Fault]:
-    """The heading's rate against r: sign, degrees, scale."""
-    if not _has(trial, "psi", "r"):
-        return
-    slope = rate_slope(trial, "psi", "r", _window(trial))
-    if slope is None or abs(slope.correlation) < 0.8:
+    """The heading's rate against r: sign, units, scale; which of the two is wrong, they do not say."""
+    slope = _yaw(trial)
+    if slope is None:
         return
     numbers = f"psi turns {slope.value:.3g} times as much as r says, correlation {slope.correlation:.3f}"
+    apart = max(abs(slope.value), 1.0 / abs(slope.value))
     if slope.value < 0:
-        yield Fault("error", "psi, r", "psi and r have opposite signs", numbers, "change the sign of one")
-    elif 40 < slope.value < 80:
-        yield Fault("error", "psi", "psi is in degrees", numbers, "convert it to radians")
-    elif 40 < 1 / slope.value < 80:
-        yield Fault("error", "r", "r is in degrees per second", numbers, "convert it to rad/s")
-    elif abs(slope.value - 1) > 0.1:
+        yield Fault("error", "psi, r", "psi and r have opposite signs", numbers, "change the sign of one", "sign")
+    elif apart > _UNITS_APART:
+        yield Fault(
+            "error", "psi, r", f"heading and rate of turn disagree by a factor of {apart:.3g}", numbers,
+            "one of them is in degrees or per minute: say which in its unit", "unit",
+        )  # fmt: skip
+    elif apart > 1.1:
         yield Fault("warning", "psi, r", "psi and r have different scales", numbers,
                     "check units and time step")  # fmt: skip
 
@@ -188,13 +238,19 @@ def _rudder_faults(trial: Trial) -> Iterator[Fault]:
     """Going ahead, a rudder above zero turns the bow to starboard."""
     if not _has(trial, "u", "r", "delta"):
         return
+    yaw = _yaw(trial)
+    wrong, remedy = "rudder sign: above zero turns to port", "change the sign of delta"
+    if yaw is not None and yaw.value < 0:
+        return  # first it must be known which way the ship turns
+    if yaw is None:
+        wrong, remedy = "rudder sign, or that of r: above zero turns to port", "change the sign of delta, or of r"
     turn = steady_turn(trial)
     if turn is not None:
         if turn[0] * turn[1] < 0:
             yield Fault(
-                "error", "delta", "rudder sign: above zero turns to port",
+                "error", "delta", wrong,
                 f"going ahead with {turn[0]:+.3g} rad of rudder held, r is {turn[1]:+.3g} rad/s in the mean",
-                "change the sign of delta",
+                remedy, "sign",
             )  # fmt: skip
         return
     effect = rudder_effect(trial, 0.5 * _window(trial))
@@ -203,10 +259,10 @@ def _rudder_faults(trial: Trial) -> Iterator[Fault]:
     gain, certainty, _ = effect
     if certainty < -4:
         yield Fault(
-            "error", "delta", "rudder sign: above zero turns to port",
+            "error", "delta", wrong,
             f"dr/dt changes by {gain:.3g} 1/s^2 per rad of rudder going ahead, "
             f"{-certainty:.0f} standard errors below zero",
-            "change the sign of delta",
+            remedy, "sign",
         )  # fmt: skip
     elif abs(certainty) < 2:
         yield Fault(
@@ -228,7 +284,7 @@ def _scale_faults(trial: Trial) -> Iterator[Fault]:
         yield Fault(
             "error", "u", "wrong scale or unit: too fast for its length",
             f"Froude number {froude:.2f} at {speed:.3g} m/s and L_pp {length:g} m",
-            "check L_pp and scale in the sidecar and the unit of the speed",
+            "check L_pp and scale in the sidecar and the unit of the speed", "scale",
         )  # fmt: skip
     if "r" not in trial or speed <= 0:
         return
@@ -240,5 +296,5 @@ def _scale_faults(trial: Trial) -> Iterator[Fault]:
         yield Fault(
             "warning" if spot else "error", "r", "wrong scale or unit: turns too sharply for its length",
             f"r L/u is {sharp:.2g} in the fastest rows (ships stay below about 1.5), L_pp {length:g} m",
-            "check L_pp and scale in the sidecar and the unit of r",
+            "check L_pp and scale in the sidecar and the unit of r", "scale",
         )  # fmt: skip

@@ -6,7 +6,6 @@ the composition TZRB, ``"@TZRB.R"`` for its random manoeuvres.  Nothing is read 
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any, cast
 
 from ..parameters import unknown
 from . import DataError
+from .documents import read_toml
 
 SCHEMA = "seatrial-sets/1"
 MARK = "@"
@@ -44,12 +44,9 @@ def read_compositions(path: str | Path) -> dict[str, Composition]:
         DataError: no such file, another schema, a list that holds no names, or a recording named twice in one set.
     """
     here = Path(path)
-    try:
-        document = tomllib.loads(here.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise DataError(f"{here}: no such file of sets") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise DataError(f"{here}: cannot be read as TOML: {error}") from None
+    if not here.exists():
+        raise DataError(f"{here}: no such file of sets")
+    document = read_toml(here)
     if document.get("schema") != SCHEMA:
         raise DataError(f"{here}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
     stray = [key for key in document if key not in ("schema", "source", "sets")]

@@ -13,7 +13,7 @@ from typing import Any
 from ..parameters import unknown
 from . import DataError, Trial
 from .sidecar import CONVENTIONS
-from .table import check_time, continued, lines_of, numbers, split_row
+from .table import check_time, continued, lines_of, numbers, once, split_row
 
 SUFFIX = ".csv"
 COLUMNS = MappingProxyType({
@@ -49,6 +49,7 @@ def read(path: str | Path) -> Trial:
     absent = [head for head in COLUMNS if head not in heads]
     if absent:
         raise DataError(f"{here}: line 1: no column '{absent[0]}'; is this a file of FRT-DS-ESSO?")
+    once(here, 1, heads, COLUMNS)
     table, numbered = numbers(here, lines, 1, heads, ",")
     table, added = continued(table, heads.index("t [s]"))
     channels = {COLUMNS[head]: table[:, k].copy() for k, head in enumerate(heads)}

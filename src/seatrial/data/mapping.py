@@ -9,14 +9,13 @@ The file says which column is which channel, in which unit, with which sign and 
     column = "HDG"
     unit = "deg"
 
-A channel is `sign * column * (unit in SI) + offset`, the offset in SI.  With ``velocity = "earth"``
+A channel is `sign * column + offset`, both in the unit of the column, and then SI.  With ``velocity = "earth"``
 the columns of `u` and `v_m` hold the velocities north and east and are turned into body axes.
 """
 
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,9 +25,10 @@ import numpy as np
 
 from ..parameters import unknown
 from . import UNITS, Array, DataError, Trial, unwrapped
+from .documents import read_toml
 from .prepare import to_body
-from .sidecar import CONVENTIONS
-from .table import check_time, continued, existing, lines_of, numbers, split_row
+from .sidecar import CONVENTIONS, check_meta
+from .table import check_time, continued, lines_of, numbers, once, split_row
 from .units import conversion, standard_unit
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ _META = ("ship", "scale", "L_pp", "kind", "source", "licence", "water_density")
 
 @dataclass(frozen=True)
 class Column:
-    """Where a channel comes from: `sign * column * unit + offset` (offset in SI)."""
+    """Where a channel comes from: `(sign * column + offset) * unit`, the offset in the unit of the column."""
 
     column: str
     unit: str
@@ -76,12 +76,8 @@ def read_mapping(path: str | Path) -> Mapping:
     Raises:
         DataError: not TOML, an unknown key (the near ones are named), a wrong type or unit.
     """
-    here = existing(path)
-    try:
-        said = tomllib.loads(here.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise DataError(f"{here}: not readable as TOML: {error}") from None
-    checked = _validated(here, said)
+    here = Path(path)
+    checked = _validated(here, read_toml(here))
     channels = {name: Column(**value) for name, value in checked["channels"].items()}
     for name, column in channels.items():
         _check_channel(here, name, column)
@@ -91,9 +87,11 @@ def read_mapping(path: str | Path) -> Mapping:
     if velocity == "earth" and not {"u", "v_m", "psi"} <= set(channels):
         raise DataError(f'{here}: frame.velocity = "earth" needs channels u (north), v_m (east) and psi')
     separator = checked["delimiter"]
+    meta = {k: checked[k] for k in _META if checked[k] is not None}
+    check_meta(Path(path), meta)
     return Mapping(
         time, channels, velocity, None if separator == "whitespace" else separator,
-        checked["skip"], checked["encoding"], {k: checked[k] for k in _META if checked[k] is not None},
+        checked["skip"], checked["encoding"], meta,
     )  # fmt: skip
 
 
@@ -111,6 +109,7 @@ def read(path: str | Path, mapping: Mapping) -> Trial:
     for column in (mapping.time, *mapping.channels.values()):
         if column.column not in heads:
             raise DataError(f"{here}: line {mapping.skip + 1}: {unknown(column.column, heads, 'column')}")
+    once(here, mapping.skip + 1, heads, [column.column for column in (mapping.time, *mapping.channels.values())])
     wanted = {"t": mapping.time, **mapping.channels}
     index = {name: heads.index(column.column) for name, column in wanted.items()}
     table, numbered = _wanted_numbers(here, lines, mapping, heads, sorted(set(index.values())))
@@ -152,7 +151,8 @@ def _wanted_numbers(
 
 
 def _si(name: str, column: Column, raw: Array) -> Array:
-    return raw * (column.sign * conversion(name, column.unit)[1]) + column.offset
+    factor = conversion(name, column.unit)[1]
+    return raw * (column.sign * factor) + column.offset * factor
 
 
 def _check_channel(path: Path, name: str, column: Column) -> None:

@@ -49,7 +49,7 @@ class Told:
     Attributes:
         series: readings by the names of `nmea_reading.readings`.
         steps: what had to be done or left out, in words.
-        epoch: seconds since 1970 at time 0, where the log tells it.
+        epoch: seconds since 1970 at time 0 of the series, where the log tells the date.
         lines: how many lines the log has (``all``), how many of them are no valid sentence (``invalid``), and how
             many sentences are left out as no time can be told for them (``untimed``).
     """
@@ -86,7 +86,10 @@ def read_told(path: Path) -> Told:
         if stamped:
             steps.append(f"stamps of lines left aside: {len(found) - stamped} of {len(found)} lines have none")
         steps.append("time by the clock in RMC, GGA or ZDA")
-        return Told(_sorted(_by_clock(path, found), steps), steps, None, counts)
+        midnights: Counter[float] = Counter()
+        series = _sorted(_by_clock(path, found, midnights), steps)
+        # a receiver that has just begun may tell a date of its factory: the one told most often counts
+        return Told(series, steps, midnights.most_common(1)[0][0] if midnights else None, counts)
     timed = _by_stamp(found)
     if stamped < len(found):
         counts["untimed"] = len(found) - len(timed)
@@ -95,7 +98,7 @@ def read_told(path: Path) -> Told:
             f"of the lines about them, {len(found) - len(timed)} are left out"
         )
     first = min(t for t, _ in timed)
-    return Told(_sorted(timed, steps), steps, first if first > _DAY * 365 else None, counts)
+    return Told(_sorted(timed, steps), steps, 0.0 if first > _DAY * 365 else None, counts)
 
 
 def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], int, list[str]]:
@@ -166,8 +169,10 @@ def _by_stamp(found: list[_Reading]) -> list[tuple[float, Mapping[str, float]]]:
     return timed
 
 
-def _by_clock(path: Path, found: list[_Reading]) -> Iterable[tuple[float, Mapping[str, float]]]:
-    """Times from the clock told in between; the first told is 0 o'clock of its own day."""
+def _by_clock(
+    path: Path, found: list[_Reading], midnights: Counter[float]
+) -> Iterable[tuple[float, Mapping[str, float]]]:
+    """Times from the clock told in between, since 0 o'clock of the first day; its dates go to `midnights`."""
     groups: list[tuple[float, list[Mapping[str, float]]]] = []
     early: list[Mapping[str, float]] = []
     for one in found:
@@ -175,7 +180,10 @@ def _by_clock(path: Path, found: list[_Reading]) -> Iterable[tuple[float, Mappin
         if told is not None:
             last = groups[-1][0] if groups else told
             # past midnight the clock begins anew
-            told += _DAY * round((last - told) / _DAY)
+            days = round((last - told) / _DAY)
+            told += _DAY * days
+            if "day" in one.values:
+                midnights[one.values["day"] - _DAY * days] += 1
             if not groups or told > last:
                 groups.append((told, early if not groups else []))
         (groups[-1][1] if groups else early).append(one.values)
@@ -201,7 +209,7 @@ def _sorted(timed: Iterable[tuple[float, Mapping[str, float]]], steps: list[str]
     again = 0
     for t, values in timed:
         for name, value in values.items():
-            if name != "time_of_day":
+            if name not in ("time_of_day", "day"):
                 kept = raw.setdefault(name, {})
                 again += t in kept and kept[t] != value
                 kept[t] = value
@@ -242,8 +250,8 @@ def on_rows(path: Path, told: Told) -> tuple[Array, dict[str, Array], list[str]]
     return t, out, steps
 
 
-def told_meta(told: Told) -> dict[str, Any]:
-    """What the log says of itself, for the sidecar."""
+def told_meta(told: Told, first: float) -> dict[str, Any]:
+    """What the log says of itself, for the sidecar: when its first row was, at `first` of the series."""
     if told.epoch is None:
         return {}
-    return {"epoch_utc": datetime.fromtimestamp(told.epoch, UTC).isoformat(timespec="milliseconds")}
+    return {"start": datetime.fromtimestamp(told.epoch + first, UTC).isoformat(timespec="microseconds")}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from datetime import date
 from types import MappingProxyType
 
 from .nmea import Sentence
@@ -24,7 +25,7 @@ def readings(sentence: Sentence) -> dict[str, float]:
 
     Names beyond those of a trial: latitude, longitude [deg]; u_log, v_log, v_stern and the same with _water;
     gamma_T_bow, true wind from the bow; delta_port; rpm_S_<number> of a shaft and rpm_E_<number> of an
-    engine; time_of_day; depth is from the surface.
+    engine; time_of_day and day, the midnight before it since 1970 [s]; depth is from the surface.
     """
     reader = _READ.get(sentence.kind)
     found = reader(sentence) if reader else {}
@@ -42,11 +43,26 @@ def _told_speeds(s: Sentence) -> dict[str, float | None]:
     }
 
 
+def _midnight(day: object) -> float | None:
+    """Seconds since 1970 at 0 o'clock of a date."""
+    return (day - date(1970, 1, 1)).days * 86400.0 if isinstance(day, date) else None
+
+
+def _told_date(s: Sentence) -> dict[str, float | None]:
+    day, month, year = (s.number(name) for name in ("day", "month", "year"))
+    try:
+        said = None if day is None or month is None or year is None else date(int(year), int(month), int(day))
+    except ValueError:  # the 31st of a month that has none
+        said = None
+    return {"time_of_day": s.number("time"), "day": _midnight(said)}
+
+
 def _told_minimum(s: Sentence) -> dict[str, float | None]:
     if s["status"] != "A" or s["posMode"] == "N":
         return {"time_of_day": s.number("time")}
-    return {"time_of_day": s.number("time"), "latitude": s.number("lat"), "longitude": s.number("lon"),
-            "U_G": _good(s, "spd", None, KNOT), "gamma_G": _good(s, "cog", None, _RAD)}  # fmt: skip
+    return {"time_of_day": s.number("time"), "day": _midnight(s["date"]), "latitude": s.number("lat"),
+            "longitude": s.number("lon"), "U_G": _good(s, "spd", None, KNOT),
+            "gamma_G": _good(s, "cog", None, _RAD)}  # fmt: skip
 
 
 def _told_fix(s: Sentence) -> dict[str, float | None]:
@@ -77,7 +93,7 @@ _READ: Mapping[str, Callable[[Sentence], Mapping[str, float | None]]] = MappingP
     "VTG": lambda s: {"gamma_G": _good(s, "cogt", None, _RAD), "U_G": _good(s, "sogn", None, KNOT)},
     "RMC": _told_minimum,
     "GGA": _told_fix,
-    "ZDA": lambda s: {"time_of_day": s.number("time")},
+    "ZDA": _told_date,
     "RSA": lambda s: {"delta": _good(s, "stbdangle", "stbdstatus", _RAD),
                       "delta_port": _good(s, "portangle", "portstatus", _RAD)},
     "RPM": lambda s: {f"rpm_{'E' if s['source'] == 'E' else 'S'}_{s['engineshaftnum']}": _good(s, "rpm", "status")},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,11 +9,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ..parameters import unknown
 from . import DataError
-from .table import existing
+from .documents import read_toml
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=False, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class Antenna(_Strict):
@@ -62,11 +61,9 @@ def checked(path: Path) -> dict[str, Any]:
     Raises:
         DataError: not TOML, an unknown key (the near ones are named), a wrong type.
     """
-    here = existing(path)
+    here, said = Path(path), read_toml(path)
     try:
-        return NmeaFile.model_validate(tomllib.loads(here.read_text(encoding="utf-8"))).model_dump()
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise DataError(f"{here}: not readable as TOML: {error}") from None
+        return NmeaFile.model_validate(said).model_dump()
     except ValidationError as error:
         first = error.errors()[0]
         place = [str(part) for part in first["loc"]]

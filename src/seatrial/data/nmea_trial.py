@@ -22,7 +22,7 @@ import numpy as np
 from . import Array, Trial, unwrapped
 from .geodesy import Datum
 from .nmea_log import on_rows, read_told, told_meta
-from .sidecar import CONVENTIONS
+from .sidecar import CONVENTIONS, check_meta
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,7 @@ def read_aboard(path: Path) -> Aboard:
     datum = said["datum"]
     antenna, log = said["antenna"], said["log"]
     meta = {k: v for k, v in said.items() if k not in ("antenna", "log", "datum", "schema_") and v is not None}
+    check_meta(path, meta)
     return Aboard(
         (antenna["forward"], antenna["starboard"]), log["forward"],
         None if datum is None else Datum(datum["latitude"], datum["longitude"]), meta,
@@ -81,7 +82,8 @@ def read(path: Path, aboard: Aboard | None = None) -> Trial:
     _controls(channels, raw, steps)
     _around(channels, raw, psi)
     where = {} if datum is None else {"datum": {"latitude": datum.latitude, "longitude": datum.longitude}}
-    meta = {**CONVENTIONS, **told_meta(told), **where, **aboard.meta, "lines": dict(told.lines), "processing": steps}
+    said = {**told_meta(told, float(t[0])), **where, **aboard.meta}
+    meta = {**CONVENTIONS, **said, "lines": dict(told.lines), "processing": steps}
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
     # seconds since 1970 are told to a quarter of a microsecond only
     return Trial(path.stem, np.round(t - t[0], 6), known, {}, meta)

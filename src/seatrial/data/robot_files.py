@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import json
+import struct
+import zlib
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, BinaryIO, cast
 
 from . import DataError
+from .documents import read_yaml
 from .robot_messages import store
 
 SUFFIX = ".mcap"
@@ -18,6 +22,10 @@ BAG = "metadata.yaml"
 
 NOTE = "seatrial"
 """Name under which a trial's own description goes along."""
+
+# The last record of the data, with its checksum; the footer, with start and checksum of the summary before it, to the
+# end of the file; and how many of its bytes that checksum leaves out.
+_DATA_END, _FOOTER, _UNSUMMED = struct.Struct("<9xI"), struct.Struct("<9xQ8xI8x"), 12
 
 _NEEDS = "logs of robots need the extra 'log': pip install 'seatrial[log]'"
 
@@ -71,7 +79,8 @@ def _mcap(path: Path) -> Generator[Bag]:
     except ImportError:
         raise DataError(_NEEDS) from None
     with path.open("rb") as file:
-        reader = make_reader(file)
+        _hold_checksums(path, file)
+        reader = make_reader(file, validate_crcs=True)
         said = next((one.metadata for one in reader.iter_metadata() if one.name == NOTE), {})
 
         def messages() -> Iterator[Message]:
@@ -82,15 +91,45 @@ def _mcap(path: Path) -> Generator[Bag]:
         yield Bag(messages(), _noted(said.get("trial")))
 
 
+def _hold_checksums(path: Path, file: BinaryIO) -> None:
+    """Hold an MCAP file against the checksums of its two sections, as far as it has these.
+
+    The reader does so for chunks only, and a trial's own description is in none.
+
+    Raises:
+        DataError: a section is not as it was written.
+    """
+    size = file.seek(0, io.SEEK_END)
+    file.seek(max(size - _FOOTER.size, 0))
+    tail = file.read()
+    file.seek(0)
+    if len(tail) < _FOOTER.size:
+        return  # the reader says what is missing
+    start, summed = _FOOTER.unpack(tail)
+    if not _DATA_END.size < start <= size - _FOOTER.size:
+        return
+    data = _summed(file, start - _DATA_END.size)
+    (wanted,) = _DATA_END.unpack(file.read(_DATA_END.size))
+    if (wanted and data != wanted) or (summed and _summed(file, size - _UNSUMMED - start) != summed):
+        raise DataError(f"{path}: damaged, as its checksum says; copy it again")
+    file.seek(0)
+
+
+def _summed(file: BinaryIO, count: int) -> int:
+    """Checksum of the next bytes of a file."""
+    found = 0
+    while count > 0 and (part := file.read(min(count, 1 << 20))):
+        found, count = zlib.crc32(part, found), count - len(part)
+    return found
+
+
 @contextmanager
 def _bag(path: Path) -> Generator[Bag]:
     try:
         from rosbags.rosbag2 import Reader
     except ImportError:
         raise DataError(_NEEDS) from None
-    import yaml
-
-    about = cast("dict[str, Any]", yaml.safe_load((path / BAG).read_text(encoding="utf-8")))
+    about = read_yaml(path / BAG)
     said = about["rosbag2_bagfile_information"].get("custom_data") or {}
     with Reader(path) as reader:
         messages = (Message(at.topic, at.msgtype, logged, bytes(data)) for at, logged, data in reader.messages())
@@ -114,7 +153,7 @@ def write_mcap(path: Path, messages: Iterable[Message], note: Mapping[str, Any])
     from .. import __version__
 
     with path.open("wb") as file:
-        writer = Writer(file)
+        writer = Writer(file, enable_data_crcs=True)
         writer.start(profile="ros2", library=f"seatrial {__version__}")
         schemas: dict[str, int] = {}
         channels: dict[str, int] = {}

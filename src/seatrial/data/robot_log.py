@@ -1,8 +1,9 @@
 """MCAP files and bags of ROS 2 to trials.
 
 The rows are the messages of the odometry, else of the twist, else of the fix; what other topics say is moved to the
-nearest row, and a row that nothing is near to has a gap.  A mapping file helps where a log has several topics of one
-type, or numbers under other names; all of it may be left out:
+nearest row, and a row that nothing is near to has a gap.  A log that seatrial wrote has the rows of its trial again,
+those included in which a part of the pose or of the velocity was missing (`exchange.robot_log`).  A mapping
+file helps where a log has several topics of one type, or numbers under other names; all of it may be left out:
 
     schema = "seatrial-robot/1"
     odometry = "/ekf/odom"
@@ -28,8 +29,8 @@ from . import UNITS, Array, DataError, Trial, unwrapped
 from .geodesy import Datum
 from .prepare import to_body
 from .robot_files import Message, opened
-from .robot_messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, Told, began, earth_fixed, told
-from .sidecar import CONVENTIONS
+from .robot_messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, VELOCITY, Told, earth_fixed, told
+from .sidecar import CONVENTIONS, began
 from .units import standard_unit
 
 # Stamps above this are times since 1970, those below times since some start [ns].
@@ -86,21 +87,18 @@ def read(path: Path, topics: Topics | None = None) -> Trial:
         series = _gathered(path, bag.messages)
         note = bag.note
     chosen = {kind: _chosen(path, kind, series, topics) for kind in (ODOMETRY, TWIST, FIX)}
-    base = next((series[topic] for topic in chosen.values() if topic is not None), None)
-    if base is None or len(base.times) < 2:
-        seen = ", ".join(sorted(series)) or "no topic of these types"
-        raise DataError(f"{path}: no two messages of Odometry, TwistStamped or NavSatFix to make rows of; found {seen}")
-    order = np.argsort(np.array(base.times), kind="stable")
-    ticks = np.array(base.times)[order]
-    keep = np.append(True, np.diff(ticks) > 0)
-    rows = _Rows(ticks[keep], base, began(path.stem, note.get("meta", {})))
+    rows, again = _rows(path, series, chosen, note)
     steps = [f"imported from {', '.join(f'{t} ({series[t].kind})' for t in sorted(series))}"]
-    if not keep.all():
-        steps.append(f"{int((~keep).sum())} messages left out whose time was there already")
+    if again:
+        steps.append(f"{again} messages left out whose time was there already")
     channels, turned = _motion(path, rows, series, chosen)
+    if note and chosen[TWIST] is not None:
+        _fill(channels, {name: rows.moved(series[chosen[TWIST]], name) for name in VELOCITY})
     datum, placed = _place(path, rows, series, chosen, topics, channels)
     steps += turned + placed
-    channels |= _numbers(path, rows, series, topics)
+    said = _numbers(path, rows, series, topics)
+    channels |= {name: values for name, values in said.items() if name in {c for c, _ in topics.numbers.values()}}
+    _fill(channels, said)
     meta = {**CONVENTIONS, **_frames(series, chosen), **rows.start, **note.get("meta", {}), **topics.meta}
     if datum is not None and "datum" not in meta:
         meta["datum"] = {"latitude": datum.latitude, "longitude": datum.longitude}
@@ -110,6 +108,30 @@ def read(path: Path, topics: Topics | None = None) -> Trial:
     for step in steps:
         trial = trial.noting(step)
     return trial
+
+
+def _rows(
+    path: Path, series: Mapping[str, _Series], chosen: Mapping[str, str | None], note: Mapping[str, Any]
+) -> tuple[_Rows, int]:
+    """The rows, and how many messages are left out as another one has their time."""
+    base = next((series[topic] for topic in chosen.values() if topic is not None), None)
+    parts = [np.array(one.times) for one in (series.values() if note else () if base is None else (base,))]
+    stamps = np.concatenate(parts) if parts else np.zeros(0)
+    ticks = np.unique(stamps)
+    if ticks.size < 2:
+        seen = ", ".join(sorted(series)) or "no topic of these types"
+        raise DataError(f"{path}: no two messages of Odometry, TwistStamped or NavSatFix to make rows of; found {seen}")
+    again = 0 if note else stamps.size - ticks.size
+    return _Rows(ticks, base, began(path, note.get("meta", {}))), again
+
+
+def _fill(channels: dict[str, Array], others: Mapping[str, Array]) -> None:
+    """Add what is not there, row by row; what is stays."""
+    for name, values in others.items():
+        there = channels.get(name)
+        channels[name] = values if there is None else np.where(np.isfinite(there), there, values)
+        if name == "psi" and there is not None:
+            channels[name] = unwrapped(channels[name])
 
 
 def _gathered(path: Path, messages: Any) -> dict[str, _Series]:
@@ -157,12 +179,12 @@ def _earth_is_up(path: Path, topic: str, series: _Series) -> None:
 class _Rows:
     """The rows of a trial, and other times moved to them."""
 
-    def __init__(self, ticks: Any, base: _Series, zero: int) -> None:
+    def __init__(self, ticks: Any, base: _Series | None, zero: int) -> None:
         first = zero or int(ticks[0])
         self.ticks, epoch = ticks, first > _EPOCH
         self.t: Array = (ticks - first if epoch else ticks) / 1e9
         self.start = {"start": datetime.fromtimestamp(first / 1e9, UTC).isoformat()} if epoch else {}
-        behind = int(np.median(np.array(base.logged) - np.array(base.times)))
+        behind = 0 if base is None else int(np.median(np.array(base.logged) - np.array(base.times)))
         self.behind = behind if abs(behind) > _SAME_CLOCK else 0
 
     def moved(self, series: _Series, name: str) -> Array:

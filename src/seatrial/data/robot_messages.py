@@ -12,7 +12,6 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import datetime
 from functools import cache
 from types import MappingProxyType
 from typing import Any
@@ -69,24 +68,6 @@ def store() -> Any:
     except ImportError:
         raise DataError("logs of robots need the extra 'log': pip install 'seatrial[log]'") from None
     return get_typestore(Stores.ROS2_HUMBLE)
-
-
-def began(name: str, meta: Mapping[str, Any]) -> int:
-    """When a trial's time was zero, since 1970 [ns], where it says so; else 0.
-
-    Raises:
-        DataError: a start that is no time, or has no time zone.
-    """
-    start = meta.get("start")
-    if not isinstance(start, str | datetime):
-        return 0
-    try:
-        when = start if isinstance(start, datetime) else datetime.fromisoformat(start)
-    except ValueError:
-        raise DataError(f"{name}: start is '{start}'; write 2024-05-01T12:00:00+00:00") from None
-    if when.tzinfo is None:
-        raise DataError(f"{name}: start is '{start}', without a time zone; write 2024-05-01T12:00:00+00:00")
-    return int(when.replace(microsecond=0).timestamp()) * 10**9 + when.microsecond * 1000
 
 
 def told(kind: str, data: bytes) -> Told:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Literal
 
@@ -10,8 +9,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ..parameters import unknown
 from . import DataError
+from .documents import read_toml
 from .geodesy import Datum
 from .robot_log import Topics
+from .sidecar import check_meta
 from .units import conversion
 
 
@@ -47,9 +48,7 @@ def read_topics(path: Path) -> Topics:
         DataError: not TOML, an unknown key, a wrong type or unit.
     """
     try:
-        said = _File.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise DataError(f"{path}: not a mapping file that can be read ({str(error).splitlines()[0]})") from None
+        said = _File.model_validate(read_toml(path))
     except ValidationError as error:
         raise DataError(f"{path}: {_first(error)}") from None
     numbers: dict[str, tuple[str, float]] = {}
@@ -63,6 +62,7 @@ def read_topics(path: Path) -> Topics:
         numbers[topic] = one.channel, one.sign * factor
     datum = None if said.datum is None else Datum(said.datum.latitude, said.datum.longitude)
     meta = {name: value for name, value in (("ship", said.ship), ("L_pp", said.L_pp)) if value is not None}
+    check_meta(path, meta)
     return Topics(said.odometry, said.twist, said.fix, numbers, datum, meta)
 
 

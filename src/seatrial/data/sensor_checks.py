@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,22 +15,42 @@ from .prepare import complete
 MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
 """Channels that an instrument tells."""
 
+EVERY = "all channels"
+
 _DIRECTIONS = ("gamma_T", "gamma_A", "gamma_C")
 # No thruster turns faster than this [rad/s]; read as radians, one in degrees does.
 _SPIN = 4.0
+# Steps in which compass (1 deg), rate of turn (1 deg/min), log (0.1 kn), receiver (1e-4 min of latitude) and
+# anemometer (1 kn, 1 deg) tell, by channel [SI]; and the length of a ship below which it is a model [m].
+_STEPS = {
+    "psi": math.radians(1.0), "phi": math.radians(0.1), "r": math.radians(1.0) / 60.0, "u": 0.0515, "v_m": 0.0515,
+    "x": 0.186, "y": 0.186, "U_T": 0.515, "U_A": 0.515, "gamma_T": math.radians(1.0), "gamma_A": math.radians(1.0),
+}  # fmt: skip
+_SHIP = 20.0
 # Values that show how often an instrument speaks.
 _FEW = 10
 
 
+Kind = Literal["sign", "axes", "unit", "scale", "step", "short", "overlap", "quality"]
+"""What a fault is about.  A wrong sign, axis, unit, scale or time step makes a fit wrong, and so does a trial that is
+too short or both trained on and tested on; the quality of the data makes it poor."""
+
+
 @dataclass(frozen=True)
 class Fault:
-    """A finding before the trial's name is on it."""
+    """A finding before the trial's name is on it; `where` lists channels, or says of what else it is."""
 
     severity: Literal["error", "warning", "info"]
     where: str
     what: str
     evidence: str
     remedy: str
+    kind: Kind = "quality"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels it is about; none where it is about all of them."""
+        return () if self.where == EVERY else tuple(self.where.split(", "))
 
 
 def sensor_faults(trial: Trial) -> Iterator[Fault]:
@@ -38,9 +58,7 @@ def sensor_faults(trial: Trial) -> Iterator[Fault]:
     yield from _gap_faults(trial)
     yield from _time_faults(trial)
     yield from _angle_faults(trial)
-    for name in MEASURED:
-        if name in trial:
-            yield from _step_faults(trial, name)
+    yield from _step_faults(trial)
 
 
 def _gap_faults(trial: Trial) -> Iterator[Fault]:
@@ -50,34 +68,76 @@ def _gap_faults(trial: Trial) -> Iterator[Fault]:
     last = int(np.flatnonzero(filled)[-1]) if filled.any() else -1
     empty = len(trial) - 1 - last
     if last < 0:
-        yield Fault("error", "all channels", "no data", f"{len(trial)} rows, all empty", "leave it out")
+        yield Fault("error", EVERY, "no data", f"{len(trial)} rows, all empty", "leave it out")
         return
     if empty:
         yield Fault(
-            "warning", "all channels", "rows without data at the end",
+            "warning", EVERY, "rows without data at the end",
             f"the last {empty} of {len(trial)} rows", "prepare.drop_trailing_gaps",
         )  # fmt: skip
     slower: dict[float, list[str]] = {}
+    holes: dict[_Holes, list[str]] = {}
     for name, values in trial.channels.items():
-        missing = int(np.isnan(values[: last + 1]).sum())
-        every = _every(trial.t[: last + 1], values[: last + 1]) if missing else 0.0
+        if not np.isnan(values[: last + 1]).any():
+            continue
+        every = _every(trial.t[: last + 1], values[: last + 1])
         if every:
             slower.setdefault(every, []).append(name)
-        elif missing:
-            k = int(np.flatnonzero(np.isnan(values))[0])
-            yield Fault(
-                "warning", name, "gaps",
-                f"{missing} of {last + 1} samples, the first at t = {trial.t[k]:g} s",
-                "fit on prepare.segments, or fill short ones with prepare.interpolate_gaps",
-            )  # fmt: skip
-
-
+        else:
+            found = _Holes.of(trial.t[: last + 1], values[: last + 1])
+            holes.setdefault(next((one for one in holes if one.same(found)), found), []).append(name)
+    for found, names in holes.items():
+        yield Fault(
+            "warning", ", ".join(names), "gaps", found.told(last + 1),
+            "fit on prepare.segments, or fill short ones with prepare.interpolate_gaps",
+        )  # fmt: skip
     for every, names in slower.items():
         yield Fault(
             "info", ", ".join(names), f"sampled at {1.0 / every:.3g} Hz",
             f"a value every {every:.3g} s, the rows are at {1.0 / trial.dt:.3g} Hz",
             "nothing is missing; prepare.interpolate_gaps where every row must have a value",
         )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Holes:
+    """Where a channel has no values for longer than it takes from one to the next.
+
+    Attributes:
+        spans: begin and end of each hole [s].
+        usual: time from one value to the next [s].
+        missing: rows without a value.
+    """
+
+    spans: tuple[tuple[float, float], ...]
+    usual: float
+    missing: int
+
+    @staticmethod
+    def of(t: Array, values: Array) -> _Holes:
+        good = np.isfinite(values)
+        at, row = t[good], float(np.median(np.diff(t)))
+        usual = float(np.median(np.diff(at))) if at.size > 1 else row
+        edges = np.concatenate([[t[0] - row], at, [t[-1] + row]])
+        wide = np.flatnonzero(np.diff(edges) > usual + 0.5 * row)
+        spans = tuple((max(float(edges[k]), float(t[0])), float(edges[k + 1])) for k in wide.tolist())
+        return _Holes(spans, usual, int((~good).sum()))
+
+    def same(self, other: _Holes) -> bool:
+        """Whether both tell of the same loss: their holes begin and end together, as far as their steps can show."""
+        slack = 1.01 * max(self.usual, other.usual)
+        pairs = zip(self.spans, other.spans, strict=False)
+        return len(self.spans) == len(other.spans) and all(
+            abs(a - c) <= slack and abs(b - d) <= slack for (a, b), (c, d) in pairs
+        )
+
+    def told(self, rows: int) -> str:
+        """The numbers in words."""
+        if not self.spans:
+            return f"{self.missing} of {rows} samples, here and there"
+        longest, many = max(b - a for a, b in self.spans), "s" if len(self.spans) > 1 else ""
+        return (f"{self.missing} of {rows} samples in {len(self.spans)} gap{many} of up to {longest:.3g} s, "
+                f"the first after t = {self.spans[0][0]:g} s")  # fmt: skip
 
 
 def _every(t: Array, values: Array) -> float:
@@ -136,7 +196,7 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         largest = float(np.nanmax(np.abs(values)))
         if name.split("_")[0] == "delta" and largest > 1.6:
             yield Fault(
-                "error", name, "rudder is in degrees", f"up to {largest:.3g} rad", "convert it to radians"
+                "error", name, "rudder is in degrees", f"up to {largest:.3g} rad", "convert it to radians", "unit"
             )
         elif name.split("_")[0] == "alpha" and largest > 6.3 and trial.unit(name) in ("rad", "-"):
             yield _turned(trial, name, largest)
@@ -165,29 +225,47 @@ def _turned(trial: Trial, name: str, largest: float) -> Fault:
         return Fault(
             "error", name, "direction of the thrust is in degrees",
             f"up to {largest:.3g} rad, by up to {moves.max(initial=0.0):.3g} rad a row, at {usual:.3g} rad/s as a rule",
-            "convert it to radians, or declare its unit: deg",
+            "convert it to radians, or declare its unit: deg", "unit",
         )  # fmt: skip
     return Fault("info", name, "direction beyond one turn", f"up to {largest:.4g} rad",
                  "if it is in degrees, convert it to radians")  # fmt: skip
 
 
-def _step_faults(trial: Trial, name: str) -> Iterator[Fault]:
-    """Coarse steps: few distinct values over a wide range."""
-    values = trial[name][np.isfinite(trial[name])]
-    if values.size < 50:
-        return
-    levels = np.unique(values)
-    span = float(levels[-1] - levels[0])
-    if levels.size < 3 or span <= 0:
-        return
-    quantum = float(np.median(np.diff(levels)))
-    if levels.size < 0.25 * values.size and quantum > 2e-3 * span:
+def _step_faults(trial: Trial) -> Iterator[Fault]:
+    """Coarse steps, few distinct values over a wide range: one note of what instruments are like, else a warning."""
+    ordinary: list[tuple[str, str]] = []
+    for name in MEASURED:
+        values = trial[name][np.isfinite(trial[name])] if name in trial else np.zeros(0)
+        levels = np.unique(values)
+        span = float(levels[-1] - levels[0]) if levels.size else 0.0
+        if values.size < 50 or levels.size < 3 or span <= 0:
+            continue
+        quantum = float(np.median(np.diff(levels)))
+        if levels.size >= 0.25 * values.size or quantum <= 2e-3 * span:
+            continue
+        if quantum <= 1.01 * _resolution(trial, name):
+            ordinary.append((name, f"{name} {quantum:.3g} {trial.unit(name)}"))
+        else:
+            yield Fault(
+                "warning", name, "coarse steps",
+                f"{levels.size} distinct values in {values.size} samples, "
+                f"steps of {quantum:.3g} {trial.unit(name)}",
+                "prefer integrated rates to differences of this channel, or smooth it",
+            )  # fmt: skip
+    if ordinary:
         yield Fault(
-            "warning", name, "coarse steps",
-            f"{levels.size} distinct values in {values.size} samples, "
-            f"steps of {quantum:.3g} {trial.unit(name)}",
-            "prefer integrated rates to differences of this channel, or smooth it",
+            "info", ", ".join(name for name, _ in ordinary), "steps of ordinary instruments",
+            ", ".join(words for _, words in ordinary),
+            "nothing to mend; the noise of a channel is a third of its step at least",
         )  # fmt: skip
+
+
+def _resolution(trial: Trial, name: str) -> float:
+    """Steps in which an ordinary instrument tells a channel [SI]; aboard a model, those of a ship by Froude's law."""
+    length: Any = trial.meta.get("L_pp")
+    ratio = min(float(length) / _SHIP, 1.0) if isinstance(length, int | float) and length > 0 else 1.0
+    by_froude = {"m": ratio, "m/s": math.sqrt(ratio), "rad/s": 1.0 / math.sqrt(ratio)}
+    return _STEPS.get(name, 0.0) * by_froude.get(trial.unit(name), 1.0)
 
 
 def wind_faults(trial: Trial) -> Iterator[Fault]:

@@ -1,19 +1,25 @@
 """The YAML sidecar of a trial file: what a table of numbers cannot say of itself.
 
-Keys with a fixed meaning are checked; every other key is kept as it is.
+Every key has a fixed meaning and is checked, or a slip of the pen (`L_ppp`) would take a check away without a word;
+what has none goes under `notes`, which is kept as it is.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
+from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
 
+from ..parameters import unknown
 from . import DataError
+from .documents import read_yaml, yaml_text
+from .geodesy import Datum
 
 SCHEMA = "manoeuvre-trial/1"
 
@@ -24,8 +30,38 @@ CONVENTIONS: Mapping[str, str] = MappingProxyType({
 })  # fmt: skip
 """What holds where a sidecar is silent, and in every `Trial`."""
 
-_POSITIVE = ("scale", "L_pp", "water_density")
-_TEXT = ("ship", "kind", "source", "licence")
+
+def _number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _texts(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(one, str) for one in cast("list[Any]", value))
+
+
+def _table(value: Any) -> bool:
+    return isinstance(value, Mapping)
+
+
+_RANGES: Mapping[str, tuple[float, float, str]] = MappingProxyType({
+    "scale": (0.01, 10_000.0, "ship over model"), "L_pp": (0.1, 600.0, "m"), "water_density": (900.0, 1100.0, "kg/m^3"),
+})  # fmt: skip
+_TYPES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
+    *((key, _text, "text") for key in ("ship", "kind", "source", "licence", "start", "epoch_utc")),
+    ("processing", _texts, "a list of texts, one a step"), ("held", _texts, "a list of texts, one a channel"),
+    *((key, _table, "keys with values") for key in ("datum", "frames", "lines", "set_points", "setpoints")),
+    ("restart", _number, "a number"),
+)  # fmt: skip
+KEYS = ("schema", *CONVENTIONS, *_RANGES, *(key for key, _, _ in _TYPES), "notes")
+"""What a sidecar may say."""
+
+# A set point beyond these is one in degrees without saying so [rad].
+_LARGEST = MappingProxyType({"delta": math.pi, "rudder": math.pi, "psi": 2.0 * math.pi, "heading": 2.0 * math.pi})
+_POINT = re.compile(r"(delta|rudder|psi|heading)(?:\s*\[(.*)\])?")
 
 
 def sidecar_path(path: Path) -> Path:
@@ -39,49 +75,66 @@ def read_sidecar(path: Path) -> dict[str, Any]:
     Raises:
         DataError: not YAML, not a mapping, another schema, or a key whose value cannot be.
     """
-    import yaml
+    return {**CONVENTIONS, **(said_by(path) if sidecar_path(path).exists() else {})}
 
+
+def said_by(path: Path) -> dict[str, Any]:
+    """What the sidecar of the trial file `path` itself says, without its schema.
+
+    Raises:
+        DataError: as `read_sidecar`, and where there is none.
+    """
     where = sidecar_path(path)
-    if not where.exists():
-        return dict(CONVENTIONS)
-    try:
-        said = yaml.safe_load(where.read_text(encoding="utf-8"))
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise DataError(f"{where}: line {line}: not YAML ({error.problem})") from None
-    except (yaml.YAMLError, UnicodeDecodeError, OSError) as error:
-        raise DataError(f"{where}: not readable ({str(error).splitlines()[0]})") from None
-    if not isinstance(said, dict):
-        raise DataError(f"{where}: must be keys with values, such as 'schema: {SCHEMA}'")
-    meta = {str(key): value for key, value in cast("dict[Any, Any]", said).items()}
+    meta = read_yaml(where)
     schema = meta.pop("schema", None)
     if schema != SCHEMA:
         raise DataError(f"{where}: schema is {schema!r}; this version reads '{SCHEMA}'")
-    _check(where, meta)
-    return {**CONVENTIONS, **meta}
+    check_meta(where, meta)
+    return meta
 
 
 def sidecar_text(path: Path, meta: Mapping[str, Any]) -> str:
     """The sidecar of `path` as YAML text, schema and conventions included."""
-    import yaml
-
-    plain = {key: _plain(path, key, value) for key, value in {**CONVENTIONS, **meta}.items()}
-    _check(sidecar_path(path), plain)
-    return yaml.safe_dump({"schema": SCHEMA, **plain}, sort_keys=False, allow_unicode=True, width=100)
+    plain = plain_meta(path, meta)
+    check_meta(sidecar_path(path), plain)
+    return yaml_text({"schema": SCHEMA, **plain})
 
 
-def _check(where: Path, meta: Mapping[str, Any]) -> None:
-    for key in _POSITIVE:
-        value = meta.get(key)
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if value is not None and not (number and math.isfinite(value) and value > 0):
-            raise DataError(f"{where}: {key} is {value!r}; it must be a number above zero")
-    for key in _TEXT:
-        if not isinstance(meta.get(key), str | None):
-            raise DataError(f"{where}: {key} is {meta[key]!r}; it must be text")
-    steps = meta.get("processing", [])
-    if not (isinstance(steps, list) and all(isinstance(s, str) for s in cast("list[Any]", steps))):
-        raise DataError(f"{where}: processing must be a list of texts, one a step")
+def began(name: object, meta: Mapping[str, Any]) -> int:
+    """When a trial's time was zero, since 1970 [ns], where it says so; else 0.
+
+    Raises:
+        DataError: a start that is no time, or has no time zone; it begins with `name`.
+    """
+    start = meta.get("start", meta.get("epoch_utc"))  # as logs of sentences were imported once
+    if not isinstance(start, str | datetime):
+        return 0
+    try:
+        when = start if isinstance(start, datetime) else datetime.fromisoformat(start)
+        if when.tzinfo is None:
+            raise DataError(f"{name}: start is '{start}', without a time zone; write 2024-05-01T12:00:00+00:00")
+        return int(when.replace(microsecond=0).timestamp()) * 10**9 + when.microsecond * 1000
+    except DataError:
+        raise
+    except (ValueError, OverflowError):
+        raise DataError(f"{name}: start is '{start}'; write 2024-05-01T12:00:00+00:00") from None
+
+
+def check_meta(where: Path, meta: Mapping[str, Any]) -> None:
+    """Hold what is said of a trial against what each key means.
+
+    Raises:
+        DataError: an unknown key (the near ones are named), a wrong type, a number that no ship or basin has.
+    """
+    for key in meta:
+        if key not in KEYS:
+            raise DataError(f"{where}: {unknown(key, KEYS, 'key')}; what has no key of its own goes under 'notes'")
+    for key, (low, high, unit) in _RANGES.items():
+        if meta.get(key) is not None and not (_number(meta[key]) and low <= meta[key] <= high):
+            raise DataError(f"{where}: {key} is {meta[key]!r}; it must be a number from {low:g} to {high:g} ({unit})")
+    for key, fits, wanted in _TYPES:
+        if meta.get(key) is not None and not fits(meta[key]):
+            raise DataError(f"{where}: {key} is {meta[key]!r:.60}; {key} must be {wanted}")
     allowed = {**{k: (v,) for k, v in CONVENTIONS.items()}, "delta_positive": ("starboard_turn", "port_turn")}
     for key, fine in allowed.items():
         if meta.get(key, fine[0]) not in fine:
@@ -89,6 +142,40 @@ def _check(where: Path, meta: Mapping[str, Any]) -> None:
                 f"{where}: {key} is {meta[key]!r}; a trial file has {' or '.join(fine)}: "
                 "convert the log with 'seatrial import'"
             )
+    _check_place(where, meta)
+    _check_points(where, meta.get("set_points") or meta.get("setpoints") or {})
+
+
+def _check_place(where: Path, meta: Mapping[str, Any]) -> None:
+    """When and where: `start` with its time zone, `datum` on the globe."""
+    began(where, meta)
+    try:
+        if meta.get("datum") is not None:
+            Datum(*(float(meta["datum"][key]) for key in ("latitude", "longitude")))
+    except DataError as error:
+        raise DataError(f"{where}: {error}") from None
+    except (KeyError, TypeError, ValueError):
+        raise DataError(f"{where}: datum needs latitude and longitude, in degrees") from None
+
+
+def _check_points(where: Path, points: Mapping[Any, Any]) -> None:
+    for key, value in points.items():
+        found = _POINT.fullmatch(str(key))
+        if found is None:
+            continue
+        name, unit = found[1], found[2] or "rad"
+        if unit not in ("rad", "deg"):
+            raise DataError(f"{where}: set_points: {key}: no unit of an angle; write '{name} [deg]' or '{name} [rad]'")
+        if not _number(value) or not abs(value) <= (_LARGEST[name] if unit == "rad" else math.degrees(_LARGEST[name])):
+            raise DataError(
+                f"{where}: set_points: {key} is {value!r} {unit}; it must be a number up to {_LARGEST[name]:.3g} rad, "
+                f"and in degrees it is called '{name} [deg]'"
+            )
+
+
+def plain_meta(path: Path, meta: Mapping[str, Any]) -> dict[str, Any]:
+    """What the sidecar of `path` would say, in types that YAML has, conventions included."""
+    return {key: _plain(path, key, value) for key, value in {**CONVENTIONS, **meta}.items()}
 
 
 def _plain(path: Path, key: str, value: Any) -> Any:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +57,17 @@ def split_row(line: str, delimiter: str | None) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
 
 
+def once(path: str | Path, line: int, heads: Sequence[str], wanted: Iterable[str]) -> None:
+    """Refuse a header in which a wanted column stands twice: which of them is meant, nobody knows.
+
+    Raises:
+        DataError: naming file, column and line.
+    """
+    for name in wanted:
+        if heads.count(name) > 1:
+            raise DataError(f"{path}: column '{name}', line {line}: {heads.count(name)} columns of this name; keep one")
+
+
 def numbers(
     path: str | Path, lines: Sequence[str], first: int, columns: Sequence[str], delimiter: str | None
 ) -> tuple[Array, list[int]]:
@@ -82,7 +93,8 @@ def numbers(
                 "complete the line or take it out"
             )
         try:
-            flat += list(map(float, cells))  # whole rows only: extend would keep half of a bad one
+            # whole rows only: extend would keep half of a bad one
+            flat += list(map(float if lines[k].isascii() and "_" not in lines[k] else decimal, cells))
         except ValueError:
             flat.extend(_number(path, k, *pair) for pair in zip(columns, cells, strict=True))
     table = np.array(flat, dtype=np.float64).reshape(len(kept), len(columns))
@@ -96,12 +108,23 @@ def numbers(
     return table, [k + 1 for k in kept]
 
 
+def decimal(text: str) -> float:
+    """The number that a text says as people write it.
+
+    Raises:
+        ValueError: none, or one that only Python takes for a number: ``1_000``, full-width digits.
+    """
+    if "_" in text or not text.strip().isascii():
+        raise ValueError(text)
+    return float(text)
+
+
 def _number(path: str | Path, k: int, column: str, cell: str) -> float:
     text = cell.strip().strip('"').strip()
     if text.lower() in ("", "nan", "na", "null"):
         return math.nan
     try:
-        return float(text)
+        return decimal(text)
     except ValueError:
         raise DataError(
             f"{path}: column '{column}', line {k + 1}: '{text[:40]}' is not a number; "

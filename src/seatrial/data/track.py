@@ -78,6 +78,7 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
             f"positions move {ratio:.3f} times as far as U_G says in the time",
             "use the clock of the log; make positions of latitude and longitude" if near
             else "check the unit of the speed (kn, km/h) and of the positions",
+            "step" if near else "scale",
         )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from ..parameters import unknown
 from . import Array, DataError, Trial, unwrapped
 from .sidecar import CONVENTIONS
-from .table import check_time, existing
+from .table import check_time, decimal, existing
 from .track import track_miss
 
 SUFFIX = ".xlsx"
@@ -120,6 +120,9 @@ def _sheet(path: Path) -> Mapping[str, list[Any]]:
     for column in (CLOCK, *COLUMNS):
         if column not in frame.columns:
             raise DataError(f"{path}: row 1: {unknown(column, frame.columns, 'column')}")
+        again = next((name for name in (f"{column}_1", f"{column}_duplicated_0") if name in frame.columns), None)
+        if again is not None:
+            raise DataError(f"{path}: column '{column}', row 1: more columns of this name; keep one")
     if frame.height < 2:
         raise DataError(f"{path}: {frame.height} rows below the header; a recording has two at least")
     return {column: frame[column].cast(polars.String).to_list() for column in (CLOCK, *COLUMNS)}
@@ -131,7 +134,7 @@ def _numbers(path: Path, column: str, cells: list[Any]) -> Array:
     for k, cell in enumerate(cells):
         text = "" if cell is None else str(cell).strip()
         try:
-            out[k] = float(text) if text else np.nan
+            out[k] = decimal(text) if text else np.nan
         except ValueError:
             raise DataError(f"{path}: column '{column}', row {k + 2}: '{text}' is no number") from None
         if np.isinf(out[k]):

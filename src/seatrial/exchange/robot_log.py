@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from heapq import merge
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..data import UNITS, Array, DataError, Trial
 from ..data.geodesy import Datum
 from ..data.robot_files import Message, write_bag, write_mcap
-from ..data.robot_messages import FIX, FRAMES, NUMBER, ODOMETRY, POSE, TWIST, VELOCITY, began, packed
-from ..data.sidecar import sidecar_text
+from ..data.robot_messages import FIX, FRAMES, NUMBER, ODOMETRY, POSE, TWIST, VELOCITY, packed
+from ..data.sidecar import began, sidecar_text
 
 FORMATS = ("mcap", "rosbag2")
 """What can be written."""
@@ -49,19 +50,26 @@ def save_robot_log(trial: Trial, format: str, folder: Path) -> Path:
 
 
 def messages(trial: Trial) -> Iterator[Message]:
-    """All messages of a trial in the order of time; a row without any value of a topic has none of it."""
+    """All messages of a trial in the order of time, each of them whole.
+
+    A row that lacks a part of the pose has no odometry, and one that lacks a velocity no twist, as nobody expects
+    NaN there; what it has of them goes out as numbers on topics of their own, like every other channel.
+    """
     stamps = _stamps(trial)
     frames = {**FRAMES, **{str(k): str(v) for k, v in dict(trial.meta.get("frames") or {}).items() if k in FRAMES}}
     topics: list[tuple[str, str, dict[str, Array]]] = []
-    moving = {name: trial[name] for name in VELOCITY if name in trial}
+    left = dict(trial.channels)
     if all(name in trial for name in POSE):
-        pose = {name: trial[name] for name in (*POSE, "phi") if name in trial}
-        topics.append((TOPICS[ODOMETRY], ODOMETRY, {**pose, **moving}))
-        topics += _fixes(trial)
-    if moving:
-        topics.append((TOPICS[TWIST], TWIST, moving))
-    used = {name for _, _, columns in topics for name in columns}
-    topics += [(f"/{name}", NUMBER, {"value": column}) for name, column in trial.channels.items() if name not in used]
+        placed = _whole(trial, POSE)
+        pose = {name: np.where(placed, trial[name], math.nan) for name in (*POSE, "phi") if name in trial}
+        moving = {name: trial[name] for name in VELOCITY if name in trial}
+        topics += [(TOPICS[ODOMETRY], ODOMETRY, {**pose, **moving}), *_fixes(trial)]
+        left |= {name: np.where(placed, math.nan, trial[name]) for name in (*POSE, "phi") if name in trial}
+    if all(name in trial for name in VELOCITY):
+        known = _whole(trial, VELOCITY)
+        topics.append((TOPICS[TWIST], TWIST, {n: np.where(known, trial[n], math.nan) for n in VELOCITY}))
+        left |= {name: np.where(known, math.nan, trial[name]) for name in VELOCITY}
+    topics += [(f"/{name}", NUMBER, {"value": column}) for name, column in left.items()]
     streams = [_stream(topic, kind, stamps, columns, frames) for topic, kind, columns in topics]
     return merge(*streams, key=lambda message: message.logged)
 
@@ -72,8 +80,13 @@ def _stream(
     names = tuple(columns)
     for stamp, row in zip(stamps, zip(*(column.tolist() for column in columns.values()), strict=True), strict=True):
         told = {name: value for name, value in zip(names, row, strict=True) if math.isfinite(value)}
-        if told and (kind not in (FIX, NUMBER) or len(told) == len(names)):
+        if all(name in told for name in (POSE if kind == ODOMETRY else names)):
             yield Message(topic, kind, stamp, packed(kind, stamp, told, frames))
+
+
+def _whole(trial: Trial, names: Sequence[str]) -> NDArray[np.bool_]:
+    """Rows that have all of the channels."""
+    return np.asarray(np.isfinite(trial.stack(*names)).all(axis=1))
 
 
 def _fixes(trial: Trial) -> list[tuple[str, str, dict[str, Array]]]:

@@ -21,9 +21,8 @@ from .objective import TrajectoryObjective
 from .plant_lint import commands, mass, sampling
 from .windows import spread
 
-# Findings of `check` that make a fit wrong rather than poor: signs, frames and units.
-_FATAL = ("sign", "velocities north", "velocities east", "counts to port", "counterclockwise", "x is east",
-          "degrees", "wrong scale", "time step is not", "too short")  # fmt: skip
+# Kinds of findings of `check` that make a fit wrong rather than poor.
+_FATAL = ("sign", "axes", "unit", "scale", "step", "short")
 # Ship and trial may differ by this much in length before one of them is taken to be scaled.
 _LENGTH = 0.02
 
@@ -149,7 +148,7 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
     yield from sampling(trial)
     for finding in check(trial):
         if finding.severity == "error":
-            severity = "error" if any(words in finding.what for words in _FATAL) else "warning"
+            severity = "error" if finding.kind in _FATAL else "warning"
             yield Issue(severity, finding.where, f"{finding.what} ({finding.evidence}); {finding.remedy}")
 
 

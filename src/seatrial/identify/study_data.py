@@ -14,9 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..data import Trial
+from ..data import DataError, Trial
 from ..data.compositions import MARK, expanded, read_compositions
-from ..parameters import ParameterError, unknown
+from ..parameters import ParameterError
 from ..ships import Ship
 from . import StudyError
 
@@ -24,7 +24,6 @@ DATA = "SEATRIAL_DATA"
 """Variable that names the folder of the public data sets; unset, it is ../shared/data beside the
 root of the repository (a folder with a pyproject.toml) that holds the study, or the working folder."""
 
-_SUFFIXES = (".csv", ".dat", ".parquet", ".xlsx")
 _KINDS = ("test", "validation", "train")
 
 Split = tuple[tuple[Trial, ...], tuple[Trial, ...], tuple[Trial, ...]]
@@ -87,13 +86,10 @@ def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ..
     """Test, validation and training of one folder: a pattern gives way to the later list, a name is refused in two."""
     root = _root(path, where, data.root)
     sets = read_compositions(path.parent / data.sets) if data.sets else {}
-    every = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in _SUFFIXES)
-    if not every:
-        raise StudyError(f"{path}: {where}.root: {root} holds no file of {', '.join(_SUFFIXES)}")
-    names = {f.relative_to(root).as_posix(): f for f in every}
+    read = _reader(path, where, data.format, data.mapping)
+    names = _recordings(path, where, root, data.format)
     lists = {key: expanded(f"{path}: {where}.{key}", getattr(data, key), sets) for key in (*_KINDS, "exclude")}
     taken = set(chosen(path, f"{where}.exclude", lists["exclude"], names))
-    read = _reader(path, where, data.format, data.mapping)
     parts: list[tuple[Trial, ...]] = []
     held: dict[str, str] = {}
     for kind in _KINDS:
@@ -128,25 +124,36 @@ def _root(path: Path, where: str, root: str) -> Path:
 
 
 def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> Callable[[Path], Trial]:
-    from ..data.importing import FORMATS, READERS
-    from ..data.mapping import read, read_mapping
-    from ..data.nmea_trial import read as read_nmea
-    from ..data.nmea_trial import read_aboard
+    from ..data.importing import reader
     from ..data.trialfile import read_trial
 
-    if format == "csv":
-        if mapping is None:
-            raise StudyError(f"{path}: {where}.mapping is missing; the format csv needs it")
-        table = read_mapping(path.parent / mapping)
-        return lambda file: read(file, table)
     if format is None:
+        if mapping is not None:
+            raise StudyError(f"{path}: {where}.mapping is of no use without a format; write format = \"csv\"")
         return read_trial
-    if format == "nmea" and mapping is not None:
-        aboard = read_aboard(path.parent / mapping)
-        return lambda file: read_nmea(file, aboard)
-    if format not in READERS:
-        raise StudyError(f"{path}: {where}.format: {unknown(format, FORMATS, 'format')}")
-    return READERS[format]
+    if format == "csv" and mapping is None:
+        raise StudyError(f"{path}: {where}.mapping is missing; the format csv needs it")
+    try:
+        return reader(format, None if mapping is None else path.parent / mapping)
+    except DataError as error:
+        raise StudyError(f"{path}: {where}.{'format' if mapping is None else 'mapping'}: {error}") from None
+
+
+def _recordings(path: Path, where: str, root: Path, format: str | None) -> dict[str, Path]:
+    """Recordings below the root, by their names in patterns."""
+    from ..data.importing import FORMATS, recordings
+    from ..data.trialfile import SUFFIXES
+
+    if format is not None and format in FORMATS:
+        try:
+            found = recordings(format, root)
+        except DataError as error:
+            raise StudyError(f"{path}: {where}.root: {error}") from None
+    else:
+        found = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in SUFFIXES)
+    if not found:
+        raise StudyError(f"{path}: {where}.root: {root} holds no trial file ({', '.join(SUFFIXES)}); set a format")
+    return {f.relative_to(root).as_posix(): f for f in found}
 
 
 def _moving(path: Path, where: str, trial: Trial, said: Any, ship: Ship) -> Trial:

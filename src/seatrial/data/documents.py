@@ -1,0 +1,171 @@
+"""Small text documents that people write beside their logs: TOML and YAML, read strictly.
+
+YAML is taken as its version 1.2 means it: ``1:45`` and ``2024-99-99`` are texts, ``010`` is ten, and ``no`` is no
+truth value.  A key given twice is refused, as the last one would silently win; so are anchors and aliases, by which
+a few lines become gigabytes.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, cast
+
+from . import DataError
+from .table import existing
+
+LARGEST = 1_000_000
+"""Bytes of a document at most."""
+
+_DIGITS = 19
+"""Digits of a whole number at most: nanoseconds since 1970 have so many."""
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises:
+        DataError: no such file, not TOML, too large or too deep, a whole number beyond any count.
+    """
+    return _read(existing(path), "TOML", tomllib.loads)
+
+
+def read_yaml(path: str | Path) -> dict[str, Any]:
+    """The keys of a YAML file of one mapping.
+
+    Raises:
+        DataError: no such file, not YAML, no mapping, a key twice, an anchor or an alias, too large or too deep.
+    """
+    return _read(existing(path), "YAML", _yaml)
+
+
+def yaml_text(said: Mapping[str, Any]) -> str:
+    """Plain values as YAML that `read_yaml` reads back as the same."""
+    import yaml
+
+    return yaml.dump(dict(said), Dumper=_dumper(), sort_keys=False, allow_unicode=True, width=100)
+
+
+def _read(here: Path, kind: str, parse: Callable[[str], Any]) -> dict[str, Any]:
+    try:
+        if not here.is_file():
+            raise DataError(f"{here}: not readable as {kind}: not a file")
+        if here.stat().st_size > LARGEST:
+            raise DataError(f"{here}: {here.stat().st_size} bytes; {LARGEST} are the most of such a file")
+        said = parse(here.read_text(encoding="utf-8"))
+        _refuse_odd(said)
+    except DataError as error:
+        about = str(error)
+        raise DataError(about if str(here) in about else f"{here}: {about}") from None
+    except RecursionError:
+        raise DataError(f"{here}: not readable as {kind}: nested too deeply") from None
+    except OSError as error:
+        raise DataError(f"{here}: not readable as {kind}: {error.strerror}") from None
+    except ValueError as error:  # also of numbers and of bytes that are no text
+        raise DataError(f"{here}: not readable as {kind}: {_line(error)}") from None
+    if not isinstance(said, dict):
+        raise DataError(f"{here}: must be keys with values, such as 'ship: kvlcc2'")
+    return cast("dict[str, Any]", said)
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+def _refuse_odd(said: Any, place: str = "") -> None:
+    """Whole numbers that no float holds (`tomllib` reads any length), and halves of characters, wherever they stand."""
+    if isinstance(said, dict):
+        for key, value in cast("dict[Any, Any]", said).items():
+            _refuse_odd(value, f"{place}.{key}" if place else str(key))
+    elif isinstance(said, list):
+        for value in cast("list[Any]", said):
+            _refuse_odd(value, place)
+    elif isinstance(said, int) and abs(said) >= 10**_DIGITS:
+        raise DataError(f"{place}: a whole number of more than {_DIGITS} digits; give one that can be meant")
+    elif isinstance(said, str):
+        said.encode()
+
+
+def _yaml(text: str) -> Any:
+    import yaml
+
+    try:
+        return yaml.load(text, Loader=_loader())
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        raise DataError(f"line {mark.line + 1 if mark else 1}: not YAML ({error.problem})") from None
+    except yaml.YAMLError as error:
+        raise DataError(f"line 1: not YAML ({_line(error)})") from None
+
+
+_CORE = (
+    ("bool", r"(?:true|True|TRUE|false|False|FALSE)", "tTfF"),
+    ("int", r"[-+]?[0-9]+", "-+0123456789"),
+    ("float", r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)",
+     "-+0123456789."),
+    ("null", r"(?:~|null|Null|NULL|)", "~nN"), ("null", "", ("",)),
+)  # fmt: skip
+"""The core schema of YAML 1.2: kind of a plain scalar, its form, and what it may begin with."""
+
+
+def _resolving(base: Any) -> Any:
+    """A loader or dumper class that knows plain scalars by the core schema too."""
+    made = type("Core", (base,), {})
+    for tag, form, first in _CORE:
+        made.add_implicit_resolver(f"tag:yaml.org,2002:{tag}", re.compile(f"^(?:{form})$", re.ASCII), list(first))
+    return made
+
+
+@cache
+def _dumper() -> Any:
+    import yaml
+
+    # its own resolvers of YAML 1.1 stay: what either of the two would take for a number is quoted
+    return _resolving(yaml.SafeDumper)
+
+
+@cache
+def _loader() -> Any:
+    import yaml
+
+    class Plain(yaml.SafeLoader):
+        yaml_implicit_resolvers: Any = {}  # noqa: RUF012 -- as PyYAML has it
+
+        def compose_node(self, parent: Any, index: Any) -> Any:
+            event: Any = self.peek_event()
+            if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
+                raise _wrong("anchors and aliases are not read; write the value out", event)
+            return super().compose_node(parent, index)
+
+        def construct_yaml_map(self, node: Any) -> Any:
+            seen: dict[str, Any] = {}
+            for key, value in node.value:
+                if not isinstance(key, yaml.ScalarNode):
+                    raise _wrong("a key is a plain text", key)
+                if key.value in seen:
+                    raise _wrong(f"key '{key.value[:40]}' twice; keep one", key)
+                seen[key.value] = self.construct_object(value, deep=True)
+            return seen
+
+        def construct_whole(self, node: Any) -> int:
+            if len(node.value) > _DIGITS + 1:
+                raise _wrong(f"a whole number of more than {_DIGITS} digits", node)
+            return int(node.value)
+
+    made = _resolving(Plain)
+    for tag, construct in (
+        ("map", Plain.construct_yaml_map), ("int", Plain.construct_whole),
+        ("bool", lambda _, node: node.value.lower() == "true"),
+        ("float", lambda _, node: float(node.value.lower().replace(".inf", "inf").replace(".nan", "nan"))),
+    ):  # fmt: skip
+        made.add_constructor(f"tag:yaml.org,2002:{tag}", construct)
+    return made
+
+
+def _wrong(what: str, node: Any) -> Exception:
+    import yaml
+
+    return yaml.constructor.ConstructorError(None, None, what, node.start_mark)
