@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import sys
 from collections.abc import Mapping
@@ -38,8 +37,7 @@ def shoot(study: Study, out: Path, as_json: bool, watch: Watch) -> None:
     raise_on_errors(issues)
     for line in (*study.notes, *lines(issues)):
         note(line)
-    digest = _digest(study)
-    fresh, done = claimed(out, PAGE, digest, study.name)
+    fresh, done = claimed(out, PAGE, study.digest, study.name)
     if not done:
         with kept(out, fresh), fitting(study.path, ""):
             note(f"fitting {len(study.problem.free)} parameters")
@@ -49,25 +47,11 @@ def shoot(study: Study, out: Path, as_json: bool, watch: Watch) -> None:
             found = shot(study, fit, study.virtual)
         save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
         write(out / PAGE, found, provenance={
-            "study": str(study.path), "digest": digest, "version": f"seatrial {__version__}",
+            "study": str(study.path), "digest": study.digest, "version": f"seatrial {__version__}",
             "truth": f"{study.virtual.ship.name}, seed {study.virtual.seed}",
             "command": f"seatrial identify {study.path} -o {out}",
         })  # fmt: skip
     _tell(json.loads((out / PAGE).with_suffix(".json").read_text(encoding="utf-8")), out, as_json)
-
-
-def _digest(study: Study) -> str:
-    """Fingerprint of the study, of its rival and its trials kept back too: they are in the report."""
-    found = hashlib.sha256(study.digest.encode())
-    virtual = study.virtual
-    made = () if virtual is None else (virtual.bench, virtual.wind, virtual.seed)
-    for part in (study.rival, study.published, made):
-        found.update(repr(part).encode())
-    for trial in study.test:
-        found.update(trial.name.encode() + trial.t.tobytes())
-        for name in sorted(trial.channels):
-            found.update(name.encode() + trial[name].tobytes())
-    return found.hexdigest()[:16]
 
 
 def _tell(found: Mapping[str, Any], out: Path, as_json: bool) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import sys
 from collections.abc import Generator, Mapping, Sequence
@@ -36,8 +35,7 @@ def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool, watch: W
     raise_on_errors(issues)
     for line in (*study.notes, *lines(issues)):
         note(line)
-    digest = _digest(study)
-    fresh, done = claimed(out, PAGE, digest, study.name)
+    fresh, done = claimed(out, PAGE, study.digest, study.name)
     if not done:
         with kept(out, fresh), _progress() as told:
             watch.begin(study.title or f"{problem.ship.name}: fine-tuning")
@@ -48,7 +46,7 @@ def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool, watch: W
         note("what the data determine: profiles, repetitions, bands")
         write(
             out / PAGE, tuning, title=study.title or f"{problem.ship.name}: fine-tuning", method=estimator.method,
-            provenance={"study": str(study.path), "digest": digest, "version": f"seatrial {__version__}",
+            provenance={"study": str(study.path), "digest": study.digest, "version": f"seatrial {__version__}",
                         "data": "; ".join(dict.fromkeys(str(t.meta.get("source", "")) for t in problem.trials)),
                         "command": f"seatrial identify {study.path} -o {out}"},
             sections=_identifiability(tuning.fit, study.problem, tests, estimator),
@@ -74,16 +72,6 @@ def _identifiability(
         fit, profiles(fit, chosen, settings), group=group, left=misfit(fit, chosen, settings),
         predicted=[bands(group, trial, manoeuvre(trial)) for trial in tests],
     )  # fmt: skip
-
-
-def _digest(study: Study) -> str:
-    """Fingerprint of the study, of its test trials too: they are in the report."""
-    found = hashlib.sha256(study.digest.encode())
-    for trial in study.test:
-        found.update(trial.name.encode() + trial.t.tobytes())
-        for name in sorted(trial.channels):
-            found.update(name.encode() + trial[name].tobytes())
-    return found.hexdigest()[:16]
 
 
 @contextmanager

@@ -87,8 +87,8 @@ def claim(folder: str | Path, digest: str, study: str) -> bool:
         held = _read(where, "seatrial-run/1")
         if held.get("digest") != digest:
             raise StudyError(
-                f"{folder}: holds a run of study '{held.get('study')}' with other settings or data "
-                f"({held.get('digest')}, this is {digest}); choose another folder with -o"
+                f"{folder}: holds a run of study '{held.get('study')}' with other settings, data or version of "
+                f"seatrial ({held.get('digest')}, this is {digest}); choose another folder with -o"
             )
         return False
     document = {"schema": "seatrial-run/1", "study": study, "digest": digest}

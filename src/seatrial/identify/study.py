@@ -10,6 +10,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import __version__
 from ..data import Trial
 from ..parameters import Free, specs, unknown
 from ..ships import Ship, ShipError
@@ -35,7 +36,7 @@ class Study:
     Attributes:
         test: trials kept apart from training and validation.
         restart: seconds between restarts in the report, or None.
-        digest: fingerprint of ship, freedom, loss, estimator and data.
+        digest: fingerprint of ship, freedom, loss, estimator, all data, report and program version.
         notes: what a reader should know: parameters that a pattern fits and that stay fixed.
         title: heading of the report; empty where the study gives none.
         rival: what a simpler model frees that is fitted beside; empty where there is none.
@@ -95,8 +96,9 @@ def read_study(path: str | Path) -> Study:
     _long_enough(here, train, said.estimator)
     notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *torn, *off, *kept,
              *steps(here, train, said.estimator))  # fmt: skip
+    mark = _run_digest(problem, estimator, test, said)
     return Study(
-        here.stem, here, problem, estimator, test, said.report.restart, digest(problem, estimator), notes,
+        here.stem, here, problem, estimator, test, said.report.restart, mark, notes,
         said.title, _rival(here, said.rival, free), virtual,
         said.report.published.model_dump() if said.report.published else {}, said.report.unidentified,
     )  # fmt: skip
@@ -128,6 +130,23 @@ def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:
     return Loss(said.sigma, said.correlation, said.weights)
 
 
+def _run_digest(problem: Problem, estimator: Estimator, test: Sequence[Trial], said: Any) -> str:
+    """Fingerprint of everything that decides what a run leaves in its folder, the report too."""
+    found = hashlib.sha256(f"{__version__} {digest(problem, estimator)}".encode())
+    for part in (said.title, said.report, said.rival, said.virtual):
+        found.update(repr(part).encode())
+    _add(found, "test", test)
+    return found.hexdigest()[:16]
+
+
+def _add(found: Any, part_of: str, trials: Iterable[Trial]) -> None:
+    for trial in trials:
+        found.update(f"{part_of} {trial.name}".encode())
+        found.update(trial.t.tobytes())
+        for name in sorted(trial.channels):
+            found.update(name.encode() + trial[name].tobytes())
+
+
 def digest(problem: Problem, estimator: Estimator) -> str:
     """Fingerprint of everything that decides the numbers of a fit."""
     found = hashlib.sha256()
@@ -136,12 +155,8 @@ def digest(problem: Problem, estimator: Estimator) -> str:
         settings = replace(settings, threads=None)  # their number changes no digit
     for part in (to_toml(problem.ship), problem.free, problem.loss, problem.nuisance, settings):
         found.update(repr(part).encode())
-    for part_of, trials in (("train", problem.trials), ("validation", problem.validation)):
-        for trial in trials:
-            found.update(f"{part_of} {trial.name}".encode())
-            found.update(trial.t.tobytes())
-            for name in sorted(trial.channels):
-                found.update(name.encode() + trial[name].tobytes())
+    _add(found, "train", problem.trials)
+    _add(found, "validation", problem.validation)
     return found.hexdigest()[:16]
 
 
