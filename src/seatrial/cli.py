@@ -245,6 +245,7 @@ def predict(
     json: Json = False,
 ) -> None:
     """Free-run prediction of trials on their own rows."""
+    from .cli_compared import in_found_currents
     from .cli_spread import spread_numbers, tell_spread
     from .data.trialfile import read_trials, write_trial
     from .replay import replay
@@ -255,7 +256,7 @@ def predict(
     for line in cautions(ship, measured):
         note(line)
     predictions: list[Trial] = []
-    for trial in measured:
+    for trial in in_found_currents(measured, model):
         try:
             predictions.append(replay(ship, trial, restart=restart, smooth_start=smooth_start))
         except SimulationError as error:  # the others go on
@@ -280,9 +281,10 @@ def validate(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Report to write (.html; .json beside it).")] = None,
     restart: Restart = None,
     smooth_start: SmoothStart = None,
+    scale: Annotated[str | None, typer.Option(help="Divide errors as this fit did: its model.toml.")] = None,
     json: Json = False,
 ) -> None:
     """How well a model predicts trials, beside two baselines."""
     from .cli_runs import validate as run
 
-    run(model, trials, out, restart, json, smooth_start)
+    run(model, trials, out, restart, json, smooth_start, scale)

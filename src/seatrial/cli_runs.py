@@ -14,7 +14,7 @@ import typer
 
 from . import __version__
 from .cli_cautions import cautions, trained
-from .cli_compared import compared, provenance, scale_of, scales
+from .cli_compared import compared, in_found_currents, provenance, scales, scales_asked
 from .cli_page import Watch, watching
 from .cli_spread import keep_members, spread_numbers, tell_spread
 from .cli_support import DEGREE, Spoken, UsageError, emit, figure, fitting, note, positive, read_ship, show_table
@@ -93,12 +93,11 @@ def _fit(study: Study, out: Path, json: bool, watch: Watch) -> None:
 
 def validate(
     model: str, paths: Sequence[Path], out: Path | None, restart: float | None, json: bool,
-    smooth_start: float | None = None,
+    smooth_start: float | None = None, scale: str | None = None,
 ) -> None:  # fmt: skip
     """Compare a model and its baselines with trials; exit 1 where a prediction failed."""
     from .data.check import check
     from .data.trialfile import read_trials
-    from .identify.store import fitted_scale
     from .validate.assumptions import assumptions
     from .validate.metrics import scale_words
     from .validate.report import Report
@@ -109,10 +108,10 @@ def validate(
     ship, trials = trained(read_ship(model), model), read_trials(paths)
     for line in cautions(ship, trials):
         note(line)
-    held = fitted_scale(model)
-    sigma = scales(trials, held)
-    scaled = f"{scale_words(sigma)} ({scale_of(sigma, held)})"
-    comparisons, failed = compared(ship, trials, restart, sigma, smooth_start=smooth_start)
+    sigma, whence = scales_asked(trials, scale)
+    scaled = f"{scale_words(sigma)} ({whence})"
+    moved = in_found_currents(trials, model)
+    comparisons, failed = compared(ship, moved, restart, sigma, smooth_start=smooth_start)
     sure = tell_spread(model, ship, trials)
     made = provenance(ship)
     report = Report(
@@ -139,6 +138,7 @@ def validate(
 def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[dict[str, Any]]]:
     """The page of a fit on the trials kept back (those of training, where none was); pooled errors and forecasts."""
     from .data.check import check
+    from .identify.nuisances import with_current
     from .identify.store import MODEL
     from .validate.assumptions import assumptions
     from .validate.foresight import foreseen
@@ -148,7 +148,8 @@ def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[d
     trials = _judged_on(study)
     tuned = read_ship(str(out / MODEL))
     ahead, untold = foreseen(study, fit.ship)
-    comparisons, _ = compared(tuned, trials, study.restart, scales(trials, study.sigma), problem.ship)
+    moved = [with_current(trial, fit.nuisances) for trial in trials]
+    comparisons, _ = compared(tuned, moved, study.restart, scales(trials, study.sigma), problem.ship)
     report = Report(
         _heading(study, fit), comparisons, fit, tuple(t.name for t in problem.trials),
         (*untold, *(str(f) for t in (*problem.trials, *trials) for f in check(t) if f.severity == "error")),
