@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from . import __version__
 from .cli_page import Watch
-from .cli_support import claimed, emit, figure, fitting, note, show_table
+from .cli_support import claimed, emit, figure, fitting, note, say, show_table
 from .identify import StudyError
 from .identify.study import Study
 
@@ -69,8 +68,8 @@ def _tell(found: Mapping[str, Any], out: Path, as_json: bool) -> None:
     head = ("weather", "model", "surge", "sway", "yaw", "50 steps / truth", "sigma off at most")
     show_table(head, rows, right=(2, 3, 4, 5, 6))
     for name, servo in found["servos"].items():
-        sys.stdout.write(f"{name}: {figure(servo['rate'], 5)} rad/s +- {figure(servo['sigma']['rate'], 2)}\n")
-    sys.stdout.write(f"wrote {out}/model.toml, {out}/{PAGE}\n")
+        say(f"{name}: {figure(servo['rate'], 5)} rad/s +- {figure(servo['sigma']['rate'], 2)}\n")
+    say(f"wrote {out}/model.toml, {out}/{PAGE}\n")
 
 
 def _who(case: Mapping[str, Any], who: str) -> str:

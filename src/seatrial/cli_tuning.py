@@ -12,7 +12,7 @@ from typing import Any
 
 from . import __version__
 from .cli_page import Watch
-from .cli_support import claimed, emit, figure, note, show_table
+from .cli_support import claimed, emit, figure, live, note, say, show_table
 from .data import Trial
 from .identify import Fit, Problem
 from .identify.fine_tuning import FineTuning, Told
@@ -88,7 +88,7 @@ def _progress() -> Generator[Told, None, None]:
     from rich.console import Console
 
     with Console(stderr=True).status("compiling") as status:
-        yield lambda what, iteration, objective: status.update(_words(what, iteration, objective))
+        yield lambda what, iteration, objective: live(status)(_words(what, iteration, objective))
 
 
 def _words(what: str, iteration: int, objective: float) -> str:
@@ -112,5 +112,5 @@ def _tell(found: Mapping[str, Any], out: Path, as_json: bool) -> None:
     show_table(head, rows, right=(1, 2, 3, 4, 5, 6))
     for issue in found["findings"]:
         mark = "warning: " if issue["severity"] == "warning" else ""
-        sys.stdout.write(f"{mark}{issue['where']}: {issue['text']}\n")
-    sys.stdout.write(f"wrote {out}/model.toml, {out}/{PAGE}\n")
+        say(f"{mark}{issue['where']}: {issue['text']}\n")
+    say(f"wrote {out}/model.toml, {out}/{PAGE}\n")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
@@ -14,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..data import DataError
+from ..files import write_whole
 from ..models import STATES
 from ..parameters import read
 from ..ships import Entry, Ship
@@ -48,10 +47,10 @@ def save_fit(
         "sigma": {f.path: float(s) for f, s in zip(fit.free, fit.sigma, strict=True)},
         "began": {f.path: float(read(problem.ship.model, f.path)) for f in fit.free},
     }  # fmt: skip
-    replace_file(where / HISTORY, _history(fit))
+    write_whole(where / HISTORY, _history(fit))
     model = save(_sourced(fit, study), where / MODEL, provenance)
     summary = {**_summary(fit, study, text, provenance), "scale": None if scale is None else dict(scale)}
-    replace_file(where / SUMMARY, json.dumps(_plain(summary), indent=1) + "\n")
+    write_whole(where / SUMMARY, json.dumps(_plain(summary), indent=1) + "\n")
     return model
 
 
@@ -103,7 +102,7 @@ def claim(folder: str | Path, digest: str, study: str) -> bool:
         return False
     document = {"schema": "seatrial-run/1", "study": study, "digest": digest}
     where.parent.mkdir(parents=True, exist_ok=True)
-    replace_file(where, json.dumps(document) + "\n")
+    write_whole(where, json.dumps(document) + "\n")
     return True
 
 
@@ -117,19 +116,6 @@ def kept(folder: str | Path, fresh: bool) -> Generator[None, None, None]:
             (Path(folder) / RUN).unlink(missing_ok=True)
             with suppress(OSError):  # something else is in it
                 Path(folder).rmdir()
-        raise
-
-
-def replace_file(path: Path, content: str) -> None:
-    """Write beside `path`, then move into place, so that nobody ever reads half a file."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(content)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
         raise
 
 
