@@ -34,6 +34,7 @@ from .data import Trial
 from .engine import SimulationError
 from .environment import Weather
 from .felt import driven
+from .files import in_reach
 from .manoeuvres import Manoeuvre, Settings
 from .models import follows
 from .parameters import unknown
@@ -123,7 +124,7 @@ def _side(text: str) -> float:
 
 
 def _angle(option: str, degrees: float | None) -> float | None:
-    if degrees is not None and not 0 < degrees <= 360:
+    if degrees is not None and not (0 < degrees <= 360 and in_reach(degrees)):
         raise UsageError(f"{option} is {degrees:g} deg; it is a magnitude above 0 (--side gives the side)")
     return None if degrees is None else degrees * DEGREE
 

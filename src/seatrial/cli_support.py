@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from .data import DataError
 from .environment import Uniform, Weather
 from .felt import feels
+from .files import REACH, in_reach
 from .forces.shallow import SHALLOWEST
 from .identify import StudyError
 from .manoeuvres import Index
@@ -142,6 +143,8 @@ def positive(**options: float | None) -> None:
     for name, value in options.items():
         if value is not None and not (value > 0 and math.isfinite(value)):
             raise UsageError(f"--{name.replace('_', '-')} is {value:g}; it must be above zero")
+        if value is not None and not in_reach(value):
+            raise UsageError(f"--{name.replace('_', '-')} is {value:g}; {REACH}")
 
 
 def speed_of(ship: Ship, speed: float | None, option: str = "--speed") -> float:
@@ -166,6 +169,8 @@ def finite(**options: float | None) -> None:
     for name, value in options.items():
         if value is not None and not math.isfinite(value):
             raise UsageError(f"--{name} is {value:g}; it must be a finite number")
+        if value is not None and value != 0.0 and not in_reach(value):
+            raise UsageError(f"--{name} is {value:g}; {REACH}")
 
 
 def vector(option: str, text: str | None) -> tuple[float, float]:
@@ -180,7 +185,7 @@ def vector(option: str, text: str | None) -> tuple[float, float]:
         size, direction = (float(part) for part in text.split(","))
     except ValueError:
         raise UsageError(f"{option} is '{text}'; write M/S,DEG such as 5,90") from None
-    if not (size >= 0 and math.isfinite(size) and math.isfinite(direction)):
+    if not (size >= 0 and all(one == 0.0 or in_reach(one) for one in (size, direction))):
         raise UsageError(f"{option} is '{text}'; the speed is zero or above, the direction a number")
     return size, direction * DEGREE
 
@@ -256,7 +261,7 @@ def _waves(text: str | None) -> tuple[float, float, float]:
         height, period, direction = (float(part) for part in text.split(","))
     except ValueError:
         raise UsageError(f"--waves is '{text}'; write M,S,DEG such as 2,8,180") from None
-    if not (height >= 0 and period > 0 and all(map(math.isfinite, (height, period, direction)))):
+    if not (height >= 0 and period > 0 and all(one == 0.0 or in_reach(one) for one in (height, period, direction))):
         raise UsageError(f"--waves is '{text}'; the height is zero or above, the period above zero")
     return height, period, direction * DEGREE
 

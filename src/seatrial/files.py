@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 import re
 import socket
+import tomllib
 import zlib
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager, suppress
@@ -27,11 +29,20 @@ except ImportError:  # not on Windows; there nothing is held
     fcntl = None
 
 LOCK = "run.lock"
+_LEAST, _MOST = 1e-30, 1e30
+REACH = f"magnitudes lie between {_LEAST:g} and {_MOST:g}"
 _MODE = 0o666  # less what the umask takes
 # A name that is longer leaves no room for what scratch files add to it; file systems take 255 bytes.
 _LONGEST = 180
 _NUMBERS = count()
 _LEFT = re.compile(r"\..+\.(?:(?P<host>[0-9a-f]{8})-)?(?P<pid>\d+)(?:-\d+)?\.tmp")
+
+
+class TomlError(tomllib.TOMLDecodeError):
+    """A TOML file that cannot be read; the text says why, in a line."""
+
+    def __init__(self, text: str) -> None:
+        ValueError.__init__(self, text)
 
 
 class BusyError(RuntimeError):
@@ -42,6 +53,46 @@ def is_plain(name: str) -> bool:
     """Whether a text of a file may name a file or folder of ours: no path, nothing hidden, nothing that controls."""
     short = 0 < len(name.encode(errors="replace")) <= _LONGEST
     return short and name.isprintable() and name[0] != "." and not set(name) & set("/\\")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file, with numbers that arithmetic can use: integers of 64 bits, no NaN, magnitudes that can be squared.
+
+    An infinite number is left to who knows what it is for.
+
+    Raises:
+        TomlError: what is wrong with it, and at which key.
+        OSError, UnicodeDecodeError: it cannot be read as text.
+    """
+    text = path.read_text(encoding="utf-8")
+    try:
+        document = tomllib.loads(text)
+        _usable(document, "")
+    except RecursionError:
+        raise TomlError("tables or lists are nested too deep") from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError as error:  # a date that is none, an integer of thousands of digits
+        raise TomlError(f"a value that is none: {str(error).partition(';')[0]}") from None
+    return document
+
+
+def _usable(value: Any, key: str) -> None:
+    if isinstance(value, dict):
+        for name, one in value.items():
+            _usable(one, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, list):
+        for one in value:
+            _usable(one, key)
+    elif isinstance(value, int) and abs(value) >= 2**63:
+        raise TomlError(f"{key}: an integer of {len(str(abs(value)))} digits; 64 bits hold no more than 19")
+    elif isinstance(value, float) and (math.isnan(value) or not (value == 0.0 or math.isinf(value) or in_reach(value))):
+        raise TomlError(f"{key} is {value:g}; {REACH}")
+
+
+def in_reach(value: float) -> bool:
+    """Whether a number can be squared and inverted with others of its kind, and mean something."""
+    return _LEAST <= abs(value) <= _MOST
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:

@@ -30,3 +30,13 @@ def test_a_manoeuvre_that_is_not_over_fails_and_a_timed_one_is_whole_at_any_leng
     assert (status, said["complete"], said["reason"]) == (0, True, None)
     status, said = told(capsys, "kvlcc2_l7", "random", "--duration", "20")
     assert (status, said["complete"]) == (0, True)
+
+
+@pytest.mark.parametrize("number", ["1e300", "-1e300", "inf", "nan", "5e-324"])
+def test_a_number_that_no_ship_knows_is_refused_in_a_line(number: str, capsys) -> None:
+    for option in ("--rps", "--speed", "--duration", "--dt", "--depth", "--rudder"):
+        assert main(["simulate", "kvlcc2_l7", "turning", f"{option}={number}"]) == 2, option
+        assert capsys.readouterr().err.startswith(f"error: {option} is ")
+    for option, text in (("--wind", f"{number},90"), ("--current", f"{number},0"), ("--waves", f"{number},9,0")):
+        assert main(["simulate", "kvlcc2_l7", "turning", f"{option}={text}"]) == 2, option
+        assert capsys.readouterr().err.startswith(f"error: {option} is ")

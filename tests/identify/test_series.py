@@ -378,3 +378,11 @@ def trial_seconds(name: str) -> list[float]:
     series = read_series(STUDY, "quick")
     row = next(row for row in series.rows if row.train == (f"@{name}",))
     return [trial.duration for trial in row.cells[0].problem.trials]
+
+
+@pytest.mark.parametrize("name", ["../../../X", "/abs/x", "a/b", "..", "a\\u001bb"])
+def test_the_name_of_a_fit_is_no_path(logs: Path, tmp_path: Path, name: str, capsys) -> None:
+    text = TABLE[: TABLE.index("[[claims]]")].replace("[fits.physics]", f'[fits."{name}"]')
+    assert main(["identify", str(written(logs, text)), "-o", str(tmp_path / "run")]) == 2
+    assert "names a folder of the run" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

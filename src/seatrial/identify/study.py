@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..data import Trial
+from ..files import read_toml
 from ..parameters import Free, specs, unknown
 from ..ships import Ship, ShipError
 from ..ships.files import find_class, load
 from ..ships.writing import to_toml
 from . import Estimator, Loss, Nuisance, Problem, StudyError
 from .freedom import freedom
-from .study_checks import filled, finite, kind, positive, steps, whole
+from .study_checks import filled, finite, kind, no_infinity, positive, steps, whole
 from .study_data import Split, chosen, read_data, read_raw
 
 if TYPE_CHECKING:
@@ -85,6 +86,8 @@ def read_study(path: str | Path) -> Study:
     _known(here, ship, said.report.unidentified)
     (train, torn), (validation, off), (test, kept) = (whole(trials) for trials in (train, validation, test))
     filled(here, ship, (*train, *validation, *test))
+    no_infinity(f"{here}: ", {key: document[key] for key in document if key != "free"}, ("estimator",))
+    no_infinity(f"{here}: free", said.free, ("low", "high"))
     finite(f"{here}: estimator", said.estimator)
     positive(f"{here}: loss.sigma", said.loss.sigma)
     positive(f"{here}: nuisance.bias", said.nuisance.bias)
@@ -162,7 +165,7 @@ def digest(problem: Problem, estimator: Estimator) -> str:
 
 def _document(path: Path) -> dict[str, Any]:
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = read_toml(path)
     except FileNotFoundError:
         raise StudyError(f"{path}: no such study file") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
