@@ -6,6 +6,7 @@ second last fifteen on a machine that was busy with something else.
 """
 
 import os
+import signal
 import sys
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -15,10 +16,12 @@ def main() -> int:
     """Run the command line; returns the exit status."""
     try:
         from .cli import main as run
+
+        return run()
     except KeyboardInterrupt:  # before there is a command line to say so
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.stderr.write("interrupted\n")
         return 130
-    return run()
 
 
 if __name__ == "__main__":

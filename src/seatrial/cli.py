@@ -7,7 +7,6 @@ Exit status: 0 done, 1 the run failed, 2 the request was wrong.
 from __future__ import annotations
 
 import sys
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -17,25 +16,13 @@ import typer
 from .cli_bench import bench
 from .cli_cautions import cautions, trained
 from .cli_manoeuvres import simulate
+from .cli_outcome import ended
 from .cli_resample import resample
 from .cli_ships import design, estimate, export, imo, models, requirements, servo, ships, show, thrust_map
-from .cli_support import (
-    UsageError,
-    emit,
-    make_folder,
-    note,
-    note_warning,
-    positive,
-    read_ship,
-    separate,
-)  # fmt: skip
+from .cli_support import emit, make_folder, note, positive, read_ship, say, separate
 from .cli_trust import offer_trust
-from .data import DataError, Trial
+from .data import Trial
 from .engine import SimulationError
-from .identify import FitError, StudyError
-from .parameters import ParameterError
-from .ships import ShipError
-from .weather import WeatherError
 
 app = typer.Typer(
     name="seatrial", no_args_is_help=True, add_completion=False, rich_markup_mode=None,
@@ -52,41 +39,11 @@ SmoothStart = Annotated[
     float | None, typer.Option(help="Estimate each start from the readings of so many seconds up to it.")
 ]
 
-_WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, UsageError, WeatherError)
-_FAILED_RUN = (SimulationError, FitError)
-_INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
-    warnings.showwarning = note_warning
-    try:
-        done = typer.main.get_command(app).main(
-            args=list(sys.argv[1:] if arguments is None else arguments), prog_name="seatrial", standalone_mode=False
-        )
-        if done == _INTERRUPTED:  # which the command line framework keeps to itself
-            note("interrupted")
-        return done if isinstance(done, int) else 0
-    except (KeyboardInterrupt, typer.Abort):
-        note("interrupted")
-        return _INTERRUPTED
-    except Exception as error:
-        return _status(error)
-
-
-def _status(error: Exception) -> int:
-    """One line to standard error for what is known to go wrong; anything else is a fault of ours."""
-    usage = getattr(error, "format_message", None)
-    if usage is not None:
-        text = usage()
-        note(f"error: {text} (seatrial --help)" if text.count("\n") == 0 else text)
-    elif isinstance(error, OSError) and error.filename is not None:
-        note(f"error: {error.filename}: {error.strerror}")
-    elif isinstance(error, (*_WRONG_REQUEST, *_FAILED_RUN)):
-        note(f"error: {error}")
-    else:
-        raise error
-    return 1 if isinstance(error, _FAILED_RUN) else 2
+    return ended(typer.main.get_command(app), sys.argv[1:] if arguments is None else arguments)
 
 
 @app.command()
@@ -102,7 +59,7 @@ def demo(
     if json:
         emit(summary)
     else:
-        sys.stdout.write("\n".join(summary["lines"]) + "\n")
+        say("\n".join(summary["lines"]) + "\n")
 
 
 for command in (ships, show, simulate, models, estimate, design, requirements, imo, export, thrust_map, servo,
@@ -247,6 +204,7 @@ def predict(
     json: Json = False,
 ) -> None:
     """Free-run prediction of trials on their own rows."""
+    from .cli_compared import in_found_currents
     from .cli_spread import spread_numbers, tell_spread
     from .data.trialfile import read_trials, write_trial
     from .replay import replay
@@ -257,7 +215,7 @@ def predict(
     for line in cautions(ship, measured):
         note(line)
     predictions: list[Trial] = []
-    for trial in measured:
+    for trial in in_found_currents(measured, model):
         try:
             predictions.append(replay(ship, trial, restart=restart, smooth_start=smooth_start))
         except SimulationError as error:  # the others go on
@@ -270,7 +228,7 @@ def predict(
     if json:
         emit({"model": ship.name, "restart": restart, "written": written} | spread_numbers(sure))
     else:
-        sys.stdout.write("".join(f"{path}\n" for path in written))
+        say("".join(f"{path}\n" for path in written))
     if len(written) < len(measured):
         raise typer.Exit(1)
 
@@ -282,12 +240,13 @@ def validate(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Report to write (.html; .json beside it).")] = None,
     restart: Restart = None,
     smooth_start: SmoothStart = None,
+    scale: Annotated[str | None, typer.Option(help="Divide errors as this fit did: its model.toml.")] = None,
     json: Json = False,
 ) -> None:
     """How well a model predicts trials, beside two baselines."""
     from .cli_runs import validate as run
 
-    run(model, trials, out, restart, json, smooth_start)
+    run(model, trials, out, restart, json, smooth_start, scale)
 
 
 offer_trust(app)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json as to_json
 import math
-import sys
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,8 +14,9 @@ import typer
 from . import bench as room
 from .bench import Peer, Row
 from .bench.timing import control_loop, machine
-from .cli_support import UsageError, emit, make_folder, note, show_table
+from .cli_support import UsageError, emit, make_folder, note, say, show_table
 from .engine import SimulationError
+from .files import write_whole
 
 _BUSY = 1.15
 """The control loop at its slowest over its quickest from which the machine had other work."""
@@ -43,7 +43,7 @@ def bench(
         make_folder(out)
     result = _measured(chosen)
     if out is not None:
-        (out / "bench.json").write_text(to_json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        write_whole(out / "bench.json", to_json.dumps(result, indent=1) + "\n")
     if json:
         emit(result)
     else:
@@ -109,9 +109,9 @@ def _show(result: dict[str, Any]) -> None:
     if rows:
         show_table(("peer", "time of", "ours", "theirs", "ratio"), rows, right=(2, 3, 4))
     for missing in result["not_installed"]:
-        sys.stdout.write(f"{missing['peer']}: not installed ({missing['get']})\n")
+        say(f"{missing['peer']}: not installed ({missing['get']})\n")
     loops = f"{result['control_loop_ms']:.1f} to {result['slowest_control_loop_ms']:.1f} ms"
-    sys.stdout.write(f"{result['machine']}; Python control loop {loops}\n")
+    say(f"{result['machine']}; Python control loop {loops}\n")
     if result["busy"]:
         note("note: the machine had other work: the control loop varied; measure again when it is at rest")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 from .approach import time_step
 from .cli_manoeuvres import known, lacks, order
 from .cli_page import listen
-from .cli_support import DEGREE, UsageError, around_ship, note, positive, read_ship, speed_of
+from .cli_support import DEGREE, UsageError, around_ship, note, obeyed, positive, read_ship, say, speed_of
 from .environment import Weather
 from .manoeuvres import Manoeuvre
 from .models import Sampled, follows, unit
@@ -90,8 +89,9 @@ def bridge(asked: Request) -> None:
         try:
             serve(deck, loop, listening, ("*",) if asked.anywhere else LOCAL)
         except KeyboardInterrupt:
+            obeyed()
             note("ended")
-        sys.stdout.write("".join(f"{path}\n" for path in deck.close()))
+        say("".join(f"{path}\n" for path in deck.close()))
 
 
 def _rate(ship: Ship) -> float:

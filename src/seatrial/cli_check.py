@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -10,11 +9,12 @@ from typing import Any
 
 import typer
 
-from .cli_support import UsageError, emit, note
+from .cli_support import UsageError, emit, note, say
 from .data import Trial
 from .data.check import Finding, check_set
 from .data.check import check as findings_of
 from .data.trialfile import read_trials
+from .files import write_whole
 from .validate.coverage import Coverage, Reference, coverage, usual
 
 _SEVERITIES = ("error", "warning", "info")
@@ -45,7 +45,7 @@ def check(paths: Sequence[Path], against: Sequence[Path], out: Path | None, json
     else:
         lines = [str(f) for fs in found.values() for f in fs] + [str(c) for c in covered]
         total = f"{len(found)} trials: {counts['error']} errors, {counts['warning']} warnings, {counts['info']} notes"
-        sys.stdout.write("\n".join([*lines, total]) + "\n")
+        say("\n".join([*lines, total]) + "\n")
     raise typer.Exit(1 if counts["error"] else 0)
 
 
@@ -60,10 +60,9 @@ def compared(
     reference = Reference.of(whole, usual([*whole, *ours]))
     covered = [coverage(reference, trial) for trial in ours]
     if out is not None:
-        from .identify.store import replace_file
         from .validate.coverage_page import document
 
         out.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(out, document(reference, whole, ours, covered, [str(f) for f in overlaps]))
+        write_whole(out, document(reference, whole, ours, covered, [str(f) for f in overlaps]))
         note(f"wrote {out}")
     return overlaps, covered

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from .cli_support import note, read_ship
+from .cli_support import UsageError, note, read_ship
 from .data import Trial
 from .engine import SimulationError
 from .ships import Ship
@@ -57,13 +59,41 @@ def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mappin
     return spread(trials)
 
 
-def scale_of(sigma: Mapping[str, float], held: Mapping[str, float]) -> str:
-    """Where scales come from, in words; `held` are those that the fit beside the model has kept."""
+def scales_asked(trials: Sequence[Trial], fit: str | None) -> tuple[Mapping[str, float], str]:
+    """Scale of each state, and where it comes from in words: a fit that is named, or the trials alone.
+
+    Raises:
+        UsageError: no fit is kept beside the model that was named.
+    """
+    from .identify.store import fitted_scale
     from .validate.metrics import ESSO_OSAKA_SIGMA
 
-    if sigma is ESSO_OSAKA_SIGMA:
-        return "those of the common evaluator of this set"
-    return "as where the model was fitted" if held else "the spread of these trials"
+    held = {} if fit is None else fitted_scale(fit)
+    if fit is not None and not held:
+        raise UsageError(f"--scale: {fit}: no fit beside it has kept its scales; name the model.toml of a fit")
+    sigma = scales(trials, held)
+    if held:
+        return sigma, f"as where {fit} was fitted"
+    return sigma, "those of the common evaluator of this set" if sigma is ESSO_OSAKA_SIGMA \
+        else "the spread of these trials"
+
+
+def in_found_currents(trials: Iterable[Trial], model: str) -> list[Trial]:
+    """Trials that a fit was made on with the current that it estimated for them, which is said."""
+    from .identify.nuisances import with_current
+    from .identify.store import fitted_nuisances
+
+    found = fitted_nuisances(model)
+    out: list[Trial] = []
+    for trial in trials:
+        out.append(with_current(trial, found))
+        if out[-1] is not trial:
+            own = found[trial.name]
+            north, east = own["current_x"], own["current_y"]
+            towards = math.degrees(math.atan2(east, north)) % 360.0
+            note(f"note: {trial.name}: a current of {math.hypot(north, east):.3g} m/s towards {towards:.3g} deg acts, "
+                 "as the fit estimated it")  # fmt: skip
+    return out
 
 
 def provenance(ship: Ship) -> Mapping[str, Any]:
@@ -74,16 +104,31 @@ def provenance(ship: Ship) -> Mapping[str, Any]:
 
 def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
     """Who predicts, by label: the model, and the one that it was fitted from."""
-    if fitted_from is not None:
-        if not getattr(getattr(fitted_from.model, "network", None), "trained", True):
-            return {"fitted": ship}
-        known = _of_the_library(fitted_from, fitted_from.name)
-        return {"fitted": ship, "published" if known else "untuned": fitted_from}
-
-    base = provenance(ship).get("ship")
-    if base is None:
+    made = provenance(ship)
+    base = made.get("ship")
+    if fitted_from is None and base is None:
         return {"published" if _of_the_library(ship, ship.name) else ship.name: ship}
-    return {"fitted": ship} | ({"published": read_ship(str(base))} if _of_the_library(ship, str(base)) else {})
+    before = fitted_from or _began(ship, made)
+    if before is None:  # fitted by a version that kept no start
+        return {"fitted": ship} | ({"published": read_ship(str(base))} if _of_the_library(ship, str(base)) else {})
+    if not getattr(getattr(before.model, "network", None), "trained", True):
+        return {"fitted": ship}
+    return {"fitted": ship, "published" if _published(before) else "untuned": before}
+
+
+def _began(ship: Ship, made: Mapping[str, Any]) -> Ship | None:
+    """The ship that a fit started from, rebuilt from its provenance; None where that is not told."""
+    began = made.get("began")
+    if not isinstance(began, Mapping) or not began or getattr(ship.model, "network", None) is not None:
+        return None
+    return replace(ship.having({str(path): float(value) for path, value in began.items()}), name=str(made["ship"]))
+
+
+def _published(ship: Ship) -> bool:
+    """Whether this very ship is in the library: structure and every value."""
+    from .parameters import values
+
+    return _of_the_library(ship, ship.name) and values(read_ship(ship.name).model) == values(ship.model)
 
 
 def _of_the_library(ship: Ship, name: str) -> bool:

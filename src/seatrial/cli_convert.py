@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from .cli_support import UsageError, emit, make_folder, note
+from .cli_support import UsageError, emit, make_folder, note, say
 from .data.importing import import_log
 from .data.sidecar import read_sidecar, sidecar_path
 from .data.trialfile import read_trials
@@ -32,7 +31,7 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None, json
             "processing": {name: meta.get("processing", []) for name, meta in said.items()},
         })  # fmt: skip
     else:
-        sys.stdout.write(f"{len(written)} trials in {out}; next: seatrial check {out}\n")
+        say(f"{len(written)} trials in {out}; next: seatrial check {out}\n")
 
 
 def _damage(lines: Mapping[str, int]) -> str:
@@ -60,4 +59,4 @@ def convert(trials: Sequence[Path], to: str, out: Path, json: bool) -> None:
     if json:
         emit({"format": to, "written": [str(path) for path in written]})
     else:
-        sys.stdout.write("".join(f"{path}\n" for path in written))
+        say("".join(f"{path}\n" for path in written))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from .cli_support import DEGREE, UsageError, emit, figure, note, positive, read_ship, show_table
+from .cli_support import DEGREE, UsageError, emit, figure, note, positive, read_ship, say, show_table
 from .models import STATES
 from .parameters import unknown
 
@@ -118,7 +117,7 @@ def _show(name: str, found: Plan) -> None:
     show_table(("parameter", "value", "expected +-", "prior removed", "status"), parameters, right=(1, 2, 3))
     for verdict in found.verdicts:
         if verdict.status != "identified":
-            sys.stdout.write(f"{verdict.subject}: {verdict.text}\n")
+            say(f"{verdict.subject}: {verdict.text}\n")
     published = [
         (f"[{p.reference}]", p.model, ", ".join(map(str, p.parameters)), p.manoeuvres,
          figure(p.length[0]) if p.length[0] == p.length[1] else f"{p.length[0]:g}-{p.length[1]:g}")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
-from .cli_support import UsageError, emit, figure, note, read_ship, show_table
+from .cli_support import UsageError, emit, figure, note, read_ship, say, show_table
+from .files import write_whole
 from .validate.imo import Criterion, ImoTable, imo_table
 from .validate.imo_page import document
 
@@ -26,7 +26,7 @@ def imo(ship_name: str, out: Path | None, json: bool) -> None:
         raise UsageError(f"{out}: no such folder: {out.parent}")
     table = imo_table(read_ship(ship_name))
     if out is not None:
-        out.write_text(document(table), encoding="utf-8")
+        write_whole(out, document(table))
         note(f"wrote {out}")
     if json:
         emit(_numbers(table))
@@ -34,7 +34,7 @@ def imo(ship_name: str, out: Path | None, json: bool) -> None:
     show_table(HEAD, (_row(row) for row in table.rows), right=(2, 3))
     lines = [f"{name}: {value}" for name, value in table.conditions.items()]
     lines += [*(f"caveat: {line}" for line in table.caveats), table.verdict]
-    sys.stdout.write("\n".join(lines) + "\n")
+    say("\n".join(lines) + "\n")
 
 
 def _row(row: Criterion) -> tuple[str, ...]:

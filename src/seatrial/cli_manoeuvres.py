@@ -7,6 +7,7 @@ import inspect
 import math
 import pkgutil
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
@@ -33,6 +34,7 @@ from .data import Trial
 from .engine import SimulationError
 from .environment import Weather
 from .felt import driven
+from .files import in_reach
 from .manoeuvres import Manoeuvre, Settings
 from .models import follows
 from .parameters import unknown
@@ -122,15 +124,29 @@ def _side(text: str) -> float:
 
 
 def _angle(option: str, degrees: float | None) -> float | None:
-    if degrees is not None and not 0 < degrees <= 360:
+    if degrees is not None and not (0 < degrees <= 360 and in_reach(degrees)):
         raise UsageError(f"{option} is {degrees:g} deg; it is a magnitude above 0 (--side gives the side)")
     return None if degrees is None else degrees * DEGREE
 
 
+@dataclass(frozen=True)
+class Ran:
+    """A run and how it ended.
+
+    Attributes:
+        complete: whether it is all that was asked for: the manoeuvre over, and a duration that was given reached.
+        reason: why it ended before; None where it did not.
+    """
+
+    trial: Trial
+    complete: bool
+    reason: str | None = None
+
+
 def run_manoeuvre(
     ship: Ship, policy: Manoeuvre, *, speed: float, duration: float | None, dt: float | None, around: Weather
-) -> tuple[Trial, bool]:
-    """The run and whether it holds all its indices; without a duration it grows until it does."""
+) -> Ran:
+    """The run; without a duration it grows until it holds all its indices."""
     from .simulate import simulate
 
     length = duration or _FIRST * ship.L_pp / max(speed, 1e-3)
@@ -140,28 +156,36 @@ def run_manoeuvre(
         try:
             run = simulate(ship, policy, speed=begin, duration=length, environment=around, dt=dt)
         except SimulationError as error:
-            return _until(ship, policy, begin, around, dt, error)
-        complete = policy.complete(run)
+            return _until(ship, policy, begin, around, dt, duration, error)
+        complete = policy.complete(run) or (duration is not None and _timed(policy))
         if complete or 2 * length > limit:
-            return run, complete
+            return Ran(run, complete, None if complete else f"not over after {run.duration:g} s")
         length *= 2
 
 
+def _timed(policy: Manoeuvre) -> bool:
+    """Whether the clock alone ends the manoeuvre, so that any length of it is whole."""
+    return bool(getattr(policy, "timed", False))
+
+
 def _until(
-    ship: Ship, policy: Manoeuvre, speed: float, around: Weather, dt: float | None, error: SimulationError
-) -> tuple[Trial, bool]:
-    """The run up to where it left the ship's validity, if the manoeuvre was over by then.
+    ship: Ship, policy: Manoeuvre, speed: float, around: Weather, dt: float | None, duration: float | None,
+    error: SimulationError,
+) -> Ran:  # fmt: skip
+    """The run up to where it left the ship's validity or blew up.
 
     Raises:
-        SimulationError: it was not.
+        SimulationError: at its very beginning.
     """
     from .simulate import simulate, time_step
 
-    end = 0.0 if error.time is None else error.time - (dt or time_step(ship))
-    run = simulate(ship, policy, speed=speed, duration=end, environment=around, dt=dt) if end > 0 else None
-    if run is None or not policy.complete(run):
+    step = dt or time_step(ship)
+    end = 0.0 if error.time is None else error.time - step
+    if end < 2.0 * step:
         raise error
-    return run, True
+    run = simulate(ship, policy, speed=speed, duration=end, environment=around, dt=dt)
+    whole = duration is None and not _timed(policy) and policy.complete(run)
+    return Ran(run, whole, None if whole else str(error))
 
 
 def unfelt(ship: Ship, U: float, rps: float | None) -> Iterator[str]:
@@ -199,7 +223,7 @@ def simulate(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Trial file to write (.csv).")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")] = False,
 ) -> None:
-    """A manoeuvre and its indices."""
+    """A manoeuvre and its indices; exit 1 where it does not come to its end."""
     from .approach import approach, step_doubt, time_step
 
     positive(speed=speed, duration=duration, dt=dt, depth=depth)
@@ -219,20 +243,32 @@ def simulate(
     if not gusts or "seed" in find(name).takes:
         given["seed"] = seed
     policy = order(name, vessel, U, n_P, {k: v for k, v in given.items() if v is not None})
-    run, complete = run_manoeuvre(vessel, policy, speed=U, duration=duration, dt=dt, around=around.weather)
+    ran = run_manoeuvre(vessel, policy, speed=U, duration=duration, dt=dt, around=around.weather)
+    run = ran.trial
     for line in (*unfelt(vessel, U, rps), *left(vessel, run)):
         note(line)
-    if not complete:
-        note(f"note: not over after {run.duration:g} s; what the run never reached is left out")
     if out is not None:
         write(run, out)
-    indices = {n: index_json(i) for n, i in policy.indices(run, vessel.L_pp).items()}
     settings = {"speed": U, "rps": n_P, **_set_points(policy, side), "duration": run.duration,
                 "dt": dt or time_step(vessel), **around.settings}  # fmt: skip
+    _tell(vessel, policy, ran, {"ship": vessel.name, "manoeuvre": name, "settings": settings}, json)
+
+
+def _tell(ship: Ship, policy: Manoeuvre, ran: Ran, head: dict[str, Any], json: bool) -> None:
+    """The figures of a run, and how it ended.
+
+    Raises:
+        Exit: with status 1, of a run that is not complete.
+    """
+    indices = {n: index_json(i) for n, i in policy.indices(ran.trial, ship.L_pp).items()}
+    ended = {"complete": ran.complete, "reason": ran.reason, "time": ran.trial.duration}
     if json:
-        emit({"ship": vessel.name, "manoeuvre": name, "settings": settings, "complete": complete, "indices": indices})
-        return
-    show_indices(f"{vessel.name}, {name}", indices)
+        emit({**head, **ended, "indices": indices})
+    else:
+        show_indices(f"{ship.name}, {policy.kind}", indices)
+    if not ran.complete:
+        note(f"error: {ran.reason}; what the run never reached is left out")
+        raise typer.Exit(1)
 
 
 def _tested(ship: Ship, rps: float | None) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import textwrap
 from collections.abc import Sequence
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from .choosing import CAPABILITIES
 from .choosing.purposes import BERTHING, COLLISION_AVOIDANCE, PURPOSES, Advice, Purpose, fittest, recommend, unmet
 from .choosing.survey import Assessment, survey
-from .cli_support import UsageError, emit, figure, show_table
+from .cli_support import UsageError, emit, figure, say, show_table
 
 _CELL = {"planned": "–"}
 _BEST, _WIDTH = 3, 150
@@ -124,7 +123,7 @@ def _next(purpose: Purpose, advice: Sequence[Advice]) -> list[str]:
 
 
 def _say(*lines: str) -> None:
-    sys.stdout.write("".join(f"{line}\n" for line in lines))
+    say("".join(f"{line}\n" for line in lines))
 
 
 def _document(f: Assessment) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from . import __version__
 from .cli_page import Watch
 from .cli_spread import keep_members
-from .cli_support import Spoken, UsageError, emit, figure, fitting, note, show_table
+from .cli_support import Spoken, emit, figure, fitting, live, note, say, show_table
 from .identify import Fit, FitError, Progress
 
 if TYPE_CHECKING:
@@ -34,8 +34,6 @@ def compare_fits(path: Path, out: Path, as_json: bool, quick: bool, only: Sequen
     from .validate.network_scores import judged, sigma
 
     series = read_series(path, QUICK if quick else FULL)
-    if out.exists() and not out.is_dir():
-        raise UsageError(f"{out}: is a file; -o takes a folder")
     cells = left(series, out, only)
     if cells:
         for line in check(cells, series):
@@ -94,9 +92,9 @@ def _progress() -> Generator[tuple[Spoken, Callable[[str], None]], None, None]:
 
         def begun(line: str) -> None:
             note(line)
-            status.update("  fitting, nothing to tell yet")
+            live(status)("  fitting, nothing to tell yet")
 
-        yield Spoken(lambda text: status.update(text), _words), begun
+        yield Spoken(live(status), _words), begun
 
 
 def _words(iteration: int, objective: float, validation: float) -> str:
@@ -115,8 +113,8 @@ def _tell(found: Mapping[str, Any], out: Path, as_json: bool) -> None:
     show_table(("standardised error", "seeds", *tests), rows, right=tuple(range(1, len(tests) + 2)))
     for claim in found["claims"]:
         verdicts = ", ".join(f"{row['test']}: {row['verdict']}" for row in claim["rows"])
-        sys.stdout.write(f"{claim['says']}: {verdicts}\n")
-    sys.stdout.write(f"wrote {out / PAGE}, {(out / PAGE).with_suffix('.json')}\n")
+        say(f"{claim['says']}: {verdicts}\n")
+    say(f"wrote {out / PAGE}, {(out / PAGE).with_suffix('.json')}\n")
 
 
 def _error(one: Mapping[str, Any], test: str) -> str:

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .cli_support import UsageError, note
+from .cli_support import UsageError, note, obeyed
 from .identify import Fit, Problem, Progress
 from .identify.study import Study
 
@@ -144,6 +144,7 @@ class Watch:
             try:
                 threading.Event().wait()
             except KeyboardInterrupt:
+                obeyed()
                 note("page ended")
 
     def close(self, state: str = "", text: str = "") -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
-from .cli_support import UsageError, emit, note, read_ship, show_table
+from .cli_support import UsageError, emit, note, read_ship, say, show_table
+from .files import write_whole
 from .validate.requirements import Table
 from .validate.requirements.page import document, verdict
 from .validate.requirements.scopes import SCOPES, judge
@@ -28,13 +28,13 @@ def requirements(ship: str, scope: str, out: Path | None, json: bool) -> None:
         raise UsageError(f"{out}: no such folder: {out.parent}")
     found = judge(read_ship(ship), scope)
     if out is not None:
-        out.write_text(document(found), encoding="utf-8")
+        write_whole(out, document(found))
         note(f"wrote {out}")
     if json:
         emit(numbers(found))
         return
     show_table(HEAD, ((item.number, item.text, j.verdict, j.reason) for item, j in found.rows))
-    sys.stdout.write(f"{found.ship}, {found.scope}: {verdict(found)}\n")
+    say(f"{found.ship}, {found.scope}: {verdict(found)}\n")
 
 
 def numbers(found: Table) -> dict[str, object]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .cli_support import emit, make_folder, separate
+from .cli_support import emit, make_folder, say, separate
 
 
 def resample(
@@ -30,4 +29,4 @@ def resample(
     if json:
         emit({"dt": dt, "written": written})
     else:
-        sys.stdout.write("".join(f"{path}\n" for path in written))
+        say("".join(f"{path}\n" for path in written))

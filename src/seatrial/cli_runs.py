@@ -14,11 +14,25 @@ import typer
 
 from . import __version__
 from .cli_cautions import cautions, trained
-from .cli_compared import compared, provenance, scale_of, scales
+from .cli_compared import compared, in_found_currents, provenance, scales, scales_asked
 from .cli_page import Watch, watching
 from .cli_spread import keep_members, spread_numbers, tell_spread
-from .cli_support import DEGREE, Spoken, UsageError, emit, figure, fitting, note, positive, read_ship, show_table
+from .cli_support import (
+    DEGREE,
+    Spoken,
+    UsageError,
+    emit,
+    figure,
+    fitting,
+    live,
+    note,
+    positive,
+    read_ship,
+    say,
+    show_table,
+)
 from .data import Trial
+from .files import held_alone
 from .identify import Fit
 from .identify.study import Study
 
@@ -29,7 +43,9 @@ def identify(
     path: Path, out: Path, json: bool, quick: bool = False, only: Sequence[str] = (), page: int | None = None
 ) -> None:
     """Lint, fit with a checkpoint, save, report; a finished run is only told about; `page` is a port to show it at."""
-    with watching(page) as watch:
+    if out.exists() and not out.is_dir():
+        raise UsageError(f"{out}: is a file; -o takes a folder")
+    with watching(page) as watch, held_alone(out):
         _identify(path, out, json, quick, only, watch)
         watch.stay()
 
@@ -69,8 +85,6 @@ def _fit(study: Study, out: Path, json: bool, watch: Watch) -> None:
     raise_on_errors(issues)
     for line in (*study.notes, *lines(issues)):
         note(line)
-    if out.exists() and not out.is_dir():
-        raise UsageError(f"{out}: is a file; -o takes a folder")
     fresh = claim(out, study.digest, study.name)
     if (out / SUMMARY).exists() and (out / PAGE).exists():
         note(f"{out}: this study is done already, with the same data and settings; nothing was run")
@@ -93,12 +107,11 @@ def _fit(study: Study, out: Path, json: bool, watch: Watch) -> None:
 
 def validate(
     model: str, paths: Sequence[Path], out: Path | None, restart: float | None, json: bool,
-    smooth_start: float | None = None,
+    smooth_start: float | None = None, scale: str | None = None,
 ) -> None:  # fmt: skip
     """Compare a model and its baselines with trials; exit 1 where a prediction failed."""
     from .data.check import check
     from .data.trialfile import read_trials
-    from .identify.store import fitted_scale
     from .validate.assumptions import assumptions
     from .validate.metrics import scale_words
     from .validate.report import Report
@@ -109,10 +122,10 @@ def validate(
     ship, trials = trained(read_ship(model), model), read_trials(paths)
     for line in cautions(ship, trials):
         note(line)
-    held = fitted_scale(model)
-    sigma = scales(trials, held)
-    scaled = f"{scale_words(sigma)} ({scale_of(sigma, held)})"
-    comparisons, failed = compared(ship, trials, restart, sigma, smooth_start=smooth_start)
+    sigma, whence = scales_asked(trials, scale)
+    scaled = f"{scale_words(sigma)} ({whence})"
+    moved = in_found_currents(trials, model)
+    comparisons, failed = compared(ship, moved, restart, sigma, smooth_start=smooth_start)
     sure = tell_spread(model, ship, trials)
     made = provenance(ship)
     report = Report(
@@ -131,7 +144,7 @@ def validate(
         emit(report.numbers() | spread_numbers(sure))
     else:
         _tell_comparisons(report)
-        sys.stdout.write(f"errors divided by: {scaled}\n")
+        say(f"errors divided by: {scaled}\n")
     if failed:
         raise typer.Exit(1)
 
@@ -139,6 +152,7 @@ def validate(
 def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[dict[str, Any]]]:
     """The page of a fit on the trials kept back (those of training, where none was); pooled errors and forecasts."""
     from .data.check import check
+    from .identify.nuisances import with_current
     from .identify.store import MODEL
     from .validate.assumptions import assumptions
     from .validate.foresight import foreseen
@@ -148,7 +162,8 @@ def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[d
     trials = _judged_on(study)
     tuned = read_ship(str(out / MODEL))
     ahead, untold = foreseen(study, fit.ship)
-    comparisons, _ = compared(tuned, trials, study.restart, scales(trials, study.sigma), problem.ship)
+    moved = [with_current(trial, fit.nuisances) for trial in trials]
+    comparisons, _ = compared(tuned, moved, study.restart, scales(trials, study.sigma), problem.ship)
     report = Report(
         _heading(study, fit), comparisons, fit, tuple(t.name for t in problem.trials),
         (*untold, *(str(f) for t in (*problem.trials, *trials) for f in check(t) if f.severity == "error")),
@@ -185,7 +200,7 @@ def _progress() -> Generator[Spoken, None, None]:
     from rich.console import Console
 
     with Console(stderr=True).status("compiling") as status:
-        yield Spoken(status.update, _words)
+        yield Spoken(live(status), _words)
 
 
 def _words(iteration: int, objective: float, validation: float) -> str:
@@ -207,11 +222,11 @@ def _tell_summary(summary: Mapping[str, Any], out: Path, json: bool, kept_back: 
         show_table(("parameter", "start", "fitted", "sigma", "from data", "verdict"), rows, right=(1, 2, 3, 4))
     for label, value in summary.get("standardised", {}).items():
         of = "trials kept back" if kept_back else "the training trials (none was kept back)"
-        sys.stdout.write(f"standardised error on {of}, {label}: {figure(value)}\n")
+        say(f"standardised error on {of}, {label}: {figure(value)}\n")
     for f in summary.get("forecasts", ()):
-        sys.stdout.write(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
+        say(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
                          f"{figure(f['heading'] / DEGREE)} deg\n")  # fmt: skip
-    sys.stdout.write(f"{summary['status']}; {summary['seconds']:.1f} s; wrote {out}/model.toml, {out}/{PAGE}\n")
+    say(f"{summary['status']}; {summary['seconds']:.1f} s; wrote {out}/model.toml, {out}/{PAGE}\n")
 
 
 def _tell_comparisons(report: Any) -> None:

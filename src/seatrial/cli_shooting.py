@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from . import __version__
 from .cli_page import Watch
-from .cli_support import claimed, emit, figure, fitting, note, show_table
+from .cli_support import claimed, emit, figure, fitting, note, say, show_table
 from .identify import StudyError
 from .identify.study import Study
 
@@ -38,8 +36,7 @@ def shoot(study: Study, out: Path, as_json: bool, watch: Watch) -> None:
     raise_on_errors(issues)
     for line in (*study.notes, *lines(issues)):
         note(line)
-    digest = _digest(study)
-    fresh, done = claimed(out, PAGE, digest, study.name)
+    fresh, done = claimed(out, PAGE, study.digest, study.name)
     if not done:
         with kept(out, fresh), fitting(study.path, ""):
             note(f"fitting {len(study.problem.free)} parameters")
@@ -49,25 +46,11 @@ def shoot(study: Study, out: Path, as_json: bool, watch: Watch) -> None:
             found = shot(study, fit, study.virtual)
         save_fit(fit, out, study.problem, study=study.name, text=study.path.read_text(encoding="utf-8"))
         write(out / PAGE, found, provenance={
-            "study": str(study.path), "digest": digest, "version": f"seatrial {__version__}",
+            "study": str(study.path), "digest": study.digest, "version": f"seatrial {__version__}",
             "truth": f"{study.virtual.ship.name}, seed {study.virtual.seed}",
             "command": f"seatrial identify {study.path} -o {out}",
         })  # fmt: skip
     _tell(json.loads((out / PAGE).with_suffix(".json").read_text(encoding="utf-8")), out, as_json)
-
-
-def _digest(study: Study) -> str:
-    """Fingerprint of the study, of its rival and its trials kept back too: they are in the report."""
-    found = hashlib.sha256(study.digest.encode())
-    virtual = study.virtual
-    made = () if virtual is None else (virtual.bench, virtual.wind, virtual.seed)
-    for part in (study.rival, study.published, made):
-        found.update(repr(part).encode())
-    for trial in study.test:
-        found.update(trial.name.encode() + trial.t.tobytes())
-        for name in sorted(trial.channels):
-            found.update(name.encode() + trial[name].tobytes())
-    return found.hexdigest()[:16]
 
 
 def _tell(found: Mapping[str, Any], out: Path, as_json: bool) -> None:
@@ -85,8 +68,8 @@ def _tell(found: Mapping[str, Any], out: Path, as_json: bool) -> None:
     head = ("weather", "model", "surge", "sway", "yaw", "50 steps / truth", "sigma off at most")
     show_table(head, rows, right=(2, 3, 4, 5, 6))
     for name, servo in found["servos"].items():
-        sys.stdout.write(f"{name}: {figure(servo['rate'], 5)} rad/s +- {figure(servo['sigma']['rate'], 2)}\n")
-    sys.stdout.write(f"wrote {out}/model.toml, {out}/{PAGE}\n")
+        say(f"{name}: {figure(servo['rate'], 5)} rad/s +- {figure(servo['sigma']['rate'], 2)}\n")
+    say(f"wrote {out}/model.toml, {out}/{PAGE}\n")
 
 
 def _who(case: Mapping[str, Any], who: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 import sys
 import time
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
@@ -15,13 +16,18 @@ from typing import TYPE_CHECKING, Any
 from .data import DataError
 from .environment import Uniform, Weather
 from .felt import feels
+from .files import REACH, in_reach
 from .forces.shallow import SHALLOWEST
 from .identify import StudyError
 from .manoeuvres import Index
 from .ships import Ship
+from .terminal import in_json, one_line, shown
+from .terminal import note as note
+from .terminal import say as say
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.status import Status
 
 DEGREE = math.pi / 180.0
 # Where nobody watches a terminal: a line for every so many rows of a history, or after a silence of so many seconds.
@@ -32,9 +38,8 @@ class UsageError(ValueError):
     """A request that cannot be carried out; the text names what, where and the alternatives."""
 
 
-def note(text: str) -> None:
-    """One line for the user, beside the output."""
-    sys.stderr.write(text.rstrip("\n") + "\n")
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C where there is something to say about going on; the text says it."""
 
 
 class Spoken:
@@ -60,9 +65,9 @@ class Spoken:
         self.stage(self._words(iteration, objective, validation))
 
 
-def note_warning(message: Warning | str, *_: Any) -> None:
-    """A Python warning as one line for the user."""
-    note(f"note: {message}")
+def obeyed() -> None:
+    """Ctrl-C has done what it is for; see `cli_outcome`, which raises it again until then."""
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 @contextmanager
@@ -71,15 +76,14 @@ def fitting(study: Path, again: str) -> Generator[None, None, None]:
     try:
         yield
     except KeyboardInterrupt:
-        note(f"stopped; run the same command again{again}")
-        raise
+        raise Stopped(f"interrupted; run the same command again{again}") from None
     except StudyError as error:  # of an estimator, which knows no file
         raise StudyError(str(error) if str(study) in str(error) else f"{study}: {error}") from None
 
 
 def emit(document: Mapping[str, Any]) -> None:
     """One JSON object to standard output; a number that is not finite becomes null."""
-    sys.stdout.write(json.dumps(_plain(document), ensure_ascii=False, allow_nan=False) + "\n")
+    say(in_json(json.dumps(_plain(document), ensure_ascii=False, allow_nan=False)) + "\n")
 
 
 def _plain(value: Any) -> Any:
@@ -107,10 +111,17 @@ def show_table(head: Sequence[str], rows: Iterable[Sequence[str]], right: Sequen
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for k, name in enumerate(head):
-        table.add_column(escape(name), justify="right" if k in right else "left", overflow="fold")
+        table.add_column(escape(shown(name)), justify="right" if k in right else "left", overflow="fold")
     for row in rows:
-        table.add_row(*map(escape, row))
+        table.add_row(*(escape(shown(cell)) for cell in row))
     console().print(table)
+
+
+def live(status: Status) -> Callable[[str], None]:
+    """Who puts a text on the moving line of a terminal."""
+    from rich.markup import escape
+
+    return lambda text: status.update(escape(one_line(text)))
 
 
 def read_ship(name: str) -> Ship:
@@ -132,6 +143,8 @@ def positive(**options: float | None) -> None:
     for name, value in options.items():
         if value is not None and not (value > 0 and math.isfinite(value)):
             raise UsageError(f"--{name.replace('_', '-')} is {value:g}; it must be above zero")
+        if value is not None and not in_reach(value):
+            raise UsageError(f"--{name.replace('_', '-')} is {value:g}; {REACH}")
 
 
 def speed_of(ship: Ship, speed: float | None, option: str = "--speed") -> float:
@@ -156,6 +169,8 @@ def finite(**options: float | None) -> None:
     for name, value in options.items():
         if value is not None and not math.isfinite(value):
             raise UsageError(f"--{name} is {value:g}; it must be a finite number")
+        if value is not None and value != 0.0 and not in_reach(value):
+            raise UsageError(f"--{name} is {value:g}; {REACH}")
 
 
 def vector(option: str, text: str | None) -> tuple[float, float]:
@@ -170,7 +185,7 @@ def vector(option: str, text: str | None) -> tuple[float, float]:
         size, direction = (float(part) for part in text.split(","))
     except ValueError:
         raise UsageError(f"{option} is '{text}'; write M/S,DEG such as 5,90") from None
-    if not (size >= 0 and math.isfinite(size) and math.isfinite(direction)):
+    if not (size >= 0 and all(one == 0.0 or in_reach(one) for one in (size, direction))):
         raise UsageError(f"{option} is '{text}'; the speed is zero or above, the direction a number")
     return size, direction * DEGREE
 
@@ -246,7 +261,7 @@ def _waves(text: str | None) -> tuple[float, float, float]:
         height, period, direction = (float(part) for part in text.split(","))
     except ValueError:
         raise UsageError(f"--waves is '{text}'; write M,S,DEG such as 2,8,180") from None
-    if not (height >= 0 and period > 0 and all(map(math.isfinite, (height, period, direction)))):
+    if not (height >= 0 and period > 0 and all(one == 0.0 or in_reach(one) for one in (height, period, direction))):
         raise UsageError(f"--waves is '{text}'; the height is zero or above, the period above zero")
     return height, period, direction * DEGREE
 
@@ -272,15 +287,9 @@ def make_folder(folder: Path) -> None:
 
 
 def claimed(out: Path, page: str, digest: str, name: str) -> tuple[bool, bool]:
-    """Whether the folder of a study with a page of its own is new, and whether the study is done in it.
-
-    Raises:
-        UsageError: `out` is a file.
-    """
+    """Whether the folder of a study with a page of its own is new, and whether the study is done in it."""
     from .identify.store import claim
 
-    if out.exists() and not out.is_dir():
-        raise UsageError(f"{out}: is a file; -o takes a folder")
     fresh, done = claim(out, digest, name), (out / page).exists()
     if done:
         note(f"{out}: this study is done already, with the same data and settings; nothing was run")

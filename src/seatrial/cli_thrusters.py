@@ -13,8 +13,8 @@ from .cli_support import DEGREE, UsageError, emit, figure, note, show_table
 from .data import Array, DataError
 from .data.table import lines_of, numbers, split_row
 from .data.units import KNOWN
+from .files import write_whole
 from .identify.servo import ServoFit, fit_servo, servos
-from .identify.store import replace_file
 from .identify.thrust_map import ThrustMap, fit_thrust, fit_thrusters, shared
 
 _HEAD = re.compile(r"^(?P<kind>[nT])(_(?P<name>\w+))?\s*\[(?P<unit>[^\]]+)\]$")
@@ -176,7 +176,7 @@ def _ours(out: Path, kind: str) -> bool:
 
 
 def _write(out: Path, text: str) -> None:
-    replace_file(out, f"{_HEADING}\n\n{text}")
+    write_whole(out, f"{_HEADING}\n\n{text}")
     note(f"wrote {out}")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import sys
 from collections.abc import Generator, Mapping, Sequence
@@ -13,7 +12,7 @@ from typing import Any
 
 from . import __version__
 from .cli_page import Watch
-from .cli_support import claimed, emit, figure, note, show_table
+from .cli_support import claimed, emit, figure, live, note, say, show_table
 from .data import Trial
 from .identify import Fit, Problem
 from .identify.fine_tuning import FineTuning, Told
@@ -36,8 +35,7 @@ def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool, watch: W
     raise_on_errors(issues)
     for line in (*study.notes, *lines(issues)):
         note(line)
-    digest = _digest(study)
-    fresh, done = claimed(out, PAGE, digest, study.name)
+    fresh, done = claimed(out, PAGE, study.digest, study.name)
     if not done:
         with kept(out, fresh), _progress() as told:
             watch.begin(study.title or f"{problem.ship.name}: fine-tuning")
@@ -48,7 +46,7 @@ def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool, watch: W
         note("what the data determine: profiles, repetitions, bands")
         write(
             out / PAGE, tuning, title=study.title or f"{problem.ship.name}: fine-tuning", method=estimator.method,
-            provenance={"study": str(study.path), "digest": digest, "version": f"seatrial {__version__}",
+            provenance={"study": str(study.path), "digest": study.digest, "version": f"seatrial {__version__}",
                         "data": "; ".join(dict.fromkeys(str(t.meta.get("source", "")) for t in problem.trials)),
                         "command": f"seatrial identify {study.path} -o {out}"},
             sections=_identifiability(tuning.fit, study.problem, tests, estimator),
@@ -76,16 +74,6 @@ def _identifiability(
     )  # fmt: skip
 
 
-def _digest(study: Study) -> str:
-    """Fingerprint of the study, of its test trials too: they are in the report."""
-    found = hashlib.sha256(study.digest.encode())
-    for trial in study.test:
-        found.update(trial.name.encode() + trial.t.tobytes())
-        for name in sorted(trial.channels):
-            found.update(name.encode() + trial[name].tobytes())
-    return found.hexdigest()[:16]
-
-
 @contextmanager
 def _progress() -> Generator[Told, None, None]:
     """Live state of the fits on a terminal, a line now and then elsewhere."""
@@ -100,7 +88,7 @@ def _progress() -> Generator[Told, None, None]:
     from rich.console import Console
 
     with Console(stderr=True).status("compiling") as status:
-        yield lambda what, iteration, objective: status.update(_words(what, iteration, objective))
+        yield lambda what, iteration, objective: live(status)(_words(what, iteration, objective))
 
 
 def _words(what: str, iteration: int, objective: float) -> str:
@@ -124,5 +112,5 @@ def _tell(found: Mapping[str, Any], out: Path, as_json: bool) -> None:
     show_table(head, rows, right=(1, 2, 3, 4, 5, 6))
     for issue in found["findings"]:
         mark = "warning: " if issue["severity"] == "warning" else ""
-        sys.stdout.write(f"{mark}{issue['where']}: {issue['text']}\n")
-    sys.stdout.write(f"wrote {out}/model.toml, {out}/{PAGE}\n")
+        say(f"{mark}{issue['where']}: {issue['text']}\n")
+    say(f"wrote {out}/model.toml, {out}/{PAGE}\n")

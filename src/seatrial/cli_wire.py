@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from .approach import time_step
-from .cli_support import DEGREE, UsageError, around_ship, emit, finite, note, positive, read_ship, speed_of
+from .cli_support import DEGREE, UsageError, around_ship, emit, finite, note, obeyed, positive, read_ship, say, speed_of
 from .data.geodesy import Datum
 from .data.nmea_ship import Fittings
 from .engine import SimulationError
@@ -147,6 +147,7 @@ def _run(loop: Loop, duration: float, beside: AbstractContextManager[subprocess.
         try:
             loop.run(duration)
         except KeyboardInterrupt:
+            obeyed()
             note("ended")
         failed = process is not None and process.poll()
     if failed:
@@ -249,9 +250,9 @@ def _summary(loop: Loop, on_wire: OnWire, record: Recording | None, json: bool) 
         })  # fmt: skip
         return
     taken = on_wire.conning.counts["taken"]
-    sys.stdout.write(
+    say(
         f"{report.t:g} s sailed, heading {math.degrees(plant['psi']) % 360.0:.1f} deg, {taken} orders taken, "
         f"{on_wire.wire.counts['sent']} datagrams sent, {report.overruns} of {report.ticks} ticks late\n"
     )
     for path in record.paths if record else ():
-        sys.stdout.write(f"{path}\n")
+        say(f"{path}\n")

@@ -192,19 +192,20 @@ def test_a_folder_of_other_settings_is_refused(logs: Path, tmp_path: Path) -> No
 def test_validate_gives_the_error_of_the_table(
     logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In the same scales, though it is shown one of two tests; and the ship that has the name is another model."""
+    """Where it is asked for its scales, though it is shown one of two tests; the ship of that name is another model."""
     two = TABLE.replace('{ random = "random 4" }', '{ random = "random 4", second = "random 2" }')
     out = tmp_path / "run"
     assert main(["identify", str(written(logs, two)), "--quick", "-o", str(out), "--json"]) == 0
     table = json.loads(capsys.readouterr().out)["models"]["none"]["mean"]
-    model = [str(out / FITS / "none" / "seed-7" / "model.toml"), str(logs / "random 4.csv"), "--restart", "20"]
+    fit = str(out / FITS / "none" / "seed-7" / "model.toml")
+    model = [fit, str(logs / "random 4.csv"), "--restart", "20", "--scale", fit]
     assert main(["validate", *model, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert set(found["standardised"]) == {"fitted", "constant velocity"}
     assert found["standardised"]["fitted"] == pytest.approx(table["random"], rel=1e-6)
     assert main(["validate", *model]) == 0
     (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("errors divided by: x ")]
-    assert line.endswith("deg/s (as where the model was fitted)")
+    assert line.endswith(f"deg/s (as where {fit} was fitted)")
 
 
 MIXED = TABLE.replace("[fits.physics]", """[fits.fitted]
@@ -377,3 +378,11 @@ def trial_seconds(name: str) -> list[float]:
     series = read_series(STUDY, "quick")
     row = next(row for row in series.rows if row.train == (f"@{name}",))
     return [trial.duration for trial in row.cells[0].problem.trials]
+
+
+@pytest.mark.parametrize("name", ["../../../X", "/abs/x", "a/b", "..", "a\\u001bb"])
+def test_the_name_of_a_fit_is_no_path(logs: Path, tmp_path: Path, name: str, capsys) -> None:
+    text = TABLE[: TABLE.index("[[claims]]")].replace("[fits.physics]", f'[fits."{name}"]')
+    assert main(["identify", str(written(logs, text)), "-o", str(tmp_path / "run")]) == 2
+    assert "names a folder of the run" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

@@ -55,7 +55,6 @@ def test_a_study_is_read(study) -> None:
     assert "hull.X_rr" not in paths
     assert "rudder.t_R" in paths
     assert found.estimator.window == 30.0
-    assert found.digest == read_study(study(STUDY + "[report]\nrestart = 10\n")).digest
     assert found.digest != read_study(study(STUDY.replace("window = 30", "window = 20"))).digest
 
 
@@ -114,3 +113,14 @@ def test_a_trial_shorter_than_the_window_is_named(study) -> None:
 def test_extrapolation_is_asked_for_in_the_data(study) -> None:
     assert not read_study(study(STUDY)).problem.extrapolate
     assert read_study(study(STUDY.replace("[data]", "[data]\nextrapolate = true"))).problem.extrapolate
+
+
+def test_whatever_changes_the_report_of_a_run_changes_its_digest(study, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept_back = STUDY.replace('validation = ["turn_b*"]', 'test = ["turn_b"]')
+    texts = (STUDY, kept_back, STUDY + "[report]\nrestart = 10\n", STUDY.replace("ship =", 'title = "A"\nship ='))
+    seen = [read_study(study(text)).digest for text in texts]
+    assert len(set(seen)) == len(texts)
+    alone = STUDY.replace('validation = ["turn_b*"]', 'exclude = ["turn_b"]')
+    assert read_study(study(alone)).digest != seen[1]
+    monkeypatch.setattr("seatrial.identify.study.__version__", "another", raising=False)
+    assert read_study(study(STUDY)).digest != seen[0]

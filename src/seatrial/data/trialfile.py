@@ -9,7 +9,6 @@ a YAML file of the same stem, holds the same keys for both.
 from __future__ import annotations
 
 import json
-import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -19,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from ..files import write_together
 from . import UNITS, Array, DataError, Trial
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
 from .table import check_time, continued, existing, lines_of, numbers, split_row
@@ -80,21 +80,11 @@ def write_trial(trial: Trial, path: str | Path) -> None:
     if not here.parent.is_dir():
         raise DataError(f"{here}: no folder {here.parent}; make it first")
     _check_writable(here, trial)
-    sidecar = sidecar_path(here)
-    table_tmp, sidecar_tmp = (p.with_name(f".{p.name}.{os.getpid()}.tmp") for p in (here, sidecar))
+    table = _parquet(trial) if here.suffix.lower() == ".parquet" else _csv_text(trial)
     try:
-        sidecar_tmp.write_text(sidecar_text(here, trial.meta), encoding="utf-8")
-        if here.suffix.lower() == ".parquet":
-            _write_parquet(trial, table_tmp)
-        else:
-            table_tmp.write_text(_csv_text(trial), encoding="utf-8")
-        os.replace(sidecar_tmp, sidecar)
-        os.replace(table_tmp, here)
+        write_together({sidecar_path(here): sidecar_text(here, trial.meta), here: table})
     except OSError as error:
         raise DataError(f"{here}: cannot be written: {error.strerror}") from error
-    finally:
-        table_tmp.unlink(missing_ok=True)
-        sidecar_tmp.unlink(missing_ok=True)
 
 
 def _files_in(folder: Path) -> list[Path]:
@@ -206,10 +196,14 @@ def _csv_text(trial: Trial) -> str:
     return "\n".join([head, *map(",".join, zip(*columns, strict=True)), ""])
 
 
-def _write_parquet(trial: Trial, path: Path) -> None:
+def _parquet(trial: Trial) -> bytes:
+    import io
+
     import polars as pl
 
     names = ["t", *trial.channels]
     data: dict[str, Any] = {name: np.ascontiguousarray(trial[name]) for name in names}
     units = json.dumps({name: trial.unit(name) for name in names})
-    pl.DataFrame(data).write_parquet(path, metadata={_UNITS_KEY: units})
+    held = io.BytesIO()
+    pl.DataFrame(data).write_parquet(held, metadata={_UNITS_KEY: units})
+    return held.getvalue()

@@ -5,7 +5,7 @@ Each is drawn to zero by a Gaussian prior, and eliminated trial by trial with th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..data import Array, Trial
 from ..models import STATES
+from ..replay_gaps import logged
 from . import Nuisance, StudyError
 from .objective import CURRENT
 
@@ -94,3 +95,19 @@ class Nuisances:
     def prior(self, eta: Array) -> float:
         """Its part of the objective."""
         return float(((eta / self.deviation) ** 2).sum())
+
+
+def with_current(trial: Trial, found: Mapping[str, Mapping[str, float]]) -> Trial:
+    """A trial with the current that a fit estimated for it on top of the one it logged; as it is where there is none.
+
+    Args:
+        found: values by trial and name, as in `Fit.nuisances`; a current is constant, north and east [m/s].
+    """
+    north, east = (found.get(trial.name, {}).get(path.rpartition(".")[2], 0.0) for path in CURRENT)
+    if not (north or east):
+        return trial
+    if logged(trial, "U_C") and logged(trial, "gamma_C"):
+        north = north + trial["U_C"] * np.cos(trial["gamma_C"])
+        east = east + trial["U_C"] * np.sin(trial["gamma_C"])
+    one = np.ones(len(trial))
+    return trial.having(U_C=np.hypot(north, east) * one, gamma_C=np.arctan2(east, north) * one)

@@ -17,7 +17,8 @@ from typing import BinaryIO, Self
 import numpy as np
 
 from ..data import Array
-from .resume import ResumeError
+from ..files import write_whole
+from .resume import ResumeError, begin_anew
 
 
 @dataclass
@@ -45,12 +46,13 @@ class Record:
             return Record(np.zeros(0), None)
         head = (json.dumps({"digest": digest}) + "\n").encode()
         if not path.exists() or path.stat().st_size < len(head):
-            partial = path.with_suffix(".partial")
-            partial.write_bytes(head)
-            os.replace(partial, path)
+            write_whole(path, head)
             return Record(np.zeros(0), path.open("ab"))
         whole = path.read_bytes()
         if not whole.startswith(head):
+            if not whole.startswith(b'{"digest": '):
+                begin_anew(path)
+                return Record.open(path, digest)
             raise ResumeError(f"{path} belongs to another problem; choose another output folder")
         numbers = np.frombuffer(whole[len(head) : len(head) + (len(whole) - len(head)) // 8 * 8], dtype="<f8").copy()
         return Record(numbers, path.open("r+b"))
@@ -78,8 +80,11 @@ class Record:
         costs, validation = score()
         seconds = time.perf_counter() - self.began
         if self.stream is not None:
-            self.stream.write(np.array([seconds, validation, *costs], dtype="<f8").tobytes())
-            self.stream.flush()
+            try:
+                self.stream.write(np.array([seconds, validation, *costs], dtype="<f8").tobytes())
+                self.stream.flush()
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, self.stream.name) from error
         return costs, validation, seconds
 
     def _at(self, step: int) -> None:

@@ -2,21 +2,54 @@
 
 from __future__ import annotations
 
-import os
+import io
 import time
+import warnings
+import zipfile
+import zlib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from ..files import packed, set_aside, write_whole
+from . import StudyError
 from .gauss_newton import State
 
 # A kill loses no more than this [s]; quick iterations do not wait for the disk.
 _PAUSE = 0.2
 
 
-class ResumeError(ValueError):
+class ResumeError(StudyError):
     """A checkpoint of another problem."""
+
+
+def kept_arrays(path: Path | None, needed: Iterable[str]) -> dict[str, Any] | None:
+    """All arrays of a checkpoint; None where there is none, or a damaged one, which is set aside with a warning.
+
+    Args:
+        needed: names without which it is damaged.
+    """
+    if path is None or not path.exists():
+        return None
+    content = io.BytesIO(path.read_bytes())
+    try:
+        with np.load(content, allow_pickle=False) as data:
+            found: dict[str, Any] = dict(data)
+        if missing := set(needed) - set(found):
+            raise KeyError(", ".join(sorted(missing)))
+    except (ValueError, KeyError, EOFError, NotImplementedError, zlib.error, zipfile.BadZipFile, SyntaxError, OSError):
+        begin_anew(path)
+        return None
+    return found
+
+
+def begin_anew(path: Path) -> None:
+    """Set a damaged checkpoint aside, and warn that the fit begins anew."""
+    aside = set_aside(path)
+    warnings.warn(f"{path}: is damaged; set aside as {aside.name}, and the fit begins anew", stacklevel=2)
 
 
 def forget(checkpoint: Path) -> None:
@@ -53,14 +86,15 @@ class Resume:
         Raises:
             ResumeError: the file belongs to another problem.
         """
-        if path is None or not path.exists():
+        data = kept_arrays(path, ("digest", "starts", "rows", "done", "history"))
+        if data is None or path is None:
             return Resume(path, digest, began)
-        with np.load(path, allow_pickle=False) as data:
-            if str(data["digest"]) != digest:
-                raise ResumeError(
-                    f"{path} belongs to another problem (digest {data['digest']}, this is {digest}); "
-                    "choose another output folder"
-                )
+        if str(data["digest"]) != digest:
+            raise ResumeError(
+                f"{path} belongs to another problem (digest {data['digest']}, this is {digest}); "
+                "choose another output folder"
+            )
+        try:
             states = {
                 int(k): State(
                     data[f"p{k}"], data[f"eta{k}"], float(row[0]), float(row[1]), int(row[2]), int(row[3]),
@@ -69,6 +103,9 @@ class Resume:
                 for k, row, done in zip(data["starts"], data["rows"], data["done"], strict=True)
             }  # fmt: skip
             history = [tuple(map(float, row)) for row in data["history"]]
+        except (KeyError, ValueError, IndexError, TypeError):
+            begin_anew(path)
+            return Resume(path, digest, began)
         spent = history[-1][3] if history else 0.0
         return Resume(path, digest, began - spent, states, history)  # type: ignore[arg-type]
 
@@ -106,10 +143,8 @@ class Resume:
         states = self.states
         arrays = {f"p{k}": s.p for k, s in states.items()} | {f"eta{k}": s.eta for k, s in states.items()}
         rows = [(s.cost, s.damping, s.iteration, s.evaluations) for s in states.values()]
-        partial = self.path.with_suffix(".partial.npz")
-        np.savez(
-            partial, digest=np.array(self.digest), starts=np.array(list(states)), rows=np.array(rows),
+        write_whole(self.path, packed(
+            digest=np.array(self.digest), starts=np.array(list(states)), rows=np.array(rows),
             done=np.array([s.done for s in states.values()]), history=np.array(self.history).reshape(-1, 4),
-            allow_pickle=False, **arrays,
-        )  # fmt: skip
-        os.replace(partial, self.path)
+            **arrays,
+        ))  # fmt: skip

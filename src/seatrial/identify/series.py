@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..data import Trial
+from ..files import is_plain, read_toml
 from ..parameters import unknown
 from ..ships import Ship
 from ..ships.classes import Trust, trusting
@@ -132,7 +133,7 @@ class Series:
 def is_series(path: str | Path) -> bool:
     """Whether a file is one of this kind; what cannot be read is none."""
     try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8")).get("schema") == SCHEMA
+        return read_toml(Path(path)).get("schema") == SCHEMA
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
         return False
 
@@ -149,7 +150,7 @@ def read_series(path: str | Path, budget: str = FULL, *, trust: Trust = False) -
         ShipError, DataError, ParameterError: from what the file names.
     """
     here = Path(path)
-    said = _checked(here, tomllib.loads(here.read_text(encoding="utf-8")))
+    said = _checked(here, read_toml(here))
     if budget != FULL and budget not in said.budgets:
         raise StudyError(f"{here}: {unknown(budget, (FULL, *said.budgets), 'budget')}")
     _check_names(here, said)
@@ -186,6 +187,8 @@ def _checked(path: Path, document: Mapping[str, Any]) -> Any:
     except ValidationError as error:
         raise told(path, SeriesFile, error) from None
     for key, fit in found.fits.items():
+        if not is_plain(key):
+            raise StudyError(f"{path}: fits: '{key}' names a folder of the run; take letters, digits, spaces, '-', '_'")
         if not fit.ship:
             raise StudyError(f"{path}: fits.{key}.ship is missing")
         if bool(fit.train) != bool(fit.estimator):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
@@ -14,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from ..data import DataError
+from ..files import write_whole
 from ..models import STATES
+from ..parameters import read
 from ..ships import Entry, Ship
 from ..ships.writing import save
 from . import Fit, Problem, StudyError
@@ -45,11 +45,12 @@ def save_fit(
         "ship": problem.ship.name, "trained_on": [trial.name for trial in problem.trials],
         "validated_on": [trial.name for trial in problem.validation], "status": fit.status,
         "sigma": {f.path: float(s) for f, s in zip(fit.free, fit.sigma, strict=True)},
+        "began": {f.path: float(read(problem.ship.model, f.path)) for f in fit.free},
     }  # fmt: skip
-    replace_file(where / HISTORY, _history(fit))
+    write_whole(where / HISTORY, _history(fit))
     model = save(_sourced(fit, study), where / MODEL, provenance)
     summary = {**_summary(fit, study, text, provenance), "scale": None if scale is None else dict(scale)}
-    replace_file(where / SUMMARY, json.dumps(_plain(summary), indent=1) + "\n")
+    write_whole(where / SUMMARY, json.dumps(_plain(summary), indent=1) + "\n")
     return model
 
 
@@ -66,11 +67,19 @@ def load_fit_summary(path: str | Path) -> dict[str, Any]:
 
 def fitted_scale(model: str | Path) -> dict[str, float]:
     """What the errors of a fitted model were divided by where it was judged; empty where no fit beside it says so."""
-    where = Path(model).with_name(SUMMARY)
-    if Path(model).name != MODEL or not where.is_file():
-        return {}
-    found = load_fit_summary(where).get("scale")
+    found = _beside(model).get("scale")
     return found if isinstance(found, dict) and set(found) == set(STATES) and all(found.values()) else {}
+
+
+def fitted_nuisances(model: str | Path) -> dict[str, dict[str, float]]:
+    """Currents and biases that were estimated with a fitted model, by trial and name; empty where no fit is beside."""
+    found = _beside(model).get("nuisances")
+    return found if isinstance(found, dict) else {}
+
+
+def _beside(model: str | Path) -> dict[str, Any]:
+    where = Path(model).with_name(SUMMARY)
+    return load_fit_summary(where) if Path(model).name == MODEL and where.is_file() else {}
 
 
 def claim(folder: str | Path, digest: str, study: str) -> bool:
@@ -87,13 +96,13 @@ def claim(folder: str | Path, digest: str, study: str) -> bool:
         held = _read(where, "seatrial-run/1")
         if held.get("digest") != digest:
             raise StudyError(
-                f"{folder}: holds a run of study '{held.get('study')}' with other settings or data "
-                f"({held.get('digest')}, this is {digest}); choose another folder with -o"
+                f"{folder}: holds a run of study '{held.get('study')}' with other settings or data, or by another "
+                f"version of seatrial ({held.get('digest')}, this is {digest}); choose another folder with -o"
             )
         return False
     document = {"schema": "seatrial-run/1", "study": study, "digest": digest}
     where.parent.mkdir(parents=True, exist_ok=True)
-    replace_file(where, json.dumps(document) + "\n")
+    write_whole(where, json.dumps(document) + "\n")
     return True
 
 
@@ -107,19 +116,6 @@ def kept(folder: str | Path, fresh: bool) -> Generator[None, None, None]:
             (Path(folder) / RUN).unlink(missing_ok=True)
             with suppress(OSError):  # something else is in it
                 Path(folder).rmdir()
-        raise
-
-
-def replace_file(path: Path, content: str) -> None:
-    """Write beside `path`, then move into place, so that nobody ever reads half a file."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(content)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
         raise
 
 
@@ -174,7 +170,7 @@ def _summary(fit: Fit, study: str, text: str, provenance: Mapping[str, Any]) -> 
         "covariance": fit.covariance.tolist(),
         "verdicts": [asdict(verdict) for verdict in fit.verdicts],
         "nuisances": fit.nuisances,
-        "provenance": {k: v for k, v in provenance.items() if k != "sigma"},
+        "provenance": {k: v for k, v in provenance.items() if k not in ("sigma", "began")},
         "study_text": text,
     }  # fmt: skip
 

@@ -10,7 +10,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import __version__
 from ..data import Trial
+from ..files import read_toml
 from ..parameters import Free, specs, unknown
 from ..ships import Ship, ShipError
 from ..ships.classes import Trust, find_class, trusting
@@ -18,7 +20,7 @@ from ..ships.files import load
 from ..ships.writing import to_toml
 from . import Estimator, Loss, Nuisance, Problem, StudyError
 from .freedom import freedom
-from .study_checks import filled, finite, kind, positive, steps, whole
+from .study_checks import filled, finite, kind, no_infinity, positive, steps, whole
 from .study_data import Split, chosen, read_data, read_raw
 
 if TYPE_CHECKING:
@@ -36,7 +38,7 @@ class Study:
     Attributes:
         test: trials kept apart from training and validation.
         restart: seconds between restarts in the report, or None.
-        digest: fingerprint of ship, freedom, loss, estimator and data.
+        digest: fingerprint of ship, freedom, loss, estimator, all data, report and program version.
         notes: what a reader should know: parameters that a pattern fits and that stay fixed.
         title: heading of the report; empty where the study gives none.
         rival: what a simpler model frees that is fitted beside; empty where there is none.
@@ -93,6 +95,8 @@ def _read(here: Path) -> Study:
     _known(here, ship, said.report.unidentified)
     (train, torn), (validation, off), (test, kept) = (whole(trials) for trials in (train, validation, test))
     filled(here, ship, (*train, *validation, *test))
+    no_infinity(f"{here}: ", {key: document[key] for key in document if key != "free"}, ("estimator",))
+    no_infinity(f"{here}: free", said.free, ("low", "high"))
     finite(f"{here}: estimator", said.estimator)
     positive(f"{here}: loss.sigma", said.loss.sigma)
     positive(f"{here}: nuisance.bias", said.nuisance.bias)
@@ -104,8 +108,9 @@ def _read(here: Path) -> Study:
     _long_enough(here, train, said.estimator)
     notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *torn, *off, *kept,
              *steps(here, train, said.estimator))  # fmt: skip
+    mark = _run_digest(problem, estimator, test, said)
     return Study(
-        here.stem, here, problem, estimator, test, said.report.restart, digest(problem, estimator), notes,
+        here.stem, here, problem, estimator, test, said.report.restart, mark, notes,
         said.title, _rival(here, said.rival, free), virtual,
         said.report.published.model_dump() if said.report.published else {}, said.report.unidentified,
     )  # fmt: skip
@@ -137,6 +142,23 @@ def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:
     return Loss(said.sigma, said.correlation, said.weights)
 
 
+def _run_digest(problem: Problem, estimator: Estimator, test: Sequence[Trial], said: Any) -> str:
+    """Fingerprint of everything that decides what a run leaves in its folder, the report too."""
+    found = hashlib.sha256(f"{__version__} {digest(problem, estimator)}".encode())
+    for part in (said.title, said.report, said.rival, said.virtual):
+        found.update(repr(part).encode())
+    _add(found, "test", test)
+    return found.hexdigest()[:16]
+
+
+def _add(found: Any, part_of: str, trials: Iterable[Trial]) -> None:
+    for trial in trials:
+        found.update(f"{part_of} {trial.name}".encode())
+        found.update(trial.t.tobytes())
+        for name in sorted(trial.channels):
+            found.update(name.encode() + trial[name].tobytes())
+
+
 def digest(problem: Problem, estimator: Estimator) -> str:
     """Fingerprint of everything that decides the numbers of a fit."""
     found = hashlib.sha256()
@@ -145,18 +167,14 @@ def digest(problem: Problem, estimator: Estimator) -> str:
         settings = replace(settings, threads=None)  # their number changes no digit
     for part in (to_toml(problem.ship), problem.free, problem.loss, problem.nuisance, settings):
         found.update(repr(part).encode())
-    for part_of, trials in (("train", problem.trials), ("validation", problem.validation)):
-        for trial in trials:
-            found.update(f"{part_of} {trial.name}".encode())
-            found.update(trial.t.tobytes())
-            for name in sorted(trial.channels):
-                found.update(name.encode() + trial[name].tobytes())
+    _add(found, "train", problem.trials)
+    _add(found, "validation", problem.validation)
     return found.hexdigest()[:16]
 
 
 def _document(path: Path) -> dict[str, Any]:
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = read_toml(path)
     except FileNotFoundError:
         raise StudyError(f"{path}: no such study file") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:

@@ -55,6 +55,23 @@ def positive(where: str, table: Mapping[str, float]) -> None:
             raise StudyError(f"{where}.{key} is {value:g}; it must be a finite number above zero")
 
 
+def no_infinity(where: str, value: Any, but: tuple[str, ...]) -> None:
+    """Refuse an infinite number anywhere in a document but below the keys that may hold one.
+
+    Raises:
+        StudyError: naming the key.
+    """
+    if isinstance(value, Mapping):
+        for key, one in value.items():
+            if key not in but:
+                no_infinity(f"{where}.{key}" if where[-1:] != " " else f"{where}{key}", one, but)
+    elif isinstance(value, list):
+        for one in value:
+            no_infinity(where, one, but)
+    elif isinstance(value, float) and math.isinf(value):
+        raise StudyError(f"{where} is {value:g}; it must be a finite number")
+
+
 def steps(path: Path, trials: Iterable[Trial], table: Mapping[str, Any]) -> list[str]:
     """Judge dt and every against the trials.
 

@@ -5,14 +5,14 @@ The order of the batches of an epoch follows from seed and epoch, so a place in 
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
 
 from ..data import Array
-from .resume import ResumeError
+from ..files import packed, write_whole
+from .resume import ResumeError, kept_arrays
 
 _ROW = 4
 
@@ -69,10 +69,8 @@ class Stand:
 
     def write(self, path: Path, digest: str) -> None:
         """Write to `path`, whole or not at all."""
-        partial = path.with_suffix(".partial.npz")
         arrays = {f.name: np.array(getattr(self, f.name)) for f in fields(self)}
-        np.savez(partial, allow_pickle=False, digest=np.array(digest), **arrays)
-        os.replace(partial, path)
+        write_whole(path, packed(digest=np.array(digest), **arrays))
 
     @staticmethod
     def read(path: Path | None, digest: str) -> Stand:
@@ -81,10 +79,9 @@ class Stand:
         Raises:
             ResumeError: the file belongs to another problem.
         """
-        if path is None or not path.exists():
+        kept = kept_arrays(path, ("digest", *(f.name for f in fields(Stand))))
+        if kept is None:
             return Stand()
-        with np.load(path, allow_pickle=False) as data:
-            if str(data["digest"]) != digest:
-                raise ResumeError(f"{path} belongs to another problem; choose another output folder")
-            kept = {f.name: data[f.name] for f in fields(Stand)}
+        if str(kept.pop("digest")) != digest:
+            raise ResumeError(f"{path} belongs to another problem; choose another output folder")
         return Stand(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})

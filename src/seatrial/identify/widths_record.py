@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from .resume import ResumeError
+from ..files import write_whole
+from .resume import ResumeError, begin_anew
 
 
 @dataclass
@@ -29,7 +29,7 @@ class Scores:
         """Read what stands beside `checkpoint` where it is of this problem; start afresh where there is none.
 
         Raises:
-            ResumeError: the file belongs to another problem, or holds no scores.
+            ResumeError: the file belongs to another problem.
         """
         if checkpoint is None:
             return Scores(None, digest)
@@ -41,7 +41,8 @@ class Scores:
             found = {float(width): float(score) for width, score in told["scores"]}
             same = told["digest"] == digest
         except (ValueError, KeyError, TypeError):
-            raise ResumeError(f"{path} holds no scores of widths; remove it, or choose another output folder") from None
+            begin_anew(path)
+            return Scores(path, digest)
         if not same:
             raise ResumeError(f"{path} belongs to another problem; choose another output folder")
         return Scores(path, digest, found)
@@ -51,7 +52,5 @@ class Scores:
         self.found[width] = score
         if self.path is None:
             return
-        partial = self.path.with_suffix(".partial")
         told = {"digest": self.digest, "scores": list(self.found.items())}
-        partial.write_text(json.dumps(told), encoding="utf-8")  # Infinity is JSON of Python's own
-        os.replace(partial, self.path)
+        write_whole(self.path, json.dumps(told))  # Infinity is JSON of Python's own

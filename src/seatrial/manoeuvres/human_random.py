@@ -41,6 +41,7 @@ class HumanRandom:
 
     kind: ClassVar[str] = "random"
     takes: ClassVar[tuple[str, ...]] = ("rudder", "side", "seed")
+    timed: ClassVar[bool] = True  # whatever its length, it is whole
     memory: ClassVar[tuple[str, ...]] = ()
     given: ClassVar[tuple[str, ...]] = ("rudder_level", "revolution_level")
 

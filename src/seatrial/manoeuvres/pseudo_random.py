@@ -47,6 +47,7 @@ class PseudoRandom:
 
     kind: ClassVar[str] = "pseudo-random"
     takes: ClassVar[tuple[str, ...]] = ("rudder", "side", "seed")
+    timed: ClassVar[bool] = True  # whatever its length, it is whole
     memory: ClassVar[tuple[str, ...]] = ()
     given: ClassVar[tuple[str, ...]] = ("rudder_level", "revolution_level")
 

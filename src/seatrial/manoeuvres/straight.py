@@ -21,6 +21,7 @@ class Straight:
 
     kind: ClassVar[str] = "straight"
     takes: ClassVar[tuple[str, ...]] = ()
+    timed: ClassVar[bool] = True  # whatever its length, it is whole
     memory: ClassVar[tuple[str, ...]] = ()
 
     n_P: Scalar = spec("1/s", "propeller revolutions, held")

@@ -46,6 +46,7 @@ class ThrustSteps:
     kind: ClassVar[str] = "thrust-steps"
     from_rest: ClassVar[bool] = True
     takes: ClassVar[tuple[str, ...]] = ("seed",)
+    timed: ClassVar[bool] = True  # whatever its length, it is whole
     memory: ClassVar[tuple[str, ...]] = ("psi_0",)
     given: ClassVar[tuple[str, ...]] = ("surge", "sway", "yaw")
 

@@ -14,6 +14,7 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+from ..files import read_toml
 from ..models import unit
 from ..parameters import ParameterError, Parts, Spec, Terms, unknown
 from . import Entry, Ship, ShipError
@@ -46,7 +47,7 @@ def load(name_or_path: str | Path, *, trust: Trust = False) -> Ship:
     """
     path = _find(name_or_path)
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = read_toml(path)
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ShipError(f"{path}: cannot be read as TOML: {error}") from None
     if document.get("schema") != SCHEMA:

@@ -7,7 +7,6 @@ leaves the old pair or the new one, never half of each.
 from __future__ import annotations
 
 import os
-import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ..files import packed, write_whole
 from ..models.network import INPUTS, KINDS, Limits, Network
 from ..parameters import ParameterError, unknown
 from . import ShipError
@@ -132,19 +132,7 @@ def write_weights(network: Network, path: Path) -> Path:
 
     It is moved there once the ship file that names its digest is in place; until then a reader finds it as it is.
     """
-    waiting = _waiting(path, network.digest)
-    handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            np.savez(stream, **network.weights)  # type: ignore[arg-type]
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.chmod(scratch, 0o644)
-        os.replace(scratch, waiting)
-    except BaseException:
-        Path(scratch).unlink(missing_ok=True)
-        raise
-    return waiting
+    return write_whole(_waiting(path, network.digest), packed(**network.weights))
 
 
 def settle(waiting: Path, path: Path) -> None:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
+from ..files import write_whole
 from ..models.network import Network
 from ..parameters import PRIME, Parts, Terms
 from . import Entry, Ship, ShipError
@@ -29,16 +28,9 @@ def save(ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = No
     weights = target.with_name(weights_name(target))
     text, network = to_toml(ship, provenance, weights.name), getattr(ship.model, "network", None)
     waiting = write_weights(network, weights) if isinstance(network, Network) and network.trained else None
-    handle, scratch = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.chmod(scratch, 0o644)
-        os.replace(scratch, target)
+        write_whole(target, text)
     except BaseException:
-        Path(scratch).unlink(missing_ok=True)
         if waiting is not None:
             waiting.unlink(missing_ok=True)
         raise

@@ -166,10 +166,25 @@ def legend_below(figure: Any, ax: Any) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
 
 
+def _literal(figure: Any) -> None:
+    """Names and titles are anybody's: a "$" in them begins no formula.  Powers of ten along an axis stay formulas."""
+    from matplotlib.text import Text
+    from matplotlib.ticker import LogFormatter
+
+    powers = {label for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)
+              if isinstance(axis.get_major_formatter(), LogFormatter)
+              for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
+              for label in (tick.label1, tick.label2)}  # fmt: skip
+    for words in figure.findobj(Text):
+        if words not in powers:
+            words.set_parse_math(False)
+
+
 def svg(figure: Any, salt: str) -> str:
     """The figure as it goes into a page; `salt` keeps the names within it the same from run to run."""
     from matplotlib import rc_context
 
+    _literal(figure)
     out = io.StringIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with rc_context({**_STYLE, "svg.hashsalt": salt}):

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..data import UNITS
+from ..files import write_whole
 from ..identify.series import FULL, Claim, Series
-from ..identify.store import replace_file
 from . import figures, network_figures
 from .coverage import Coverage
 from .network_numbers import covered, numbers, to_json
@@ -35,9 +35,9 @@ def write(
     here = Path(path)
     here.parent.mkdir(parents=True, exist_ok=True)
     cover = covered(series)
-    replace_file(here.with_suffix(".json"), to_json({**numbers(series, found, cover), "failed": list(failed),
+    write_whole(here.with_suffix(".json"), to_json({**numbers(series, found, cover), "failed": list(failed),
                                                      "provenance": dict(provenance)}))  # fmt: skip
-    replace_file(here, document(series, found, cover, provenance=provenance, failed=failed))
+    write_whole(here, document(series, found, cover, provenance=provenance, failed=failed))
     return here
 
 

@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..files import write_whole
 from ..identify import Fit
-from ..identify.store import replace_file
 from . import Comparison
 from .assumptions import Assumption
 from .comparison import CONSTANT_VELOCITY, pooled
@@ -93,8 +93,8 @@ class Report:
         page.parent.mkdir(parents=True, exist_ok=True)
         numbers = json.dumps(_plain(self.numbers()), indent=1, allow_nan=False) + "\n"
         html = document(self)
-        replace_file(page.with_suffix(".json"), numbers)
-        replace_file(page, html)
+        write_whole(page.with_suffix(".json"), numbers)
+        write_whole(page, html)
         return page
 
     def numbers(self) -> dict[str, Any]:

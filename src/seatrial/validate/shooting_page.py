@@ -12,8 +12,8 @@ import numpy as np
 
 from ..data import Trial
 from ..engine import SimulationError
+from ..files import write_whole
 from ..identify.servo import ServoFit
-from ..identify.store import replace_file
 from ..replay import replay
 from . import shooting_figures as drawings
 from .page import bullets, figure, number, page, table, text
@@ -33,8 +33,8 @@ def write(path: str | Path, shot: Shot, *, provenance: Mapping[str, str]) -> Pat
     here.parent.mkdir(parents=True, exist_ok=True)
     html = document(shot, provenance=provenance)
     found = json.dumps({**numbers(shot), "provenance": dict(provenance)}, indent=1)
-    replace_file(here.with_suffix(".json"), found + "\n")
-    replace_file(here, html)
+    write_whole(here.with_suffix(".json"), found + "\n")
+    write_whole(here, html)
     return here
 
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from ..data import Array, Trial
 from ..engine.rollout import simulator
+from ..files import write_whole
 from ..identify import Fit, Loss, Problem
 from ..identify.freer import UNITS, freer, with_units
 from ..identify.shooting import Trajectory
@@ -217,10 +218,7 @@ def save_members(found: Members, path: Path) -> Path:
                    "limit": r.limit, "low": r.low, "high": r.high, "own": list(r.own.values())}  # fmt: skip
     held = BytesIO()
     np.savez_compressed(held, **arrays)
-    draft = path.with_name(f".{path.name}.part")
-    draft.write_bytes(held.getvalue())
-    draft.replace(path)
-    return path
+    return write_whole(path, held.getvalue())
 
 
 def load_members(path: Path, ship: Ship) -> Members:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..data import Trial
 from ..engine import SimulationError
-from ..identify.store import replace_file
+from ..files import write_whole
 from ..identify.tuned import Range, Tuning, findings
 from ..parameters import read
 from ..replay import replay
@@ -41,8 +41,8 @@ def write(
     here.parent.mkdir(parents=True, exist_ok=True)
     html = document(tuning, title=title, provenance=provenance, method=method, sections=sections)
     found = json.dumps(_plain({**numbers(tuning), "title": title, "provenance": dict(provenance)}), indent=1)
-    replace_file(here.with_suffix(".json"), found + "\n")
-    replace_file(here, html)
+    write_whole(here.with_suffix(".json"), found + "\n")
+    write_whole(here, html)
     return here
 
 

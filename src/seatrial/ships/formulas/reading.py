@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
+from ...files import read_toml
 from ...parameters import PRIME, Spec, unknown
 from .. import Entry, ShipError
 from ..numbers import number
@@ -108,7 +109,7 @@ def read_particulars(path: str | Path) -> Known:
     """
     path = Path(path)
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = read_toml(path)
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ShipError(f"{path}: cannot be read as TOML: {error}") from None
     if document.get("schema") != SCHEMA:

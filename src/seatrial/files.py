@@ -1,0 +1,248 @@
+"""Files that are there whole or not at all; what a kill left behind; folders held alone; texts that may name a file.
+
+Every result of the package is written here: under a name of its own in the folder where it will stand, on the disk
+(fsync), and only then moved into its place.  A full disk, a kill or Ctrl-C leaves the file of before.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import os
+import re
+import socket
+import tomllib
+import zlib
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager, suppress
+from functools import cache
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+try:
+    import fcntl
+except ImportError:  # not on Windows; there nothing is held
+    fcntl = None
+
+LOCK = "run.lock"
+_LEAST, _MOST = 1e-30, 1e30
+REACH = f"magnitudes lie between {_LEAST:g} and {_MOST:g}"
+_MODE = 0o666  # less what the umask takes
+# A name that is longer leaves no room for what scratch files add to it; file systems take 255 bytes.
+_LONGEST = 180
+_NUMBERS = count()
+_LEFT = re.compile(r"\..+\.(?:(?P<host>[0-9a-f]{8})-)?(?P<pid>\d+)(?:-\d+)?\.tmp")
+
+
+class TomlError(tomllib.TOMLDecodeError):
+    """A TOML file that cannot be read; the text says why, in a line."""
+
+    def __init__(self, text: str) -> None:
+        ValueError.__init__(self, text)
+
+
+class BusyError(RuntimeError):
+    """A folder that another process works in; the text says which."""
+
+
+def is_plain(name: str) -> bool:
+    """Whether a text of a file may name a file or folder of ours: no path, nothing hidden, nothing that controls."""
+    short = 0 < len(name.encode(errors="replace")) <= _LONGEST
+    return short and name.isprintable() and name[0] != "." and not set(name) & set("/\\")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """A TOML file, with numbers that arithmetic can use: integers of 64 bits, no NaN, magnitudes that can be squared.
+
+    An infinite number is left to who knows what it is for.
+
+    Raises:
+        TomlError: what is wrong with it, and at which key.
+        OSError, UnicodeDecodeError: it cannot be read as text.
+    """
+    text = path.read_text(encoding="utf-8")
+    try:
+        document = tomllib.loads(text)
+        _usable(document, "")
+    except RecursionError:
+        raise TomlError("tables or lists are nested too deep") from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError as error:  # a date that is none, an integer of thousands of digits
+        raise TomlError(f"a value that is none: {str(error).partition(';')[0]}") from None
+    return document
+
+
+def _usable(value: Any, key: str) -> None:
+    if isinstance(value, dict):
+        for name, one in value.items():
+            _usable(one, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, list):
+        for one in value:
+            _usable(one, key)
+    elif isinstance(value, int) and abs(value) >= 2**63:
+        raise TomlError(f"{key}: an integer of {len(str(abs(value)))} digits; 64 bits hold no more than 19")
+    elif isinstance(value, float) and (math.isnan(value) or not (value == 0.0 or math.isinf(value) or in_reach(value))):
+        raise TomlError(f"{key} is {value:g}; {REACH}")
+
+
+def in_reach(value: float) -> bool:
+    """Whether a number can be squared and inverted with others of its kind, and mean something."""
+    return _LEAST <= abs(value) <= _MOST
+
+
+def write_whole(path: str | Path, content: str | bytes) -> Path:
+    """Write one file; see `write_together`."""
+    return write_together({Path(path): content})[0]
+
+
+def write_together(files: Mapping[Path, str | bytes | Callable[[str], None]]) -> tuple[Path, ...]:
+    """Write files: all are complete, on the disk, before the first takes its place.
+
+    Args:
+        files: by path the text or bytes, or what saves itself under a name that it is given.
+
+    Raises:
+        OSError: one cannot be written; its `filename` is that of the file, and nothing has changed.
+    """
+    made: dict[Path, Path] = {}
+    for folder in dict.fromkeys(path.parent for path in files):
+        _sweep_once(folder)
+    at = next(iter(files), Path())
+    try:
+        for at, content in files.items():
+            made[at] = _scratch(at)
+            _fill(made[at], content)
+        for at, scratch in made.items():
+            os.replace(scratch, at)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(at)) from error
+    finally:
+        for scratch in made.values():
+            with suppress(OSError):
+                scratch.unlink()
+    return tuple(files)
+
+
+def packed(**arrays: Any) -> bytes:
+    """Arrays as the bytes of an .npz file: so a full disk is met by `write_whole`, not in the middle of a zip file."""
+    held = io.BytesIO()
+    np.savez(held, allow_pickle=False, **arrays)
+    return held.getvalue()
+
+
+def _fill(scratch: Path, content: str | bytes | Callable[[str], None]) -> None:
+    if callable(content):
+        content(str(scratch))
+    handle = os.open(scratch, os.O_WRONLY | os.O_CREAT, _MODE)
+    with os.fdopen(handle, "wb") as stream:
+        if not callable(content):
+            stream.write(content.encode() if isinstance(content, str) else content)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def _scratch(path: Path) -> Path:
+    """A name beside `path` that tells whose it is: `.NAME.HOST-PID-NUMBER.tmp`."""
+    short = path.name.encode()[:_LONGEST].decode(errors="ignore")
+    return path.with_name(f".{short}.{_host()}-{os.getpid()}-{next(_NUMBERS)}.tmp")
+
+
+@cache
+def _host() -> str:
+    return f"{zlib.crc32(socket.gethostname().encode()):08x}"
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # it is somebody else's
+        return True
+    return True
+
+
+@cache
+def _sweep_once(folder: Path) -> None:
+    sweep(folder)
+
+
+def sweep(folder: Path) -> None:
+    """Remove the scratch files of processes of this machine that are no more."""
+    with suppress(OSError):
+        for left in folder.iterdir():
+            found = _LEFT.fullmatch(left.name)
+            if found and found["host"] in (None, _host()) and not _alive(int(found["pid"])):
+                with suppress(OSError):
+                    left.unlink()
+
+
+def set_aside(path: Path) -> Path:
+    """Rename a file that cannot be used to `NAME.damaged`, so that work can begin anew; the new path."""
+    aside = path.with_name(f"{path.name}.damaged")
+    os.replace(path, aside)
+    return aside
+
+
+@contextmanager
+def held_alone(folder: Path) -> Generator[None, None, None]:
+    """Hold a folder for this process alone; it is made, and taken away again where nothing came into it.
+
+    The kernel ends the hold of a process that is killed, so no stale one has to be recognised; `run.lock` names the
+    process and the machine for those who come second.
+
+    Raises:
+        BusyError: another process holds it.
+        OSError: the folder cannot be made.
+    """
+    above = [path for path in (folder, *folder.parents) if not path.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    handle = _locked(folder / LOCK)
+    try:
+        yield
+    finally:
+        if handle is not None:
+            with suppress(OSError):
+                (folder / LOCK).unlink()
+            os.close(handle)
+        with suppress(OSError):  # something is in it
+            for path in above:
+                path.rmdir()
+
+
+def _locked(path: Path) -> int | None:
+    """Descriptor of the locked file; None where there is no such thing as a lock, or nothing can be written."""
+    if fcntl is None:
+        return None
+    while True:
+        try:
+            handle = os.open(path, os.O_RDWR | os.O_CREAT, _MODE)
+        except OSError:  # of a folder that is only read; who writes into it will be told
+            return None
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.fstat(handle).st_nlink == 0:  # its owner took it away meanwhile
+                os.close(handle)
+                continue
+            os.ftruncate(handle, 0)
+            os.write(handle, json.dumps({"pid": os.getpid(), "host": socket.gethostname()}).encode())
+        except BlockingIOError:
+            who = _owner(handle)
+            os.close(handle)
+            raise BusyError(f"{path.parent}: {who} works in it; wait for it, or choose another folder") from None
+        except OSError:  # a file system without locks, or a full one
+            return handle
+        return handle
+
+
+def _owner(handle: int) -> str:
+    try:
+        told = json.loads(os.pread(handle, 4096, 0))
+        return f"process {int(told['pid'])} on {told['host']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "another process"
