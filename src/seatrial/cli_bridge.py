@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import secrets
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from typing import Any
 
 from .approach import time_step
 from .cli_manoeuvres import known, lacks, order
-from .cli_page import listen
+from .cli_page import address, listen
 from .cli_support import DEGREE, UsageError, around_ship, note, positive, read_ship, speed_of
 from .environment import Weather
 from .manoeuvres import Manoeuvre
@@ -73,7 +74,8 @@ def bridge(asked: Request) -> None:
     listening = listen(asked.host, asked.port, asked.anywhere)
     with listening:
         try:
-            from .realtime.bridge.server import LOCAL, serve
+            from .realtime.bridge.server import serve
+            from .realtime.pages import LOCAL, anywhere
         except ImportError as error:
             raise UsageError(f"bridge needs {error.name}; pip install 'seatrial[web]'") from None
         ship = read_ship(asked.ship)
@@ -86,9 +88,10 @@ def bridge(asked: Request) -> None:
             what = "a file" if asked.out.exists() else "no such folder"
             raise UsageError(f"-o: {asked.out}: {what}; recordings go into a folder")
         deck = Deck(loop, Outfit(_drills(ship), asked.out, ghost, asked.hold, cannot(ship)))
-        note(f"{ship.name}: http://{asked.host}:{listening.getsockname()[1]}/ (Ctrl-C ends it)")
+        key = secrets.token_urlsafe(16) if asked.anywhere else ""
+        note(f"{ship.name}: {address(listening, key)} (Ctrl-C ends it)")
         try:
-            serve(deck, loop, listening, ("*",) if asked.anywhere else LOCAL)
+            serve(deck, loop, listening, anywhere() if asked.anywhere else LOCAL, key)
         except KeyboardInterrupt:
             note("ended")
         sys.stdout.write("".join(f"{path}\n" for path in deck.close()))
