@@ -52,6 +52,7 @@ class Recording:
     Attributes:
         paths: files written so far, the present one last.
         rows: rows of the present one; 0 while there is none.
+        failure: why it ended by itself; empty while it goes on.
     """
 
     def __init__(self, plant: Plant, path: str | Path, *, every: int = 1, kind: str = "recording") -> None:
@@ -74,7 +75,7 @@ class Recording:
         self._plant, self._every, self._kind = plant, every, kind
         self._refuse_present(self._base)
         self.paths: list[Path] = []
-        self.rows = 0
+        self.rows, self.failure = 0, ""
         self._begun = False
         self._files: tuple[Appender, Appender] | None = None
 
@@ -84,6 +85,13 @@ class Recording:
         Raises:
             DataError: the file cannot be written any more; what was written stays valid.
         """
+        try:
+            self._see(plant)
+        except (DataError, OSError) as error:
+            self.failure = str(error)
+            raise
+
+    def _see(self, plant: Plant) -> None:
         if not self._begun or plant.k < self._last or not set(usual_names(plant)) <= set(self._columns.names):
             self._begin()
             return
@@ -102,11 +110,17 @@ class Recording:
         self._shut()
 
     def close(self) -> None:
-        """Write where she is now, unless she blew up, and end."""
-        if self._begun and all(math.isfinite(self._plant[name]) for name in STATES):
-            self._seen = -1  # a row, whichever number it has
-            self.see(self._plant)
-        self._shut()
+        """Write where she is now, unless she blew up or nothing can be written any more, and end.
+
+        Raises:
+            DataError: that row cannot be written; the file is closed all the same.
+        """
+        try:
+            if self._begun and not self.failure and all(math.isfinite(self._plant[name]) for name in STATES):
+                self._seen = -1  # a row, whichever number it has
+                self.see(self._plant)
+        finally:
+            self._shut()
 
     def _begin(self) -> None:
         """Take the start and the first row; the files are made with the second."""
