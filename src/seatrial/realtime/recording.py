@@ -12,7 +12,9 @@ import base64
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from ..data import DataError
@@ -55,7 +57,10 @@ class Recording:
         failure: why it ended by itself; empty while it goes on.
     """
 
-    def __init__(self, plant: Plant, path: str | Path, *, every: int = 1, kind: str = "recording") -> None:
+    def __init__(
+        self, plant: Plant, path: str | Path, *, every: int = 1, kind: str = "recording",
+        meta: Mapping[str, Any] = MappingProxyType({}),
+    ) -> None:  # fmt: skip
         """Prepare to record.
 
         Args:
@@ -63,6 +68,7 @@ class Recording:
             path: a file that ends in .csv and is not there yet.
             every: write one of so many rows.
             kind: kind of the run, for the sidecar.
+            meta: what else the sidecar is to say, such as the start on the calendar and the datum.
 
         Raises:
             DataError: no such folder, another suffix, or a file that is there already.
@@ -72,7 +78,7 @@ class Recording:
             raise DataError(f"{self._base}: a recording is a .csv file with one of 1 or more rows")
         if not self._base.parent.is_dir():
             raise DataError(f"{self._base}: no folder {self._base.parent}; make it first")
-        self._plant, self._every, self._kind = plant, every, kind
+        self._plant, self._every, self._kind, self._more = plant, every, kind, dict(meta)
         self._refuse_present(self._base)
         self.paths: list[Path] = []
         self.rows, self.failure = 0, ""
@@ -186,7 +192,7 @@ class Recording:
     def _meta(self, held: list[str]) -> dict[str, Any]:
         ship = self._plant.ship
         return {"ship": ship.name, "L_pp": ship.L_pp, "kind": self._kind, "source": SIMULATED,
-                **({"held": held} if held else {})}  # fmt: skip
+                **self._more, **({"held": held} if held else {})}  # fmt: skip
 
     @staticmethod
     def _refuse_present(path: Path) -> None:
