@@ -12,13 +12,13 @@ import pytest
 
 ROOT = Path(__file__).parents[1] / "src" / "seatrial"
 ROOMS = (
-    "files", "terminal", "parameters", "symbolic", "engine", "data", "environment", "weather", "forces", "actuators",
-    "models", "ships", "felt", "sensors", "manoeuvres", "approach", "systems", "simulate", "replay_gaps",
-    "replay_start", "replay", "identify", "validate", "choosing", "exchange", "realtime", "envs", "bench",
-    "cli_support", "cli_trust", "cli_cautions", "cli_spread", "cli_page", "cli_wire", "cli_convert", "cli_tuning",
-    "cli_shooting", "cli_networks", "cli_compared", "cli_runs", "demo", "cli_estimate", "cli_models", "cli_check", "cli_resample",
-    "cli_outcome", "cli_design", "cli_imo", "cli_requirements", "cli_export", "cli_thrusters", "cli_ships",
-    "cli_manoeuvres", "cli_bridge", "cli_bench", "cli",
+    "files", "terminal", "parameters", "symbolic", "engine", "data", "environment", "weather", "forces",
+    "actuators", "models", "ships", "felt", "sensors", "manoeuvres", "approach", "systems", "simulate",
+    "replay_gaps", "replay_start", "replay", "identify", "validate", "choosing", "exchange", "realtime", "envs",
+    "bench", "cli_support", "cli_trust", "cli_cautions", "cli_spread", "cli_page", "cli_fleet", "cli_wire",
+    "cli_convert", "cli_tuning", "cli_shooting", "cli_networks", "cli_compared", "cli_runs", "demo", "cli_estimate",
+    "cli_models", "cli_check", "cli_resample", "cli_outcome", "cli_design", "cli_imo", "cli_requirements",
+    "cli_export", "cli_thrusters", "cli_ships", "cli_manoeuvres", "cli_bridge", "cli_bench", "cli",
 )  # fmt: skip
 """From left to right: a room may import those before it and itself."""
 

@@ -144,12 +144,20 @@ def steer(
     factor: Annotated[float, typer.Option(help="Simulated over real time, 0.1 to 100; inf for the fastest.")] = 1.0,
     duration: Annotated[float | None, typer.Option(help="End after so much simulated time [s].")] = None,
     hold: Annotated[float, typer.Option(help="How long who has command may be silent [s].")] = 10.0,
+    commander: Annotated[
+        list[str] | None, typer.Option(help="Obey this HOST or HOST:PORT and no other. Repeatable.")
+    ] = None,
     speed: Annotated[float | None, typer.Option(help="Speed at the start [m/s].")] = None,
     heading: Annotated[float, typer.Option(help="Heading at the start [deg].")] = 0.0,
     wind: Annotated[str | None, typer.Option(help="True wind: M/S,DEG it comes from.")] = None,
     current: Annotated[str | None, typer.Option(help="Current: M/S,DEG it goes towards.")] = None,
+    gusts: Annotated[str | None, typer.Option(help="Spectrum of gusts about the wind: davenport, ...")] = None,
+    waves: Annotated[str | None, typer.Option(help="Waves: height M, period S, DEG they come from.")] = None,
+    depth: Annotated[float | None, typer.Option(help="Depth of water [m].")] = None,
+    other: Annotated[list[str] | None, typer.Option(help="SHIP@NORTH,EAST,DEG another ship. Repeatable.")] = None,
+    mmsi: Annotated[int | None, typer.Option(help="Of the transponder (VDO): nine digits.")] = None,
     sensors: Annotated[bool, typer.Option("--sensors", help="Through the usual instruments.")] = False,
-    seed: Annotated[int, typer.Option(help="Of the instruments.")] = 0,
+    seed: Annotated[int, typer.Option(help="Of the instruments and the gusts.")] = 0,
     log: Annotated[Path | None, typer.Option(help="Write what she says (.nmea).")] = None,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Record to a trial file (.csv).")] = None,
     beside: Annotated[
@@ -163,7 +171,8 @@ def steer(
     from .cli_wire import steer as run
 
     run(Request(ship, nmea, tuple(to or ()), anywhere, framed, only, place, antenna, rate, factor, duration, hold,
-                speed, heading, wind, current, sensors, seed, log, out, beside, simulator), json)  # fmt: skip
+                speed, heading, wind, current, sensors, seed, log, out, beside, simulator, tuple(commander or ()),
+                gusts, waves, depth, tuple(other or ()), mmsi), json)  # fmt: skip
 
 
 @app.command()

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
+import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .approach import time_step
+from .cli_fleet import keep_course, others_of, plant_of, rate_of
 from .cli_manoeuvres import known, lacks, order
-from .cli_page import listen
+from .cli_page import address, listen
 from .cli_support import DEGREE, UsageError, around_ship, note, obeyed, positive, read_ship, say, speed_of
-from .environment import Weather
 from .manoeuvres import Manoeuvre
-from .models import Sampled, follows, unit
+from .models import follows, unit
 from .realtime.bridge.deck import Deck, Outfit
 from .realtime.bridge.ghost import Ghost
 from .realtime.bridge.view import OWN
@@ -72,75 +71,40 @@ def bridge(asked: Request) -> None:
     listening = listen(asked.host, asked.port, asked.anywhere)
     with listening:
         try:
-            from .realtime.bridge.server import LOCAL, serve
+            from .realtime.bridge.server import serve
+            from .realtime.pages import LOCAL, anywhere
         except ImportError as error:
             raise UsageError(f"bridge needs {error.name}; pip install 'seatrial[web]'") from None
         ship = read_ship(asked.ship)
         ghost = _ghost(ship, asked.ghost)
         try:
-            loop = Loop(_fleet(ship, asked, ghost), _rate(ship), asked.factor)
+            loop = Loop(_fleet(ship, asked, ghost), rate_of(ship, _RATE), asked.factor)
         except LoopError as error:
             raise UsageError(str(error)) from None
         if not asked.out.is_dir():
             what = "a file" if asked.out.exists() else "no such folder"
             raise UsageError(f"-o: {asked.out}: {what}; recordings go into a folder")
+        keep_course(loop, (name for name in loop.vessels if name != OWN))
         deck = Deck(loop, Outfit(_drills(ship), asked.out, ghost, asked.hold, cannot(ship)))
-        note(f"{ship.name}: http://{asked.host}:{listening.getsockname()[1]}/ (Ctrl-C ends it)")
+        key = secrets.token_urlsafe(16) if asked.anywhere else ""
+        note(f"{ship.name}: {address(listening, key)} (Ctrl-C ends it)")
         try:
-            serve(deck, loop, listening, ("*",) if asked.anywhere else LOCAL)
+            serve(deck, loop, listening, anywhere() if asked.anywhere else LOCAL, key)
         except KeyboardInterrupt:
             obeyed()
             note("ended")
         say("".join(f"{path}\n" for path in deck.close()))
 
 
-def _rate(ship: Ship) -> float:
-    """Ticks a second: 20, or the greatest that a model in discrete time allows."""
-    if not isinstance(ship.model, Sampled):
-        return _RATE
-    dt = float(ship.model.dt)
-    return 1.0 / (dt * max(round(1.0 / (_RATE * dt)), 1))
-
-
-def _plant(
-    ship: Ship, rate: float, weather: Weather, start: tuple[float, ...], seed: int, through_water: bool
-) -> Plant:
-    """A ship at a step that fits the rate as well as her; velocities at the start are over ground or through water."""
-    fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
-    dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
-    x, y, psi, u, v_m, r = start
-    if through_water:
-        _, _, north, east, *_ = weather.series(dt, 1)[0].tolist()
-        u, v_m = u + north * math.cos(psi) + east * math.sin(psi), v_m + east * math.cos(psi) - north * math.sin(psi)
-    return Plant.of(ship, dt=dt, environment=weather, start=(x, y, psi, u, v_m, r), seed=seed)
-
-
 def _fleet(ship: Ship, asked: Request, ghost: Ghost | None) -> dict[str, Plant]:
-    rate = _rate(ship)
+    rate = rate_of(ship, _RATE)
     weather = around_ship(
         ship, asked.wind, asked.gusts, asked.current, asked.waves, asked.depth, asked.seed
     ).weather  # fmt: skip
     speed = speed_of(ship, asked.speed)
     start = (0.0, 0.0, asked.heading * DEGREE, speed, 0.0, 0.0) if ghost is None else ghost.start
-    fleet = {OWN: _plant(ship, rate, weather, start, asked.seed, ghost is None)}
-    for number, text in enumerate(asked.other, 1):
-        other, start = _other(text)
-        fleet[f"{number} {other.name}"] = _plant(other, rate, weather, start, asked.seed, True)
-    return fleet
-
-
-def _other(text: str) -> tuple[Ship, tuple[float, ...]]:
-    """Another ship, on a straight run: NAME@NORTH,EAST,HEADING[,SPEED] [m, deg, m/s]."""
-    name, _, place = text.partition("@")
-    try:
-        north, east, heading, *rest = (float(part) for part in place.split(","))
-        (speed,) = rest or (None,)
-    except ValueError:
-        raise UsageError(f"--other is '{text}'; write SHIP@NORTH,EAST,HEADING such as kcs@2000,500,180") from None
-    if not all(map(math.isfinite, (north, east, heading, speed or 0.0))) or (speed or 0.0) < 0.0:
-        raise UsageError(f"--other is '{text}'; place and heading are numbers, the speed zero or above")
-    ship = read_ship(name)
-    return ship, (north, east, heading * DEGREE, speed_of(ship, speed, f"--other {name}: speed"), 0.0, 0.0)
+    own = plant_of(ship, rate, weather, start, asked.seed, ghost is None)
+    return {OWN: own, **others_of(asked.other, rate, weather, asked.seed)}
 
 
 def _ghost(ship: Ship, path: Path | None) -> Ghost | None:

@@ -61,6 +61,19 @@ def listen(host: str, port: int, anywhere: bool) -> socket.socket:
     return listening
 
 
+def address(listening: socket.socket, key: str = "") -> str:
+    """What to open in a browser; the key, if any, stands where no server and no other page is told of it."""
+    host, port = listening.getsockname()
+    if host == "0.0.0.0":
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as outward:
+            try:
+                outward.connect(("192.0.2.1", 9))  # sends nothing: only asks which way is out
+                host = outward.getsockname()[0]
+            except OSError:
+                host = HERE
+    return f"http://{host}:{port}/{f'#{key}' if key else ''}"
+
+
 class Watch:
     """The page of a run of `identify`; without a socket there is none, and every call leaves things as they are."""
 
@@ -156,8 +169,7 @@ class Watch:
 
     @property
     def _address(self) -> str:
-        port = self._listening.getsockname()[1] if self._listening else 0
-        return f"http://{HERE}:{port}/"
+        return address(self._listening) if self._listening else ""
 
 
 @contextmanager

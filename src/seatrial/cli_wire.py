@@ -9,23 +9,28 @@ import sys
 import tempfile
 import time
 from collections.abc import Generator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.util import find_spec
 from pathlib import Path
 from typing import BinaryIO
 
-from .approach import time_step
+from .cli_fleet import keep_course, others_of, plant_of, rate_of
 from .cli_support import DEGREE, UsageError, around_ship, emit, finite, note, obeyed, positive, read_ship, say, speed_of
+from .data import DataError
 from .data.geodesy import Datum
 from .data.nmea_ship import Fittings
 from .engine import SimulationError
-from .models import STATES, Sampled
+from .models import STATES
 from .parameters import unknown
 from .realtime.aboard import RATES, TRANSPONDER, TRANSPONDER_RATE
+from .realtime.authority import Authority
 from .realtime.loop import Loop, LoopError
 from .realtime.on_wire import OnWire, Speech
 from .realtime.plant import Plant
 from .realtime.recording import Recording
+from .realtime.targets import Targets
 from .realtime.wire import Address, Wire, WireError
 from .sensors.suite import draught, usual
 from .ships import Ship
@@ -59,6 +64,12 @@ class Request:
     out: Path | None = None
     beside: str | None = None
     simulator: bool = False
+    commander: tuple[str, ...] = ()
+    gusts: str | None = None
+    waves: str | None = None
+    depth: float | None = None
+    other: tuple[str, ...] = ()
+    mmsi: int | None = None
 
 
 def steer(asked: Request, json: bool) -> None:
@@ -76,27 +87,46 @@ def steer(asked: Request, json: bool) -> None:
         to = [Address.parse(one, asked.anywhere) for one in asked.to]
         loop, plant = _loop(ship, asked)
         speech = Speech(_fittings(ship, asked), _rates(asked.only), asked.framed)
+        authority = Authority.of(asked.commander)
         wire = Wire(address, to=to)
     except (WireError, LoopError) as error:
         raise UsageError(str(error)) from None
     try:
-        on_wire = _on_wire(loop, wire, speech, asked.hold)
-        record = _recording(asked, plant, loop)
+        on_wire = _on_wire(loop, wire, speech, asked.hold, authority)
+        record = _recording(asked, plant, loop, speech.fittings)
+        _heard(loop, on_wire)
         with _writing(asked.log) as on_wire.log:
             note(f"{ship.name} on {wire.address}, {loop.rate:g} Hz, time factor {asked.factor:g}; Ctrl-C ends it")
             _run(loop, asked.duration or math.inf, _beside(asked.beside, wire.address, json))
-            if record is not None:
-                record.close()
+            _end(record)
     finally:
         wire.close()
     _summary(loop, on_wire, record, json)
+    _judge(ship, loop, record)
+
+
+def _judge(ship: Ship, loop: Loop, record: Recording | None) -> None:
+    """Tell of a run that failed.
+
+    Raises:
+        SimulationError: she blew up, or what was to be recorded was not.
+    """
     if (failure := loop.vessels[_NAME].failure) is not None:
         raise SimulationError(f"{ship.name} sails no more: {failure}")
+    if record is not None and record.failure:
+        raise SimulationError(f"the recording is not whole: {record.failure}")
 
 
-def _on_wire(loop: Loop, wire: Wire, speech: Speech, hold: float) -> OnWire:
+def _end(record: Recording | None) -> None:
+    """End a recording; why the last row was not written is in its failure."""
+    if record is not None:
+        with suppress(DataError):
+            record.close()
+
+
+def _on_wire(loop: Loop, wire: Wire, speech: Speech, hold: float, authority: Authority) -> OnWire:
     try:
-        return OnWire(loop, _NAME, wire, speech, hold=hold)
+        return OnWire(loop, _NAME, wire, speech, hold=hold, authority=authority)
     except WireError as error:
         raise UsageError(f"--only: {error}") from None
 
@@ -155,33 +185,41 @@ def _run(loop: Loop, duration: float, beside: AbstractContextManager[subprocess.
 
 
 def _loop(ship: Ship, asked: Request) -> tuple[Loop, Plant]:
-    """A loop with the ship in it, at a step that fits the rate as well as her."""
-    if isinstance(ship.model, Sampled):
-        dt = float(ship.model.dt)
-        rate = 1.0 / (dt * max(round(1.0 / (asked.rate * dt)), 1))
-    else:
-        rate = asked.rate
-        dt = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
-    around = around_ship(ship, asked.wind, None, asked.current, None, None, asked.seed)
-    current = around.weather.series(dt, 1)[0]
-    speed = speed_of(ship, asked.speed)
-    psi = asked.heading * DEGREE
-    u_C = float(current[2]) * math.cos(psi) + float(current[3]) * math.sin(psi)
-    v_C = float(current[3]) * math.cos(psi) - float(current[2]) * math.sin(psi)
-    start = (0.0, 0.0, psi, speed + u_C, v_C, 0.0)
-    plant = Plant.of(ship, dt=dt, environment=around.weather, start=start, seed=asked.seed)
-    if asked.sensors:
-        antenna = None if asked.antenna is None else _antenna(asked)
-        return Loop({_NAME: plant}, rate, asked.factor, sensors=usual(ship, antenna)), plant
-    return Loop({_NAME: plant}, rate, asked.factor), plant
+    """A loop with the ship in it, and the others that were asked for."""
+    rate = rate_of(ship, asked.rate)
+    weather = around_ship(
+        ship, asked.wind, asked.gusts, asked.current, asked.waves, asked.depth, asked.seed
+    ).weather  # fmt: skip
+    start = (0.0, 0.0, asked.heading * DEGREE, speed_of(ship, asked.speed), 0.0, 0.0)
+    plant = plant_of(ship, rate, weather, start, asked.seed)
+    fleet = {_NAME: plant, **others_of(asked.other, rate, weather, asked.seed)}
+    antenna = None if asked.antenna is None else _antenna(asked)
+    loop = Loop(fleet, rate, asked.factor, sensors={_NAME: usual(ship, antenna)} if asked.sensors else None)
+    keep_course(loop, (name for name in fleet if name != _NAME))
+    return loop, plant
+
+
+def _heard(loop: Loop, on_wire: OnWire) -> None:
+    """Let others be heard by AIS."""
+    others = [name for name in loop.vessels if name != _NAME]
+    if others and find_spec("pyais") is None:
+        raise UsageError("--other is heard by AIS, which needs the extra 'nmea': pip install 'seatrial[nmea]'")
+    if others:
+        Targets(loop, others, on_wire)
 
 
 def _fittings(ship: Ship, asked: Request) -> Fittings:
     latitude, longitude = _pair("--place", asked.place, "LAT,LON in degrees such as 35.1,139.7")
     return Fittings(
         Datum(latitude, longitude), round(time.time()), _antenna(asked), stern=-0.5 * ship.L_pp,
-        transducer=draught(ship), simulator=asked.simulator,
+        transducer=draught(ship), simulator=asked.simulator, mmsi=_mmsi(asked.mmsi),
     )  # fmt: skip
+
+
+def _mmsi(given: int | None) -> int:
+    if given is not None and not 200_000_000 <= given <= 799_999_999:
+        raise UsageError(f"--mmsi is {given}; that of a ship has nine digits, the first 2 to 7")
+    return given or 0
 
 
 def _antenna(asked: Request) -> tuple[float, float]:
@@ -230,10 +268,12 @@ def _writing(path: Path | None) -> Generator[BinaryIO | None]:
         raise
 
 
-def _recording(asked: Request, plant: Plant, loop: Loop) -> Recording | None:
+def _recording(asked: Request, plant: Plant, loop: Loop, fittings: Fittings) -> Recording | None:
     if asked.out is None:
         return None
-    record = Recording(plant, asked.out, kind="by wire")
+    datum = {"datum": {"latitude": fittings.datum.latitude, "longitude": fittings.datum.longitude}}
+    start = datetime.fromtimestamp(fittings.epoch, UTC).isoformat()
+    record = Recording(plant, asked.out, kind="by wire", meta={"start": start, **(datum if asked.place else {})})
     loop.witness(_NAME, record)
     return record
 

@@ -11,10 +11,13 @@ from seatrial.data.nmea import Sentence, decode, encode
 from seatrial.data.nmea_fields import SENTENCES
 from seatrial.data.nmea_ship import MILE, Fittings
 from seatrial.realtime.aboard import exact, unsaid
+from seatrial.realtime.authority import Authority
 from seatrial.realtime.conning import TELEGRAPH, Conning, shafts, thrusters
 from seatrial.realtime.helm import ranges
+from seatrial.realtime.intake import OTHER
 from seatrial.realtime.on_wire import fitted
 from seatrial.realtime.steering import SteeringControl
+from seatrial.realtime.wire import WireError
 from seatrial.ships.files import load
 
 DEG = math.pi / 180.0
@@ -226,6 +229,39 @@ def test_one_has_command_until_he_falls_silent():
     con.take(heading(90.0), "b", 11.0)
     assert con.commander == "b"
     assert not con.stale
+
+
+def test_any_valid_sentence_of_who_has_command_keeps_it():
+    con = conning(hold=10.0)
+    con.take(heading(10.0), "a", 0.0)
+    con.take(said("HDT", headingT=1.0, headingTu="T"), "a", 8.0)  # orders nothing
+    con.take(OTHER, "a", 16.0)  # valid, but not read here
+    con.take(said("ROR", stbdrudderorder=5.0, stbdrudderstatus="V"), "a", 24.0)  # unfit
+    con.take(said("HDT", headingT=1.0, headingTu="T"), "b", 33.0)  # of another it counts for nothing
+    assert con.take(heading(90.0), "b", 33.0) == {}
+    assert con.commander == "a"
+    con.watch(33.9)
+    assert not con.stale
+    con.take(heading(90.0), "b", 34.1)
+    assert con.commander == "b"
+
+
+def test_only_who_is_allowed_has_command():
+    con = conning(authority=Authority.of(["192.168.1.5", "localhost:4711"]))
+    for sender in ("udp 127.0.0.1:4712", "udp 192.168.1.50:1", "udp 10.0.0.1:4711", "a", ""):
+        assert con.take(said("ROR", stbdrudderorder=5.0, stbdrudderstatus="A"), sender, 0.0) == {}
+        assert con.commander == ""
+    assert con.counts["refused"] == 5
+    for sender in ("udp 127.0.0.1:4711", "tcp 192.168.1.5:99"):
+        con.reset()
+        assert con.take(said("ROR", stbdrudderorder=5.0, stbdrudderstatus="A"), sender, 0.0)
+        assert con.commander == sender
+
+
+@pytest.mark.parametrize("text", ["", "host", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:70000", "127.0.0.1:x", "::1"])
+def test_an_allowed_address_that_is_none_is_refused(text):
+    with pytest.raises(WireError, match="write an IPv4 address"):
+        Authority.of([text])
 
 
 def test_a_track_that_nobody_tells_any_more_is_followed_by_its_direction():

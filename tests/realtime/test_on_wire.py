@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import math
+import os
 import struct
 from collections import Counter
+from datetime import UTC, datetime
 
 import mutations
 import pytest
@@ -185,7 +188,7 @@ def said_by(wire: Strings) -> Counter[str]:
 def test_a_ship_that_lies_still_says_as_much_through_noisy_instruments(ship, speed):
     plant = Plant.of(ship, dt=0.1, start=(0.0, 0.0, 0.0, speed, 0.0, 0.0), n_P=0.0)
     loop, wire = Loop({"s": plant}, 10.0, math.inf, sensors=usual(ship)), Strings()
-    OnWire(loop, "s", wire, Speech(Fittings(), {**RATES, "VDO": 0.5}))
+    OnWire(loop, "s", wire, Speech(Fittings(mmsi=211000001), {**RATES, "VDO": 0.5}))
     loop.run(60.0)
     assert wire.counts["unsaid"] == 0
     said = said_by(wire)
@@ -198,7 +201,7 @@ def test_a_ship_that_lies_still_says_as_much_through_noisy_instruments(ship, spe
 def test_through_instruments_she_says_every_sentence_that_she_says_without(ship):
     kinds = []
     for sensors in (None, usual(ship)):
-        loop, _, wire, _ = at_sea(ship, Speech(Fittings(), {**RATES, "VDO": 0.5}), sensors=sensors)
+        loop, _, wire, _ = at_sea(ship, Speech(Fittings(mmsi=211000001), {**RATES, "VDO": 0.5}), sensors=sensors)
         loop.run(5.0)
         lines = [line for data in wire.out for line in split(data)]
         kinds.append({(line[3:6], line.split(b",")[2] if line[3:6] == b"MWV" else b"") for line in lines})
@@ -338,6 +341,7 @@ def test_speech_that_cannot_be():
         (["--nmea", "udp://127.0.0.1:0", "--wind", "5,0"], "no force of wind"),
         (["--nmea", "tcp://127.0.0.1:0", "--to", "udp://127.0.0.1:5"], "over udp"),
         (["--nmea", "udp://127.0.0.1:0", "--duration", "-1"], "--duration is -1"),
+        (["--nmea", "udp://127.0.0.1:0", "--commander", "here"], "commander 'here': write an IPv4 address"),
     ],
 )  # fmt: skip
 def test_requests_that_are_wrong(options, message, capsys):
@@ -384,6 +388,91 @@ def test_the_command_line_with_sensors_heeds_the_antenna(tmp_path):
     fix = next(readings(decode(line)) for line in lines if line[3:6] == b"GGA")
     assert Datum(35.0, 139.0).north_east(fix["latitude"], fix["longitude"])[0] == pytest.approx(500.0, abs=5.0)
     assert any(line[3:6] == b"DPT" for line in lines)
+
+
+def messages(log) -> list:
+    """AIS messages of a log of sentences, put together from their parts."""
+    pyais = pytest.importorskip("pyais")
+    found, parts = [], []
+    for line in log.read_bytes().splitlines():
+        sentence = line[line.rindex(b"\\") + 1 :]
+        if sentence.startswith(b"!"):
+            parts.append(sentence)
+            if sentence.split(b",")[1] == sentence.split(b",")[2]:
+                found.append((sentence[3:6].decode(), pyais.decode(*parts).asdict()))
+                parts = []
+    return found
+
+
+def test_a_transponder_has_a_number_and_tells_name_and_size(tmp_path, capsys):
+    log = tmp_path / "w.nmea"
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "400", "--factor", "inf", "--rate", "1"]
+    assert main(["steer", "kvlcc2", *options, "--only", "VDO"]) == 2
+    assert "VDO cannot be said: her transponder has no MMSI" in capsys.readouterr().err
+    assert main(["steer", "kvlcc2", *options, "--mmsi", "12"]) == 2
+    assert "--mmsi is 12; that of a ship has nine digits" in capsys.readouterr().err
+    more = ["--mmsi", "211000001", "--antenna", "-100,5", "--only", "VDO,HDT", "--log", str(log)]
+    assert main(["steer", "kvlcc2", *options, *more]) == 0
+    said = [message for _, message in messages(log)]
+    assert {message["mmsi"] for message in said} == {211000001}
+    assert {message["maneuver"] for message in said if message["msg_type"] == 1} == {0}  # not available; 3 is reserved
+    static = [message for message in said if message["msg_type"] == 5]
+    assert len(static) == 2  # at once, and after six minutes
+    assert static[0]["shipname"] == "KVLCC2"
+    assert [static[0][name] for name in ("to_bow", "to_stern", "to_port", "to_starboard")] == [260, 60, 34, 24]
+    assert static[0]["draught"] == pytest.approx(20.8)
+
+
+def test_talkers_are_those_of_the_standard_and_depth_is_told(tmp_path):
+    log = tmp_path / "w.nmea"
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "3", "--factor", "inf", "--depth", "30"]
+    assert main(["steer", "kvlcc2_shallow", *options, "--log", str(log)]) == 0
+    said = [read_line(line).sentence for line in log.read_bytes().splitlines(keepends=True)]
+    assert {line[1:3] for line in said if line[3:6] == b"ZDA"} == {b"GP"}
+    depths = [readings(decode(line))["depth"] for line in said if line[3:6] == b"DPT"]
+    assert depths
+    assert depths == pytest.approx([30.0] * len(depths), abs=0.1)
+
+
+def test_other_ships_hold_their_course_and_are_heard(tmp_path):
+    log = tmp_path / "w.nmea"
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "300", "--factor", "inf", "--rate", "1"]
+    options += ["--place", "35,139", "--only", "HDT"]
+    assert main(["steer", "kvlcc2", *options, "--other", "mariner@500,500,270", "--log", str(log)]) == 0
+    heard = [message for kind, message in messages(log) if kind == "VDM"]
+    assert len(heard) == 30
+    assert {message["mmsi"] for message in heard} == {200000001}
+    assert {message["heading"] for message in heard} <= {269, 270, 271}
+    north, east = Datum(35.0, 139.0).north_east(heard[0]["lat"], heard[0]["lon"])
+    assert (north, east) == (pytest.approx(500.0, abs=5.0), pytest.approx(500.0, abs=100.0))
+    assert heard[-1]["lon"] < heard[0]["lon"]
+
+
+def test_a_recording_of_steer_says_when_and_where(tmp_path):
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "2", "--factor", "inf", "--place", "35,139.5"]
+    before = datetime.now(UTC)
+    assert main(["steer", "kvlcc2_l7", *options, "-o", str(tmp_path / "run.csv")]) == 0
+    meta = read_trial(tmp_path / "run.csv").meta
+    assert meta["datum"] == {"latitude": 35.0, "longitude": 139.5}
+    assert abs((datetime.fromisoformat(meta["start"]) - before).total_seconds()) < 5.0
+
+
+def test_a_recording_that_ends_by_itself_is_a_failed_run(tmp_path, monkeypatch, capsys):
+    write = os.write
+    rows = iter(range(10**9))
+    full = OSError(errno.ENOSPC, "No space left on device")
+
+    def limited(file, data):
+        if next(rows) < 8:
+            return write(file, data)
+        raise full
+
+    monkeypatch.setattr(os, "write", limited)
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "5", "--factor", "inf"]
+    assert main(["steer", "kvlcc2_l7", *options, "-o", str(tmp_path / "run.csv")]) == 1
+    told = capsys.readouterr().err
+    assert "error: the recording is not whole" in told
+    assert "No space left on device" in told
 
 
 @pytest.mark.parametrize(("code", "status"), [("print('{address}')", 0), ("raise SystemExit(3)", 1)])

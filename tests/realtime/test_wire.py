@@ -12,7 +12,7 @@ import pytest
 
 from seatrial.data.nmea_framing import LARGEST, Line, Tag, datagram, split
 from seatrial.data.nmea_ship import Fittings
-from seatrial.realtime.intake import Intake
+from seatrial.realtime.intake import OTHER, Intake
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.on_wire import OnWire, Speech
 from seatrial.realtime.plant import Plant
@@ -168,6 +168,12 @@ def test_repeated_and_older_lines_are_dropped():
     assert intake.take(datagram([Line(ROR, Tag("AG0001", 0))]), "c", 0.0)  # 999 is followed by 0
     assert intake.take(ROR, "a", 20.0)  # plain lines have no number: an order said twice is an order
     assert intake.take(ROR, "a", 20.0)
+
+
+def test_a_valid_sentence_that_is_not_read_here_tells_that_its_sender_lives():
+    intake = Intake()
+    assert intake.take(b"$PSRF103,00,01,00,01*25\r\n$HEHBT,1.0,A,1*00\r\n", "a", 0.0) == [OTHER]
+    assert (intake.counts["other"], intake.counts["checksum"], intake.counts["sentences"]) == (1, 1, 0)
 
 
 def test_a_flood_is_cut_and_others_get_through():

@@ -22,7 +22,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from types import MappingProxyType
-from typing import Any
 
 from .geodesy import Datum
 from .nmea import Sentence, encode
@@ -54,7 +53,8 @@ class Fittings:
         transducer: of the echo sounder, below the waterline.
         rudders: controls that are rudders, port to starboard.
         shafts: controls that are propellers, port to starboard.
-        mmsi: of the transponder.
+        mmsi: of the transponder; 0 for none.
+        name, length, breadth, draught: of the ship, for the transponder [m].
         simulator: whether sentences say that they come from a simulator; what listens to them then takes no position,
             as RMC is void in every mode but those of a true receiver.
     """
@@ -68,6 +68,10 @@ class Fittings:
     rudders: tuple[str, ...] = ("delta",)
     shafts: tuple[str, ...] = ("n_P",)
     mmsi: int = 0
+    name: str = ""
+    length: float = 0.0
+    breadth: float = 0.0
+    draught: float = 0.0
     simulator: bool = False
 
     @property
@@ -128,7 +132,7 @@ def _course(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
 
 
 def _minimum(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    moment = _clock(fit, m)
+    moment = clock(fit, m)
     return (Sentence("GP", "RMC", {
         "time": _of_day(moment), "status": "V" if fit.simulator else "A", "lat": m["latitude"], "lon": m["longitude"],
         "spd": m["U"] / KNOT, "cog": compass(m["chi"]), "date": moment.date(), "mv": None, "mvEW": None,
@@ -138,15 +142,15 @@ def _minimum(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
 
 def _fix(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
     return (Sentence("GP", "GGA", {
-        "time": _of_day(_clock(fit, m)), "lat": m["latitude"], "lon": m["longitude"],
+        "time": _of_day(clock(fit, m)), "lat": m["latitude"], "lon": m["longitude"],
         "quality": 8 if fit.simulator else 1, "numSV": 12, "HDOP": 1.0, "alt": 0.0, "altUnit": "M",
         "sep": 0.0, "sepUnit": "M", "diffAge": None, "diffStation": None,
     }),)  # fmt: skip
 
 
 def _date(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    moment = _clock(fit, m)
-    return (Sentence("ZD", "ZDA", {
+    moment = clock(fit, m)
+    return (Sentence("GP", "ZDA", {
         "time": _of_day(moment), "day": moment.day, "month": moment.month, "year": moment.year,
         "ltzh": "00", "ltzn": "00",
     }),)  # fmt: skip
@@ -191,23 +195,15 @@ SPOKEN: Mapping[str, Callable[[Fittings, Measured], tuple[Sentence, ...]]] = Map
 
 def lines(kind: str, fit: Fittings, m: Measured) -> list[bytes]:
     """The sentences of a kind as they go on the wire; also VDO, where pyais is installed."""
-    return _transponder(fit, m) if kind == "VDO" else [encode(one) for one in SPOKEN[kind](fit, m)]
+    if kind == "VDO":
+        from .nmea_ais import transponder
+
+        return transponder(fit, m)
+    return [encode(one) for one in SPOKEN[kind](fit, m)]
 
 
-def _transponder(fit: Fittings, m: Measured) -> list[bytes]:
-    try:
-        from pyais import encode_dict
-    except ImportError:
-        return []
-    said: dict[str, Any] = {
-        "type": 1, "mmsi": fit.mmsi, "turn": math.degrees(m["r"]) * 60.0, "speed": m["U"] / KNOT,
-        "lon": m["longitude"], "lat": m["latitude"], "course": compass(m["chi"]),
-        "heading": round(compass(m["psi"])) % 360, "second": _clock(fit, m).second,
-    }  # fmt: skip
-    return [line.encode() + b"\r\n" for line in encode_dict(said, talker_id="AI", sentence_type="VDO")]
-
-
-def _clock(fit: Fittings, m: Measured) -> datetime:
+def clock(fit: Fittings, m: Measured) -> datetime:
+    """Date and time of day at what instruments say, to a hundredth of a second."""
     return datetime.fromtimestamp(round((fit.epoch + m["t"]) * 100.0) / 100.0, UTC)
 
 

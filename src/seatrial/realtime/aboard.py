@@ -30,6 +30,9 @@ _FED: Mapping[str, tuple[str, ...]] = MappingProxyType({
 """Sentences that each kind of instrument sends; the transponder adds what gyro and rate gyro said last."""
 
 _FROM = MappingProxyType({kind: instrument for instrument, kinds in _FED.items() for kind in kinds})
+_STATIC = 360.0
+"""Time between two reports of static data by the transponder [s] (ITU-R M.1371); the first comes at once."""
+
 _TOGETHER = ("latitude", "chi", "psi", "r")
 _SLACK = 1e-6
 
@@ -59,6 +62,8 @@ def unsaid(kind: str, suite: Suite, fittings: Fittings) -> str:
     missing = [name for name in needed if name not in present]
     if missing:
         return f"she has no {' and no '.join(missing).replace('_', ' ')}"
+    if kind == TRANSPONDER and not 0 < fittings.mmsi <= 999_999_999:
+        return "her transponder has no MMSI; give one of nine digits, on the command line by --mmsi"
     if kind == TRANSPONDER and find_spec("pyais") is None:
         return "it needs the extra 'nmea': pip install 'seatrial[nmea]'"
     things = {"RSA": ("rudder", fittings.rudders), "RPM": ("shaft", fittings.shafts)}.get(kind)
@@ -84,6 +89,7 @@ class Voice:
         self._fittings, self._rates = fittings, rates
         self.latest: dict[str, float] = {}
         self._said = {kind: _number(t, rate) for kind, rate in rates.items()}
+        self._static = -1
 
     def take(self, reading: Reading) -> Iterator[tuple[str, Measured]]:
         """Kinds of sentences that are due at a reading, and what they are to say."""
@@ -100,21 +106,28 @@ class Voice:
                 yield kind, said
             elif all(name in self.latest for name in _TOGETHER):
                 self._said[kind] = number
-                yield kind, {**self.latest, "t": reading.t}
+                yield kind, {**self.latest, **self._about(reading.t), "t": reading.t}
+
+    def _about(self, t: float) -> dict[str, float]:
+        """Whether static data are due."""
+        number = math.floor(t / _STATIC)
+        due, self._static = number != self._static, number
+        return {"static": 1.0} if due else {}
 
     def snapshot(self) -> dict[str, Any]:
         """All that decides what is said from here on, for JSON."""
-        return {"latest": dict(self.latest), "said": dict(self._said)}
+        return {"latest": dict(self.latest), "said": dict(self._said), "static": self._static}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Go on from what `snapshot` gave; sentences that it does not know begin anew."""
         self.reset()
         self.latest = {str(name): float(value) for name, value in saved["latest"].items()}
+        self._static = int(saved["static"])
         self._said |= {kind: int(number) for kind, number in saved["said"].items() if kind in self._said}
 
     def reset(self) -> None:
         """Back to time 0."""
-        self.latest = {}
+        self.latest, self._static = {}, -1
         self._said = dict.fromkeys(self._said, 0)
 
 

@@ -1,7 +1,7 @@
 """What orders in sentences do to a ship: ROR, HTC, TRC, PRC and ETL, and APB or XTE for her own track follower.
 
 One sender has command at a time, the first that gives an order; another one's are turned away until the first has been
-silent for `hold` seconds.  Without any order for that long the last ones stay and it is reported.
+silent for `hold` seconds.  Any valid sentence of who has command breaks the silence; after it the last orders stay.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from ..data.nmea_ship import MILE, Fittings
 from ..felt import idle
 from ..models import follows
 from ..ships import Ship
+from .authority import ANYBODY, Authority
 from .helm import limits, obeying, ranges
 from .steering import SteeringControl
 
@@ -64,11 +65,13 @@ class Conning:
         mode: "none", "rudder", "heading" or "track".
         counts: orders taken, and those turned away: refused (another has command), unfit (not for this ship, or
             without what it takes), clipped (taken, as far as the engine goes).
-        stale: whether nobody has ordered anything for longer than `hold`.
+        heard: when who has command was last heard of [simulated s]; None before the first order.
+        stale: whether who has command has been silent for longer than `hold`.
     """
 
     def __init__(
         self, ship: Ship, fittings: Fittings, hold: float = 10.0, full: float | None = None, steers: bool = True,
+        authority: Authority = ANYBODY,
     ) -> None:  # fmt: skip
         """Nobody in command.
 
@@ -78,8 +81,9 @@ class Conning:
             hold: how long a commander may be silent [simulated s].
             full: revolutions that count as full where the gear goes as far [1/s]; by default those of the approach.
             steers: whether there are compass and rate gyro for a steering control; without, headings are unfit.
+            authority: who may have command.
         """
-        self.ship, self.hold = ship, hold
+        self.ship, self.hold, self._authority = ship, hold, authority
         self._shafts = {number: name for name, number in fittings.numbers.items()}
         self._rudders, self._thrusters = fittings.rudders, thrusters(ship)
         self._known, self._ranges = obeying(ship), ranges(ship, full)
@@ -96,33 +100,31 @@ class Conning:
     def reset(self) -> None:
         """Nobody in command, and nothing steers; what was counted stays."""
         self.commander, self.mode, self.stale = "", "none", False
-        self._heard: float | None = None
+        self.heard: float | None = None
         self._limit = math.inf
         self._track: float | None = None
         self.control.let_go()
 
     def snapshot(self) -> dict[str, Any]:
         """Who has command and how she is steered, for JSON."""
-        return {"commander": self.commander, "mode": self.mode, "stale": self.stale, "heard": self._heard,
+        return {"commander": self.commander, "mode": self.mode, "stale": self.stale, "heard": self.heard,
                 "limit": self._limit, "track": self._track, "control": self.control.snapshot()}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Go on from what `snapshot` gave."""
         self.commander, self.mode, self.stale = saved["commander"], saved["mode"], saved["stale"]
-        self._heard, self._limit, self._track = saved["heard"], saved["limit"], saved["track"]
+        self.heard, self._limit, self._track = saved["heard"], saved["limit"], saved["track"]
         self.control.restore(saved["control"])
-
-    @property
-    def heard(self) -> float | None:
-        """Simulated time of the last order [s]; None before the first."""
-        return self._heard
 
     def take(self, sentence: Sentence, sender: str, t: float) -> Ordered:
         """Orders that follow from a sentence at once; those of the steering control come from `steered`."""
+        if sender == self.commander:  # which "" never is
+            self.heard, self.stale = t, False
         answer = self._answers.get(sentence.kind)
         if answer is None or _is_report(sentence):
             return {}
-        if sender != self.commander and self.commander and not self._silent(t):
+        another = sender != self.commander and self.commander != "" and not self._silent(t)
+        if another or not self._authority.may(sender):
             self.counts["refused"] += 1
             return {}
         ordered = answer(sentence)
@@ -130,7 +132,7 @@ class Conning:
             self.counts["unfit"] += 1
             return {}
         self.counts["taken"] += 1
-        self.commander, self._heard, self.stale = sender, t, False
+        self.commander, self.heard, self.stale = sender, t, False
         return ordered
 
     def steered(self, psi: float, r: float, t: float, dt: float) -> Ordered:
@@ -147,7 +149,7 @@ class Conning:
         self.stale = self.commander != "" and self._silent(t)
 
     def _silent(self, t: float) -> bool:
-        return self._heard is not None and t - self._heard > self.hold
+        return self.heard is not None and t - self.heard > self.hold
 
     def _all_rudders(self, angle: float) -> Ordered:
         if self._rudders:
@@ -185,8 +187,7 @@ class Conning:
         wanted = s.number("cmdtrack" if mode == "T" else "cmdheading")
         if mode not in ("S", "H", "T") or wanted is None or not self._steers:
             return None
-        self._limit = math.inf if limit is None else limit * _RAD
-        self.mode = "track" if mode == "T" else "heading"
+        self.mode, self._limit = "track" if mode == "T" else "heading", math.inf if limit is None else limit * _RAD
         if mode == "T":
             same = self._track is not None and abs(math.remainder(wanted * _RAD - self._track, 2.0 * math.pi)) < 1e-3
             self._track = wanted * _RAD
@@ -250,8 +251,7 @@ class Conning:
         """ETL: an order to the engine, as a share of full revolutions."""
         share, number = TELEGRAPH.get(str(s["engtelposind"])), s["enginenum"]
         names = self._numbered(int(number) if isinstance(number, str) else None)
-        told = {} if share is None else {name: self._within(name, share * self._ranges[name].full) for name in names}
-        return told or None
+        return None if share is None else {n: self._within(n, share * self._ranges[n].full) for n in names} or None
 
     def _on_shafts(self, number: object, demand: float | None, mode: object) -> Ordered | None:
         """Revolutions for the shaft of a number."""

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from ..data.nmea import NmeaError, Sentence, decode
 from ..data.nmea_framing import LARGEST, Tag, read_line, split
 
+OTHER = Sentence("", "other", {})
+"""Stands for any valid sentence of a kind that is not read here: it orders nothing, but its sender is alive."""
+
 _SENDERS = 64
 """Senders, and sources of TAG blocks of one sender, that are remembered; who is silent for longest is forgotten."""
 
@@ -85,15 +88,25 @@ class Intake:
     def _sentence(self, line: bytes, who: _Sender, now: float) -> Sentence | None:
         try:
             framed = read_line(line)
-            sentence = decode(framed.sentence)
+            sentence = self._decoded(framed.sentence)
         except NmeaError as error:
             self.counts["other" if error.reason == "kind" else error.reason] += 1
             return None
         if framed.tag is not None and self._again(framed.tag, who, now):
             self.counts["replayed"] += 1
             return None
-        self.counts["sentences"] += 1
+        self.counts["sentences" if sentence is not OTHER else "other"] += 1
         return sentence
+
+    @staticmethod
+    def _decoded(sentence: bytes) -> Sentence:
+        """A sentence; `OTHER` for a valid one of a kind that is not read here."""
+        try:
+            return decode(sentence)
+        except NmeaError as error:
+            if error.reason != "kind":
+                raise
+            return OTHER
 
     @staticmethod
     def _again(tag: Tag, who: _Sender, now: float) -> bool:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from ..models import unit
+from ..models import follows, unit
 from ..ships import Ship
 from .helm import obeying
 
@@ -23,8 +23,9 @@ def label(name: str, moves: Moves, controls: Sequence[str]) -> str:
     kind, _, rest = name.partition("_")
     if len(moves) > 1:
         of, all_of = moves[0][0], "Both" if len(moves) == 2 else "All"
-        what = "rudders" if of.startswith("delta") else "engines" if of.startswith("n_P") else (
-            "azimuths" if name == "delta" else "thrusters")  # fmt: skip
+        if name == "delta" and not of.startswith("delta"):  # an order to turn, which azimuths at the stern go against
+            return "Turn by azimuths"
+        what = "rudders" if of.startswith("delta") else "engines" if of.startswith("n_P") else "thrusters"
         return f"{all_of} {what}"
     if kind in _FORCES:
         return f"{_FORCES[kind]}{'' if rest == 'tau' else f' {rest}'}"
@@ -46,9 +47,18 @@ def scale(name: str, moves: Moves) -> tuple[str, float]:
     return (other if per != 1.0 else own), per
 
 
-def sided(name: str) -> bool:
+def sided(name: str, ship: Ship) -> bool:
     """Whether an order goes to starboard where it is above zero, and to port below."""
-    return name.partition("_")[0] in ("delta", "alpha", "Y", "N")
+    return name.partition("_")[0] in ("delta", "alpha", "Y", "N") or name in sideways(ship)
+
+
+def sideways(ship: Ship) -> frozenset[str]:
+    """Revolutions of thrusters in a tunnel across the ship: they neither turn nor obey what drives it ahead."""
+    pairs = zip(ship.model.controls, follows(ship.model), strict=True)
+    return frozenset(
+        name for name, (order, _) in pairs
+        if name.startswith("n_") and order != "n_P" and f"alpha_{name[2:]}" not in ship.model.controls
+    )  # fmt: skip
 
 
 def clipped(ship: Ship, name: str, wanted: float, taken: float) -> str:
@@ -56,11 +66,12 @@ def clipped(ship: Ship, name: str, wanted: float, taken: float) -> str:
     moves = obeying(ship)[name]
     shown, per = scale(name, moves)
     text, factor = _SHOWN.get(shown, (shown, 1.0))
+    across = sided(name, ship)
 
     def figure(value: float) -> str:
         size = value * per * factor
-        number = abs(size) if sided(name) else size + 0.0
-        side = (" port" if size < 0.0 else " starboard") if sided(name) and size else ""
+        number = abs(size) if across else size + 0.0
+        side = (" port" if size < 0.0 else " starboard") if across and size else ""
         return f"{number:.0f} {text}{side}" if number == 0.0 or abs(number) >= 100.0 else f"{number:.3g} {text}{side}"
 
     called = label(name, moves, ship.model.controls)

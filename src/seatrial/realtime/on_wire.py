@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, BinaryIO
 
@@ -11,15 +11,20 @@ from ..data.nmea_framing import LARGEST, TOKEN, Tag, tag_block
 from ..data.nmea_ship import SPOKEN, Fittings, Measured, lines
 from ..parameters import unknown
 from ..ships import Ship
-from .aboard import RATES, TRANSPONDER, Voice, exact, steers, unsaid
+from .aboard import RATES, TRANSPONDER, TRANSPONDER_RATE, Voice, exact, steers, unsaid
+from .authority import ANYBODY, Authority
 from .conning import Conning, rudders, shafts
 from .loop import Loop
 from .wire import Wire, WireError
 
 
 def fitted(ship: Ship, fittings: Fittings) -> Fittings:
-    """The same fittings with the rudders and shafts of this ship."""
-    return replace(fittings, rudders=rudders(ship), shafts=shafts(ship))
+    """The same fittings with the rudders and shafts of this ship, its name and its size."""
+    body = getattr(ship.model, "body", ship.model)
+    return replace(
+        fittings, rudders=rudders(ship), shafts=shafts(ship), name=ship.name, length=ship.L_pp,
+        breadth=float(getattr(body, "B", 0.0)), draught=float(getattr(body, "d", 0.0)),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -29,7 +34,7 @@ class Speech:
     Attributes:
         fittings: where she is, and where her instruments are that have no fault; others know it themselves.
         rates: sentences, and how often each is sent [Hz], at most as often as its instrument reads; by default all of
-            `RATES` that her instruments can say.
+            `RATES` that her instruments can say, and VDO where the fittings have an MMSI.
         framed: whether in datagrams of IEC 61162-450; plain lines otherwise.
         source: who talks, for the TAG blocks.
     """
@@ -53,12 +58,14 @@ class OnWire:
     Attributes:
         conning: who has command, and how she is steered.
         wire: what she listens and talks through.
+        fittings: where she is, and what she has aboard.
         log: file for what she says, each sentence behind a TAG block with its time; None keeps none.
     """
 
     def __init__(
-        self, loop: Loop, ship: str, wire: Wire, speech: Speech, *, log: BinaryIO | None = None, hold: float = 10.0
-    ) -> None:
+        self, loop: Loop, ship: str, wire: Wire, speech: Speech, *, log: BinaryIO | None = None, hold: float = 10.0,
+        authority: Authority = ANYBODY,
+    ) -> None:  # fmt: skip
         """Take a ship of a loop to the wire, from the next tick on.
 
         A ship without instruments gets those that have no fault and read once a tick.
@@ -70,25 +77,27 @@ class OnWire:
             speech: how she talks.
             log: as the attribute.
             hold: how long a commander may be silent [simulated s].
+            authority: who may have command.
 
         Raises:
             WireError: a sentence that was asked for and that her instruments cannot say.
         """
         vessel = self._vessel = loop.vessels[ship]
         self._name, self.wire, self.log, self._speech = ship, wire, log, speech
-        fittings = self._fittings = fitted(vessel.plant.ship, speech.fittings)
+        fittings = self.fittings = fitted(vessel.plant.ship, speech.fittings)
         plant = vessel.plant
         suite = exact(plant.controls, fittings, loop.rate) if vessel.watch is None else vessel.watch.suite
         rates = speech.rates
         if rates is None:
-            rates = {kind: rate for kind, rate in RATES.items() if not unsaid(kind, suite, fittings)}
+            known = {**RATES, TRANSPONDER: TRANSPONDER_RATE} if fittings.mmsi else RATES
+            rates = {kind: rate for kind, rate in known.items() if not unsaid(kind, suite, fittings)}
         for kind in rates:
             if why := unsaid(kind, suite, fittings):
                 raise WireError(f"{kind} cannot be said: {why}")
         if vessel.watch is None:
             loop.equip(ship, suite)
         self._voice = Voice(fittings, rates, loop.t)
-        self.conning = Conning(vessel.plant.ship, fittings, hold, steers=steers(suite))
+        self.conning = Conning(plant.ship, fittings, hold, steers=steers(suite), authority=authority)
         self._number, self._was_stale, self._commander = 0, False, ""
         loop.after(self.tick)
         loop.keep(f"the wire of {ship}", self)
@@ -106,6 +115,10 @@ class OnWire:
         self._steer(loop)
         self._report(loop)
         self._talk(loop, due)
+
+    def say(self, loop: Loop, lines: Iterable[bytes]) -> None:
+        """Send sentences of somebody else, as of now."""
+        self._send(loop, [(line, self.fittings.epoch + loop.t) for line in lines])
 
     def snapshot(self) -> dict[str, Any]:
         """Who steers her and how, and what she says next, for JSON."""
@@ -140,17 +153,19 @@ class OnWire:
             loop.tell(self._name, "command", f"{conning.commander} has command")
             self._commander = conning.commander
         if conning.stale and not self._was_stale:
-            loop.tell(self._name, "stale", f"no order for {conning.hold:g} s; the last ones are held")
+            loop.tell(self._name, "stale", f"nothing heard for {conning.hold:g} s; the last orders are held")
         self._was_stale = conning.stale
 
     def _talk(self, loop: Loop, due: Iterable[tuple[str, Measured]]) -> None:
-        spoken = [line for kind, said in due for line in self._lines(kind, said)]
+        self._send(loop, [line for kind, said in due for line in self._lines(kind, said)])
+
+    def _send(self, loop: Loop, spoken: Sequence[tuple[bytes, float]]) -> None:
         self._keep(loop, spoken)
         for data in self._packed(spoken):
             self.wire.send(data)
 
     def _lines(self, kind: str, said: Measured) -> Iterator[tuple[bytes, float]]:
-        fittings = self._fittings
+        fittings = self.fittings
         try:
             for line in lines(kind, fittings, said):
                 yield line, fittings.epoch + said["t"]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import ipaddress
 import json
+import socket
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable, Coroutine, Mapping
@@ -16,12 +18,19 @@ from urllib.parse import urlsplit
 import uvicorn
 from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.staticfiles import StaticFiles
-from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.responses import PlainTextResponse
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from .doors import AT_ONCE, Door, Guarded
 
 SHARED = Path(__file__).with_name("static")
 """What the pages share: served below /shared."""
 
 LOCAL = ("127.0.0.1", "localhost")
+"""Names of a page that serves this machine only."""
+
+ADDRESSES = "addresses"
+"""Stands among the names of a page for any address in figures."""
 
 MOST = 16
 """Browsers at a time."""
@@ -44,6 +53,7 @@ class Client:
 
     Attributes:
         behind: pictures that it may be behind before it is `deaf`.
+        over: set where it is to go.
         sent, read: pictures that went out, and the last that it says it has read.
     """
 
@@ -51,6 +61,7 @@ class Client:
     behind: int
     name: str = ""
     ready: asyncio.Event = field(default_factory=asyncio.Event)
+    over: asyncio.Event = field(default_factory=asyncio.Event)
     sent: int = 0
     read: int = 0
     times: deque[float] = field(default_factory=lambda: deque[float](maxlen=_A_SECOND))
@@ -82,8 +93,8 @@ class Client:
         return said
 
     async def attend(self, showing: Coroutine[Any, Any, None], hearing: Coroutine[Any, Any, None]) -> None:
-        """Show and hear until one of the two ends."""
-        tasks = asyncio.create_task(showing), asyncio.create_task(hearing)
+        """Show and hear until one of the two ends, or it is to go."""
+        tasks = [asyncio.ensure_future(one) for one in (showing, hearing, self.over.wait())]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -98,10 +109,10 @@ def application(static: Path, talk: Callable[[WebSocket], Awaitable[None]], host
     Args:
         static: folder of the page's own files.
         talk: one browser on the socket, from its first word to its last.
-        hosts: names that the page may be asked for by; "*" for any.
+        hosts: names that the page may be asked for by, `ADDRESSES` among them or not.
     """
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-    app.add_middleware(TrustedHostMiddleware, allowed_hosts=list(hosts))
+    app.add_middleware(_Named, hosts=hosts)
 
     @app.middleware("http")
     async def headers(request: Request, go_on: Callable[[Request], Awaitable[Response]]) -> Response:
@@ -122,12 +133,59 @@ def application(static: Path, talk: Callable[[WebSocket], Awaitable[None]], host
     return app
 
 
+class _Named:
+    """Answers only where it is asked for by a name of its own.
+
+    A page from elsewhere whose name is made to lead here, once it is loaded, is the same origin to a browser: it is
+    told by the name alone.  An address in figures cannot be made to lead anywhere else.
+    """
+
+    def __init__(self, app: ASGIApp, hosts: tuple[str, ...]) -> None:
+        self._app, self._hosts = app, hosts
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        said = next((value for name, value in scope.get("headers", ()) if name == b"host"), b"").decode("latin-1")
+        if scope["type"] not in ("http", "websocket") or known(said, self._hosts):
+            await self._app(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await send({"type": "websocket.close", "code": 1008})
+        else:
+            await PlainTextResponse("not a name of this page", 400)(scope, receive, send)
+
+
+def known(host: str, hosts: tuple[str, ...]) -> bool:
+    """Whether a page of these names is asked for by what stands in a Host header, with a port or without."""
+    try:
+        name = urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return False
+    if name in hosts:
+        return name != ADDRESSES
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return ADDRESSES in hosts
+
+
+def anywhere() -> tuple[str, ...]:
+    """Names of a page that serves other machines as well: addresses in figures, and what this machine is called."""
+    own = socket.gethostname().lower()
+    return (*LOCAL, own, f"{own.partition('.')[0]}.local", ADDRESSES)
+
+
 def server(app: FastAPI) -> uvicorn.Server:
-    """The server of a page; the socket it listens at is given to it when it begins."""
+    """The server of a page, for `attend`."""
     return uvicorn.Server(uvicorn.Config(
-        app, log_level="error", access_log=False, ws="websockets-sansio", ws_max_size=_LARGEST,
-        ws_per_message_deflate=False, lifespan="off", timeout_graceful_shutdown=1,
+        app, log_level="error", access_log=False, ws="websockets-sansio", ws_max_size=_LARGEST, http=Guarded,
+        ws_per_message_deflate=False, lifespan="off", timeout_graceful_shutdown=1, backlog=AT_ONCE,
     ))  # fmt: skip
+
+
+async def attend(serving: uvicorn.Server, listening: socket.socket) -> None:
+    """Serve at a socket that listens, until the server is told to end."""
+    with Door.at(listening) as door:
+        await serving.serve(sockets=[door])
 
 
 async def hear(ws: WebSocket) -> Mapping[str, Any]:
@@ -139,7 +197,7 @@ async def hear(ws: WebSocket) -> Mapping[str, Any]:
     return said if isinstance(said, dict) else {}
 
 
-async def close(ws: WebSocket, reason: str = "") -> None:
+async def close(ws: WebSocket, reason: str = "", code: int = 1008) -> None:
     """Hang up; for a reason, if it is the browser's fault."""
     with suppress(RuntimeError, WebSocketDisconnect):
-        await ws.close(1008 if reason else 1000, reason)
+        await ws.close(code if reason else 1000, reason)

@@ -12,7 +12,9 @@ import base64
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from ..data import DataError
@@ -52,9 +54,13 @@ class Recording:
     Attributes:
         paths: files written so far, the present one last.
         rows: rows of the present one; 0 while there is none.
+        failure: why it ended by itself; empty while it goes on.
     """
 
-    def __init__(self, plant: Plant, path: str | Path, *, every: int = 1, kind: str = "recording") -> None:
+    def __init__(
+        self, plant: Plant, path: str | Path, *, every: int = 1, kind: str = "recording",
+        meta: Mapping[str, Any] = MappingProxyType({}),
+    ) -> None:  # fmt: skip
         """Prepare to record.
 
         Args:
@@ -62,6 +68,7 @@ class Recording:
             path: a file that ends in .csv and is not there yet.
             every: write one of so many rows.
             kind: kind of the run, for the sidecar.
+            meta: what else the sidecar is to say, such as the start on the calendar and the datum.
 
         Raises:
             DataError: no such folder, another suffix, or a file that is there already.
@@ -71,10 +78,10 @@ class Recording:
             raise DataError(f"{self._base}: a recording is a .csv file with one of 1 or more rows")
         if not self._base.parent.is_dir():
             raise DataError(f"{self._base}: no folder {self._base.parent}; make it first")
-        self._plant, self._every, self._kind = plant, every, kind
+        self._plant, self._every, self._kind, self._more = plant, every, kind, dict(meta)
         self._refuse_present(self._base)
         self.paths: list[Path] = []
-        self.rows = 0
+        self.rows, self.failure = 0, ""
         self._begun = False
         self._files: tuple[Appender, Appender] | None = None
 
@@ -84,6 +91,13 @@ class Recording:
         Raises:
             DataError: the file cannot be written any more; what was written stays valid.
         """
+        try:
+            self._see(plant)
+        except (DataError, OSError) as error:
+            self.failure = str(error)
+            raise
+
+    def _see(self, plant: Plant) -> None:
         if not self._begun or plant.k < self._last or not set(usual_names(plant)) <= set(self._columns.names):
             self._begin()
             return
@@ -102,11 +116,17 @@ class Recording:
         self._shut()
 
     def close(self) -> None:
-        """Write where she is now, unless she blew up, and end."""
-        if self._begun and all(math.isfinite(self._plant[name]) for name in STATES):
-            self._seen = -1  # a row, whichever number it has
-            self.see(self._plant)
-        self._shut()
+        """Write where she is now, unless she blew up or nothing can be written any more, and end.
+
+        Raises:
+            DataError: that row cannot be written; the file is closed all the same.
+        """
+        try:
+            if self._begun and not self.failure and all(math.isfinite(self._plant[name]) for name in STATES):
+                self._seen = -1  # a row, whichever number it has
+                self.see(self._plant)
+        finally:
+            self._shut()
 
     def _begin(self) -> None:
         """Take the start and the first row; the files are made with the second."""
@@ -172,7 +192,7 @@ class Recording:
     def _meta(self, held: list[str]) -> dict[str, Any]:
         ship = self._plant.ship
         return {"ship": ship.name, "L_pp": ship.L_pp, "kind": self._kind, "source": SIMULATED,
-                **({"held": held} if held else {})}  # fmt: skip
+                **self._more, **({"held": held} if held else {})}  # fmt: skip
 
     @staticmethod
     def _refuse_present(path: Path) -> None:

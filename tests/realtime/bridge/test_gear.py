@@ -24,9 +24,10 @@ def test_azimuths_and_thrusters() -> None:
     tug = aboard("qiuxin5")
     assert tug["alpha_1"].high == pytest.approx(math.pi)
     assert (tug["n_1"].low, tug["n_1"].high) == (0.0, 10.0)
-    assert tug["delta"].actual({"alpha_1": -0.2, "alpha_2": -0.4}) == pytest.approx(0.3)
+    assert tug["delta"].actual({"alpha_1": -0.29, "alpha_2": -0.31}) == pytest.approx(0.3)
     assert [order.kind for order in tug.values()] == ["thruster", "dial", "thruster", "dial", "engine", "rudder"]
-    assert [tug[name].label for name in ("n_P", "delta", "alpha_2")] == ["Both thrusters", "Both azimuths", "Azimuth 2"]
+    assert [tug[name].label for name in ("n_P", "delta")] == ["Both thrusters", "Turn by azimuths"]
+    assert tug["alpha_2"].label == "Azimuth 2"
 
 
 def test_a_screw_and_a_rudder() -> None:
@@ -64,6 +65,27 @@ def test_orders_beyond_the_gear_are_told_as_they_are_shown() -> None:
     assert clipped(model, "N_tau", 9.0, 1.5) == "Turning moment ordered 9 N m starboard, taken as 1.5 N m starboard"
     assert clipped(ferry, "n_P", 20.0, 10.0) == "Both thrusters ordered 1000 N, taken as 500 N"
     assert clipped(load("twin_virtual"), "n_P_1", -9.0, 0.0) == "Port engine ordered -540 rpm, taken as 0 rpm"
+
+
+def test_thrusters_across_the_ship_have_sides_and_others_none() -> None:
+    harbour = aboard("esso_osaka_3m_harbour")
+    assert {name for name, order in harbour.items() if order.sided} == {"delta", "n_bow", "n_stern"}
+    assert not any(order.sided for name, order in aboard("qiuxin5").items() if name.startswith("n"))
+    ship = load("esso_osaka_3m_harbour")
+    assert clipped(ship, "n_bow", -40.0, -30.0) == "Bow thruster ordered 2400 rpm port, taken as 1800 rpm port"
+    plant = Plant.of(ship, dt=time_step(ship), start=(0.0,) * 6)
+    plant.order("n_bow", 20.0)
+    for _ in range(round(10.0 / plant.dt)):
+        plant.step()
+    assert plant["r"] > 1e-3  # above zero is to starboard
+
+
+def test_azimuths_that_stand_apart_are_not_shown_as_one_figure() -> None:
+    turn = aboard("milliampere_aft")["delta"]
+    assert turn.label == "Turn by azimuths"  # to starboard, where each of the two points to port
+    assert turn.actual({"alpha_port": -0.1, "alpha_starboard": -0.1}) == pytest.approx(0.1)
+    assert turn.actual({"alpha_port": -0.1, "alpha_starboard": 2.0 * math.pi - 0.1}) == pytest.approx(0.1)
+    assert turn.actual({"alpha_port": math.pi / 2, "alpha_starboard": -math.pi / 2}) is None  # not "0 deg"
 
 
 def test_revolutions_that_move_nothing_have_no_telegraph() -> None:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
+import os
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +16,7 @@ import pytest
 
 from seatrial.approach import time_step
 from seatrial.data import Trial
+from seatrial.data.trialfile import read_trial
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.realtime.bridge.deck import Deck, Outfit
 from seatrial.realtime.bridge.ghost import Ghost
@@ -23,8 +28,11 @@ from seatrial.ships.files import load
 HARD = math.radians(10.0)
 
 
-def aboard(name: str = "kvlcc2_l7", outfit: Outfit | None = None, *others: str) -> tuple[Deck, Loop]:
-    ships = {OWN: load(name)} | {other: load(other) for other in others}
+def aboard(
+    name: str = "kvlcc2_l7", outfit: Outfit | None = None, *others: str, called: str | None = None
+) -> tuple[Deck, Loop]:
+    own = load(name)
+    ships = {OWN: own if called is None else replace(own, name=called)} | {other: load(other) for other in others}
     steps = {key: 0.05 / math.ceil(0.05 / time_step(ship)) for key, ship in ships.items()}
     loop = Loop({key: Plant.of(ship, dt=steps[key]) for key, ship in ships.items()}, 20.0, math.inf)
     made = Deck(loop, outfit or Outfit(hold=1e6), lambda: loop.t)
@@ -88,6 +96,44 @@ def test_recordings_that_begin_in_one_second_have_names_of_their_own(tmp_path: P
         ticks(loop, 0.2)
         assert ask(deck, "unrecord") == ""
     assert len(list(tmp_path.glob("*.csv"))) == 3
+
+
+def test_a_recording_that_ended_by_itself_is_told_as_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    deck, loop = aboard(outfit=Outfit(folder=tmp_path, hold=1e6))
+    assert ask(deck, "record") == ""
+    ticks(loop, 1.0)
+    path, rows, failure = deck.frame()["record"]
+    assert (rows, failure) == (20, "")
+    monkeypatch.setattr(os, "write", lambda *_: (_ for _ in ()).throw(OSError(errno.ENOSPC, "No space left on device")))
+    ticks(loop, 0.1)
+    for _ in range(2):
+        assert deck.frame()["record"] == (path, rows, f"{path}: cannot be written: No space left on device; "
+                                          "what was written before is whole")  # fmt: skip
+        ticks(loop, 1.0)
+    monkeypatch.undo()
+    assert ask(deck, "record") == ""  # another one may begin at once
+    ticks(loop, 0.5)
+    assert deck.frame()["record"][2] == ""
+    assert ask(deck, "unrecord") == ""
+    assert [len(read_trial(one)) for one in sorted(tmp_path.glob("*.csv"), key=len_of)] == [11, 20]
+
+
+def len_of(path: Path) -> int:
+    return path.stat().st_size
+
+
+@pytest.mark.parametrize("name", ["../../sec/X", "/abs/X", "..", "a\\b\n\x1b[31m", ".hidden", "\x00"])
+def test_a_recording_stays_in_its_folder_whatever_the_ship_is_called(tmp_path: Path, name: str) -> None:
+    (tmp_path / "sec").mkdir()
+    folder = tmp_path / "in" / "it"
+    folder.mkdir(parents=True)
+    deck, loop = aboard(outfit=Outfit(folder=folder, hold=1e6), called=name)
+    assert ask(deck, "record") == ""
+    ticks(loop, 0.5)
+    assert ask(deck, "unrecord") == ""
+    (path,) = tmp_path.rglob("*.csv")
+    assert path.parent == folder
+    assert re.fullmatch(r"\w[\w.+-]*\.csv", path.name)
 
 
 def test_a_state_is_kept_and_she_sails_on_from_it_as_she_did() -> None:

@@ -114,6 +114,13 @@ def test_every_file_of_the_page_is_there_and_nothing_comes_from_elsewhere(runnin
         running.raw(origin="http://evil.example")
 
 
+def test_pages_make_elements_and_never_text_that_is_read_as_html() -> None:
+    folders = STATIC, STATIC.parents[1] / "static", STATIC.parents[1] / "fit_page" / "static"
+    for path in (path for folder in folders for path in folder.glob("*.js")):
+        found = re.findall(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|DOMParser", path.read_text())
+        assert not found, path.name
+
+
 @pytest.mark.long
 def test_twenty_pictures_a_second_a_reload_and_a_hand_over(running: Running) -> None:
     first = running.line("a" * 16)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -9,6 +10,9 @@ from ..conning import TELEGRAPH
 from ..helm import obeying
 from ..labels import label, scale, sided
 from ..plant import Plant
+
+_APART = 0.02
+"""Of the range of an order: how far its parts may be from each other and still be shown as one."""
 
 _POSITIONS = ("Stop", "Dead slow", "Slow", "Half", "Full")
 
@@ -46,10 +50,22 @@ class Order:
     sided: bool
     moves: tuple[tuple[str, float], ...]
 
-    def actual(self, values: Values) -> float:
-        """What the gear does, on the scale of the order; the mean where several controls obey."""
-        parts = [values[control] / factor for control, factor in self.moves if factor]
-        return sum(parts) / len(parts) if parts else 0.0
+    def actual(self, values: Values) -> float | None:
+        """What the gear does, on the scale of the order; the mean where several controls obey.
+
+        None where these stand apart, as each was ordered by itself: no one figure is then true of them.
+        """
+        parts = [self._share(control, values[control], factor) for control, factor in self.moves if factor]
+        if not parts:
+            return 0.0
+        if max(parts) - min(parts) > _APART * (self.high - self.low):
+            return None
+        return sum(parts) / len(parts)
+
+    def _share(self, control: str, value: float, factor: float) -> float:
+        """What one control does, on the scale of the order; azimuths that were turned round and round alike."""
+        whole = len(self.moves) > 1 and control.startswith("alpha") and math.isfinite(value)
+        return (math.remainder(value, 2.0 * math.pi) if whole else value) / factor
 
 
 def gear(plant: Plant) -> tuple[Order, ...]:
@@ -68,8 +84,8 @@ def gear(plant: Plant) -> tuple[Order, ...]:
         reach, (shown, per) = plant.ranges[name], scale(name, moves)
         kind = _kind(stand_in.get(name, name), shared.get(name, ""))
         found.append(Order(
-            name, label(name, moves, plant.controls), kind, shown, per, reach.low, reach.high, reach.full, sided(name),
-            moves,
+            name, label(name, moves, plant.controls), kind, shown, per, reach.low, reach.high, reach.full,
+            sided(name, plant.ship), moves,
         ))  # fmt: skip
     return tuple(found)
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
 
+from ...data import DataError
 from ..loop import Loop
 from ..recording import Recording, orders_path
 from .requests import RefusalError
@@ -26,6 +28,11 @@ def still(loop: Loop) -> Generator[None, None, None]:
             loop.resume()
 
 
+def plain(name: str) -> str:
+    """A name as part of that of a file, whatever it holds: no separators, no control characters, no leading dot."""
+    return re.sub(r"[^\w.+-]+", "_", name).lstrip("._-")[:80] or "ship"
+
+
 class Recorder:
     """Writes one trial at a time into a folder, under the name of the ship and the time of the clock.
 
@@ -38,10 +45,12 @@ class Recorder:
         self.record: Recording | None = None
 
     @property
-    def told(self) -> tuple[str, int] | None:
-        """The file, empty before its first rows, and its rows; None while nothing is recorded."""
+    def told(self) -> tuple[str, int, str] | None:
+        """The file, empty before its first rows, its rows, and why it ended by itself; None where nothing was begun."""
         record = self.record
-        return None if record is None else (str(record.paths[-1]) if record.paths else "", record.rows)
+        if record is None:
+            return None
+        return str(record.paths[-1]) if record.paths else "", record.rows, record.failure
 
     def start(self) -> None:
         """Begin a trial.
@@ -50,10 +59,12 @@ class Recorder:
             RefusalError: one is under way.
             DataError: it cannot be written there.
         """
-        if self.record is not None:
+        if self.record is not None and not self.record.failure:
             raise RefusalError("recording already")
+        self.stop()
         plant = self._loop.vessels[OWN].plant
-        self.record = Recording(plant, self._free(f"{plant.ship.name}_{datetime.now():%Y%m%d_%H%M%S}"), kind="bridge")
+        stem = f"{plain(plant.ship.name)}_{datetime.now():%Y%m%d_%H%M%S}"
+        self.record = Recording(plant, self._free(stem), kind="bridge")
         self._loop.witness(OWN, self.record)
 
     def stop(self) -> list[Path]:
@@ -62,8 +73,11 @@ class Recorder:
         if record is None:
             return []
         self._loop.dismiss(record)
-        with still(self._loop):  # no tick while the last row is written
+        before = record.failure
+        with still(self._loop), suppress(DataError):  # no tick while the last row is written
             record.close()
+        if record.failure != before:
+            self._loop.tell(OWN, "dropped", f"the recording lacks its last row: {record.failure}")
         return record.paths
 
     def _free(self, stem: str) -> Path:

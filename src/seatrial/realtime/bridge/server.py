@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import secrets
 import socket
 import threading
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-from fastapi import FastAPI, WebSocket, WebSocketDisconnect
+from fastapi import FastAPI, WebSocket
 
 from ..loop import Loop
-from ..pages import LOCAL, MOST, Client, close, hear, server
+from ..pages import LOCAL, MOST, Client, attend, close, hear, server
 from ..pages import application as page
 from .deck import PERIOD, Deck
 
@@ -25,12 +28,19 @@ _NAMES = 200
 _BEHIND, _IDLE = 200, 0.25
 """Pictures that a browser may be behind before it is dropped, and the time between two while nothing moves [s]."""
 
+_STRANGERS = 16
+"""Sockets at a time that have not said hello yet; the oldest makes way."""
+
+REPLACED, KEYLESS = 4001, 4003
+"""Codes of a socket that is closed as its page was opened again, or has not the key; it is not to come back."""
+
 
 class _Line:
     """All browsers, and the pictures that go to them."""
 
-    def __init__(self, deck: Deck) -> None:
-        self._deck = deck
+    def __init__(self, deck: Deck, key: str) -> None:
+        self._deck, self._key = deck, key
+        self._strangers: list[asyncio.Future[Mapping[str, Any]]] = []
         self.clients: set[Client] = set()
         self._names: dict[str, str] = {}
         self._count = itertools.count(1)
@@ -53,26 +63,56 @@ class _Line:
     async def serve(self, ws: WebSocket) -> None:
         """One browser, from its first word to its last."""
         await ws.accept()
-        try:
-            said = await asyncio.wait_for(hear(ws), 5.0)
-        except (TimeoutError, WebSocketDisconnect):
-            await close(ws, "say hello first")
-            return
-        token = said.get("hello")
-        if not isinstance(token, str) or not 8 <= len(token) <= 64 or len(self.clients) >= MOST:
-            await close(ws, "no hello, or too many browsers")
+        token = await self._greeted(ws)
+        if token is None:
             return
         client = Client(ws, _BEHIND, self.name(token))
+        for before in [one for one in self.clients if one.name == client.name]:
+            self.clients.discard(before)
+            before.over.set()
         self._deck.command.come(client.name, time.monotonic())
-        await ws.send_json(self._deck.hello(client.name))
         self.clients.add(client)
         try:
+            await ws.send_json(self._deck.hello(client.name))
             await client.attend(self._send(client), self._listen(client))
         finally:
             self.clients.discard(client)
             if all(one.name != client.name for one in self.clients):
                 self._deck.command.leave(client.name)
-            await close(ws)
+            reason = "this page was opened again in another window" if client.over.is_set() else ""
+            await close(ws, reason, REPLACED)
+
+    async def _greeted(self, ws: WebSocket) -> str | None:
+        """The token of a browser that says hello as it ought to; None of one that was turned away."""
+        waiting = asyncio.ensure_future(hear(ws))
+        self._strangers.append(waiting)
+        if len(self._strangers) > _STRANGERS:  # the one that has been silent for longest makes way
+            self._strangers[0].cancel()
+        try:
+            await asyncio.wait({waiting}, timeout=5.0)
+        finally:
+            self._strangers.remove(waiting)
+            waiting.cancel()
+        if not waiting.done() or waiting.cancelled() or waiting.exception() is not None:
+            await close(ws, "say hello first")
+            return None
+        said = waiting.result()
+        token, key = said.get("hello"), said.get("key")
+        if self._key and not (isinstance(key, str) and secrets.compare_digest(key.encode(), self._key.encode())):
+            await close(ws, "open the address that the terminal shows, key and all", KEYLESS)
+        elif not isinstance(token, str) or not 8 <= len(token) <= 64:
+            await close(ws, "no hello")
+        elif not self._room(token):
+            await close(ws, "too many browsers", 1013)
+        else:
+            return token
+        return None
+
+    def _room(self, token: str) -> bool:
+        """Whether there is room for a browser; one that comes back takes its own place, the commander has one."""
+        name = self._names.get(token, "")
+        others = {one.name for one in self.clients} - {name}
+        return len(others) < MOST or (name != "" and name == self._deck.command.holder)
 
     async def _send(self, client: Client) -> None:
         leaps = self._deck.leaps
@@ -87,22 +127,27 @@ class _Line:
 
     async def _listen(self, client: Client) -> None:
         while not client.floods():
-            refused = self._deck.ask(client.name, await client.hear())
+            said = await client.hear()
+            if client not in self.clients:  # another one has its place
+                return
+            refused = self._deck.ask(client.name, said)
             if refused:
                 await client.socket.send_json({"note": refused})
 
 
-def application(deck: Deck, hosts: tuple[str, ...] = LOCAL) -> FastAPI:
-    """The page and its socket; `hosts` are the names it may be asked for by, "*" for any."""
-    line = _Line(deck)
+def application(deck: Deck, hosts: tuple[str, ...] = LOCAL, key: str = "") -> FastAPI:
+    """The page and its socket; `hosts` are the names it may be asked for by, `key` what a browser has to know."""
+    line = _Line(deck, key)
     app = page(STATIC, line.serve, hosts)
     app.state.line = line
     return app
 
 
-def serve(deck: Deck, loop: Loop, listening: socket.socket, hosts: tuple[str, ...]) -> None:
-    """Sail and serve until the user has had enough."""
-    app = application(deck, hosts)
+def serve(
+    deck: Deck, loop: Loop, listening: socket.socket, hosts: tuple[str, ...] = LOCAL, key: str = ""
+) -> None:  # fmt: skip
+    """Sail and serve until the user has had enough; `hosts` and `key` as in `application`."""
+    app = application(deck, hosts, key)
     serving = server(app)
     sailing = threading.Thread(target=loop.run, name="loop", daemon=True)
 
@@ -115,7 +160,7 @@ def serve(deck: Deck, loop: Loop, listening: socket.socket, hosts: tuple[str, ..
 
         deck.fresh = fresh
         sailing.start()
-        await serving.serve(sockets=[listening])
+        await attend(serving, listening)
 
     try:
         asyncio.run(both())

@@ -38,7 +38,7 @@ def outline(plant: Plant) -> dict[str, Any]:
 def order_json(order: Order) -> dict[str, Any]:
     """An order as the page draws it."""
     shown = ("name", "label", "kind", "unit", "per", "low", "high", "full", "sided")
-    return {name: getattr(order, name) for name in shown}
+    return {**{name: getattr(order, name) for name in shown}, "parts": len(order.moves)}
 
 
 def indices_json(indices: Mapping[str, Index]) -> list[list[Any]]:
@@ -76,12 +76,12 @@ class Trail:
         self._plant, self._apart = plant, _APART * plant.ship.L_pp / max(speed, 1e-3)
         self._rows: deque[Moment] = deque(maxlen=_TRAIL)
 
-    def see(self, t: float, rudder: float) -> None:
+    def see(self, t: float, rudder: float | None) -> None:
         """Keep this moment, where it is far enough from the last and she has not blown up."""
         if not self._rows or t - self._rows[-1][0] >= self._apart:
             state = _state(self._plant)
             if state is not None:
-                self._rows.append((round(t, 3), state, _plain(rudder)))
+                self._rows.append((round(t, 3), state, None if rudder is None else _plain(rudder)))
 
     def clear(self) -> None:
         """Forget it all."""
@@ -107,9 +107,10 @@ def _state(plant: Plant) -> list[float] | None:
     return known if len(known) == len(found) else None
 
 
-def _kept(values: Mapping[str, float], before: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by name; one that is no number as it was before."""
-    return {name: _plain(value) if math.isfinite(value) else before.get(name) for name, value in values.items()}
+def _kept(values: Mapping[str, float | None], before: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by name; one that is no number as it was before, None where there is no one value."""
+    return {name: value if value is None else _plain(value) if math.isfinite(value) else before.get(name)
+            for name, value in values.items()}  # fmt: skip
 
 
 def _plain(value: float) -> float | None:

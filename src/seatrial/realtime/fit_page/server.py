@@ -11,7 +11,7 @@ from typing import Any
 
 from fastapi import WebSocket
 
-from ..pages import MOST, Client, application, close, server
+from ..pages import MOST, Client, application, attend, close, server
 from .board import Board, Seen
 from .tracks import Tracker
 
@@ -57,7 +57,7 @@ class Page:
         self._thread.join(3.0)
 
     def _serve(self) -> None:
-        asyncio.run(self._server.serve(sockets=[self._listening]))
+        asyncio.run(attend(self._server, self._listening))
 
     async def _talk(self, ws: WebSocket) -> None:
         await ws.accept()

@@ -1,6 +1,7 @@
 // The chart: north up, metres, the ship to scale, her track, what is near, wind and current.
 
 import { fitted, nice } from "./shared/canvas.js";
+import { drawn, make } from "./shared/dom.js";
 import { KNOT, course, fixed } from "./shared/units.js";
 
 const SHAPE = [[0.5, 0], [0.42, 0.3], [0.3, 0.5], [-0.44, 0.5], [-0.5, 0.38]];
@@ -166,9 +167,13 @@ export class Chart {
   #arrows(state, c) {
     const [wx, wy, cx, cy] = state.around;  // the wind by where it comes from, the current by where it goes
     const wind = Math.hypot(wx, wy), current = Math.hypot(cx, cy);
-    const text = [one("Wind", "from", wind, Math.atan2(wy, wx), Math.PI, c.ordered),
-      one("Current", "to", current, Math.atan2(cy, cx), 0, c.other)].join("");
-    if (this.weather.dataset.text !== text) { this.weather.innerHTML = text; this.weather.dataset.text = text; }
+    const shown = [one("Wind", "from", wind, Math.atan2(wy, wx), Math.PI), one("Current", "to", current, Math.atan2(cy, cx), 0)];
+    const told = JSON.stringify([shown, c.ordered, c.other]);
+    if (this.weather.dataset.told === told) return;
+    this.weather.dataset.told = told;
+    this.weather.replaceChildren(...shown.map(([degrees, text], k) => degrees === null ? make("span", { class: "calm" }, text)
+      : make("span", {}, drawn("svg", { viewBox: "-12 -12 24 24", "aria-hidden": "true" }, drawn("g", { transform: `rotate(${degrees})` },
+        drawn("path", { d: "M0 10V-9M-5 -3L0 -10L5 -3", stroke: [c.ordered, c.other][k] }))), text)));
   }
 
   #listen(section) {
@@ -196,11 +201,10 @@ export class Chart {
   }
 }
 
-function one(what, word, size, direction, turn, colour) {
-  if (size < 1e-6) return `<span class="calm">${what}: none</span>`;
-  const degrees = Math.round((direction + turn) / Math.PI * 180);
-  return `<span><svg viewBox="-12 -12 24 24" aria-hidden="true"><g transform="rotate(${degrees})"><path d="M0 10V-9M-5 -3L0 -10L5 -3" stroke="${colour}"/></g></svg>`
-    + `${what} ${fixed(size / KNOT)} kn ${word} ${course(direction).slice(0, 3)}°</span>`;
+/** Which way the arrow of a wind or a current points [deg], none where there is none, and what it says. */
+function one(what, word, size, direction, turn) {
+  if (size < 1e-6) return [null, `${what}: none`];
+  return [Math.round((direction + turn) / Math.PI * 180), `${what} ${fixed(size / KNOT)} kn ${word} ${course(direction).slice(0, 3)}°`];
 }
 
 function arrow(g, x0, y0, x1, y1) {

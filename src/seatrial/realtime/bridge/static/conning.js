@@ -1,11 +1,12 @@
 // The conning display: where she heads, how fast she goes and turns, in figures that are read from afar.
 
 import { nice } from "./shared/canvas.js";
+import { make } from "./shared/dom.js";
 import { DEGREE, KNOT, course, fixed, sided } from "./shared/units.js";
 
 const CELLS = [
   ["heading", "Heading", "°"], ["course", "Course", "°"], ["turn", "Rate of turn", "°/min"],
-  ["speed", "Speed, ground", "kn"], ["water", '<em>Speed </em>ahead, water', "kn"], ["drift", "Drift angle", ""],
+  ["speed", "Speed, ground", "kn"], ["water", "Ahead, water", "kn"], ["drift", "Drift angle", ""],
   ["across", "Sideways", "kn"], ["gap", "Ghost, distance", "m"], ["off", "Ghost, heading", ""],
 ];
 
@@ -13,10 +14,11 @@ const STILL = 0.02;  // of the approach speed: what is slower has no course
 
 export class Conning {
   constructor(section) {
-    section.innerHTML = CELLS.map(([id, name, unit]) =>
-      `<div class="cell" data-cell="${id}"><span>${name}</span><b>–</b><i>${unit}</i></div>`).join("")
-      + '<div class="rate"><span>Rate of turn, scale to <output></output></span><div class="rot"><i class="zero"></i><i class="actual"></i>'
-      + "<span>P</span><span>S</span></div></div>";
+    section.replaceChildren(
+      ...CELLS.map(([id, name, unit]) => make("div", { class: "cell", "data-cell": id }, make("span", {}, name), make("b", {}, "–"), make("i", {}, unit))),
+      make("div", { class: "rate" }, make("span", {}, "Rate of turn, scale to ", make("output")),
+        make("div", { class: "rot" }, make("i", { class: "zero" }), make("i", { class: "actual" }), make("span", {}, "P"), make("span", {}, "S"))),
+    );
     this.end = section.querySelector(".rate output");
     this.cells = Object.fromEntries([...section.querySelectorAll("[data-cell]")].map(cell => [cell.dataset.cell, cell]));
     this.bar = section.querySelector(".rot .actual");

@@ -1,6 +1,7 @@
 // Rudder, telegraph, thrusters and azimuths: one scale or dial for each order, by mouse, touch and keyboard.
 
 import { nice } from "./shared/canvas.js";
+import { drawn, make } from "./shared/dom.js";
 import { DEGREE, fixed, shown, sided } from "./shared/units.js";
 
 const HOLD = 600;  // ms for which a hand on the page counts more than what the last picture says
@@ -8,18 +9,17 @@ const HOLD = 600;  // ms for which a hand on the page counts more than what the 
 /** What all controls share: the value at hand, and orders that go out no more than twenty times a second. */
 class Control {
   constructor(order, send) {
-    this.order = order; this.value = 0; this.touched = -Infinity;
+    this.order = order; this.value = 0; this.touched = -Infinity; this.apart = false;
     const [unit, factor] = shown(order.unit), span = (order.high - order.low) * order.per * factor;
     this.unit = unit; this.factor = factor * order.per;
     this.digits = span <= 10 ? 2 : span <= 400 ? 1 : 0;
     this.angle = order.unit === "rad";
     this.fine = this.angle ? DEGREE : nice(span / 100) / this.factor;
-    this.element = document.createElement("div");
-    this.element.className = "control";
-    this.element.innerHTML = `<div class="says"><b>${order.label}</b><span class="act"></span><span class="clip" hidden>LIMIT</span>`
-      + `<label><span class="word">ordered</span> <input type="number" step="any" aria-label="${order.label} ordered [${unit}]${order.sided ? ", starboard positive" : ""}"> ${unit}</label></div>`;
-    if (order.sided) this.element.querySelector("label").title = "Starboard is above zero, port below";
-    this.input = this.element.querySelector("input");
+    this.act = make("span", { class: "act" });
+    this.clip = make("span", { class: "clip", hidden: true }, "LIMIT");
+    this.input = make("input", { type: "number", step: "any", "aria-label": `${order.label} ordered [${unit}]${order.sided ? ", starboard positive" : ""}` });
+    const asked = make("label", { title: order.sided && "Starboard is above zero, port below" }, make("span", { class: "word" }, "ordered"), " ", this.input, ` ${unit}`);
+    this.element = make("div", { class: "control" }, make("div", { class: "says" }, make("b", {}, order.label), this.act, this.clip, asked));
     this.input.onchange = () => { if (this.input.value !== "") this.#ask(Number(this.input.value) / this.factor); this.input.blur(); };
     this.#send = send;
   }
@@ -35,6 +35,7 @@ class Control {
   nudge(by) { this.set(Math.round((this.value + by) / this.fine) * this.fine); }
 
   #ask(value) {
+    if (this.input.disabled) return;  // another one has command, or nobody hears
     this.value = value; this.touched = performance.now(); this.draw();
     this.#waits = value;
     if (this.#timer === null) this.#flush();
@@ -47,28 +48,31 @@ class Control {
     this.#timer = setTimeout(() => this.#flush(), 50);
   }
 
-  /** What the ship says: ordered and actual. */
+  /** What the ship says: ordered and actual; null where nobody knows, or where its parts stand apart. */
   show(ordered, actual, clipped, enabled) {
-    if (ordered === null || actual === null) return;  // nobody knows
-    if (performance.now() - this.touched > HOLD) this.value = ordered;
-    const seen = `${this.value.toFixed(4)} ${actual.toFixed(4)} ${clipped} ${enabled}`;
+    const touched = performance.now() - this.touched <= HOLD;
+    if (ordered !== null && !touched) this.value = ordered;
+    this.apart = ordered === null && !touched;
+    const seen = `${this.apart} ${this.value.toFixed(4)} ${actual?.toFixed(4)} ${clipped} ${enabled}`;
     if (seen === this.#seen && document.activeElement !== this.input) return;  // what stays needs no drawing
     this.#seen = seen;
     this.actual = actual;
     this.element.classList.toggle("locked", !enabled);
+    this.element.classList.toggle("apart", this.apart);
     this.input.disabled = !enabled;
     for (const button of this.element.querySelectorAll("button")) button.disabled = !enabled;
-    this.element.querySelector(".clip").hidden = !clipped;
-    this.element.querySelector(".act").textContent = this.#text(actual);
+    this.clip.hidden = !clipped;
+    this.act.textContent = this.figure(actual);
     if (document.activeElement !== this.input) {
       const text = (this.value * this.factor).toFixed(this.digits);
-      this.input.value = Number(text) === 0 ? Math.abs(text).toFixed(this.digits) : text;
+      this.input.value = this.apart ? "" : Number(text) === 0 ? Math.abs(text).toFixed(this.digits) : text;
     }
     this.draw();
   }
 
   /** A value in figures; where it has a side, with that. */
-  #text(value) {
+  figure(value) {
+    if (value === null || value === undefined) return this.order.parts > 1 ? "apart" : "–";
     const size = value * this.factor, unit = this.angle ? this.unit : ` ${this.unit}`;
     return this.order.sided ? sided(size, this.digits, unit) : `${fixed(size, this.digits)}${unit}`;
   }
@@ -81,7 +85,7 @@ class Control {
     element.setAttribute("aria-valuemin", (this.order.low * this.factor).toFixed(this.digits));
     element.setAttribute("aria-valuemax", (this.order.high * this.factor).toFixed(this.digits));
     let held = false;
-    element.addEventListener("pointerdown", e => { held = true; element.setPointerCapture(e.pointerId); element.focus(); this.set(valueAt(e)); e.preventDefault(); });
+    element.addEventListener("pointerdown", e => { held = true; element.setPointerCapture(e.pointerId); this.set(valueAt(e)); e.preventDefault(); });  // no focus: the keys stay with the wheel
     element.addEventListener("pointermove", e => { if (held) this.set(valueAt(e)); });
     for (const end of ["pointerup", "pointercancel"]) element.addEventListener(end, () => { held = false; });
     element.addEventListener("keydown", e => {
@@ -94,7 +98,7 @@ class Control {
 
   say() {
     this.aria?.setAttribute("aria-valuenow", (this.value * this.factor).toFixed(this.digits));
-    this.aria?.setAttribute("aria-valuetext", this.#text(this.value));
+    this.aria?.setAttribute("aria-valuetext", this.figure(this.apart ? null : this.value));
   }
 }
 
@@ -104,12 +108,8 @@ export class Scale extends Control {
     super(order, send);
     this.upright = upright;
     this.element.classList.add(upright ? "upright" : "across");
-    const bar = document.createElement("div");
-    bar.className = "bar";
-    bar.innerHTML = '<i class="zero"></i><i class="actual"></i><i class="ordered"></i>';
-    const row = document.createElement("div");
-    row.className = "row";
-    row.append(bar);
+    const bar = make("div", { class: "bar" }, make("i", { class: "zero" }), make("i", { class: "actual" }), make("i", { class: "ordered" }));
+    const row = make("div", { class: "row" }, bar);
     this.element.append(row);
     this.bar = bar;
     this.bells = [];
@@ -141,19 +141,17 @@ export class Scale extends Control {
       actual.style.left = `${from}%`; actual.style.width = `${to - from}%`;
       ordered.style.left = `${share(this.value)}%`;
     }
-    for (const [value, button] of this.bells) button.setAttribute("aria-pressed", String(Math.abs(value - this.value) < 0.02 * this.order.full));
+    for (const [value, button] of this.bells) button.setAttribute("aria-pressed", String(!this.apart && Math.abs(value - this.value) < 0.02 * this.order.full));
     this.say();
   }
 
   /** A button for each position of the telegraph that the engine has. */
   #telegraph(bells) {
-    const { low, high, full } = this.order, list = document.createElement("div");
-    list.className = "bells";
+    const { low, high, full } = this.order, list = make("div", { class: "bells" });
     this.bar.querySelector(".zero").style.bottom = `${100 * -low / (high - low)}%`;
     for (const [share, text] of bells) {
-      const value = share * full, button = document.createElement("button");
+      const value = share * full, button = make("button", { type: "button" }, text);
       if (value < low - 1e-9 || value > high + 1e-9) continue;
-      button.textContent = text; button.type = "button";
       button.onclick = () => this.set(value);
       this.bells.push([value, button]);
       list.append(button);
@@ -162,15 +160,15 @@ export class Scale extends Control {
   }
 
   #marks() {
-    const { low, high } = this.order, share = v => 100 * (v - low) / (high - low);
+    const { low, high } = this.order, share = v => 100 * (v - low) / (high - low), size = this.order.sided ? Math.abs : v => v;
     this.bar.querySelector(".zero").style.left = `${share(0)}%`;
-    const end = value => [value, fixed(Number((value * this.factor).toPrecision(Math.abs(value * this.factor) < 1000 ? 3 : 4)), 3).replace(/\.?0+$/, "")];
+    const end = value => [value, fixed(Number((size(value) * this.factor).toPrecision(Math.abs(value * this.factor) < 1000 ? 3 : 4)), 3).replace(/\.?0+$/, "")];
     const marks = this.angle ? [-30, -20, -10, 0, 10, 20, 30].map(d => [d * DEGREE, `${Math.abs(d)}`]) : [...(low ? [end(low)] : []), [0, "0"], end(high)];
-    if (this.order.sided) this.bar.insertAdjacentHTML("beforeend", '<span class="way">P</span><span class="way">S</span>');
+    if (this.order.sided) this.bar.append(make("span", { class: "way" }, "P"), make("span", { class: "way" }, "S"));
     for (const [value, text] of marks) {
       if (value < low - 1e-9 || value > high + 1e-9) continue;
-      const mark = document.createElement("button");
-      mark.className = this.angle && value && Math.abs(value) < 29 * DEGREE ? "mark minor" : "mark"; mark.type = "button"; mark.tabIndex = -1; mark.textContent = text;
+      const minor = this.angle && value && Math.abs(value) < 29 * DEGREE;
+      const mark = make("button", { type: "button", tabindex: -1, class: minor ? "mark minor" : "mark" }, text);
       mark.style.left = `${share(value)}%`;
       mark.addEventListener("pointerdown", e => e.stopPropagation());
       mark.onclick = () => this.set(value);
@@ -184,10 +182,11 @@ export class Dial extends Control {
   constructor(order, send) {
     super(order, send);
     this.element.classList.add("dial");
-    const ticks = Array.from({ length: 12 }, (_, k) => `<path class="tick" transform="rotate(${30 * k})" d="M0 -46V-41"/>`).join("");
-    this.element.insertAdjacentHTML("beforeend", `<svg viewBox="-50 -50 100 100"><circle r="46"/>${ticks}`
-      + '<path class="actual" d="M-5 14L0 -36L5 14Z"/><path class="ordered" d="M0 -30V-46M-5 -38L0 -46L5 -38"/></svg>');
-    const svg = this.element.querySelector("svg");
+    const ticks = Array.from({ length: 12 }, (_, k) => drawn("path", { class: "tick", transform: `rotate(${30 * k})`, d: "M0 -46V-41" }));
+    this.needle = drawn("path", { class: "actual", d: "M-5 14L0 -36L5 14Z" });
+    this.mark = drawn("path", { class: "ordered", d: "M0 -30V-46M-5 -38L0 -46L5 -38" });
+    const svg = drawn("svg", { viewBox: "-50 -50 100 100" }, drawn("circle", { r: 46 }), ...ticks, this.needle, this.mark);
+    this.element.append(svg);
     this.slider(svg, e => {
       const box = svg.getBoundingClientRect();
       const angle = Math.atan2(e.clientX - box.left - box.width / 2, box.top + box.height / 2 - e.clientY);
@@ -199,9 +198,9 @@ export class Dial extends Control {
 
   draw() {
     const turned = Math.round((this.actual ?? 0) / (2 * Math.PI)) * 2 * Math.PI;
-    this.element.querySelector(".act").textContent = sided(((this.actual ?? 0) - turned) / DEGREE, 1, "°");
-    this.element.querySelector("svg .actual").setAttribute("transform", `rotate(${(this.actual ?? 0) / DEGREE})`);
-    this.element.querySelector("svg .ordered").setAttribute("transform", `rotate(${this.value / DEGREE})`);
+    this.act.textContent = this.actual === null ? "–" : sided((this.actual - turned) / DEGREE, 1, "°");
+    this.needle.setAttribute("transform", `rotate(${(this.actual ?? 0) / DEGREE})`);
+    this.mark.setAttribute("transform", `rotate(${this.value / DEGREE})`);
     this.say();
   }
 }
@@ -227,13 +226,15 @@ export class Helm {
     for (const [name, control] of this.controls) control.show(state.ord[name], state.act[name], clipped.includes(name), enabled);
   }
 
-  /** What the page's own keys do to this ship. */
+  /** What the page's own keys do to this ship: for each a list of words and keys. */
   hints() {
-    const rudder = this.rudder, engine = this.engine, by = n => rudder.step(n);
+    const rudder = this.rudder, engine = this.engine, by = n => rudder.step(n), key = text => make("kbd", {}, text);
+    const rest = [...this.controls.values()].filter(control => control !== rudder && control !== engine);
     return [
-      ...(rudder ? [`<kbd>←</kbd> <kbd>→</kbd> ${rudder.order.label.toLowerCase()} ${by(5)}, with <kbd>Shift</kbd> ${by(1)}`,
-        `<kbd>Space</kbd> ${rudder.angle ? "midships" : "none"}`] : []),
-      ...(engine ? [`<kbd>↑</kbd> <kbd>↓</kbd> ${engine.order.unit === "1/s" ? "telegraph" : engine.order.label.toLowerCase()}`] : []),
+      ...(rudder ? [[key("←"), " ", key("→"), ` ${rudder.order.label.toLowerCase()} ${by(5)}, with `, key("Shift"), ` ${by(1)}`],
+        [key("Space"), rudder.angle ? " midships" : " none"]] : []),
+      ...(engine ? [[key("↑"), " ", key("↓"), ` ${engine.order.unit === "1/s" ? "telegraph" : engine.order.label.toLowerCase()}`]] : []),
+      ...(rest.length ? [[key("Tab"), ` to ${rest[0].order.label.toLowerCase()}${rest.length > 1 ? " and others" : ""}: the arrows move that one`]] : []),
     ];
   }
 

@@ -5,6 +5,9 @@ import { line } from "./shared/line.js";
 const KEY = "seatrial-bridge";
 const DEEP = 40;
 
+/** Seconds after which what is shown is no longer what is. */
+export const OLD = 2;
+
 export class Link extends EventTarget {
   /** Hello and the last picture; null until they come. */
   hello = null;
@@ -15,10 +18,13 @@ export class Link extends EventTarget {
   #frames = [];
   #shown = null;
   #at = 0;
+  #news = performance.now();
+  #why = "";
 
   open() {
     this.#say = line({
-      opened: () => this.ask({ hello: token() }), hear: said => this.#take(said), broken: () => this.#tell("lost"),
+      opened: () => this.ask({ hello: token(), key: decodeURIComponent(location.hash.slice(1)) }),
+      hear: said => this.#take(said), broken: (why, ever) => this.#broken(why, ever),
     });
   }
 
@@ -27,7 +33,14 @@ export class Link extends EventTarget {
     this.#say(request);
   }
 
-  get commands() { return this.last !== null && this.hello !== null && this.last.command[0] === this.hello.hello; }
+  get commands() { return this.last !== null && this.hello !== null && this.last.command[0] === this.hello.hello && this.contact() === null; }
+
+  /** How old what is shown is [s], and why nothing newer comes; null where it does. */
+  contact(now = performance.now()) {
+    const age = Math.max(now - this.#news, 0) / 1000;
+    if (this.#why) return { age, why: this.#why };
+    return age > OLD ? { age, why: "nothing new comes" } : null;
+  }
 
   /** The state to draw at a moment of the display [ms]: between two pictures, so that motion is smooth. */
   between(now) {
@@ -53,6 +66,7 @@ export class Link extends EventTarget {
   #take(said) {
     if (said.hello !== undefined) {
       this.hello = said;
+      this.#why = "";
       this.#restart();
       this.#tell("hello");
     } else if (said.note !== undefined) {
@@ -61,6 +75,7 @@ export class Link extends EventTarget {
       const back = this.last !== null && said.t < this.last.t;
       if (back) this.#restart();
       const fresh = this.last === null || said.t !== this.last.t;
+      if (fresh || said.paused) this.#news = performance.now();
       this.last = said;
       if (fresh) {
         this.#frames.push(said);
@@ -71,6 +86,12 @@ export class Link extends EventTarget {
       this.#tell(back ? "back" : "picture");
       if (back) this.#tell("picture");
     }
+  }
+
+  #broken(why, ever) {
+    this.#why ||= why;  // that it cannot be opened again says less than why it broke
+    if (ever) this.#why = why;
+    this.dispatchEvent(new CustomEvent("lost", { detail: ever }));
   }
 
   #restart() { this.#frames = []; this.#shown = null; this.last = null; }

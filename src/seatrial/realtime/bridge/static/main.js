@@ -3,7 +3,7 @@
 import { Chart } from "./chart.js";
 import { Conning } from "./conning.js";
 import { Helm } from "./controls.js";
-import { Link } from "./link.js";
+import { Link, OLD } from "./link.js";
 import { Panel } from "./panel.js";
 import { Strips } from "./strips.js";
 import { colours as palette, nightly } from "./shared/canvas.js";
@@ -28,7 +28,7 @@ let helm = null;
 link.addEventListener("hello", () => {
   const hello = link.hello, places = { rudders: $("rudders"), engines: $("engines"), thrusters: $("thrusters") };
   helm = new Helm(hello, request => link.ask(request), places);
-  $("own-keys").innerHTML = helm.hints().map(hint => `${hint} · `).join("");
+  $("own-keys").replaceChildren(...helm.hints().flatMap(hint => [...hint, " · "]));
   for (const part of [chart, conning, strips, panel]) part.begin(hello);
   say("");
 });
@@ -37,9 +37,12 @@ link.addEventListener("picture", () => {
   document.body.classList.toggle("failed", link.last.failed !== null);
 });
 link.addEventListener("back", () => { chart.clear(); strips.clear(); });
-link.addEventListener("lost", () => say("The line to the ship is down; trying again…", true));
+link.addEventListener("lost", ({ detail: ever }) => say(ever ? "This page gets nothing more; load it again to go on." : "The line to the ship is down; trying again…", true));
+addEventListener("hashchange", () => location.reload());  // another key
 link.addEventListener("note", event => say(event.detail));
 
+// A button that was pressed with the pointer lets the keys go back to the wheel: Space is midships, not the button again.
+addEventListener("click", event => { if (event.detail > 0) event.target.closest("button, summary")?.blur(); });
 addEventListener("keydown", event => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("input, select, textarea")) return;
   if (event.key === " " && event.target.closest("button, summary")) return;
@@ -57,6 +60,9 @@ addEventListener("keydown", event => {
 const stats = globalThis.seatrial = { drawn: 0, link, chart };
 function draw(now) {
   requestAnimationFrame(draw);
+  const contact = link.contact(now);
+  panel.contact(contact);
+  document.body.classList.toggle("old", contact !== null && contact.age > OLD);
   const state = link.between(now);
   if (state === null || helm === null) return;
   chart.draw(state); conning.draw(state); strips.draw(now, state.t);

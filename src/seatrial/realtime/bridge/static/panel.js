@@ -3,6 +3,7 @@
 import { DEGREE, KNOT, clock, figure, fixed, sided } from "./shared/units.js";
 
 const $ = id => document.getElementById(id);
+const STEERS = "#pause, #step, #reset, #save, #back, #pace, #record, #drills button, #drills input";
 const put = (element, text) => { if (element.textContent !== text) element.textContent = text; };
 
 export class Panel {
@@ -14,7 +15,7 @@ export class Panel {
     $("pause").onclick = () => this.pause(); $("step").onclick = ask({ do: "step" }); $("reset").onclick = ask({ do: "reset" });
     $("save").onclick = ask({ do: "save" }); $("back").onclick = ask({ do: "back" });
     $("pace").onchange = ({ target }) => { link.ask({ do: "pace", factor: Number(target.value) || target.value }); target.blur(); };
-    $("record").onclick = () => link.ask({ do: link.last?.record ? "unrecord" : "record" });
+    $("record").onclick = () => link.ask({ do: link.last?.record && !link.last.record[2] ? "unrecord" : "record" });
     $("lay").onclick = ask({ do: "ghost" }); $("follow").onclick = ask({ do: "ghost", follow: true });
     $("around").querySelector("form").onsubmit = e => {
       e.preventDefault();
@@ -43,9 +44,24 @@ export class Panel {
     this.#filled = false;
   }
 
-  #filled = false; #told = -1; #figures = "";
+  #filled = false; #told = -1; #figures = ""; #failure = ""; #lost = false;
 
   pause() { this.link.ask({ do: this.link.last?.paused ? "resume" : "pause" }); }
+
+  /** What is shown is old, and nobody can steer from here: how old, and why; or null. */
+  contact(lost) {
+    if (lost === null) {
+      if (this.#lost && this.link.last) this.show(this.link.last);
+      this.#lost = false;
+      return;
+    }
+    this.#lost = true;
+    put($("holder"), `No contact for ${lost.age.toFixed(0)} s: ${lost.why}`);
+    $("command").dataset.state = "lost";
+    $("command").title = "Nothing can be ordered from this page now";
+    $("take").hidden = $("asked").hidden = true;
+    for (const element of document.querySelectorAll(STEERS)) element.disabled = true;
+  }
 
   show(frame) {
     const [holder, asking, stale, present] = frame.command, me = this.link.hello.hello, mine = holder === me;
@@ -63,7 +79,7 @@ export class Panel {
     put($("back"), frame.kept === null ? "Back" : `Back to ${clock(frame.kept)}`);
     $("back").hidden = frame.kept === null;
     this.#recording(frame.record);
-    for (const element of document.querySelectorAll("#pause, #step, #reset, #save, #back, #pace, #record, #drills button")) element.disabled = !mine;
+    for (const element of document.querySelectorAll(STEERS)) element.disabled = !mine;
     for (const input of document.querySelectorAll("#around input")) input.disabled = !mine || !this.feels[input.name];
     for (const button of document.querySelectorAll("[data-drill]")) button.disabled = !mine || button.dataset.drill in this.cannot;
     this.#drill(frame.drill);
@@ -83,11 +99,15 @@ export class Panel {
     pace.value = value;
   }
 
+  /** A recording goes on, or there is none, or it has ended by itself, which stays until another one begins. */
   #recording(record) {
-    const button = $("record");
-    button.setAttribute("aria-pressed", String(record !== null));
-    put(button, record === null ? "Record" : `Recording, ${record[1]} rows`);
-    button.title = record?.[0] ?? "Record to a trial file";
+    const button = $("record"), [path, rows, failure] = record ?? ["", 0, ""], goes = record !== null && !failure;
+    button.setAttribute("aria-pressed", String(goes));
+    button.dataset.state = failure ? "failed" : goes ? "goes" : "none";
+    put(button, failure ? `Recording failed after ${rows} rows` : goes ? `Recording, ${rows} rows` : "Record");
+    button.title = failure ? `${failure}. Press to begin another one` : path || "Record to a trial file";
+    if (failure && failure !== this.#failure) this.say(`Recording ended: ${failure}`, true);
+    this.#failure = failure;
   }
 
   #drill(drill) {

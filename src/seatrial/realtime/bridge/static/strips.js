@@ -1,7 +1,7 @@
 // Strips: rudder, heading, rate of turn and speed over the last minutes.
 
 import { fitted, nice } from "./shared/canvas.js";
-import { DEGREE, KNOT, clock, fixed, shown } from "./shared/units.js";
+import { DEGREE, KNOT, clock, fixed, shown, sided } from "./shared/units.js";
 
 const ROWS = [
   { name: "Heading", unit: "°", read: s => s.psi / DEGREE, least: 10, round: 360 },
@@ -29,7 +29,7 @@ export class Strips {
     const end = this.samples.at(-1);
     if (end && frame.t - end.t < this.span / 600) return;
     const [, , psi, u, v, r] = frame.own;
-    this.samples.push({ t: frame.t, psi, U: Math.hypot(u, v), r, rudder: frame.act[this.rudder] ?? 0, asked: frame.ord[this.rudder] ?? 0 });
+    this.samples.push({ t: frame.t, psi, U: Math.hypot(u, v), r, rudder: frame.act[this.rudder] ?? NaN, asked: frame.ord[this.rudder] ?? NaN });
     const first = this.samples.findIndex(s => s.t > frame.t - this.span);
     if (first > 200) this.samples.splice(0, first);
   }
@@ -51,7 +51,7 @@ export class Strips {
 
   #strip(g, c, row, seen, t, x0, y0, w, h) {
     const left = x0 + 44, top = y0 + 18, wide = w - 44, high = h - 34;
-    const [low, top_, step] = range(seen, row, Math.min(Math.max(Math.floor(high / 18), 1), 4));
+    const [low, top_, step, round] = range(seen, row, Math.min(Math.max(Math.floor(high / 18), 1), 4));
     const px = s => left + wide * (1 - (t - s.t) / this.span), py = value => top + high * (top_ - value) / (top_ - low);
     g.font = "12px system-ui, sans-serif"; g.fillStyle = c.ink; g.textAlign = "left";
     g.fillText(`${row.name} [${row.unit}]`, left, y0 + 12);
@@ -60,14 +60,21 @@ export class Strips {
     for (let k = 0; k <= Math.round((top_ - low) / step); k += 1) {
       const value = low + k * step, y = Math.round(py(value)) + 0.5;
       g.beginPath(); g.moveTo(left, y); g.lineTo(left + wide, y); g.stroke();
-      g.fillText(fixed(row.round ? ((value % row.round) + row.round) % row.round : value, digits), left - 5, y + 4);
+      g.fillText(row.even ? sided(value, digits) : fixed(row.round && !round ? modulo(value, row.round) : value, digits), left - 5, y + 4);
     }
     if (wide > 200) g.fillText(`${clock(this.span)} back`, left + wide, y0 + 12);
     g.textAlign = "left";
     g.save(); g.beginPath(); g.rect(left, top - 2, wide, high + 4); g.clip();
     const line = (read, colour, dash, width) => {
       g.strokeStyle = colour; g.setLineDash(dash); g.lineWidth = width; g.beginPath();
-      for (const s of seen) { const value = read(s); if (!Number.isNaN(value)) g.lineTo(px(s), py(value)); }
+      let before = NaN;
+      for (const s of seen) {
+        const value = round ? modulo(read(s), round) : read(s);
+        if (Number.isNaN(value)) continue;
+        if (round && Math.abs(value - before) > round / 2) g.moveTo(px(s), py(value));  // through north: from edge to edge
+        else g.lineTo(px(s), py(value));
+        before = value;
+      }
       g.stroke(); g.setLineDash([]);
     };
     if (row.asked) line(row.asked, c.ordered, [5, 3], 1.5);
@@ -76,7 +83,10 @@ export class Strips {
   }
 }
 
-/** The ends of an axis, both round numbers, and the step between its lines: about so many of them. */
+const modulo = (value, round) => ((value % round) + round) % round;
+
+/** The ends of an axis, both round numbers, the step between its lines (about so many of them), and the whole turn
+ *  that it shows where the values go further round than half of it. */
 function range(seen, row, many) {
   const values = seen.flatMap(s => row.asked ? [row.read(s), row.asked(s)] : [row.read(s)]).filter(Number.isFinite);
   let low = Math.min(...values, Infinity), high = Math.max(...values, -Infinity);
@@ -84,7 +94,8 @@ function range(seen, row, many) {
   if (row.even) { high = Math.max(Math.abs(low), Math.abs(high), row.least / 2); low = -high; }
   if (high - low < row.least) { const middle = (low + high) / 2; low = middle - row.least / 2; high = middle + row.least / 2; }
   if (low < row.bottom) [low, high] = [row.bottom, Math.max(high, row.bottom + row.least)];
+  if (row.round && high - low > row.round / 2) return [0, row.round, row.round / (many < 4 ? 2 : 4), row.round];
   const wanted = (high - low) / many * (1 - 1e-9);
-  const step = row.round && wanted > 10 ? [15, 30, 45, 90, 180].find(n => n >= wanted) ?? 360 : nice(wanted);
-  return [Math.floor(low / step + 1e-6) * step, Math.ceil(high / step - 1e-6) * step, step];
+  const step = row.round && wanted > 10 ? [15, 30, 45, 90, 180].find(n => n >= wanted) : nice(wanted);
+  return [Math.floor(low / step + 1e-6) * step, Math.ceil(high / step - 1e-6) * step, step, 0];
 }

@@ -13,7 +13,7 @@ const colours = () => palette(NAMES);
 const curves = new Curves($("curves"), colours), tracks = new Tracks($("tracks"), colours), ranges = new Ranges($("ranges"));
 const RUNS = new Set(["fitting", "writing the report"]);
 
-let over = false, last = null, came = 0, due = false;
+let over = false, down = false, last = null, came = 0, due = false;
 /** For whoever asks. */
 const seatrial = globalThis.seatrial = { pictures: 0, drawn: 0, curves, tracks, ranges, get last() { return last; } };
 const turn = nightly($("night"), () => draw());
@@ -21,12 +21,12 @@ addEventListener("keydown", event => { if (event.key.toLowerCase() === "n" && !e
 new ResizeObserver(() => draw()).observe(document.querySelector("main"));
 
 const say = line({
-  hear, broken() { if (!over) notice("The line to the fit is down; trying again…"); },
+  hear, broken() { down = true; if (!over) notice("The line to the fit is down; trying again…"); },
 });
 
 function hear(said) {
   say({ read: said.n });
-  last = said; came = performance.now(); over = said.over;
+  last = said; came = performance.now(); over = said.over; down = false;
   if (said.part) { curves.begin(said.part); tracks.begin(said.part); ranges.begin(said.part); }
   if (said.rows) curves.add(said.rows, said.last, said.anew);
   if (said.tracks !== undefined) tracks.show(said.tracks);
@@ -77,7 +77,7 @@ function notice(text) {
 }
 
 function tick() {
-  if (last !== null) $("clock").textContent = clock(last.elapsed + (RUNS.has(last.state) && !over ? (performance.now() - came) / 1000 : 0));
+  if (last !== null) $("clock").textContent = clock(last.elapsed + (RUNS.has(last.state) && !over && !down ? (performance.now() - came) / 1000 : 0));
 }
 setInterval(tick, 500);
 
