@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..approach import substeps
 from ..data import Array, Trial
 from ..engine.rollout import Sensitivity, default_threads, sensitivity, simulator
 from ..engine.simd import LANES
@@ -162,7 +163,10 @@ class Many:
         """
         if problem.nuisance.initial or problem.nuisance.current or problem.nuisance.bias:
             raise StudyError("many problems at once take no [nuisance]; leave it out, or use shooting:Trajectory")
-        cut = windows(trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every)
+        cut = windows(
+            trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
+            substeps=substeps(problem.ship, dt, method),
+        )  # fmt: skip
         free = tuple(f.path for f in problem.free)
         kernel, chunk = sensitivity(open_loop(problem.ship), free, free), _chunk(cut.state0.shape[0])
         return Many(

@@ -40,7 +40,7 @@ class Evolution:
         window: length of a prediction before it restarts [s]; None runs each trial through.
         every: compare every so many steps.
         dt: time step [s]; None takes the median step of the trials.
-        method: "euler" or "rk4".
+        method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
         population: candidates of a generation in the first run; doubled at each restart up to `largest`.
         agree: stop when so many runs have found the best objective again, within `agreement` (relative).
         runs: at most so many runs.
@@ -54,7 +54,7 @@ class Evolution:
     window: float | None = None
     every: int = 1
     dt: float | None = None
-    method: str = "euler"
+    method: str = "rk4"
     population: int = 12
     largest: int = 128
     agree: int = 3

@@ -49,7 +49,7 @@ class FineTuning:
         soft: standard deviation of the soft range over the half width of the box; at 0.5 the ends of the box
             lie two deviations off.  The loss counts in it by independent samples, over what the widest box leaves.
         dt: time step [s]; None takes the median step of the trials.
-        method: "euler" or "rk4".
+        method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
         agreement: relative difference of the two objectives that still counts as the same.
         seed: of everything random.
         threads: fits at a time; None takes every processor.  Their number changes no digit.
@@ -63,7 +63,7 @@ class FineTuning:
     fold_starts: int = 3
     soft: float = 0.5
     dt: float | None = None
-    method: str = "euler"
+    method: str = "rk4"
     agreement: float = 1e-4
     seed: int = 1
     threads: int | None = None

@@ -31,7 +31,7 @@ class MultiStart:
     window: float | None = None
     every: int = 1
     dt: float | None = None
-    method: str = "euler"
+    method: str = "rk4"
     starts: int = 20
     seed: int = 0
     iterations: int = 60

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..approach import substeps
 from ..data import Array, Trial
 from ..engine.rollout import Sensitivity, Simulator, sensitivity, simulator
 from ..models import STATES
@@ -70,7 +71,10 @@ class TrajectoryObjective:
         window: float, dt: float, every: int, method: str, threads: int | None, stride: float | None = None,
     ) -> TrajectoryObjective:  # fmt: skip
         """Cut the windows and compile the kernels."""
-        cut = windows(trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every, stride=stride)
+        cut = windows(
+            trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every, stride=stride,
+            substeps=substeps(problem.ship, dt, method),
+        )  # fmt: skip
         groups = Groups.of(problem.nuisance, cut.trial)
         # The prior of a free initial state stands for its measurement, which must not count a second time.
         cut.scale[:, 0, groups.initial] = 0.0

@@ -60,7 +60,7 @@ class Scorer:
         problem = replace(base.problem, trials=tuple(trials), free=tuple(free or base.problem.free))
         cut = windows(
             trials, problem.ship.model, problem.loss, {n: factor * s for n, s in self.sigma.items()},
-            window=longest(trials), dt=base.windows.dt, every=1,
+            window=longest(trials), dt=base.windows.dt * base.windows.every, every=1, substeps=base.windows.every,
         )  # fmt: skip
         groups = Groups.of(problem.nuisance, cut.trial)
         return replace(base, problem=problem, windows=cut, groups=groups, packed=base.forward.pack(cut.series))

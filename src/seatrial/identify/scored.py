@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..approach import substeps
 from ..data import Array, Trial
 from ..engine import Scalars, System
 from ..engine.rollout import Simulator, simulator
@@ -114,8 +115,11 @@ class Scoring:
         """
         if problem.nuisance.initial or problem.nuisance.current or problem.nuisance.bias:
             raise StudyError("this estimator takes no [nuisance]; leave it out, or use shooting:Trajectory")
-        cut = windows(trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every)
-        layout, series = laid_out(cut, every)
+        cut = windows(
+            trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
+            substeps=substeps(problem.ship, dt, method),
+        )  # fmt: skip
+        layout, series = laid_out(cut)
         free = tuple(f.path for f in problem.free)
         parameters = np.array([*open_loop_parameters(problem.ship), *layout.held.values(), *layout.weights])
         own = open_loop_memory(problem.ship, cut.state0, cut.series[:, 0, : -len(CHANNELS)])
@@ -179,11 +183,11 @@ class Batch:
         return self.per_window(candidates).sum(axis=1) + self.scoring.prior(candidates)
 
 
-def laid_out(cut: Windows, every: int) -> tuple[Layout, Array]:
+def laid_out(cut: Windows) -> tuple[Layout, Array]:
     """The layout of windows, and their series in its order, shape (windows, steps, series)."""
     lanes, steps, inputs = cut.series.shape
     constant = [bool(np.all(cut.series[:, :, k] == cut.series[0, 0, k])) for k in range(inputs)]
-    rows = every * np.arange(cut.measured.shape[1])
+    rows = cut.every * np.arange(cut.measured.shape[1])
     measured, weight = np.zeros((lanes, steps, len(STATES))), np.zeros((lanes, steps, len(STATES)))
     measured[:, rows], weight[:, rows] = cut.measured, cut.scale**2
     compared = tuple(k for k in range(len(STATES)) if weight[:, :, k].any())
