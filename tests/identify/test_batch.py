@@ -16,7 +16,7 @@ from seatrial.identify.objective import TrajectoryObjective
 from seatrial.identify.shooting import Trajectory
 from seatrial.parameters import Free
 
-ESTIMATOR = MultiStart(method="euler")
+ESTIMATOR = MultiStart(method="euler", initial="measured")
 
 
 @pytest.fixture(scope="module")

@@ -123,7 +123,7 @@ def ensemble(
     sigma = np.array([level.get(name, 0.0) for name in STATES])
     clean, cut = many.predicted(fit.values), many.windows
     state0 = np.repeat(cut.state0[None], members, axis=0)
-    state0[:, :, : len(STATES)] += sigma * rng.standard_normal((members, cut.state0.shape[0], len(STATES)))
+    state0[:, :, : len(STATES)] = clean[:, 0] + sigma * rng.standard_normal((members, cut.state0.shape[0], len(STATES)))
     measured = clean[None] + sigma * rng.standard_normal((members, *clean.shape))
     measured[:, :, 0] = state0[:, :, : len(STATES)]
     mean, weight = prior(problem.free)

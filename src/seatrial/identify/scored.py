@@ -8,7 +8,7 @@ sea, steady revolutions, a weight) goes in as a parameter, what moves as a serie
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from ..models import STATES
 from ..ships import Ship
 from ..systems import open_loop, open_loop_memory, open_loop_parameters
 from . import Problem, StudyError
+from .objective import held
 from .windows import Windows, windows
 
 # Steps times lanes below which threads cost more than they bring.
@@ -113,7 +114,7 @@ class Scoring:
         Raises:
             StudyError: the problem has nuisances, which only the gradient estimators eliminate.
         """
-        if problem.nuisance.initial or problem.nuisance.current or problem.nuisance.bias:
+        if held(problem):
             raise StudyError("this estimator takes no [nuisance]; leave it out, or use shooting:Trajectory")
         cut = windows(
             trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
@@ -128,6 +129,12 @@ class Scoring:
             problem, cut, simulator(scored(problem.ship, layout), free), parameters, series,
             zero if own is None else np.hstack([zero, own]), method, threads,
         )  # fmt: skip
+
+    def begun(self, offset: Array) -> Scoring:
+        """With the start of each window so far from the recorded one, shape (windows, 6)."""
+        state0 = self.windows.state0.copy()
+        state0[:, : len(STATES)] += offset
+        return replace(self, windows=replace(self.windows, state0=state0))
 
     def batch(self, size: int) -> Batch:
         """Ready to score `size` candidates at a time, as often as wanted."""
