@@ -99,7 +99,7 @@ class Folds:
         for fold in range(FOLDS):
             train = tuple(t for some in sets.values() for i, t in enumerate(some) if i % FOLDS != fold)
             problem = Problem(ship, train, tuple(free), Loss(ESSO_OSAKA_SIGMA))
-            ships.append(Trajectory(window=RESTART).fit(problem).ship)
+            ships.append(Trajectory(window=RESTART, method="euler").fit(problem).ship)
         cut = Cut.of(sets, ship, ESSO_OSAKA_SIGMA, RESTART)
         number = np.array([i % FOLDS for some in sets.values() for i, _ in enumerate(some)])
         return Folds(cut, number[cut.trial], Predictor.of(ships), tuple(ships))

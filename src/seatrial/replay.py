@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .approach import substeps
 from .data import Array, DataError, Trial, unwrapped
 from .data.prepare import resampling
 from .engine import SimulationError
@@ -82,8 +83,9 @@ def replay(
 ) -> Trial:  # fmt: skip
     """Free-run prediction of `trial` from its own controls and wind, on its own rows.
 
-    Every `restart` seconds the state is set back to the measured one (at the first complete sample
-    from there on).  Rows run from the first complete sample to the last.  Inputs hold between rows;
+    By the Runge-Kutta method unless Euler's is asked for, in as many steps from row to row as the ship needs
+    (`approach.substeps`).  Every `restart` seconds the state is set back to the measured one (at the first
+    complete sample from there on).  Rows run from the first complete sample to the last.  Inputs hold between rows;
     uneven time is predicted on an even grid of the median step and read off at the rows.  A network starts
     with what it remembers of the measured rows before; where there are none, as if the first had held.
     With `smooth_start` each start is estimated from the readings of so many seconds up to it (`replay_start`).
@@ -113,8 +115,10 @@ def replay(
     system = open_loop(ship)
     first = state[starts] if smooth_start is None else smoothed_starts(t, state, starts, smooth_start)
     begun = np.hstack([first, unseen(ship.model, series, dt)[starts]])
+    each = substeps(ship, dt, method)
     run = simulator(system).run(
-        begun, lanes, open_loop_parameters(ship), dt=dt, steps=steps, method=method, threads=threads,
+        begun, np.repeat(lanes, each, axis=1), open_loop_parameters(ship), dt=dt / each, every=each,
+        steps=(steps - 1) * each + 1, method=method, threads=threads,
         memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])
         if remembered is None else remembered,
     )  # fmt: skip

@@ -12,7 +12,7 @@ from seatrial.identify.objective import TrajectoryObjective
 from seatrial.models import STATES
 from seatrial.replay import replay
 
-ESTIMATOR = MultiStart(starts=4)
+ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")
 
 
 @pytest.fixture(scope="module")

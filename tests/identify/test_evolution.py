@@ -103,7 +103,7 @@ def test_it_finds_what_the_gradient_finds_also_in_the_corners(problem: Problem, 
     At 0.2 there are two minima, 5 % apart; one start of the gradient in twenty finds the lower.
     """
     here = replace(problem, free=near(problem.ship.model, *PATHS, ratio=ratio))
-    fit = Evolution(threads=2).fit(here)
+    fit = Evolution(method="euler", initial="measured", threads=2).fit(here)
     smooth = Trajectory(**{**SETTINGS, "iterations": 60, "tolerance": 1e-11, "starts": 20}).fit(here)
     assert fit.objective == pytest.approx(smooth.objective, rel=1e-4)
     assert fit.at_bound

@@ -21,7 +21,8 @@ from seatrial.ships.files import load
 
 STUDY = Path(__file__).parents[2] / "studies" / "suyama2023.toml"
 KEPT = ("hull.R_0", "propeller.w_P0", "rudder.a_H", "rudder.gamma_Rp")
-SMALL = FineTuning(ratios=(0.2, 0.6), population=8, largest=16, agree=2, starts=4, fold_starts=2)
+SMALL = FineTuning(ratios=(0.2, 0.6), population=8, largest=16, agree=2, starts=4, fold_starts=2,
+                   method="euler", initial="measured")
 TINY = replace(SMALL, ratios=(0.3,), starts=2, fold_starts=1)
 
 
@@ -80,7 +81,9 @@ def test_both_methods_agree_and_a_wider_range_fits_better(tuning):
 def test_the_methods_agree_from_other_seeds(read_, seed):
     one = replace(read_.problem, free=within(read_.problem, 0.4))
     gradient = replace(SMALL, seed=seed).gradient(150.0).fit(one)
-    evolution = Evolution(population=8, largest=16, agree=2, seed=seed, threads=1).fit(one)
+    evolution = Evolution(
+        population=8, largest=16, agree=2, method="euler", initial="measured", seed=seed, threads=1
+    ).fit(one)
     assert evolution.objective == pytest.approx(gradient.objective, rel=1e-4)
 
 

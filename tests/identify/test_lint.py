@@ -163,7 +163,8 @@ def test_directions_in_degrees_are_refused(tug: Problem) -> None:
     (Trajectory(), "nuisance.initial", "give its deviations"), (OneStep(), "nuisance.initial", "give its deviations"),
     (Shooting(), "", ""), (Shooting(initial="measured"), "estimator.initial", 'say "free"'),
     (Shooting(schedule="lo"), "loss.correlation", "errors are alike"),
-    (MultiStart(), "loss.correlation", "errors are alike"), (Evolution(), "loss.correlation", "errors are alike"),
+    (MultiStart(), "", ""), (MultiStart(initial="measured"), "estimator.initial", 'say "free"'),
+    (Evolution(), "", ""), (Evolution(initial="measured"), "estimator.initial", 'say "free"'),
     (FineTuning(), "", ""),
 ])  # fmt: skip
 def test_the_remedy_against_measured_starts_is_one_that_the_estimator_takes(

@@ -13,7 +13,7 @@ from seatrial.identify.multistart import MultiStart
 from seatrial.identify.profile import THRESHOLD, profiles
 from seatrial.parameters import read
 
-ESTIMATOR = MultiStart(starts=6)
+ESTIMATOR = MultiStart(starts=6, method="euler", initial="measured")
 SENSORS = Loss(GNSS, correlation=0.0)
 
 

@@ -14,7 +14,7 @@ from seatrial.identify.misfit import misfit
 from seatrial.identify.multistart import MultiStart
 
 pytestmark = pytest.mark.long
-ESTIMATOR = MultiStart(starts=4)
+ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")
 UNSEEN = (-10, 20, -35, 40)
 
 

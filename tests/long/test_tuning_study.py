@@ -12,8 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from seatrial.identify.evolution import Evolution
-from seatrial.identify.fine_tuning import FineTuning
 from seatrial.identify.ranges import within
 from seatrial.identify.study import read_study
 
@@ -46,8 +44,8 @@ def test_the_methods_agree_from_nine_of_ten_seeds(study):
     one = replace(study.problem, free=within(study.problem, 0.6))
     agreed = 0
     for seed in range(10):
-        gradient = FineTuning(seed=seed).gradient(600.0).fit(one).objective
-        evolution = Evolution(seed=seed, threads=1).fit(one).objective
+        gradient = replace(study.estimator, seed=seed).gradient(600.0).fit(one).objective
+        evolution = replace(study.estimator.evolution(), seed=seed).fit(one).objective
         agreed += abs(gradient - evolution) <= 1e-4 * min(gradient, evolution)
     assert agreed >= 9
 

@@ -19,7 +19,7 @@ from seatrial.sensors import Sensors
 from seatrial.validate.identifiability_page import html, sections
 from seatrial.validate.page import page
 
-ESTIMATOR = MultiStart(starts=4)
+ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")
 
 
 @pytest.fixture(scope="module")

@@ -58,7 +58,7 @@ def made(ship, ratio, cost, one, other):
 
 
 def shown(tuning, **given):
-    return document(tuning, title="SUZAKU <tuned>", provenance={"study": "a & b"}, **given)
+    return document(tuning, title="SUZAKU <tuned>", provenance={"study": "a & b"}, method="euler", **given)
 
 
 @pytest.fixture(scope="module")

@@ -109,7 +109,7 @@ class Sensitivity:
 
     def run(
         self, state0: Array, series: Any, parameters: Array, *, dt: float, steps: int, every: int = 1,
-        lanewise: Array | None = None, method: str = "euler", threads: int | None = None,
+        lanewise: Array | None = None, method: str = "rk4", threads: int | None = None,
     ) -> tuple[Array, Array]:  # fmt: skip
         """States (lanes, rows, states) and their derivatives (lanes, rows, states, free + states).
 

@@ -12,7 +12,7 @@ from ..data import Array, DataError, Trial, unwrapped
 from ..models import STATES, Model
 from ..replay import inputs, unseen
 from .loss import Loss
-from .windows import even
+from .windows import between, even
 
 Index = NDArray[np.intp]
 Part = tuple[Array, Array, Array, Array, Array, Index]
@@ -36,7 +36,8 @@ class Chains:
         levels: lanes of the first windows of all trials, of the second ones, and so on.
         samples: entries that count.
         weight: share of a compared row that counts as independent.
-        dt, steps, every: time step [s], samples of a window, stride of the compared rows.
+        dt, steps, every: time step of the integrator [s], its samples in a window, and how many of its steps lie
+            between compared rows.
     """
 
     nodes: Array
@@ -62,11 +63,13 @@ class Chains:
 def chains(
     trials: Sequence[Trial], model: Model, loss: Loss, sigma: Mapping[str, float], *,
     window: float, dt: float, every: int, weights: Mapping[str, float],
+    substeps: int = 1,
 ) -> Chains:  # fmt: skip
     """Every trial cut into windows of `window` seconds, the last one shorter.
 
     Args:
         weights: what the squared residuals of a trial are multiplied by, by its name; 1 where it is not named.
+        substeps: equal steps of the integrator from row to row, `dt` [s] apart.
 
     Raises:
         DataError: a trial lacks a channel, or is shorter than two complete rows or one window.
@@ -85,9 +88,10 @@ def chains(
     nodes, series, measured, scale, motion, length = (np.stack(x) for x in zip(*parts, strict=True))
     level = np.array(level_of, dtype=np.intp)
     return Chains(
-        nodes, series, measured, scale, motion, length, np.array(trial_of, dtype=np.intp),
+        nodes, between(series, substeps), measured, scale, motion, length, np.array(trial_of, dtype=np.intp),
         tuple(np.flatnonzero(level == k) for k in range(int(level.max()) + 1)),
-        int((scale > 0).sum()), share, dt, jump + 1, every,
+        int((scale > 0).sum()), share, dt / substeps,
+        jump * substeps + 1, every * substeps,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..approach import substeps
 from ..data import Array, DataError, Trial
 from ..engine.rollout import simulator
 from ..models import STATES
@@ -122,7 +123,7 @@ def ensemble(
     sigma = np.array([level.get(name, 0.0) for name in STATES])
     clean, cut = many.predicted(fit.values), many.windows
     state0 = np.repeat(cut.state0[None], members, axis=0)
-    state0[:, :, : len(STATES)] += sigma * rng.standard_normal((members, cut.state0.shape[0], len(STATES)))
+    state0[:, :, : len(STATES)] = clean[:, 0] + sigma * rng.standard_normal((members, cut.state0.shape[0], len(STATES)))
     measured = clean[None] + sigma * rng.standard_normal((members, *clean.shape))
     measured[:, :, 0] = state0[:, :, : len(STATES)]
     mean, weight = prior(problem.free)
@@ -165,7 +166,8 @@ def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:
     """
     dt = group.settings.dt or float(np.median(np.diff(trial.t)))
     cut = windows((trial,), group.ship.model, Loss(correlation=0.0), dict.fromkeys(STATES, 1.0),
-                  window=trial.duration, dt=dt, every=1)  # fmt: skip
+                  window=trial.duration, dt=dt, every=1,
+                  substeps=substeps(group.ship, dt, group.settings.method))  # fmt: skip
     if cut.state0.shape[0] != 1:
         raise DataError(f"{trial.name}: its complete rows fall apart into {cut.state0.shape[0]} runs; give one")
     free = tuple(f.path for f in group.free)
@@ -175,7 +177,8 @@ def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:
     lanes = np.vstack([best, group.values])
     run = simulator(open_loop(group.ship), free).run(
         np.repeat(cut.state0, len(lanes), axis=0), np.repeat(cut.series, len(lanes), axis=0), shared,
-        lanewise=lanes, dt=dt, steps=cut.steps, method=group.settings.method, threads=group.settings.threads,
+        lanewise=lanes, dt=cut.dt, steps=cut.steps, every=cut.every, method=group.settings.method,
+        threads=group.settings.threads,
     )  # fmt: skip
     states = run.values[:, :, : len(STATES)]
     t = trial.t[0] + dt * np.arange(states.shape[1])

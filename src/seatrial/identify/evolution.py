@@ -19,7 +19,8 @@ import numpy as np
 from ..data import Array
 from ..engine.rollout import is_rk4
 from . import Fit, FitError, Problem, Progress, StudyError
-from .objective import TrajectoryObjective
+from .gauss_newton import State, minimise
+from .objective import TrajectoryObjective, begun_as, checked_initial
 from .record import Record
 from .scored import Batch, Scoring
 from .shooting import digest, finished
@@ -30,6 +31,8 @@ from .windows import spread
 _STEEP = 10.0
 # A population is as good as converged when its best has not moved for this many generations.
 _PATIENCE, _PER_DIMENSION = 10, 30
+# When parameters and starts have gone down together: after so many iterations, or below this relative decrease.
+_JOINED, _CLOSE = 60, 1e-9
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,9 @@ class Evolution:
         window: length of a prediction before it restarts [s]; None runs each trial through.
         every: compare every so many steps.
         dt: time step [s]; None takes the median step of the trials.
-        method: "euler" or "rk4".
+        initial: "free" estimates the state at the start of each window along: where a run ends, parameters and starts
+            go down together, and the next run begins from these starts.  "measured" takes the row as recorded.
+        method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
         population: candidates of a generation in the first run; doubled at each restart up to `largest`.
         agree: stop when so many runs have found the best objective again, within `agreement` (relative).
         runs: at most so many runs.
@@ -54,7 +59,8 @@ class Evolution:
     window: float | None = None
     every: int = 1
     dt: float | None = None
-    method: str = "euler"
+    method: str = "rk4"
+    initial: str = "free"
     population: int = 12
     largest: int = 128
     agree: int = 3
@@ -75,11 +81,12 @@ class Evolution:
             known = f"it lies between 4 and {self.largest}, largest"
             raise StudyError(f"estimator.population is {self.population}; {known}")
         is_rk4(self.method)
+        checked_initial(self.initial)
 
     @property
     def starts_remedy(self) -> tuple[str, str]:
-        """What to do about the noise of measured starts, which cannot be freed; see `Estimator`."""
-        return "loss.correlation", "give the time over which errors are alike"
+        """What to do about the noise of measured starts; see `Estimator`."""
+        return ("estimator.initial", 'say "free"') if self.initial == "measured" else ("", "")
 
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
@@ -94,17 +101,18 @@ class Evolution:
         window = self.window or max(trial.duration for trial in problem.trials)
         settings: Any = {"window": window, "dt": dt, "every": self.every, "method": self.method,
                          "threads": self.threads}  # fmt: skip
-        smooth = TrajectoryObjective.build(problem, problem.trials, sigma, **settings)
+        own = begun_as(problem, self.initial)
+        smooth = TrajectoryObjective.build(own, problem.trials, sigma, **settings)
         watch = Scoring.build(problem, problem.validation, sigma, **settings).batch(1) if problem.validation else None
         print_ = digest(problem, self)
         search = _Search(
             self, problem, Scoring.build(problem, problem.trials, sigma, **settings), watch, smooth, low, high
         )
         with Record.open(checkpoint, print_) as record:
-            ends, history, status, evaluations = search.go(record, progress)
+            ends, begun, history, status, evaluations = search.go(record, progress)
         best = ends[int(np.argmin(ends[:, 0]))]
         return replace(
-            finished(problem, smooth, best[1:], np.zeros(0), history, evaluations, status, print_),
+            finished(problem, smooth, best[1:], begun, history, evaluations, status, print_),
             objective=float(best[0]), seconds=float(history[-1, 3]), ends=ends,
         )  # fmt: skip
 
@@ -140,20 +148,23 @@ class _Search:
     low: Array
     high: Array
 
-    def go(self, record: Record, progress: Progress | None) -> tuple[Array, Array, str, int]:
-        """Ends of the runs (objective, values), history, why it stopped, and how many evaluations it took."""
+    def go(self, record: Record, progress: Progress | None) -> tuple[Array, Array, Array, str, int]:
+        """Ends of the runs (objective, values), starts, history, why it stopped, and how many evaluations it took."""
         ends: list[Array] = []
+        begun = np.zeros(self.smooth.nuisances)
         history: list[tuple[float, float, float, float]] = []
         evaluations, population, found = 0, self.settings.population, 0
         while len(ends) < self.settings.runs and found < self.settings.agree:
             end = np.full(self.low.size + 1, np.inf)
-            for objective, values, row in self.run(len(ends), population, record):
+            for objective, values, row in self.run(len(ends), population, record, begun):
                 evaluations += population
                 end = np.array([objective, *values]) if objective < end[0] else end
                 history.append((len(history) + 1.0, *row))
                 best = min((*ends, end), key=lambda one: one[0])[1:]
                 ship = with_values(self.problem.ship, self.problem.free, best if np.isfinite(best).all() else values)
                 tell(progress, (len(history), row[0], row[1]), ship)
+            end, starts = self.joined(end, begun)
+            begun = starts if end[0] < min((one[0] for one in ends), default=math.inf) else begun
             ends.append(end)
             best = min(one[0] for one in ends)
             near = best + self.settings.agreement * abs(best)
@@ -162,7 +173,16 @@ class _Search:
         if not any(np.isfinite(one[0]) for one in ends):
             raise FitError("no candidate of any run can be simulated; " + self.smooth.failure(self.start))
         said = f"{found} of {len(ends)} runs found the same objective to {self.settings.agreement:g}"
-        return np.array(ends), np.array(history), said, evaluations
+        return np.array(ends), begun, np.array(history), said, evaluations
+
+    def joined(self, end: Array, begun: Array) -> tuple[Array, Array]:
+        """Where parameters and starts go down to together from the end of a run, and these starts."""
+        if not begun.size or not np.isfinite(end[0]):
+            return end, begun
+        state = State(end[1:], begun, float(end[0]))
+        state = minimise(self.smooth, state, self.low, self.high, iterations=_JOINED, tolerance=_CLOSE,
+                         each=lambda _: None)  # fmt: skip
+        return np.array([state.cost, *state.p]), state.eta
 
     @property
     def start(self) -> Array:
@@ -170,9 +190,9 @@ class _Search:
         return np.array([f.start for f in self.problem.free])
 
     def run(
-        self, number: int, population: int, record: Record
+        self, number: int, population: int, record: Record, begun: Array
     ) -> Iterator[tuple[float, Array, tuple[float, float, float]]]:
-        """One run: after each generation its best objective, values, and (objective, validation, seconds)."""
+        """One run from these starts: by generation best objective, values, and (objective, validation, seconds)."""
         from cmaes import CMA
 
         draw = np.random.default_rng([self.settings.seed, number])
@@ -180,7 +200,7 @@ class _Search:
             mean=draw.random(self.low.size), sigma=self.settings.step, population_size=population,
             seed=int(draw.integers(2**31)),
         )  # fmt: skip
-        batch, bests = self.scoring.batch(population), []
+        batch, bests = self.scoring.begun(self.smooth.starts(begun)).batch(population), []
         patience = _PATIENCE + math.ceil(_PER_DIMENSION * self.low.size / population)
         for _ in range(self.settings.generations):
             asked = np.array([strategy.ask() for _ in range(population)])

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..approach import substeps
 from ..data import Array, Trial
 from ..engine import SimulationError
 from ..engine.rollout import sensitivity
@@ -152,14 +153,14 @@ def informations(
     every = max(round((interval or 1.0 / (_READINGS * rate)) / dt), 1)
     cut = windows(
         [run for run, _ in runs], ship.model, Loss(noise, correlation=0.0), noise,
-        window=window or _WINDOW / rate, dt=dt, every=every,
+        window=window or _WINDOW / rate, dt=dt, every=every, substeps=substeps(ship, dt),
     )  # fmt: skip
     values = open_loop_parameters(ship)
     system = open_loop(ship)
     for f in free:
         values[system.parameters.index(f.path)] = f.start
     _, slopes = sensitivity(system, [f.path for f in free]).run(
-        cut.state0, cut.series, values, dt=dt, steps=cut.steps, every=every, method="rk4", threads=threads
+        cut.state0, cut.series, values, dt=cut.dt, steps=cut.steps, every=cut.every, method="rk4", threads=threads
     )
     weighted = slopes[:, :, : len(STATES)] * cut.scale[..., None]
     matrix = np.array([_reduced(lane[cut.scale[k] > 0], len(free)) for k, lane in enumerate(weighted)])

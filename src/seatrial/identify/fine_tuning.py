@@ -21,6 +21,7 @@ from ..engine.rollout import default_threads, is_rk4
 from ..parameters import Free, read
 from . import Fit, Nuisance, Problem, Progress, StudyError
 from .evolution import Evolution
+from .objective import begun_as, checked_initial
 from .ranges import ITERATIONS, TOLERANCE, Scorer, flat_directions, longest, residuals, softened, within
 from .shooting import Trajectory
 from .tuned import Method, Range, Tuning
@@ -49,7 +50,10 @@ class FineTuning:
         soft: standard deviation of the soft range over the half width of the box; at 0.5 the ends of the box
             lie two deviations off.  The loss counts in it by independent samples, over what the widest box leaves.
         dt: time step [s]; None takes the median step of the trials.
-        method: "euler" or "rk4".
+        initial: "free" estimates the state at the start of each trial along, its first row counting as any other; a
+            trial that is only predicted starts where its first length of the ship would have it.  "measured" starts
+            every trial from its first row as recorded, as the paper does.
+        method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
         agreement: relative difference of the two objectives that still counts as the same.
         seed: of everything random.
         threads: fits at a time; None takes every processor.  Their number changes no digit.
@@ -63,7 +67,8 @@ class FineTuning:
     fold_starts: int = 3
     soft: float = 0.5
     dt: float | None = None
-    method: str = "euler"
+    method: str = "rk4"
+    initial: str = "free"
     agreement: float = 1e-4
     seed: int = 1
     threads: int | None = None
@@ -78,13 +83,14 @@ class FineTuning:
             if not getattr(self, name) > 0:
                 raise StudyError(f"estimator.{name} is {getattr(self, name):g}; it must be above zero")
         is_rk4(self.method)
+        checked_initial(self.initial)
         self.evolution()
 
     def evolution(self) -> Evolution:
         """The population method of one range, each trial run through."""
         return Evolution(
-            dt=self.dt, method=self.method, population=self.population, largest=self.largest, agree=self.agree,
-            seed=self.seed, threads=1,
+            dt=self.dt, method=self.method, initial=self.initial, population=self.population,
+            largest=self.largest, agree=self.agree, seed=self.seed, threads=1,
         )  # fmt: skip
 
     def gradient(self, duration: float) -> Trajectory:
@@ -118,7 +124,7 @@ class FineTuning:
         """
         _check(problem, tests, self.ratios)
         plain = replace(problem, validation=())
-        sweep = _Sweep(self, plain, Scorer.of(plain, self.dt, self.method), told, checkpoint)
+        sweep = _Sweep(self, plain, Scorer.of(begun_as(plain, self.initial), self.dt, self.method), told, checkpoint)
         untuned = np.array([float(read(problem.ship.model, f.path)) for f in problem.free])
         ranges = sweep.ranges(tests)
         chosen = min(range(len(ranges)), key=lambda k: sum(ranges[k].left_out.values()))
@@ -126,7 +132,7 @@ class FineTuning:
         left = residuals(sweep.scorer, problem.trials, best.fit.values)
         return Tuning(
             problem, tuple(tests), ranges, chosen, sweep.scorer.scores(problem.trials, untuned),
-            sweep.scorer.scores(tests, untuned), left,
+            sweep.scorer.scores(tests, untuned, seen=False), left,
             flat_directions(sweep.scorer, problem.trials, best.free, best.fit.values, left), self.agreement,
         )  # fmt: skip
 
@@ -196,7 +202,9 @@ class _Sweep:
         path = self.checkpoint and self.checkpoint.with_name(
             f"{self.checkpoint.stem}.{f'{ratio:g}'.replace('.', '_')}_{name}{self.checkpoint.suffix}"
         )
-        problem = replace(self.problem, free=free)
+        # The gradient takes free starts as nuisances that nothing but the readings hold.
+        own = self.problem if name == "evolution" else begun_as(self.problem, self.settings.initial)
+        problem = replace(own, free=free)
 
         what = f"a_r {ratio:g}, {name}"
 
@@ -231,12 +239,12 @@ class _Sweep:
         fit, softly = methods[kept], soft[ratio, 0]
 
         def left_out(values: Mapping[tuple[float, int], Array]) -> dict[str, float]:
-            return {t.name: scores([t], values[ratio, k])[t.name] for k, t in enumerate(trials, 1)}
+            return {t.name: scores([t], values[ratio, k], seen=False)[t.name] for k, t in enumerate(trials, 1)}
 
         return Range(
             ratio, box, fit, kept, {name: Method.of(one) for name, one in methods.items()},
-            scores(trials, fit.values), scores(tests, fit.values), left_out(hard),
-            softly, scores(trials, softly), scores(tests, softly), left_out(soft),
+            scores(trials, fit.values), scores(tests, fit.values, seen=False), left_out(hard),
+            softly, scores(trials, softly), scores(tests, softly, seen=False), left_out(soft),
         )  # fmt: skip
 
 

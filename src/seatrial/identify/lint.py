@@ -178,7 +178,7 @@ def _felt(problem: Problem) -> Iterator[Issue]:
     try:
         objective = TrajectoryObjective.build(
             bare, bare.trials, dict(bare.loss.sigma) or spread(bare.trials), window=max(_WINDOW, dt), dt=dt,
-            every=max(round(_EVERY / dt), 1), method="euler", threads=None,
+            every=max(round(_EVERY / dt), 1), method="rk4", threads=None,
         )  # fmt: skip
     except DataError as error:
         yield Issue("error", "trials", str(error))

@@ -36,7 +36,7 @@ class Shooting:
         smooth: length over which measured velocities are smoothed for LO [s].
         every: compare every so many steps.
         dt: time step [s]; None takes the median step of the trials.
-        method: "euler" or "rk4".
+        method: as in `Trajectory`.
         ridge: weight of the squared offset from the start, relative to the start (absolute where that is zero).
         constraints: whether You 2023 Eqs. 18-19 are kept (`constraints`).
         initial: first state of each trial "free", its measurement counting as any other row, or as "measured".

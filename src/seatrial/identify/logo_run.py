@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..approach import substeps
 from ..data import Array, DataError, Trial
 from ..models import STATES
 from . import Fit, FitError, Nuisance, Problem, Progress
@@ -90,17 +91,20 @@ class Run:
         ship = with_values(self.problem.ship, self.problem.free, search.point.p)
         tell(self.progress, (len(self.history), search.cost, seen), ship)
 
-    def stage(self, trials: tuple[Trial, ...], window: float | None = None) -> Condensed:
+    def stage(
+        self, trials: tuple[Trial, ...], window: float | None = None, *, method: str | None = None
+    ) -> Condensed:
         """The objective of some trials, cut into windows."""
         own, part = self.settings, replace(self.problem, trials=trials)
         cut = chains(
             trials, part.ship.model, part.loss, self.sigma, window=own.window if window is None else window,
             dt=self.dt, every=own.every, weights=own.weights,
+            substeps=substeps(part.ship, self.dt, method or own.method),
         )  # fmt: skip
         penalty = Penalty(self.inequalities, _STIFF * max(cut.samples, 1), np.zeros(len(self.inequalities.names)))
         return Condensed.build(
             part, cut, anchor=self.anchor, penalty=penalty, freed=own.initial == "free", span=self.span,
-            method=own.method, threads=own.threads,
+            method=method or own.method, threads=own.threads,
         )  # fmt: skip
 
     def local(self, stage: Condensed, p: Array) -> Point:
@@ -117,10 +121,12 @@ class Run:
         """Predictions from measured states over windows that grow, first by a step of Euler's."""
         point, begun = stage.start(p), False
         for k, share in enumerate((0.0, *_LADDER)):
-            rung = stage if share == 1.0 else self.stage(stage.problem.trials, share * self.settings.window)
+            rung = stage if share == 1.0 else self.stage(
+                stage.problem.trials, share * self.settings.window, method=None if k else "euler"
+            )
             rung = replace(rung, linked=False)
             search = descend(
-                rung if k else replace(rung, method="euler"), rung.start(point.p, point.own), *self.bounds,
+                rung, rung.start(point.p, point.own), *self.bounds,
                 iterations=_LOCAL if k else _FAR, damping=DAMPING if k else _FAR_DAMPING, tolerance=1e-3,
                 each=self.each,
             )  # fmt: skip

@@ -33,7 +33,8 @@ class Nuisance:
     """What differs from window to window or from trial to trial and is estimated along.
 
     Attributes:
-        initial: standard deviation of the initial state's offset by channel; empty: as measured.
+        initial: standard deviation of the initial state's offset by channel; empty: as measured.  Infinite: free,
+            the first reading counting as any other.
         current: standard deviation of a constant current per trial, each component [m/s]; 0: none.
         bias: standard deviation of a constant sensor bias per trial by channel; empty: none.
     """

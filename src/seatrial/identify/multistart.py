@@ -13,7 +13,7 @@ from ..data import Array
 from ..parameters import Free
 from . import Fit, FitError, Problem, Progress
 from .batch import Many, cut_as
-from .objective import TrajectoryObjective
+from .objective import TrajectoryObjective, begun_as, checked_initial
 from .shooting import Trajectory, digest, finished
 from .watch import tell, with_values
 
@@ -24,6 +24,8 @@ class MultiStart:
 
     Attributes:
         window, every, dt, method, threads: as in `Trajectory`; None for the window runs each trial through.
+        initial: "free" estimates the state at the start of each window along, its reading counting as any other;
+            "measured" starts from the row as recorded, noise and all.
         starts: the first is the declared one, others are drawn within bounds (or the prior) from `seed`.
         iterations, tolerance: stop after so many, or when two steps decrease by less than this (relative).
     """
@@ -31,7 +33,8 @@ class MultiStart:
     window: float | None = None
     every: int = 1
     dt: float | None = None
-    method: str = "euler"
+    method: str = "rk4"
+    initial: str = "free"
     starts: int = 20
     seed: int = 0
     iterations: int = 60
@@ -39,6 +42,7 @@ class MultiStart:
     threads: int | None = None
 
     def __post_init__(self) -> None:
+        checked_initial(self.initial)
         Trajectory(
             window=self.window or 100.0, every=self.every, dt=self.dt, method=self.method, iterations=self.iterations,
             tolerance=self.tolerance, starts=self.starts,
@@ -46,8 +50,8 @@ class MultiStart:
 
     @property
     def starts_remedy(self) -> tuple[str, str]:
-        """What to do about the noise of measured starts, which cannot be freed; see `Estimator`."""
-        return "loss.correlation", "give the time over which errors are alike"
+        """What to do about the noise of measured starts; see `Estimator`."""
+        return ("estimator.initial", 'say "free"') if self.initial == "measured" else ("", "")
 
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
@@ -60,7 +64,8 @@ class MultiStart:
         """
         began, history = time.perf_counter(), list[tuple[float, float, float, float]]()
         sigma, arguments = cut_as(problem, self)
-        many = Many.build(problem, problem.trials, sigma, **arguments)
+        own = begun_as(problem, self.initial)
+        many = Many.build(own, problem.trials, sigma, **arguments)
 
         def each(costs: Array, values: Array) -> None:
             history.append((len(history) + 1.0, float(costs.min()), float("nan"), time.perf_counter() - began))
@@ -69,14 +74,14 @@ class MultiStart:
 
         starts = drawn(problem.free, self.starts, np.random.default_rng(self.seed))
         ends = many.descend(starts, iterations=self.iterations, tolerance=self.tolerance, each=each)
-        objective = TrajectoryObjective.build(problem, problem.trials, sigma, **arguments)
+        objective = TrajectoryObjective.build(own, problem.trials, sigma, **arguments)
         best = int(np.argmin(ends.normals.costs))
         if not np.isfinite(ends.normals.costs[best]):
             raise FitError("the model blows up at every start; " + objective.failure(starts[0]))
         status = f"{int(ends.converged.sum())} of {self.starts} starts converged"
         fit = finished(
-            problem, objective, ends.values[best], np.zeros(0), np.array(history), int(ends.iterations.sum()),
-            status, digest(problem, self),
+            problem, objective, ends.values[best], objective.begun(ends.values[best]), np.array(history),
+            int(ends.iterations.sum()), status, digest(problem, self),
         )  # fmt: skip
         table = np.column_stack([ends.normals.costs, ends.values])
         return replace(fit, seconds=time.perf_counter() - began, ends=table)

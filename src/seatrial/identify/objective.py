@@ -2,23 +2,56 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..approach import substeps
 from ..data import Array, Trial
 from ..engine.rollout import Sensitivity, Simulator, sensitivity, simulator
 from ..models import STATES
 from ..systems import open_loop, open_loop_parameters
-from . import Nuisance, Problem
+from . import Nuisance, Problem, StudyError
 from .gauss_newton import Block, Normal
 from .windows import Windows, windows
 
 Index = NDArray[np.intp]
 CURRENT = ("environment.current_x", "environment.current_y")
+INITIAL = ("free", "measured")
+"""Where predictions begin: in a state estimated along with the parameters, or in the first row as recorded."""
+# Steps towards the starts that suit given parameters: the readings are near, so a few are plenty.
+_TOWARDS = 8
+
+
+def checked_initial(initial: str) -> None:
+    """Refuse what says nothing about where predictions begin.
+
+    Raises:
+        StudyError: neither of `INITIAL`.
+    """
+    if initial not in INITIAL:
+        raise StudyError(f"estimator.initial is '{initial}'; it is {' or '.join(INITIAL)}")
+
+
+def begun_as(problem: Problem, initial: str) -> Problem:
+    """The problem, the start of each window free where it is to be estimated: a first row is a reading as any other.
+
+    What the loss does not compare starts as recorded: nothing is known of its errors.
+    """
+    if initial != "free":
+        return problem
+    compared = [name for name in STATES if name in (problem.loss.sigma or STATES)]
+    return replace(problem, nuisance=replace(problem.nuisance, initial=dict.fromkeys(compared, math.inf)))
+
+
+def held(problem: Problem) -> bool:
+    """Whether the problem has nuisances beyond starts that nothing but the readings hold."""
+    own = problem.nuisance
+    return bool(own.current or own.bias or np.isfinite(list(own.initial.values())).any())
 
 
 @dataclass(frozen=True)
@@ -31,6 +64,11 @@ class Groups:
     slices: tuple[slice, ...]
     lanes: tuple[Index, ...]
     deviation: Array
+
+    @property
+    def flat(self) -> int:
+        """How many no prior holds."""
+        return int(np.isinf(self.deviation).sum())
 
     @staticmethod
     def of(nuisance: Nuisance, trial: Index) -> Groups:
@@ -70,10 +108,14 @@ class TrajectoryObjective:
         window: float, dt: float, every: int, method: str, threads: int | None, stride: float | None = None,
     ) -> TrajectoryObjective:  # fmt: skip
         """Cut the windows and compile the kernels."""
-        cut = windows(trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every, stride=stride)
+        cut = windows(
+            trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every, stride=stride,
+            substeps=substeps(problem.ship, dt, method),
+        )  # fmt: skip
         groups = Groups.of(problem.nuisance, cut.trial)
         # The prior of a free initial state stands for its measurement, which must not count a second time.
-        cut.scale[:, 0, groups.initial] = 0.0
+        measured = [STATES.index(name) for name, sd in problem.nuisance.initial.items() if math.isfinite(sd)]
+        cut.scale[:, 0, measured] = 0.0
         system = open_loop(problem.ship)
         lanewise = CURRENT if groups.current else ()
         free = (*(f.path for f in problem.free), *lanewise)
@@ -94,10 +136,10 @@ class TrajectoryObjective:
         parameters = open_loop_parameters(self.problem.ship)
         parameters[self.where] = p
         state0, lanes = self.windows.state0.copy(), self.windows.state0.shape[0]
+        state0[:, : len(STATES)] += self.starts(eta)
         current, bias = np.zeros((lanes, 2)), np.zeros((lanes, 1, len(STATES)))
         for part, mine in zip(self.groups.slices, self.groups.lanes, strict=True):
             own, n = eta[part], len(mine) * len(self.groups.initial)
-            state0[mine[:, None], self.groups.initial] += own[:n].reshape(len(mine), -1)
             if self.groups.current:
                 current[mine], n = own[n : n + 2], n + 2
             bias[mine[:, None], 0, self.groups.bias] = own[n:]
@@ -107,6 +149,14 @@ class TrajectoryObjective:
             "lanewise": current if self.groups.current else None,
         }  # fmt: skip
         return state0, parameters, arguments, bias
+
+    def starts(self, eta: Array) -> Array:
+        """How far from the recorded ones the nuisances `eta` let windows start, shape (lanes, 6)."""
+        out = np.zeros((self.windows.state0.shape[0], len(STATES)))
+        for part, mine in zip(self.groups.slices, self.groups.lanes, strict=True):
+            own = eta[part][: len(mine) * len(self.groups.initial)]
+            out[mine[:, None], self.groups.initial] = own.reshape(len(mine), -1)
+        return out
 
     def residuals(self, p: Array, eta: Array) -> Array:
         """Weighted residuals, shape (lanes, rows, 6); not finite where the model blows up."""
@@ -180,7 +230,33 @@ class TrajectoryObjective:
         """
         e = self.residuals(p, eta)
         independent = float((self.windows.scale > 0).sum()) * self.windows.weight
-        return float((e * e).sum()) / max(independent - p.size, 1.0)
+        return float((e * e).sum()) / max(independent - p.size - self.groups.flat, 1.0)
+
+    def begun(self, p: Array, until: float | None = None) -> Array:
+        """The nuisances that suit `p` best, found from none.
+
+        Args:
+            until: seconds of each window that have a say; None is all of it.
+        """
+        here, eta = self, np.zeros(self.nuisances)
+        if not eta.size:
+            return eta
+        if until is not None:
+            rows = np.arange(self.windows.scale.shape[1]) * self.windows.every * self.windows.dt
+            seen = np.where((rows <= until)[None, :, None], self.windows.scale, 0.0)
+            here = replace(self, windows=replace(self.windows, scale=seen))
+        cost = here.cost(p, eta)
+        for _ in range(_TOWARDS):
+            further = eta.copy()
+            for block in here.normal(p, eta).blocks:
+                further[block.where] -= np.linalg.solve(block.own, block.gradient)
+            then = here.cost(p, further)
+            if not then < cost:
+                break
+            last, eta, cost = cost - then <= 1e-10 * cost, further, then
+            if last:
+                break
+        return eta
 
     def standardised(self, p: Array) -> float:
         """Pooled standardised MSE of all windows without nuisances (Wakita 2022 Eq. 25)."""

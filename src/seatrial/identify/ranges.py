@@ -23,6 +23,8 @@ from .windows import spread, windows
 
 # When a descent ends: so many iterations, or a relative decrease below this.
 ITERATIONS, TOLERANCE = 80, 1e-8
+# Rows that tell the start of a trial, at least.
+_FIRST = 10
 
 
 def longest(trials: Sequence[Trial]) -> float:
@@ -32,7 +34,10 @@ def longest(trials: Sequence[Trial]) -> float:
 
 @dataclass(frozen=True)
 class Scorer:
-    """The loss of a problem on any trials, each predicted whole from its first sample; compiled once.
+    """The loss of a problem on any trials, each predicted whole from its start; compiled once.
+
+    Where starts are free (`objective.begun_as`) those of a trial that was fitted are what suits all of it, those of
+    one that is only predicted what suits its first ship length of way.
 
     Attributes:
         base, many: the objective of the problem's own trials, for one set of values and for many.
@@ -60,7 +65,7 @@ class Scorer:
         problem = replace(base.problem, trials=tuple(trials), free=tuple(free or base.problem.free))
         cut = windows(
             trials, problem.ship.model, problem.loss, {n: factor * s for n, s in self.sigma.items()},
-            window=longest(trials), dt=base.windows.dt, every=1,
+            window=longest(trials), dt=base.windows.dt * base.windows.every, every=1, substeps=base.windows.every,
         )  # fmt: skip
         groups = Groups.of(problem.nuisance, cut.trial)
         return replace(base, problem=problem, windows=cut, groups=groups, packed=base.forward.pack(cut.series))
@@ -84,15 +89,29 @@ class Scorer:
             raise FitError("the model blows up at every start; " + objective.failure(_starts(free, 1, seed)[0]))
         return ends.values[best]
 
-    def residuals(self, trials: Sequence[Trial], values: Array) -> Array:
-        """Weighted residuals, shape (trials, rows, 6); not finite where the model blows up."""
-        return self.objective(trials).residuals(values, np.zeros(0))
+    def residuals(self, trials: Sequence[Trial], values: Array, *, seen: bool = True) -> Array:
+        """Weighted residuals, shape (trials, rows, 6); not finite where the model blows up.
 
-    def scores(self, trials: Sequence[Trial], values: Array) -> dict[str, float]:
-        """Loss of each trial by its name, without any prior; inf where the model blows up."""
+        Args:
+            seen: whether starts may be what suits the whole of the trials.
+        """
+        objective = self.objective(trials)
+        return objective.residuals(values, objective.begun(values, None if seen else self.first(objective)))
+
+    def first(self, objective: TrajectoryObjective) -> float:
+        """Time of the readings that tell the start of a trial which is only predicted [s]."""
+        ship, cut = objective.problem.ship, objective.windows
+        return max(ship.L_pp / max(ship.speed, 1e-3), _FIRST * cut.dt * cut.every)
+
+    def scores(self, trials: Sequence[Trial], values: Array, *, seen: bool = True) -> dict[str, float]:
+        """Loss of each trial by its name, without any prior; inf where the model blows up.
+
+        Args:
+            seen: as in `residuals`.
+        """
         if not trials:
             return {}
-        costs = (self.residuals(trials, values) ** 2).sum(axis=(1, 2))
+        costs = (self.residuals(trials, values, seen=seen) ** 2).sum(axis=(1, 2))
         return {t.name: float(c) if math.isfinite(c) else math.inf for t, c in zip(trials, costs, strict=True)}
 
 
@@ -193,7 +212,7 @@ def _said(name: str, value: float) -> str:
 def residuals(scorer: Scorer, trials: Sequence[Trial], values: Array) -> Residuals:
     """Read what is left of `trials` at `values`."""
     objective = scorer.objective(trials)
-    left, scale = objective.residuals(values, np.zeros(0)), objective.windows.scale
+    left, scale = objective.residuals(values, objective.begun(values)), objective.windows.scale
     rms: dict[str, float] = {}
     noise: dict[str, float] = {}
     alike: dict[str, float] = {}
@@ -247,6 +266,7 @@ def flat_directions(
     """
     objective = scorer.objective(trials)
     half = np.array([0.5 * (f.high - f.low) for f in free])
-    H = objective.normal(values, np.zeros(0)).H - np.diag([f.sigma**-2.0 for f in objective.problem.free])
+    normal = objective.normal(values, objective.begun(values))
+    H = normal.reduced(0.0)[0] - np.diag([f.sigma**-2.0 for f in objective.problem.free])
     curvature = half[:, None] * H * half[None, :] / max(left.variance * left.time, 1e-300)
     return int((np.linalg.eigvalsh(0.5 * (curvature + curvature.T)) < 3.0).sum())

@@ -8,11 +8,12 @@ sea, steady revolutions, a weight) goes in as a parameter, what moves as a serie
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..approach import substeps
 from ..data import Array, Trial
 from ..engine import Scalars, System
 from ..engine.rollout import Simulator, simulator
@@ -21,6 +22,7 @@ from ..models import STATES
 from ..ships import Ship
 from ..systems import open_loop, open_loop_memory, open_loop_parameters
 from . import Problem, StudyError
+from .objective import held
 from .windows import Windows, windows
 
 # Steps times lanes below which threads cost more than they bring.
@@ -112,10 +114,13 @@ class Scoring:
         Raises:
             StudyError: the problem has nuisances, which only the gradient estimators eliminate.
         """
-        if problem.nuisance.initial or problem.nuisance.current or problem.nuisance.bias:
+        if held(problem):
             raise StudyError("this estimator takes no [nuisance]; leave it out, or use shooting:Trajectory")
-        cut = windows(trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every)
-        layout, series = laid_out(cut, every)
+        cut = windows(
+            trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
+            substeps=substeps(problem.ship, dt, method),
+        )  # fmt: skip
+        layout, series = laid_out(cut)
         free = tuple(f.path for f in problem.free)
         parameters = np.array([*open_loop_parameters(problem.ship), *layout.held.values(), *layout.weights])
         own = open_loop_memory(problem.ship, cut.state0, cut.series[:, 0, : -len(CHANNELS)])
@@ -124,6 +129,12 @@ class Scoring:
             problem, cut, simulator(scored(problem.ship, layout), free), parameters, series,
             zero if own is None else np.hstack([zero, own]), method, threads,
         )  # fmt: skip
+
+    def begun(self, offset: Array) -> Scoring:
+        """With the start of each window so far from the recorded one, shape (windows, 6)."""
+        state0 = self.windows.state0.copy()
+        state0[:, : len(STATES)] += offset
+        return replace(self, windows=replace(self.windows, state0=state0))
 
     def batch(self, size: int) -> Batch:
         """Ready to score `size` candidates at a time, as often as wanted."""
@@ -179,11 +190,11 @@ class Batch:
         return self.per_window(candidates).sum(axis=1) + self.scoring.prior(candidates)
 
 
-def laid_out(cut: Windows, every: int) -> tuple[Layout, Array]:
+def laid_out(cut: Windows) -> tuple[Layout, Array]:
     """The layout of windows, and their series in its order, shape (windows, steps, series)."""
     lanes, steps, inputs = cut.series.shape
     constant = [bool(np.all(cut.series[:, :, k] == cut.series[0, 0, k])) for k in range(inputs)]
-    rows = every * np.arange(cut.measured.shape[1])
+    rows = cut.every * np.arange(cut.measured.shape[1])
     measured, weight = np.zeros((lanes, steps, len(STATES))), np.zeros((lanes, steps, len(STATES)))
     measured[:, rows], weight[:, rows] = cut.measured, cut.scale**2
     compared = tuple(k for k in range(len(STATES)) if weight[:, :, k].any())

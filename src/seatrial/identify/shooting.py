@@ -42,7 +42,7 @@ class Trajectory:
         stride: time from the start of one prediction to that of the next [s]; None is the window.
         every: compare every so many steps.
         dt: time step [s]; None takes the median step of the trials.
-        method: "euler" or "rk4".
+        method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
         iterations, tolerance: stop after so many, or when the relative decrease is smaller.
         later: shell-style patterns of parameters that stay as they are until the others have been fitted, and join
             them then: a correction should not learn what the physics below it can.
@@ -55,7 +55,7 @@ class Trajectory:
     stride: float | None = None
     every: int = 10
     dt: float | None = None
-    method: str = "euler"
+    method: str = "rk4"
     iterations: int = 40
     tolerance: float = 1e-4
     later: tuple[str, ...] = ()
@@ -198,7 +198,7 @@ class OneStep:
 
     step: float = 1.0
     dt: float | None = None
-    method: str = "euler"
+    method: str = "rk4"
     iterations: int = 20
     tolerance: float = 1e-6
     threads: int | None = None

@@ -30,7 +30,8 @@ class Windows:
         trial: index of the trial each window comes from, shape (lanes,).
         samples: compared rows, gaps left out.
         weight: share of a compared row that counts as independent.
-        dt, steps, every: time step [s], samples of a window, stride of the compared rows.
+        dt, steps, every: time step of the integrator [s], its samples in a window, and how many of its steps lie
+            between compared rows.
     """
 
     state0: Array
@@ -70,11 +71,13 @@ def even(trial: Trial, dt: float) -> Trial:
 
 def windows(
     trials: Sequence[Trial], model: Model, loss: Loss, sigma: Mapping[str, float], *,
-    window: float, dt: float, every: int, stride: float | None = None,
+    window: float, dt: float, every: int, stride: float | None = None, substeps: int = 1,
 ) -> Windows:  # fmt: skip
     """Every trial cut into windows of `window` seconds, the last one shorter; one follows the other.
 
-    With a `stride` [s] a window begins every so many seconds, so that windows overlap where it is shorter.
+    From row to row, `dt` [s] apart, the integrator takes `substeps` equal steps (`approach.substeps`), with
+    what acts held.  With a `stride` [s] a window begins every so many seconds, so that windows overlap where
+    it is shorter.
     A window starts at a complete row; rows with gaps inside it weigh nothing.
 
     Raises:
@@ -94,9 +97,15 @@ def windows(
     state0, series, measured, scaled, trial_of = (list(x) for x in zip(*parts, strict=True))
     stacked = np.stack(scaled)
     return Windows(
-        np.stack(state0), np.stack(series), np.stack(measured), stacked, np.array(trial_of, dtype=np.intp),
-        int((stacked.any(axis=2)).sum()), weight, dt, steps, every,
+        np.stack(state0), between(np.stack(series), substeps), np.stack(measured), stacked,
+        np.array(trial_of, dtype=np.intp), int((stacked.any(axis=2)).sum()), weight, dt / substeps,
+        (steps - 1) * substeps + 1, every * substeps,
     )  # fmt: skip
+
+
+def between(series: Array, substeps: int) -> Array:
+    """Inputs of every step of the integrator from those of every row, shape (lanes, steps, inputs); all hold."""
+    return series if substeps == 1 else np.repeat(series, substeps, axis=1)[:, : (series.shape[1] - 1) * substeps + 1]
 
 
 def _cut(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -113,6 +114,6 @@ def _lagged(x: Array, tau: float, dt: float) -> Array:
     """First-order lag of a series, held from row to row, that begins settled."""
     if x.size == 1:  # asked for by the thousand, where many ships begin at once
         return x.copy()
-    share = min(dt / tau, 1.0)
+    share = -math.expm1(-dt / tau)
     later, _ = lfilter([share], [1.0, share - 1.0], x, zi=np.array([(1.0 - share) * x[0]]))
     return np.append(x[0], np.asarray(later, dtype=np.float64)[:-1])

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..approach import substeps
 from ..data import Array, Trial, unwrapped
 from ..engine.rollout import simulator
+from ..identify.windows import between
 from ..models import STATES
 from ..replay import inputs, unseen
 from ..ships import Ship
@@ -91,9 +93,10 @@ def _short(ship: Ship, states: Sequence[Array], acting: Sequence[Array], dt: flo
 
 def _predicted(ship: Ship, begun: Array, lanes: Array, dt: float) -> Array:
     """States from each start under the inputs of its lane, shape (lanes, steps, 6); not finite where one blows up."""
-    system = open_loop(ship)
+    system, each = open_loop(ship), substeps(ship, dt)
     run = simulator(system).run(
-        begun, lanes, open_loop_parameters(ship), dt=dt, steps=lanes.shape[1],
+        begun, between(lanes, each), open_loop_parameters(ship), dt=dt / each, every=each,
+        steps=(lanes.shape[1] - 1) * each + 1,
         memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)]),
     )  # fmt: skip
     return run.values[:, :, : len(STATES)]

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ..approach import substeps
 from ..data import Array, Trial
 from ..engine.rollout import simulator
 from ..files import write_whole
@@ -183,7 +184,7 @@ def _drifts(found: Members, ship: Ship, trials: Sequence[Trial]) -> list[tuple[A
     dt = float(np.median([trial.dt for trial in trials]))
     cut = windows(
         trials, wide.model, Loss(correlation=0.0), dict.fromkeys(STATES, 1.0), dt=dt, every=max(round(1.0 / dt), 1),
-        window=found.restart or max(trial.duration for trial in trials),
+        window=found.restart or max(trial.duration for trial in trials), substeps=substeps(wide, dt),
     )  # fmt: skip
     system, parameters = open_loop(wide), open_loop_parameters(wide)
     forward, where = simulator(system), [system.parameters.index(path) for path in found.paths]
@@ -191,8 +192,7 @@ def _drifts(found: Members, ship: Ship, trials: Sequence[Trial]) -> list[tuple[A
     with np.errstate(all="ignore"):  # a member that blows up goes its own way for good
         for row in found.drawn:
             parameters[where] = row
-            run = forward.run(cut.state0, packed, parameters, dt=cut.dt, steps=cut.steps, every=cut.every,
-                              method="euler")  # fmt: skip
+            run = forward.run(cut.state0, packed, parameters, dt=cut.dt, steps=cut.steps, every=cut.every)
             every.append(run.values[:, :, : len(STATES)])
         deviation = np.nan_to_num(np.std(every, axis=0), nan=np.inf)
     deviation = np.where(cut.scale > 0, deviation, np.nan)

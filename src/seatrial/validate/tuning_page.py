@@ -28,7 +28,7 @@ Section = tuple[str, str]
 
 
 def write(
-    path: str | Path, tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "euler",
+    path: str | Path, tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
     sections: Sequence[Section] = (),
 ) -> Path:  # fmt: skip
     """Write the page, and its numbers beside it as .json; whole or not at all.
@@ -47,7 +47,7 @@ def write(
 
 
 def document(
-    tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "euler",
+    tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
     sections: Sequence[Section] = (),
 ) -> str:  # fmt: skip
     """The whole page; arguments as in `write`."""
