@@ -14,6 +14,7 @@ from seatrial.identify import StudyError
 from seatrial.identify.consistency import innovation_test
 from seatrial.identify.filtering import Kalman, inside
 from seatrial.identify.measurement import Antenna, Heading, Log, Rate
+from seatrial.identify.ukf import _root
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.parameters import Free, ParameterError
 from seatrial.sensors import Sensors
@@ -131,6 +132,17 @@ def test_the_smoother_is_batch_least_squares(kind, close):
     variance = np.diagonal(found.covariances, axis1=1, axis2=2)[:, [2, 5]].ravel()
     np.testing.assert_allclose(variance, np.diag(cov), rtol=1e4 * close)
     assert found.smoothed() is found
+
+
+def test_a_singular_covariance_has_one_square_root():
+    """Rounding decides nothing: a state known exactly adds no spread, and another order of summation the same root."""
+    rng = np.random.default_rng(3)
+    half = rng.normal(size=(5, 3))
+    cov, again = half @ half.T, sum(np.outer(column, column) for column in half.T[::-1])
+    one, two = _root(cov), _root(again)
+    np.testing.assert_allclose(one @ one.T, cov, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(one, two, rtol=0.0, atol=1e-12)
+    assert not _root(np.zeros((3, 3))).any()
 
 
 def test_iterating_changes_nothing_where_readings_are_linear():

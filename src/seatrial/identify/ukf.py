@@ -15,6 +15,9 @@ from ..data import Array
 from .ekf import Moved, Rows, Updated, moved, over, substeps
 from .filter_model import FilterModel
 
+# A pivot of a correlation matrix that is zero but for rounding.
+_ZERO = 1e-12
+
 
 @dataclass(frozen=True)
 class Unscented:
@@ -89,13 +92,17 @@ class Unscented:
 
 
 def _root(cov: Array) -> Array:
-    """A square root of a covariance, also of a singular one, shape (n, n): root root^T = cov."""
+    """Lower triangular square root of a covariance, also of a singular one, shape (n, n): root root^T = cov.
+
+    Pivots of the correlation matrix at the level of rounding count as zero. Divided by the root of such a pivot,
+    rounding errors would decide where the sigma points lie, and they differ from machine to machine.
+    """
     size = np.sqrt(np.maximum(np.diagonal(cov), 0.0))
     scale = np.where(size > 0.0, size, 1.0)
-    scaled = cov / np.outer(scale, scale)
-    try:
-        root = np.linalg.cholesky(scaled)
-    except np.linalg.LinAlgError:
-        values, vectors = np.linalg.eigh(scaled)
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
+    left = cov / np.outer(scale, scale)
+    root = np.zeros_like(left)
+    for k in range(len(left)):
+        if left[k, k] > _ZERO:
+            root[k:, k] = left[k:, k] / math.sqrt(left[k, k])
+            left[k:, k:] -= np.outer(root[k:, k], root[k:, k])
     return np.asarray(scale[:, None] * root, dtype=np.float64)
