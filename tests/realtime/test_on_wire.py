@@ -408,7 +408,7 @@ def test_a_transponder_has_a_number_and_tells_name_and_size(tmp_path, capsys):
     log = tmp_path / "w.nmea"
     options = ["--nmea", "udp://127.0.0.1:0", "--duration", "400", "--factor", "inf", "--rate", "1"]
     assert main(["steer", "kvlcc2", *options, "--only", "VDO"]) == 2
-    assert "VDO cannot be said: her transponder has no MMSI" in capsys.readouterr().err
+    assert "VDO cannot be said: the transponder has no MMSI" in capsys.readouterr().err
     assert main(["steer", "kvlcc2", *options, "--mmsi", "12"]) == 2
     assert "--mmsi is 12; that of a ship has nine digits" in capsys.readouterr().err
     more = ["--mmsi", "211000001", "--antenna", "-100,5", "--only", "VDO,HDT", "--log", str(log)]

@@ -63,7 +63,7 @@ def unsaid(kind: str, suite: Suite, fittings: Fittings) -> str:
     if missing:
         return f"she has no {' and no '.join(missing).replace('_', ' ')}"
     if kind == TRANSPONDER and not 0 < fittings.mmsi <= 999_999_999:
-        return "her transponder has no MMSI; give one of nine digits, on the command line by --mmsi"
+        return "the transponder has no MMSI; give one of nine digits, on the command line by --mmsi"
     if kind == TRANSPONDER and find_spec("pyais") is None:
         return "it needs the extra 'nmea': pip install 'seatrial[nmea]'"
     things = {"RSA": ("rudder", fittings.rudders), "RPM": ("shaft", fittings.shafts)}.get(kind)

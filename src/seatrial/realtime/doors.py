@@ -43,10 +43,15 @@ class Guarded(H11Protocol):
         super().connection_made(transport)
         self._since = self.loop.time()
         self._wind()
-        if len(self.connections) > MOST:
-            oldest = min((one for one in self.connections if isinstance(one, Guarded)), key=lambda one: one._since)
-            self.connections.discard(oldest)
-            oldest.transport.abort()
+        there: list[Any] = [one for one in self.connections if not one.transport.is_closing()]
+        if len(there) > MOST:
+            self._least(there).transport.abort()
+
+    def _least(self, there: list[Any]) -> Any:
+        """Who makes way: a socket that was told to go and stays, else the oldest that asks for nothing, else this."""
+        going = [one for one in there if getattr(one, "close_sent", False)]
+        others = [one for one in there if isinstance(one, Guarded) and one is not self]
+        return going[0] if going else min(others, key=lambda one: one._since, default=self)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """It is gone."""

@@ -33,6 +33,9 @@ from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant
 from seatrial.ships.files import load
 
+SOCKET = (b"GET /line HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+          b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n")  # fmt: skip
+
 
 def a_deck() -> Deck:
     return Deck(Loop({OWN: Plant.of(load("kvlcc2_l7"), dt=0.05)}, 20.0, float("inf")), Outfit(hold=1e6))
@@ -115,10 +118,22 @@ def test_sockets_that_never_say_hello_leave_room_for_those_that_do(monkeypatch: 
                 one.recv(timeout=2)
 
 
+def test_sockets_that_were_told_to_go_and_stay_keep_nobody_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    from seatrial.realtime import doors
+
+    monkeypatch.setattr(doors, "MOST", 10)
+    monkeypatch.setattr(server, "_STRANGERS", 4)
+    with served() as (port, _), ExitStack() as stack:
+        for _ in range(24):
+            idle(port, stack, SOCKET)  # which never answers a close
+        assert get(port, "/")[0] == 200
+        with greeted(port) as ws:
+            hear(ws, "hello")
+            assert get(port, "/")[0] == 200
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: local", b"GET /line HTTP/1.1\r\nHost: localhost\r\n"
-                                  b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                                  b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"])  # fmt: skip
+@pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: local", SOCKET], ids=["silent", "half", "socket"])
 def test_320_idle_connections_at_256_descriptors_leave_the_page_alive(tmp_path: Path, said: bytes) -> None:
     command = [sys.executable, "-m", "seatrial", "bridge", "kvlcc2_l7", "--port", "0", "-o", str(tmp_path)]
     log = tmp_path / "log"
