@@ -172,7 +172,7 @@ def vector(option: str, text: str | None) -> tuple[float, float]:
         raise UsageError(f"{option} is '{text}'; write M/S,DEG such as 5,90") from None
     if not (size >= 0 and math.isfinite(size) and math.isfinite(direction)):
         raise UsageError(f"{option} is '{text}'; the speed is zero or above, the direction a number")
-    return size, direction * DEGREE
+    return size, math.copysign(abs(direction) % 360.0, direction) * DEGREE
 
 
 def index_json(index: Index) -> dict[str, Any]:

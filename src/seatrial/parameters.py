@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 import fnmatch
 import math
+import numbers
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
@@ -190,6 +191,34 @@ def unknown(name: str, known: Any, what: str = "parameter") -> str:
     return f"no {what} '{name}'; known: {listed}" if not close else f"no {what} '{name}'; near: {listed}"
 
 
+def possible(known: Mapping[str, Spec], given: Mapping[str, Any]) -> None:
+    """Refuse numbers that leave what they can be; symbols and NaN are not judged.
+
+    Args:
+        known: meanings by name.
+        given: values by name; names without a meaning are passed over.
+
+    Raises:
+        ParameterError: names the number, its unit and its range.
+    """
+    for name, value in given.items():
+        meaning = known.get(name)
+        if meaning is None or not isinstance(value, numbers.Real) or isinstance(value, bool):
+            continue
+        if value < meaning.low or value > meaning.high:
+            unit = "" if meaning.unit in ("", "-", PRIME) else f" {meaning.unit}"
+            degrees = " (180 deg is 3.14 rad)" if meaning.unit == "rad" else ""
+            raise ParameterError(
+                f"{name} is {float(value):g}{unit}; it can be {meaning.low:g} to {meaning.high:g}{unit}{degrees}"
+            )
+
+
+def own(thing: Any) -> None:
+    """`possible` of the numbers that a dataclass itself declares by `spec`."""
+    known = {f.name: f.metadata["spec"] for f in fields(thing) if "spec" in f.metadata}
+    possible(known, {name: getattr(thing, name) for name in known})
+
+
 def read(model: Any, path: str) -> Any:
     """Value of the parameter at `path`."""
     known = values(model)
@@ -240,7 +269,8 @@ def near(model: Any, *paths: str, ratio: float) -> tuple[Free, ...]:
     """Each parameter free within `ratio` of its value: ``[P - a|P|, P + a|P|]`` (Suyama 2023 Eq. 38).
 
     Raises:
-        ParameterError: an unknown path; a value of zero, whose interval would be empty.
+        ParameterError: an unknown path; a value of zero, whose interval would be empty; an interval that leaves what
+            the parameter can be.
     """
     meanings = specs(model)
     return tuple(
@@ -252,9 +282,13 @@ def near(model: Any, *paths: str, ratio: float) -> tuple[Free, ...]:
 
 def _near(path: str, value: float, meaning: Spec, ratio: float) -> Free:
     half = ratio * abs(value)
-    low, high = max(value - half, meaning.low), min(value + half, meaning.high)
+    low, high = value - half, value + half
     if not low < high:
         raise ParameterError(
             f"{path} is {value:g}: an interval of ratio {ratio:g} has no width; give low and high"
         )
+    if low < meaning.low or high > meaning.high:
+        reach = f"[{meaning.low:g}, {meaning.high:g}]"
+        asked = f"[{low:.3g}, {high:.3g}]"
+        raise ParameterError(f"{path}: the range {asked} leaves what it can be, {reach}; take a lower ratio")
     return Free(path, value, low, high)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from seatrial.actuators import Actuators
-from seatrial.parameters import Parts, Terms, read, values
+from seatrial.parameters import ParameterError, Parts, Terms, read, values
 from seatrial.ships import Entry, Ship, ShipError
 from seatrial.ships.files import FOLDER, library, load, save, to_toml
 
@@ -246,3 +246,12 @@ def test_a_ship_file_runs_no_code_that_nobody_trusts(tmp_path: Path, monkeypatch
 def test_a_ship_file_names_classes_of_the_rooms_of_parts_only(tmp_path: Path, name: str) -> None:
     with pytest.raises(ShipError, match="family: no module"):
         load(write(tmp_path, L7.replace("mmg:Mmg", name)))
+
+
+def test_what_a_ship_file_refuses_a_script_refuses() -> None:
+    ship = load("kvlcc2_l7")
+    with pytest.raises(ParameterError, match=r"rudder\.t_R is 5; it can be -1 to 1"):
+        ship.having({"rudder.t_R": 5})
+    with pytest.raises(ParameterError, match=r"body\.m is -1 kg; it can be"):
+        ship.having({"hull.Y_v": -0.3, "body.m": -1.0})
+    assert read(ship.having({"rudder.t_R": 0.5}).model, "rudder.t_R") == 0.5

@@ -19,6 +19,7 @@ import numpy as np
 from ..data import Array
 from ..engine.rollout import is_rk4
 from . import Fit, FitError, Problem, Progress, StudyError
+from .linted import linted
 from .objective import TrajectoryObjective
 from .record import Record
 from .scored import Batch, Scoring
@@ -81,6 +82,7 @@ class Evolution:
         """What to do about the noise of measured starts, which cannot be freed; see `Estimator`."""
         return "loss.correlation", "give the time over which errors are alike"
 
+    @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
 

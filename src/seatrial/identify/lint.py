@@ -34,17 +34,20 @@ _DEVIATIONS = ("nuisance.initial", "give its deviations")
 _WINDOW, _EVERY = 100.0, 1.0
 
 
-def lint(problem: Problem, test: Sequence[Trial] = (), estimator: Estimator | None = None) -> tuple[Issue, ...]:
+def lint(
+    problem: Problem, test: Sequence[Trial] = (), estimator: Estimator | None = None, *, felt: bool = True
+) -> tuple[Issue, ...]:
     """All that forbids a run or should be known before it, errors first.
 
     Args:
         problem: what is to be fitted to what.
         test: trials that nothing but the report will see.
         estimator: who is to fit it; None says what holds for `shooting:Trajectory`.
+        felt: whether to predict the trials, to see that each parameter moves some prediction.
     """
     found = [*_free(problem), *_scales(problem), *_starts(problem, estimator), *mass(problem)]
     found += [*_trials(problem, test), *_sets(problem, test)]
-    if not any(issue.severity == "error" for issue in found):
+    if felt and not any(issue.severity == "error" for issue in found):
         found += _felt(problem)
     return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
 
