@@ -192,15 +192,7 @@ def unknown(name: str, known: Any, what: str = "parameter") -> str:
 
 
 def possible(known: Mapping[str, Spec], given: Mapping[str, Any]) -> None:
-    """Refuse numbers that leave what they can be; symbols and NaN are not judged.
-
-    Args:
-        known: meanings by name.
-        given: values by name; names without a meaning are passed over.
-
-    Raises:
-        ParameterError: names the number, its unit and its range.
-    """
+    """Raise a ParameterError for a number that leaves what it can be; symbols, NaN and unknown names pass."""
     for name, value in given.items():
         meaning = known.get(name)
         if meaning is None or not isinstance(value, numbers.Real) or isinstance(value, bool):
@@ -265,13 +257,24 @@ def match(model: Any, pattern: str) -> list[str]:
     return found
 
 
+MOST = 10.0
+"""The widest share of its value by which a parameter may be free: beyond, the share was meant in percent."""
+
+
+def far(key: str, share: float) -> str:
+    """Why a share of a value is too wide."""
+    return f"{key} is {share:g}: {share:g} times the value either way; {share:g} % is {share / 100.0:g}"
+
+
 def near(model: Any, *paths: str, ratio: float) -> tuple[Free, ...]:
     """Each parameter free within `ratio` of its value: ``[P - a|P|, P + a|P|]`` (Suyama 2023 Eq. 38).
 
     Raises:
         ParameterError: an unknown path; a value of zero, whose interval would be empty; an interval that leaves what
-            the parameter can be.
+            the parameter can be; a ratio beyond `MOST`.
     """
+    if ratio > MOST:
+        raise ParameterError(far("ratio", ratio))
     meanings = specs(model)
     return tuple(
         _near(path, float(read(model, path)), meanings[path], ratio)

@@ -10,6 +10,7 @@ from seatrial.data import Trial
 from seatrial.identify import Issue, Loss, Problem, StudyError
 from seatrial.identify.evolution import Evolution
 from seatrial.identify.fine_tuning import FineTuning
+from seatrial.identify.freedom import freedom
 from seatrial.identify.lint import lines, lint, raise_on_errors
 from seatrial.identify.linted import linted
 from seatrial.identify.logo import Shooting
@@ -225,3 +226,16 @@ def test_near_refuses_what_it_would_have_to_cut(problem: Problem) -> None:
         near(model, "rudder.eta", ratio=0.8)
     (free,) = near(model, "rudder.eta", ratio=0.5)
     assert (free.low, free.high) == pytest.approx((0.313, 0.939), abs=1e-3)
+
+
+def test_shares_in_percent_and_a_sigma_in_degrees_are_refused(problem: Problem) -> None:
+    model = problem.ship.model
+    for key in ("ratio", "prior"):
+        with pytest.raises(ParameterError, match=rf"{key} is 50: 50 times the value either way; 50 % is 0.5"):
+            freedom(model, {"hull.Y_v": {key: 50.0}})
+    with pytest.raises(ParameterError, match=r"50 % is 0\.5"):
+        near(model, "hull.Y_v", ratio=50.0)
+    told = [issue for issue in lint(replace(problem, loss=Loss({"psi": 6.0}))) if issue.severity == "error"]
+    assert [(issue.where, issue.text) for issue in told] == [
+        ("loss.sigma.psi", "is 6 rad, more than half a turn; 6 deg is 0.105 rad")]
+    assert not [i for i in lint(replace(problem, loss=Loss({"psi": 2.859}))) if i.severity == "error"]

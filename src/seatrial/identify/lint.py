@@ -5,6 +5,7 @@ An interval without width and bounds that exclude the start never get here: `Fre
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -99,6 +100,9 @@ def _scales(problem: Problem) -> Iterator[Issue]:
                 yield Issue("error", where, unknown(name, STATES, "channel"))
             elif not 0 < value < float("inf"):
                 yield Issue("error", f"{where}.{name}", f"is {value:g}; it must be above zero")
+            elif name == "psi" and value > math.pi:
+                in_radians = f"{value:g} deg is {math.radians(value):.3g} rad"
+                yield Issue("error", f"{where}.psi", f"is {value:g} rad, more than half a turn; {in_radians}")
     if problem.loss.correlation < 0:
         yield Issue("error", "loss.correlation", f"is {problem.loss.correlation:g} s; it must be zero or above")
 
