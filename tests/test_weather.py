@@ -12,6 +12,7 @@ from scipy.signal import welch
 from seatrial.data import Trial
 from seatrial.environment import CHANNELS, Uniform
 from seatrial.manoeuvres.turning import Turning
+from seatrial.parameters import ParameterError
 from seatrial.ships.files import load
 from seatrial.simulate import simulate
 from seatrial.weather import Davenport, Froya, Gust, Harris, Measured, OchiShin, Together, WeatherError
@@ -160,3 +161,13 @@ def test_two_runs_in_one_gust_are_one_run() -> None:
     ]
     assert np.array_equal(runs[0]["y"], runs[1]["y"])
     assert np.abs(runs[0]["y"] - runs[2]["y"]).max() > 0.01
+
+
+@pytest.mark.parametrize("said", [
+    {"U_T": 5.0, "gamma_T": 270.0}, {"U_C": 1.0, "gamma_C": 90.0}, {"H_S": 2.0, "gamma_W": -180.0}, {"U_C": 90.0},
+    {"U_T": -1.0}, {"depth": 0.0},
+])  # fmt: skip
+def test_weather_that_cannot_be_is_refused(said: dict[str, float]) -> None:
+    with pytest.raises(ParameterError, match="it can be"):
+        Uniform(**said)
+    assert Uniform(U_T=5.0, gamma_T=2.0 * math.pi).now().wind_x == pytest.approx(5.0)

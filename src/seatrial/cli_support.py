@@ -173,8 +173,8 @@ def finite(**options: float | None) -> None:
             raise UsageError(f"--{name} is {value:g}; {REACH}")
 
 
-def vector(option: str, text: str | None) -> tuple[float, float]:
-    """Magnitude [m/s] and direction [rad] from ``M/S,DEG``.
+def vector(option: str, text: str | None, most: float = math.inf) -> tuple[float, float]:
+    """Magnitude [m/s], up to `most`, and direction [rad] from ``M/S,DEG``.
 
     Raises:
         UsageError: anything else.
@@ -187,7 +187,9 @@ def vector(option: str, text: str | None) -> tuple[float, float]:
         raise UsageError(f"{option} is '{text}'; write M/S,DEG such as 5,90") from None
     if not (size >= 0 and all(one == 0.0 or in_reach(one) for one in (size, direction))):
         raise UsageError(f"{option} is '{text}'; the speed is zero or above, the direction a number")
-    return size, direction * DEGREE
+    if size > most:
+        raise UsageError(f"{option} is '{text}'; {size:g} m/s is beyond any on record ({most:g} m/s): write M/S,DEG")
+    return size, math.copysign(abs(direction) % 360.0, direction) * DEGREE
 
 
 def index_json(index: Index) -> dict[str, Any]:
@@ -231,8 +233,8 @@ def around_ship(
     """
     from .weather import Gust
 
-    U_T, gamma_T = vector("--wind", wind)
-    U_C, gamma_C = vector("--current", current)
+    U_T, gamma_T = vector("--wind", wind, 150.0)
+    U_C, gamma_C = vector("--current", current, 15.0)
     H_S, T_W, gamma_W = _waves(waves)
     base = Uniform(U_T, gamma_T, U_C, gamma_C, H_S, T_W, gamma_W, depth or math.inf)
     needs = (("--wind", U_T, "wind_x", "wind"), ("--waves", H_S, "wave_x", "waves"),

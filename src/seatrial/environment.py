@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .parameters import Scalar
+from .parameters import Scalar, Spec, possible
 from .symbolic import cos, sin
 
 
@@ -38,6 +38,15 @@ class Environment(NamedTuple):
     wave_T: Scalar = 0.0
     per_depth: Scalar = 0.0
 
+
+_TURN = (-2.0 * math.pi - 1e-9, 2.0 * math.pi + 1e-9)
+_RANGES = {
+    "U_T": Spec("m/s", "true wind speed", 0.0, 150.0), "gamma_T": Spec("rad", "where it comes from", *_TURN),
+    "U_C": Spec("m/s", "speed of the current", 0.0, 15.0), "gamma_C": Spec("rad", "where it goes", *_TURN),
+    "H_S": Spec("m", "significant height", 0.0, 40.0), "T_W": Spec("s", "mean period", 0.0, 100.0),
+    "gamma_W": Spec("rad", "where the waves come from", *_TURN), "depth": Spec("m", "depth", 1e-6, math.inf),
+}  # fmt: skip
+"""What weather can be: no wind, current or sea on record is beyond, and a direction beyond a turn is in degrees."""
 
 CHANNELS = Environment._fields
 CALM = Environment()
@@ -63,6 +72,9 @@ class Uniform:
         U_C, gamma_C: current speed [m/s] and the direction it goes towards [rad].
         H_S, T_W, gamma_W: significant height [m] and mean period [s] of the waves, and where they come from [rad].
         depth: depth of the water [m].
+
+    Raises:
+        ParameterError: a direction beyond a turn either way, which is one in degrees; a negative or absurd size.
     """
 
     U_T: float = 0.0
@@ -73,6 +85,9 @@ class Uniform:
     T_W: float = 0.0
     gamma_W: float = 0.0
     depth: float = math.inf
+
+    def __post_init__(self) -> None:
+        possible(_RANGES, {name: getattr(self, name) for name in _RANGES})
 
     def now(self) -> Environment:
         """Its earth-fixed components."""

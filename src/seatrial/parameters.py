@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 import fnmatch
 import math
+import numbers
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
@@ -190,6 +191,26 @@ def unknown(name: str, known: Any, what: str = "parameter") -> str:
     return f"no {what} '{name}'; known: {listed}" if not close else f"no {what} '{name}'; near: {listed}"
 
 
+def possible(known: Mapping[str, Spec], given: Mapping[str, Any]) -> None:
+    """Raise a ParameterError for a number that leaves what it can be; symbols, NaN and unknown names pass."""
+    for name, value in given.items():
+        meaning = known.get(name)
+        if meaning is None or not isinstance(value, numbers.Real) or isinstance(value, bool):
+            continue
+        if value < meaning.low or value > meaning.high:
+            unit = "" if meaning.unit in ("", "-", PRIME) else f" {meaning.unit}"
+            degrees = " (180 deg is 3.14 rad)" if meaning.unit == "rad" else ""
+            raise ParameterError(
+                f"{name} is {float(value):g}{unit}; it can be {meaning.low:g} to {meaning.high:g}{unit}{degrees}"
+            )
+
+
+def own(thing: Any) -> None:
+    """`possible` of the numbers that a dataclass itself declares by `spec`."""
+    known = {f.name: f.metadata["spec"] for f in fields(thing) if "spec" in f.metadata}
+    possible(known, {name: getattr(thing, name) for name in known})
+
+
 def read(model: Any, path: str) -> Any:
     """Value of the parameter at `path`."""
     known = values(model)
@@ -236,12 +257,24 @@ def match(model: Any, pattern: str) -> list[str]:
     return found
 
 
+MOST = 10.0
+"""The widest share of its value by which a parameter may be free: beyond, the share was meant in percent."""
+
+
+def far(key: str, share: float) -> str:
+    """Why a share of a value is too wide."""
+    return f"{key} is {share:g}: {share:g} times the value either way; {share:g} % is {share / 100.0:g}"
+
+
 def near(model: Any, *paths: str, ratio: float) -> tuple[Free, ...]:
     """Each parameter free within `ratio` of its value: ``[P - a|P|, P + a|P|]`` (Suyama 2023 Eq. 38).
 
     Raises:
-        ParameterError: an unknown path; a value of zero, whose interval would be empty.
+        ParameterError: an unknown path; a value of zero, whose interval would be empty; an interval that leaves what
+            the parameter can be; a ratio beyond `MOST`.
     """
+    if ratio > MOST:
+        raise ParameterError(far("ratio", ratio))
     meanings = specs(model)
     return tuple(
         _near(path, float(read(model, path)), meanings[path], ratio)
@@ -252,9 +285,13 @@ def near(model: Any, *paths: str, ratio: float) -> tuple[Free, ...]:
 
 def _near(path: str, value: float, meaning: Spec, ratio: float) -> Free:
     half = ratio * abs(value)
-    low, high = max(value - half, meaning.low), min(value + half, meaning.high)
+    low, high = value - half, value + half
     if not low < high:
         raise ParameterError(
             f"{path} is {value:g}: an interval of ratio {ratio:g} has no width; give low and high"
         )
+    if low < meaning.low or high > meaning.high:
+        reach = f"[{meaning.low:g}, {meaning.high:g}]"
+        asked = f"[{low:.3g}, {high:.3g}]"
+        raise ParameterError(f"{path}: the range {asked} leaves what it can be, {reach}; take a lower ratio")
     return Free(path, value, low, high)

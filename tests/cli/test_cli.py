@@ -250,3 +250,20 @@ def test_files_run_code_only_where_the_command_line_names_its_module(
     assert main(["show", str(ship), "--trust", "planted", "--json"]) == 0
     assert (tmp_path / "planted.ran").exists()
     assert main(["show", str(ship)]) == WRONG, "trust ends with its command"
+
+
+@pytest.mark.parametrize(("option", "given"), [("--current", "90,1"), ("--wind", "270,5")])
+def test_a_speed_and_a_direction_that_changed_places_are_told(option: str, given: str, capsys) -> None:
+    assert main(["simulate", "esso_osaka_3m", "straight", option, given]) == WRONG
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"{option} is '{given}'" in line
+    assert "write M/S,DEG" in line
+
+
+@pytest.mark.parametrize("header", ["n_bow [kn]", "throttle_port [rpm]", "alpha_1 [rpm]"])
+def test_a_thruster_is_not_measured_in_the_unit_of_something_else(header: str, trial: Path, capsys) -> None:
+    lines = trial.read_text().splitlines()
+    trial.write_text("\n".join([f"{lines[0]},{header}", *(f"{line},0.5" for line in lines[1:])]) + "\n")
+    assert main(["check", str(trial)]) == WRONG
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"'{header.partition(' ')[0]}': unit '{header.partition('[')[2][:-1]}' cannot measure it" in line

@@ -10,13 +10,15 @@ from seatrial.data import Trial
 from seatrial.identify import Issue, Loss, Problem, StudyError
 from seatrial.identify.evolution import Evolution
 from seatrial.identify.fine_tuning import FineTuning
+from seatrial.identify.freedom import freedom
 from seatrial.identify.lint import lines, lint, raise_on_errors
+from seatrial.identify.linted import linted
 from seatrial.identify.logo import Shooting
 from seatrial.identify.multistart import MultiStart
 from seatrial.identify.shooting import OneStep, Trajectory
 from seatrial.manoeuvres.straight import Straight
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free, near
+from seatrial.parameters import Free, ParameterError, near
 from seatrial.ships.files import load
 from seatrial.simulate import approach, simulate
 
@@ -189,3 +191,52 @@ def test_what_holds_of_many_trials_is_one_line() -> None:
     assert lines([*many, Issue("warning", "free", "odd")]) == (
         "warning: a and 2 more: has no wind", "warning: free: odd")  # fmt: skip
     assert lines(many[:1]) == ("warning: a: has no wind",)
+
+
+ESTIMATORS = (Trajectory(window=60.0), OneStep(), Evolution(), MultiStart(), Shooting(), FineTuning())
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("case", ["sign", "unknown path", "both", "scale"])
+def test_an_estimator_refuses_in_python_what_a_study_refuses(problem: Problem, estimator: Any, case: str) -> None:
+    change, words = CASES[case]
+    with pytest.raises(StudyError, match=words):
+        estimator.fit(change(problem))
+
+
+def test_a_problem_is_looked_at_once(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Problem] = []
+
+    @linted
+    def fit(estimator: Any, problem: Problem) -> Any:
+        return problem if estimator is None else fit(None, replace(problem, free=()))
+
+    def counted(problem: Problem, **_: Any) -> tuple[Issue, ...]:
+        asked.append(problem)
+        return ()
+
+    monkeypatch.setattr("seatrial.identify.lint.lint", counted)
+    assert fit("outer", problem).linted
+    assert asked == [problem]
+    assert replace(problem, linted=True) == problem
+
+
+def test_near_refuses_what_it_would_have_to_cut(problem: Problem) -> None:
+    model = problem.ship.model
+    with pytest.raises(ParameterError, match=r"rudder.eta: the range \[0.125, 1.13\] leaves what it can be, \[0, 1\]"):
+        near(model, "rudder.eta", ratio=0.8)
+    (free,) = near(model, "rudder.eta", ratio=0.5)
+    assert (free.low, free.high) == pytest.approx((0.313, 0.939), abs=1e-3)
+
+
+def test_shares_in_percent_and_a_sigma_in_degrees_are_refused(problem: Problem) -> None:
+    model = problem.ship.model
+    for key in ("ratio", "prior"):
+        with pytest.raises(ParameterError, match=rf"{key} is 50: 50 times the value either way; 50 % is 0.5"):
+            freedom(model, {"hull.Y_v": {key: 50.0}})
+    with pytest.raises(ParameterError, match=r"50 % is 0\.5"):
+        near(model, "hull.Y_v", ratio=50.0)
+    told = [issue for issue in lint(replace(problem, loss=Loss({"psi": 6.0}))) if issue.severity == "error"]
+    assert [(issue.where, issue.text) for issue in told] == [
+        ("loss.sigma.psi", "is 6 rad, more than half a turn; 6 deg is 0.105 rad")]
+    assert not [i for i in lint(replace(problem, loss=Loss({"psi": 2.859}))) if i.severity == "error"]

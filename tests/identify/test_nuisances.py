@@ -107,8 +107,8 @@ def test_all_parameters_come_back_from_hidden_currents_and_biases():
 
 @pytest.mark.parametrize(("nuisance", "back_end", "words"), [
     (Nuisance(initial={"u": 0.1}), "engine", "leave it out and say estimator.initial"),
-    (Nuisance(bias={"speed": 0.1}), "engine", "bias names 'speed'; channels are x, y"),
-    (Nuisance(bias={"u": 0.0}), "engine", "bias of u is 0; it must be above zero"),
+    (Nuisance(bias={"speed": 0.1}), "engine", "nuisance.bias: no channel 'speed'; known: x, y"),
+    (Nuisance(bias={"u": 0.0}), "engine", "nuisance.bias.u: is 0; it must be above zero"),
     (Nuisance(current=0.1), "ipopt", "takes no \\[nuisance\\]"),
 ])  # fmt: skip
 def test_nuisances_that_cannot_be_are_told(nuisance, back_end, words):

@@ -1,12 +1,17 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from seatrial.data import DataError, Trial
+from seatrial.manoeuvres.initial_turning import InitialTurning
+from seatrial.manoeuvres.straight import Straight
 from seatrial.manoeuvres.turning import Turning
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.parameters import ParameterError
 
 SHARED = Path(__file__).parents[3] / "shared" / "refs"
 
@@ -101,3 +106,14 @@ def test_reference_kvlcc2(side):
     assert found["transfer"].over_L == pytest.approx(truth["transfer_L"], abs=2e-3)
     assert found["tactical_diameter"].over_L == pytest.approx(truth["tactical_L"], abs=2e-3)
     assert math.degrees(found["drift"].value) == pytest.approx(abs(truth["drift_end_deg"]), abs=0.1)
+
+
+@pytest.mark.parametrize("make", [
+    lambda: Turning(10.0, 10.0), lambda: Turning(10.0, -35.0), lambda: Zigzag(10.0, 10, 10),
+    lambda: Zigzag(10.0, 0.1, 20), lambda: Zigzag(10.0, -0.1, 0.1), lambda: Straight(10.0, 5.0),
+    lambda: InitialTurning(10.0, 10.0, 0.1),
+])  # fmt: skip
+def test_angles_in_degrees_are_refused(make: Any) -> None:
+    """Ten radians are one and a half turns of the rudder; a zigzag of 10/10 came back without a figure."""
+    with pytest.raises(ParameterError, match=r"is -?[\d.]+ rad; it can be .* rad \(180 deg is 3.14 rad\)"):
+        make()

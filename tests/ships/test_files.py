@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from seatrial.actuators import Actuators
-from seatrial.parameters import Parts, Terms, read, values
+from seatrial.parameters import ParameterError, Parts, Terms, read, values
 from seatrial.ships import Entry, Ship, ShipError
 from seatrial.ships.files import FOLDER, library, load, save, to_toml
 
@@ -246,3 +246,49 @@ def test_a_ship_file_runs_no_code_that_nobody_trusts(tmp_path: Path, monkeypatch
 def test_a_ship_file_names_classes_of_the_rooms_of_parts_only(tmp_path: Path, name: str) -> None:
     with pytest.raises(ShipError, match="family: no module"):
         load(write(tmp_path, L7.replace("mmg:Mmg", name)))
+
+
+def test_what_a_ship_file_refuses_a_script_refuses() -> None:
+    ship = load("kvlcc2_l7")
+    with pytest.raises(ParameterError, match=r"rudder\.t_R is 5; it can be -1 to 1"):
+        ship.having({"rudder.t_R": 5})
+    with pytest.raises(ParameterError, match=r"body\.m is -1 kg; it can be"):
+        ship.having({"hull.Y_v": -0.3, "body.m": -1.0})
+    assert read(ship.having({"rudder.t_R": 0.5}).model, "rudder.t_R") == 0.5
+
+
+SLIPS = {
+    "mass in tonnes": (
+        r"m = {[^}]*}", 'm = { value = 3.27, unit = "kg", source = "x" }', r"body\.m is 3.27 kg, 0.0008"),
+    "inertia over a thousand": (
+        r"I_zG = {[^}]*}", 'I_zG = { value = 10.0, unit = "kg m^2", source = "x" }',
+        r"body\.I_zG.*gyration of 0.0079 L_pp"),
+    "rudder at the bow": (r"x_R = {[^}]*}", 'x_R = { prime = 0.5, source = "x" }', r"rudder\.x_R is 3.5 m: .*bow"),
+    "rudder in millimetres": (
+        r"x_R = {[^}]*}", 'x_R = { value = -3500.0, unit = "m", source = "x" }', r"rudder\.x_R is -3500 m, off a ship"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_of_unit_or_sign_is_told_in_one_line(slip: str, tmp_path: Path) -> None:
+    was, now, words = SLIPS[slip]
+    text = re.sub(rf"(?m)^{was}", now, L7)
+    assert text != L7
+    with pytest.raises(ShipError, match=words) as refused:
+        load(write(tmp_path, text))
+    assert "\n" not in str(refused.value)
+    assert load(write(tmp_path, text + '\n[notes.provenance]\nstudy = "s"\n'))  # what a fit found stays readable
+
+
+def test_surge_damping_that_drives_the_ship_is_refused(tmp_path: Path) -> None:
+    path = save(load("qiuxin5"), tmp_path / "tug.toml")
+    path.write_text(re.sub(r"(?m)^X_u = { value = -", "X_u = { value = ", path.read_text()))
+    with pytest.raises(ShipError, match=r"damping\.X_u is 8.98\d+: it drives the ship ahead"):
+        load(path)
+
+
+def test_a_family_without_numbers_of_its_own_takes_no_keys(tmp_path: Path) -> None:
+    path = save(load("qiuxin5"), tmp_path / "tug.toml")
+    path.write_text(path.read_text() + '\n[model]\ncoriolsi = "consistent"\n')
+    with pytest.raises(ShipError, match="model: no number 'coriolsi'"):
+        load(path)

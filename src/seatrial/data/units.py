@@ -42,6 +42,9 @@ KNOWN: Mapping[str, tuple[str, float]] = MappingProxyType({
 
 # What the names of a thruster's channels begin with (docs/conventions.md), such as n_1, alpha_bow, f_2.
 _THRUSTERS = {"n": "1/s", "alpha": "rad", "f": "N", "throttle": "-", "X": "N", "Y": "N", "N": "N m"}
+# What they cannot be in; names of other things begin like them (n_satellites), so not all but their own is refused.
+_SPEEDS = ("m/s", "rad", "rad/s")
+_NEVER = {"n": _SPEEDS, "alpha": ("m/s", "1/s", "rad/s"), "throttle": ("1/s", *_SPEEDS)}
 _DERIVED = re.compile(r"_(sd|cmd|\d+)$")
 
 
@@ -73,6 +76,8 @@ def conversion(name: str, unit: str) -> tuple[str, float]:
     wanted = standard_unit(name)
     if wanted is None:
         stem, named, _ = name.partition("_")
+        if named and KNOWN[unit][0] in _NEVER.get(stem, ()):
+            raise DataError(f"column '{name}': unit '{unit}' cannot measure it; it is in {_THRUSTERS[stem]}")
         return KNOWN[unit] if named and KNOWN[unit][0] == _THRUSTERS.get(stem) else (unit, 1.0)
     si, factor = KNOWN[unit]
     if si != wanted:

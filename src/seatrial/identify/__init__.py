@@ -1,8 +1,7 @@
 """Identification: from trials to parameters, with a verdict on each.
 
 Contract: a `Problem` is a document (ship, free parameters, trials, loss) that `lint` can judge
-before anything is run; an `Estimator` turns it into a `Fit`.  A fit holds a ship ready to
-simulate and a digest of its problem, never the problem itself.
+before anything is run; an `Estimator` turns it into a `Fit`: a ship ready to simulate and a digest of its problem.
 """
 
 from __future__ import annotations
@@ -36,7 +35,8 @@ class FitError(RuntimeError):
 class Problem:
     """Which parameters of which ship are to explain which trials; `validation` is only watched.
 
-    `extrapolate` lets commands leave the tested range of a thrust map, which `lint` refuses otherwise.
+    `extrapolate` lets commands leave the tested range of a thrust map, which `lint` refuses otherwise; `linted` says
+    that `lint` found no error in it or in what it was derived from, and is the estimators' own.
     """
 
     ship: Ship
@@ -46,6 +46,7 @@ class Problem:
     nuisance: Nuisance = Nuisance()
     validation: tuple[Trial, ...] = ()
     extrapolate: bool = False
+    linted: bool = field(default=False, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

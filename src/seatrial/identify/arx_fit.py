@@ -15,6 +15,7 @@ from ..data.prepare import to_body
 from ..models.arx import CONSTANT, INPUTS, OUTPUTS, Arx, lag_of
 from ..parameters import Free, Terms, unknown, values
 from . import Fit, Problem, Progress, StudyError
+from .linted import linted
 from .regression import Solution, criteria, least_squares, weighted_fit
 from .windows import even
 
@@ -171,12 +172,11 @@ class ArxRegression:
     The structure is that of the ship's coefficients; those that are not free hold.  Priors and bounds count.
     """
 
+    @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free coefficients of `problem`; there is nothing to resume, so `checkpoint` stays unused.
 
-        Raises:
-            StudyError: the model is not ARX, or something other than a coefficient is free.
-            DataError: the trials lack a channel or hold too little.
+        Raises StudyError where the model is not ARX or something else is free, DataError where trials hold too little.
         """
         began = time.perf_counter()
         model: Any = problem.ship.model

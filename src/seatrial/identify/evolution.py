@@ -20,6 +20,7 @@ from ..data import Array
 from ..engine.rollout import is_rk4
 from . import Fit, FitError, Problem, Progress, StudyError
 from .gauss_newton import State, minimise
+from .linted import linted
 from .objective import TrajectoryObjective, begun_as, checked_initial
 from .record import Record
 from .scored import Batch, Scoring
@@ -88,6 +89,7 @@ class Evolution:
         """What to do about the noise of measured starts; see `Estimator`."""
         return ("estimator.initial", 'say "free"') if self.initial == "measured" else ("", "")
 
+    @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
 

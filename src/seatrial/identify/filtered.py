@@ -104,7 +104,7 @@ class Filtered:
     @property
     def fitted(self) -> Ship:
         """The ship with its parameters as they are at the last row."""
-        return self.ship.having({f.path: self._last(f.path).value for f in self.free})
+        return self.ship.moved({f.path: self._last(f.path).value for f in self.free})
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:

@@ -21,6 +21,7 @@ from ..engine.rollout import default_threads, is_rk4
 from ..parameters import Free, read
 from . import Fit, Nuisance, Problem, Progress, StudyError
 from .evolution import Evolution
+from .linted import linted
 from .objective import begun_as, checked_initial
 from .ranges import ITERATIONS, TOLERANCE, Scorer, flat_directions, longest, residuals, softened, within
 from .shooting import Trajectory
@@ -100,6 +101,7 @@ class FineTuning:
             starts=self.starts, seed=self.seed, threads=1,
         )  # fmt: skip
 
+    @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """The fit within the range chosen by leaving trials out; see `tune` and `Estimator`."""
 

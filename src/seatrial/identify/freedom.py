@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ..parameters import Free, ParameterError, Spec, match, specs, unknown, values
+from ..parameters import MOST, Free, ParameterError, Spec, far, match, specs, unknown, values
 from . import StudyError
 
 KEYS = ("prior", "ratio", "low", "high", "start", "sigma", "floor")
@@ -64,6 +64,9 @@ def _entry(pattern: str, entry: Any) -> Mapping[str, float]:
     for key in ("prior", "ratio", "sigma", "floor"):
         if key in entry and not entry[key] > 0:
             raise ParameterError(f"free: '{pattern}': {key} is {entry[key]:g}; an interval or a prior needs a width")
+    for key in ("prior", "ratio"):
+        if entry.get(key, 0.0) > MOST:
+            raise ParameterError(f"free: '{pattern}': {far(key, entry[key])}")
     if not ({"prior", "sigma", "ratio"} & set(entry) or {"low", "high"} <= set(entry)):
         raise StudyError(f"free: '{pattern}': give prior, sigma or ratio, or low and high")
     return entry

@@ -5,6 +5,7 @@ An interval without width and bounds that exclude the start never get here: `Fre
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -33,17 +34,20 @@ _DEVIATIONS = ("nuisance.initial", "give its deviations")
 _WINDOW, _EVERY = 100.0, 1.0
 
 
-def lint(problem: Problem, test: Sequence[Trial] = (), estimator: Estimator | None = None) -> tuple[Issue, ...]:
+def lint(
+    problem: Problem, test: Sequence[Trial] = (), estimator: Estimator | None = None, *, felt: bool = True
+) -> tuple[Issue, ...]:
     """All that forbids a run or should be known before it, errors first.
 
     Args:
         problem: what is to be fitted to what.
         test: trials that nothing but the report will see.
         estimator: who is to fit it; None says what holds for `shooting:Trajectory`.
+        felt: whether to predict the trials, to see that each parameter moves some prediction.
     """
     found = [*_free(problem), *_scales(problem), *_starts(problem, estimator), *mass(problem)]
     found += [*_trials(problem, test), *_sets(problem, test)]
-    if not any(issue.severity == "error" for issue in found):
+    if felt and not any(issue.severity == "error" for issue in found):
         found += _felt(problem)
     return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
 
@@ -95,6 +99,9 @@ def _scales(problem: Problem) -> Iterator[Issue]:
                 yield Issue("error", where, unknown(name, STATES, "channel"))
             elif not 0 < value < float("inf"):
                 yield Issue("error", f"{where}.{name}", f"is {value:g}; it must be above zero")
+            elif name == "psi" and value > math.pi:
+                in_radians = f"{value:g} deg is {math.radians(value):.3g} rad"
+                yield Issue("error", f"{where}.psi", f"is {value:g} rad, more than half a turn; {in_radians}")
     if problem.loss.correlation < 0:
         yield Issue("error", "loss.correlation", f"is {problem.loss.correlation:g} s; it must be zero or above")
 

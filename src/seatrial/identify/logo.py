@@ -16,6 +16,7 @@ import numpy as np
 
 from ..engine.rollout import is_rk4
 from . import Fit, Nuisance, Problem, Progress, StudyError
+from .linted import linted
 from .logo_run import Run
 from .nuisances import Nuisances
 
@@ -87,6 +88,7 @@ class Shooting:
             return "loss.correlation", "give the time over which errors are alike"
         return ("", "") if self.initial == "free" else ("estimator.initial", 'say "free"')
 
+    @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
 

@@ -218,7 +218,7 @@ class Run:
         linear = replace(stage, linked=linked).linear(point)
         covariance, shrinkage = self.spread(stage, linear, p)
         at_bound = tuple(f.path for f, v in zip(free, p, strict=True) if v <= f.low or v >= f.high)
-        ship = self.problem.ship.having({f.path: float(v) for f, v in zip(free, p, strict=True)})
+        ship = self.problem.ship.moved({f.path: float(v) for f, v in zip(free, p, strict=True)})
         return Fit(
             ship=ship, free=free, values=p, sigma=np.sqrt(np.diag(covariance)), covariance=covariance,
             shrinkage=shrinkage, at_bound=at_bound, verdicts=verdicts(free, p, covariance, shrinkage, at_bound),

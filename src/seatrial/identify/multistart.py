@@ -13,6 +13,7 @@ from ..data import Array
 from ..parameters import Free
 from . import Fit, FitError, Problem, Progress
 from .batch import Many, cut_as
+from .linted import linted
 from .objective import TrajectoryObjective, begun_as, checked_initial
 from .shooting import Trajectory, digest, finished
 from .watch import tell, with_values
@@ -53,6 +54,7 @@ class MultiStart:
         """What to do about the noise of measured starts; see `Estimator`."""
         return ("estimator.initial", 'say "free"') if self.initial == "measured" else ("", "")
 
+    @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
 

@@ -25,6 +25,7 @@ from ..parameters import Free, update
 from ..replay import inputs
 from . import Fit, Problem, Progress, StudyError
 from .gauss_newton import Normal
+from .linted import linted
 from .shooting import OneStep, digest
 from .verdicts import posterior, verdicts
 from .watch import tell, with_values
@@ -104,6 +105,7 @@ class Regression:
         if not self.window > 0:
             raise StudyError(f"estimator.window is {self.window:g} s; it must be above zero")
 
+    @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; there is nothing to resume, so `checkpoint` stays unused.
 
@@ -157,7 +159,7 @@ def weighted_fit(
     found = {f.path: float(v) for f, v in zip(free, values, strict=True)}
     mark = hashlib.sha256((digest(problem, OneStep()) + repr(estimator)).encode()).hexdigest()[:16]
     return Fit(
-        ship=problem.ship.having(found), free=free, values=values, sigma=np.sqrt(np.diag(covariance)),
+        ship=problem.ship.moved(found), free=free, values=values, sigma=np.sqrt(np.diag(covariance)),
         covariance=covariance, shrinkage=shrinkage, at_bound=on,
         verdicts=verdicts(free, values, covariance, shrinkage, on), history=np.array(history), objective=cost,
         seconds=time.perf_counter() - began, evaluations=_PASSES, status="solved: linear least squares", digest=mark,

@@ -25,6 +25,7 @@ from ..parameters import values as parameter_values
 from ..systems import open_loop_parameters
 from . import Fit, FitError, Problem, Progress, StudyError
 from .gauss_newton import State, minimise
+from .linted import linted
 from .nuisances import Nuisances
 from .objective import TrajectoryObjective
 from .resume import Resume
@@ -78,6 +79,7 @@ class Trajectory:
         """What to do about the noise of measured starts; see `Estimator`."""
         return "nuisance.initial", "give its deviations"
 
+    @linted
     def fit(
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
     ) -> Fit:
@@ -162,7 +164,7 @@ def finished(
     normal = objective.normal(p, eta)
     covariance, shrinkage = posterior(normal, problem.free, p, objective.variance(p, eta))
     at_bound = tuple(f.path for f, v in zip(problem.free, p, strict=True) if v <= f.low or v >= f.high)
-    ship = problem.ship.having({f.path: float(v) for f, v in zip(problem.free, p, strict=True)})
+    ship = problem.ship.moved({f.path: float(v) for f, v in zip(problem.free, p, strict=True)})
     return Fit(
         ship=ship, free=problem.free, values=p, sigma=np.sqrt(np.diag(covariance)),
         covariance=covariance, shrinkage=shrinkage, at_bound=at_bound,
@@ -208,6 +210,7 @@ class OneStep:
         """What to do about the noise of measured starts; see `Estimator`."""
         return "nuisance.initial", "give its deviations"
 
+    @linted
     def fit(
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
     ) -> Fit:

@@ -21,6 +21,7 @@ from ..models.neural import Neural
 from ..parameters import ParameterError, unknown
 from ..ships import Ship
 from . import Fit, Problem, Progress, StudyError, Verdict
+from .linted import linted
 from .training_data import Rows, Source, answers, typical, weights_of_errors
 from .training_engine import Engine, Form, one_thread_each
 from .training_loop import Loop, Plan
@@ -113,6 +114,7 @@ class Training:
                             ("kind", ("", *KINDS))):  # fmt: skip
             if getattr(self, name) not in known:
                 raise StudyError(f"estimator: {unknown(getattr(self, name), [k for k in known if k], name)}")
+    @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Train; the fit has no free parameters, its ship has the weights.
 

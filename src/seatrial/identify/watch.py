@@ -62,7 +62,7 @@ def start(progress: Progress | None, ship: Ship) -> None:
 def with_values(ship: Ship, free: Sequence[Free], values: Array) -> MakeShip:
     """The ship with these values of the free parameters, as they are now; they may move on."""
     kept = np.array(values)
-    return lambda: ship.having({f.path: float(v) for f, v in zip(free, kept, strict=True)})
+    return lambda: ship.moved({f.path: float(v) for f, v in zip(free, kept, strict=True)})
 
 
 def part(told: Any, name: str, problem: Problem, otherwise: Progress | None) -> Progress | None:

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..data import Trial
 from . import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
+from .linted import linted
 from .objective import TrajectoryObjective
 from .recordings import dealt, recordings
 from .shooting import Trajectory, digest
@@ -53,6 +54,7 @@ class Widths(Trajectory):
         if not self.parts >= 2:
             raise StudyError(f"estimator.parts is {self.parts:g}; leave out one part of two at least")
 
+    @linted
     def fit(
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
     ) -> Fit:

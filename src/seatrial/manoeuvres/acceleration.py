@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Trial
-from ..parameters import Scalar, spec
+from ..parameters import Scalar, own, spec
 from . import Index, Settings
 from .reading import at, complete_rows, in_lengths, path_length, reached, track, turned
 
@@ -36,6 +36,9 @@ class Acceleration:
     n_P: Scalar = spec("1/s", "propeller revolutions before the order")
     n_ahead: Scalar = spec("1/s", "propeller revolutions ordered")
     fraction: Scalar = spec("-", "speed over the final one at which time and way are read", (0.0, 1.0), default=0.9)
+
+    def __post_init__(self) -> None:
+        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:

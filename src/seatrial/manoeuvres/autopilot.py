@@ -10,7 +10,7 @@ from typing import ClassVar, NamedTuple, Self
 import numpy as np
 
 from ..data import Array, Trial
-from ..parameters import ParameterError, Scalar, spec
+from ..parameters import ParameterError, Scalar, own, spec
 from ..symbolic import atan2, clip, cos, magnitude, sin, where
 from . import Index, Settings
 from .reading import at, reached, turned
@@ -84,6 +84,9 @@ class CourseKeeping:
     K_d: Scalar = spec("s", "rudder against yaw rate")
     K_i: Scalar = spec("1/s", "rudder per integral of the heading error", default=0.0)
     delta_max: Scalar = spec("rad", "greatest rudder that the autopilot orders", (0.0, math.inf), default=math.inf)
+
+    def __post_init__(self) -> None:
+        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:

@@ -16,7 +16,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Array, Trial
-from ..parameters import ParameterError, Scalar, spec
+from ..parameters import ParameterError, Scalar, own, spec
 from ..symbolic import larger, smaller
 from . import Index, Settings
 from .pseudo_random import liveliness
@@ -54,6 +54,7 @@ class HumanRandom:
     seed: int = 1
 
     def __post_init__(self) -> None:
+        own(self)
         for name in ("hold", "travel", "length"):
             value = getattr(self, name)
             if not 0 < value < math.inf:

@@ -17,7 +17,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Array, Trial
-from ..parameters import ParameterError, Scalar, spec
+from ..parameters import ParameterError, Scalar, own, spec
 from . import Index, Settings
 from .reading import in_lengths
 
@@ -60,6 +60,7 @@ class PseudoRandom:
     seed: int = 1
 
     def __post_init__(self) -> None:
+        own(self)
         if self.levels not in LEVELS:
             raise ParameterError(f"levels is {self.levels}; a maximal-length sequence has 2, 3, 5 or 7")
         if not (self.degree >= 2 and self.levels**self.degree - 1 <= _LONGEST):

@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Trial
-from ..parameters import Scalar, spec
+from ..parameters import Scalar, own, spec
 from ..symbolic import smaller, where
 from . import Index, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
@@ -40,6 +40,9 @@ class PullOut:
     window: Scalar = spec("s", "time over which a steady yaw rate is judged", (0.0, math.inf))
     tolerance: Scalar = spec("rad/s", "change of a steady yaw rate within the window", (0.0, math.inf))
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
+
+    def __post_init__(self) -> None:
+        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:

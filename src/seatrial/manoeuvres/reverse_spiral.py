@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Array, Trial
-from ..parameters import Scalar, spec
+from ..parameters import Scalar, own, spec
 from ..symbolic import clip, where
 from . import Index, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
@@ -48,6 +48,9 @@ class ReverseSpiral:
     k_I: Scalar = spec("-", "rudder per heading that is missing", (0.0, math.inf))
     limit: Scalar = spec("rad", "greatest rudder angle", (0.0, math.inf))
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
+
+    def __post_init__(self) -> None:
+        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:

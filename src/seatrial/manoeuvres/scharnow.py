@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Trial
-from ..parameters import Scalar, spec
+from ..parameters import Scalar, own, spec
 from ..symbolic import larger, where
 from . import Index, Settings
 from .reading import after, at, in_lengths, reached, track, turned
@@ -45,6 +45,9 @@ class SingleTurn:
     delta: Scalar = spec("rad", "rudder hard over, magnitude", (0.0, math.pi))
     swing: Scalar = spec("rad", "heading change at which the rudder goes midships", (0.0, math.inf), 250.0 * _DEGREE)
     side: Scalar = spec("-", "+1 starboard, -1 port", (-1.0, 1.0), default=1.0)
+
+    def __post_init__(self) -> None:
+        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:

@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Array, Trial
-from ..parameters import Scalar, spec
+from ..parameters import Scalar, own, spec
 from ..symbolic import both, clip, smaller, where
 from . import Index, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
@@ -46,6 +46,9 @@ class Spiral:
     near: Scalar = spec("rad", "rudder angle within which the fine increment holds", (0.0, math.pi), 5.0 * _DEGREE)
     fine: Scalar = spec("rad", "increment of the rudder near midships", (0.0, math.pi), default=_DEGREE)
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
+
+    def __post_init__(self) -> None:
+        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:

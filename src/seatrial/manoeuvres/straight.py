@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Trial
-from ..parameters import Scalar, spec
+from ..parameters import Scalar, own, spec
 from . import Index, Settings
 from .reading import complete_rows, in_lengths, path_length, track, turned
 
@@ -26,6 +26,9 @@ class Straight:
 
     n_P: Scalar = spec("1/s", "propeller revolutions, held")
     delta: Scalar = spec("rad", "rudder angle, held", (-math.pi, math.pi), default=0.0)
+
+    def __post_init__(self) -> None:
+        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:

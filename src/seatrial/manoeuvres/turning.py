@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Array, Trial
-from ..parameters import Scalar, spec
+from ..parameters import Scalar, own, spec
 from . import Index, Settings
 from .reading import after, at, in_lengths, reached, through_water, track, turned
 
@@ -34,6 +34,9 @@ class Turning:
 
     n_P: Scalar = spec("1/s", "propeller revolutions, held")
     delta: Scalar = spec("rad", "rudder angle, positive to starboard", (-math.pi, math.pi))
+
+    def __post_init__(self) -> None:
+        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:

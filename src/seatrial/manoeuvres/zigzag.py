@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from ..data import Array, Trial
-from ..parameters import Scalar, spec
+from ..parameters import Scalar, own, spec
 from ..symbolic import where
 from . import Index, Settings
 from .reading import after, at, in_lengths, path_length, reached, turned
@@ -37,6 +37,9 @@ class Zigzag:
     delta: Scalar = spec("rad", "rudder angle, magnitude", (0.0, math.pi))
     psi: Scalar = spec("rad", "heading change at which the rudder is reversed, magnitude", (0.0, math.pi))
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
+
+    def __post_init__(self) -> None:
+        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:

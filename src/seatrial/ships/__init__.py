@@ -12,7 +12,7 @@ from typing import Any
 
 from ..actuators import Actuators
 from ..models import Model
-from ..parameters import update
+from ..parameters import possible, specs, update
 
 
 class ShipError(ValueError):
@@ -69,5 +69,14 @@ class Ship:
         return (self.name, self.of) if self.of else (self.name,)
 
     def having(self, changes: Mapping[str, float]) -> Ship:
-        """The same ship with some parameters of its model replaced."""
+        """The same ship with some parameters of its model replaced.
+
+        Raises:
+            ParameterError: no such parameter, or a number that leaves what it can be, as a ship file would be refused.
+        """
+        possible(specs(self.model), changes)
+        return self.moved(changes)
+
+    def moved(self, changes: Mapping[str, float]) -> Ship:
+        """`having` without a look at the ranges: what a search found is told, not refused when all is done."""
         return replace(self, model=update(self.model, changes))

@@ -22,6 +22,7 @@ from .actuation import read_actuators
 from .classes import Trust, find_class, trusting
 from .networks import read_network
 from .numbers import PARTICULARS, Yardsticks, number
+from .plausible import plausible
 from .writing import save, to_toml
 
 __all__ = ["library", "load", "save", "to_toml"]
@@ -110,6 +111,11 @@ class _Reading:
         length = getattr(getattr(model, "body", None), "L_pp", particulars.get("L_pp"))
         if length is None:
             raise ShipError(f"{self.path}: particulars.L_pp is missing; every report is in lengths")
+        if "provenance" not in self.table("notes"):  # what a fit found is told by its report, not refused
+            try:
+                plausible(model, length)
+            except ShipError as error:
+                raise ShipError(f"{self.path}: {error}") from None
         return Ship(
             name=self.text("name", self.path.stem), model=model, actuators=read_actuators(self, model), L_pp=length,
             speed=speed, n_P=n_P, validity=self.validity(model), entries=self.entries,
@@ -217,6 +223,9 @@ class _Reading:
         required = {name for name, f in declared.items() if f.default is MISSING}
         known = {name: f.metadata["spec"] for name, f in declared.items()}
         if not known and not choices and dotted == "model":
+            for key in self.table("model"):
+                text = f"{cls.__name__} has no numbers of its own; leave [model] out"
+                raise ShipError(f"{self.path}: model: no number '{key}'; {text}")
             return {}
         chosen = {key: self.table(dotted)[key] for key in choices if key in self.table(dotted)}
         for key, value in chosen.items():
