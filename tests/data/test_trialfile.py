@@ -57,6 +57,7 @@ BAD = {
     "underscore": ("t [s],x [m]\n0,1\n1,1_000\n", "column 'x', line 3: '1_000' is not a number"),
     "full width": ("t [s],x [m]\n0,1\n1,\uff11\uff12\n", "column 'x', line 3: '\uff11\uff12' is not a number"),
     "infinite": ("t [s],x [m]\n0,1\n1,inf\n", "column 'x', line 3: infinite"),
+    "no seconds": ("t [s],x [m]\n0,1\n1e300,2\n", r"line 3: time is 1e\+300 s; .* is it in ms or us"),
     "one row": ("t [s],x [m]\n0,1\n", "1 rows of numbers"),
     "header only": ("t [s],x [m]\n", "0 rows of numbers"),
     "empty": ("", "the file is empty"),
