@@ -1,13 +1,16 @@
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from seatrial.data import Trial, frt_esso, simman
+from seatrial.cli import main
+from seatrial.data import DataError, Trial, frt_esso, simman
 from seatrial.data.check import check, check_set
-from seatrial.data.prepare import froude_scaled, to_earth
+from seatrial.data.prepare import froude_scaled, resample, to_earth
+from seatrial.data.trialfile import write_trial
 
 
 def earth(t):
@@ -202,6 +205,26 @@ def test_overlap_is_found_among_many_in_time_that_grows_with_them(made, monkeypa
     assert [f.trials for f in found] == [(one.name, other.name) for one, other in zip(many, again, strict=True)]
     assert all("200 rows are the same, 100 %" in f.evidence for f in found)
     assert len(calls) == 80
+
+
+def test_names_of_trials_are_fields_and_no_prose(made, tmp_path, capsys):
+    """A trial called `port and starboard` is found under its own name."""
+    for folder, name in (("train", "first and last"), ("test", "port and starboard")):
+        (tmp_path / folder).mkdir()
+        write_trial(made, tmp_path / folder / f"{name}.csv")
+    assert main(["check", str(tmp_path / "test"), "--against", str(tmp_path / "train"), "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)["trials"]["port and starboard"]
+    [finding] = [f for f in found if f["kind"] == "overlap"]
+    assert finding["trials"] == ["first and last", "port and starboard"]
+
+
+def test_values_beyond_everything_and_a_clock_of_years_do_no_harm(made):
+    [finding] = check(poked(made, "x", slice(7, 8), 1e308))
+    assert (finding.severity, finding.what) == ("error", "beyond anything measured")
+    years = replace(made.having(U_G=np.full(len(made), 0.5)), t=np.append(made.t[:-1], 9e9))
+    assert "missing samples" in [f.what for f in check(years)]
+    with pytest.raises(DataError, match="rows; cut it, or take longer steps"):
+        resample(years, 0.1)
 
 
 def test_esso_has_no_errors(data_file):

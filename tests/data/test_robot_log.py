@@ -238,6 +238,24 @@ def test_a_flipped_bit_changes_no_trial_without_a_word(tmp_path: Path) -> None:
     assert found > 50
 
 
+@pytest.mark.parametrize(
+    "note", [[], 1, {"meta": [1]}, {"units": {"n_P": 3}}, {"meta": {"start": 5}}, {"meta": {"L_ppp": 3.0}}]
+)
+def test_what_a_log_says_of_its_trial_is_no_reason_to_fall(tmp_path: Path, note: Any) -> None:
+    write_mcap(tmp_path / "a.mcap", list(messages(trial())), note)
+    with pytest.raises(DataError) as caught:
+        read(tmp_path / "a.mcap")
+    assert "a.mcap" in str(caught.value)
+    assert str(caught.value).isprintable()
+
+
+def test_a_message_of_no_time_is_told(tmp_path: Path) -> None:
+    late = Message("/delta", NUMBER, 2**64 - 1, packed(NUMBER, 0, {"value": 1.0}))
+    write_mcap(tmp_path / "a.mcap", [*messages(trial()), late], {})
+    with pytest.raises(DataError, match="/delta, message 40: logged 18446744073709551615 ns after 1970"):
+        read(tmp_path / "a.mcap")
+
+
 def damaged(tmp_path: Path) -> list[tuple[str, Path]]:
     whole = log(tmp_path / "whole.mcap", 400).read_bytes()
     cases = {"cut": whole[: len(whole) // 2], "empty": b"", "text": b"t [s],x [m]\n0,1\n"}

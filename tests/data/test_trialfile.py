@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+import polars
 import pytest
 
 from seatrial.data import DataError, Trial
@@ -57,6 +58,7 @@ BAD = {
     "underscore": ("t [s],x [m]\n0,1\n1,1_000\n", "column 'x', line 3: '1_000' is not a number"),
     "full width": ("t [s],x [m]\n0,1\n1,\uff11\uff12\n", "column 'x', line 3: '\uff11\uff12' is not a number"),
     "infinite": ("t [s],x [m]\n0,1\n1,inf\n", "column 'x', line 3: infinite"),
+    "no seconds": ("t [s],x [m]\n0,1\n1e300,2\n", r"line 3: time is 1e\+300 s; .* is it in ms or us"),
     "one row": ("t [s],x [m]\n0,1\n", "1 rows of numbers"),
     "header only": ("t [s],x [m]\n", "0 rows of numbers"),
     "empty": ("", "the file is empty"),
@@ -195,3 +197,23 @@ def test_channels_of_thrusters_come_out_in_si(tmp_path):
     assert trial["alpha_1_cmd"][0] == pytest.approx(np.pi / 4)
     assert (trial["n_bow"][0], trial["f_2"][0], trial["n_cells"][0]) == (1.0, 2000.0, 3.0)
     assert [trial.unit(n) for n in ("alpha_1", "n_bow", "f_2", "n_cells")] == ["rad", "1/s", "N", "-"]
+
+
+@pytest.mark.parametrize(
+    ("units", "message"),
+    [
+        ("[]", "must be a JSON object of texts"),
+        ('{"t": 1, "x": "m"}', "must be a JSON object of texts"),
+        ('{"t": "s", "x": ["m"]}', "must be a JSON object of texts"),
+        (100_000 * "[", "not a readable Parquet file"),
+        ('{"t": "s"}', "column 'x': no unit"),
+        ('{"t": "s", "x": "m"}', "column 'x', row 2: infinite"),
+    ],
+    ids=range(6),
+)
+def test_damaged_units_of_a_parquet_file(tmp_path, units, message):
+    frame = polars.DataFrame({"t": [0.0, 1.0, 2.0], "x": [0.0, np.inf, 1.0]})
+    frame.write_parquet(tmp_path / "a.parquet", metadata={"seatrial.units": units})
+    with pytest.raises(DataError, match=message) as caught:
+        read_trial(tmp_path / "a.parquet")
+    assert str(caught.value).isprintable()

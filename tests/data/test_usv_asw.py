@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import sys
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -114,6 +115,18 @@ def test_no_workbook(tmp_path):
         usv_asw.read(tmp_path / "log.xlsx")
     with pytest.raises(DataError, match="rows below the header"):
         usv_asw.read(write_workbook(tmp_path / "run.xlsx", voyage(rows=1)))
+
+
+def test_a_workbook_without_its_list_of_sheets(tmp_path):
+    whole = write_workbook(tmp_path / "run.xlsx", voyage(rows=3))
+    with zipfile.ZipFile(whole) as book:
+        parts = {name: book.read(name) for name in book.namelist()}
+    parts["xl/workbook.xml"] = parts["xl/workbook.xml"].replace(b"sheet ", b"shiit ")
+    with zipfile.ZipFile(whole, "w") as book:
+        for name, data in parts.items():
+            book.writestr(name, data)
+    with pytest.raises(DataError, match=r"run\.xlsx: not readable as a workbook"):
+        usv_asw.read(whole)
 
 
 def test_the_extra_is_named_where_it_lacks(book, monkeypatch, capsys, tmp_path):

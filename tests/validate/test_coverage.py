@@ -11,7 +11,7 @@ import pytest
 from seatrial.cli import main
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
-from seatrial.validate.coverage import WIND, Reference, columns, coverage, usual
+from seatrial.validate.coverage import WIND, Reference, apart, columns, coverage, usual
 from seatrial.validate.coverage_page import document, histogram
 
 
@@ -164,3 +164,26 @@ def test_a_page_needs_something_to_compare_with(tmp_path: Path, train, capsys):
     arguments = ["check", str(tmp_path / "a.csv"), "--against", str(tmp_path), "-o", str(tmp_path / "p.txt")]
     assert main(arguments) == 2
     assert ".html" in capsys.readouterr().err
+
+
+def test_the_search_is_prepared_once_however_many_files_there_are(train, monkeypatch):
+    """A tree of all training samples for each file made the time grow with the square of the files."""
+    from scipy import spatial
+
+    made: list[int] = []
+    tree = spatial.KDTree
+    monkeypatch.setattr(spatial, "KDTree", lambda points: made.append(len(points)) or tree(points))
+    reference = Reference.of(train)
+    for trial in train:
+        coverage(reference, trial)
+    assert len(made) == 2
+
+
+def test_a_file_is_judged_by_the_others_only():
+    """Against the distance found point by point; one file lies far from the rest, and one is a single row."""
+    rng = np.random.default_rng(4)
+    parts = [rng.normal(size=(n, 3)) + 9.0 * (n == 30) for n in (40, 1, 30, 25)]
+    for k, (part, found) in enumerate(zip(parts, apart(parts), strict=True)):
+        others = np.concatenate(parts[:k] + parts[k + 1 :])
+        near = np.sort(np.linalg.norm(part[:, None] - others[None], axis=2), axis=1)[:, :5]
+        assert found == pytest.approx(np.sqrt(np.mean(near**2, axis=1)))

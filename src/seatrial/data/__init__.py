@@ -26,7 +26,8 @@ class DataError(ValueError):
     """A log or a trial that cannot be used: what, where and what would be right, in one line whatever the log holds."""
 
     def __init__(self, text: str = "") -> None:
-        super().__init__("".join(c if c.isprintable() else ascii(c)[1:-1] for c in text))
+        said = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+        super().__init__(said if len(said) <= 1200 else f"{said[:800]} ... {said[-300:]}")
 
 
 @dataclass(frozen=True)
@@ -113,9 +114,7 @@ class Dataset:
         for part in ("train", "validation", "test"):
             for trial in getattr(self, part):
                 if trial.name in seen:
-                    raise DataError(
-                        f"trial {trial.name} is in {seen[trial.name]} and in {part}; keep it in one"
-                    )
+                    raise DataError(f"trial {trial.name} is in {seen[trial.name]} and in {part}; keep it in one")
                 seen[trial.name] = part
 
     def __iter__(self) -> Iterator[Trial]:

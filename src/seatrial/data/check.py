@@ -10,15 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import product
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import Trial
 from .evidence import Slope, motion_slopes, rate_slope, rudder_effect, steady_turn
-from .sensor_checks import Fault, Kind, sensor_faults, wind_faults
+from .gap_checks import gap_faults
+from .overlap import shared
+from .sensor_checks import Fault, Kind, beyond_faults, sensor_faults, wind_faults
 from .still import still_faults
 from .track import track_faults
 
@@ -26,7 +26,6 @@ Severity = Literal["error", "warning", "info"]
 _G = 9.81
 # Controls of thrusters that can turn a ship without way.
 _ON_THE_SPOT = ("alpha", "n_bow", "n_stern", "f_")
-_COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
 _MEANT = {
     "earth": ("u, v_m are velocities north and east, not surge and sway", "turn them into body axes by psi"),
     "earth, east first": ("u, v_m are velocities east and north", "swap and turn them into body axes by psi"),
@@ -69,7 +68,9 @@ def check(trial: Trial) -> tuple[Finding, ...]:
     if len(trial) < 20:
         few = Fault("error", "t", "too short to judge", f"{len(trial)} rows", "record at least 20 rows", "short")
         return (_finding(trial, few),)
-    faults = [*sensor_faults(trial)]
+    if beyond := [*beyond_faults(trial)]:
+        return tuple(_finding(trial, fault) for fault in beyond)
+    faults = [*gap_faults(trial), *sensor_faults(trial)]
     if bool((np.diff(trial.t) > 0).all()):
         heading = [*_yaw_faults(trial)]
         faults += heading
@@ -89,58 +90,15 @@ def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, .
     Returns:
         An error for each pair of trials of which at least ten rows are the same.
     """
-    ours, theirs = _by_channels(train), _by_channels(test)
-    pairs: list[tuple[int, int, Finding]] = []
-    for (mine, some), (yours, others) in product(ours.items(), theirs.items()):
-        if names := [name for name in mine if name in yours]:
-            pairs += _shared(names, some, others)
-    return tuple(finding for _, _, finding in sorted(pairs, key=lambda pair: pair[:2]))
-
-
-def _by_channels(trials: Iterable[Trial]) -> dict[tuple[str, ...], list[tuple[int, Trial]]]:
-    """Trials with their places in the list, by which of the common channels they have."""
-    found: dict[tuple[str, ...], list[tuple[int, Trial]]] = {}
-    for k, trial in enumerate(trials):
-        found.setdefault(tuple(name for name in _COMMON if name in trial), []).append((k, trial))
-    return found
-
-
-def _shared(
-    names: list[str], some: list[tuple[int, Trial]], others: list[tuple[int, Trial]]
-) -> Iterator[tuple[int, int, Finding]]:
-    """Pairs with rows in common: the rows of all of `some` are sorted once, those of each other one are looked up."""
-    own = [_rows(trial, names) for _, trial in some]
-    rows, owner = np.concatenate(own), np.repeat(np.arange(len(own)), [len(one) for one in own])
-    order = np.argsort(rows, kind="stable")
-    rows, owner = rows[order], owner[order]
-    for place, other in others:
-        wanted = _rows(other, names)
-        first, last = np.searchsorted(rows, wanted, "left"), np.searchsorted(rows, wanted, "right")
-        held = [owner[a:b] for a, b in zip(first.tolist(), last.tolist(), strict=True) if a < b]
-        if not held:
-            continue
-        counts = np.bincount(np.concatenate(held), minlength=len(some))
-        for k in np.flatnonzero(counts >= 10).tolist():
-            yield some[k][0], place, Finding(
-                "error", "training and test share a recording", f"{some[k][1].name} and {other.name}",
-                f"{counts[k]} rows are the same, {100 * counts[k] / len(wanted):.0f} % of {other.name}",
-                "keep both in training or both in test", "overlap", (some[k][1].name, other.name),
-            )  # fmt: skip
-
-
-def _rows(trial: Trial, names: list[str]) -> NDArray[np.uint64]:
-    """A number for each different row, by which equal ones are found; sorted."""
-    table = trial.stack(*names)
-    table = table[np.isfinite(table).all(axis=1)]
-    # nine digits: the same recording written by two programs is still the same
-    bits = (np.round(table, 9) + 0.0).view(np.uint64).reshape(table.shape)
-    mixed = np.zeros(len(bits), dtype=np.uint64)
-    for column in bits.T:  # splitmix64: two rows in 10^19 come out the same by chance
-        mixed = (mixed ^ column) + np.uint64(0x9E3779B97F4A7C15)
-        mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        mixed ^= mixed >> np.uint64(31)
-    return np.unique(mixed)
+    ours, theirs = tuple(train), tuple(test)
+    return tuple(
+        Finding(
+            "error", "training and test share a recording", f"{ours[a].name} and {theirs[b].name}",
+            f"{rows} rows are the same, {100 * part:.0f} % of {theirs[b].name}",
+            "keep both in training or both in test", "overlap", (ours[a].name, theirs[b].name),
+        )
+        for a, b, rows, part in shared(ours, theirs)
+    )  # fmt: skip
 
 
 def _finding(trial: Trial, fault: Fault) -> Finding:

@@ -24,6 +24,8 @@ ANGLES = ("psi", "gamma_T", "gamma_A", "gamma_C", "gamma_G")
 
 # From one row to the next, in median steps, beyond which rows are missing between them.
 _LEAP = 1.5
+# Rows that a trial may have at most when its steps are chosen.
+_ROWS = 10_000_000
 
 
 def to_body(dx: Array, dy: Array, psi: Array) -> tuple[Array, Array]:
@@ -146,6 +148,9 @@ def resample(trial: Trial, dt: float) -> Trial:
         raise DataError(f"{trial.name}: a time step of {dt:g} s; it must be above zero")
     if dt > trial.duration:
         raise DataError(f"{trial.name}: a time step of {dt:g} s, and the trial lasts {trial.duration:g} s")
+    if trial.duration / dt > _ROWS:
+        about = f"{trial.duration:g} s in steps of {dt:g} s are over {_ROWS:g} rows"
+        raise DataError(f"{trial.name}: {about}; cut it, or take longer steps")
     t = trial.t[0] + dt * np.arange(math.floor(trial.duration / dt + 1e-9) + 1)
     t = np.minimum(t, trial.t[-1])
     wide = dt > 1.5 * trial.dt

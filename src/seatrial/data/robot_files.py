@@ -15,6 +15,7 @@ from typing import Any, BinaryIO, cast
 from . import DataError
 from .documents import read_yaml
 from .robot_messages import store
+from .sidecar import check_meta
 
 SUFFIX = ".mcap"
 BAG = "metadata.yaml"
@@ -88,7 +89,7 @@ def _mcap(path: Path) -> Generator[Bag]:
                 if channel.message_encoding == "cdr" and schema is not None:
                     yield Message(channel.topic, schema.name, message.log_time, message.data)
 
-        yield Bag(messages(), _noted(said.get("trial")))
+        yield Bag(messages(), _noted(path, said.get("trial")))
 
 
 def _hold_checksums(path: Path, file: BinaryIO) -> None:
@@ -133,11 +134,17 @@ def _bag(path: Path) -> Generator[Bag]:
     said = about["rosbag2_bagfile_information"].get("custom_data") or {}
     with Reader(path) as reader:
         messages = (Message(at.topic, at.msgtype, logged, bytes(data)) for at, logged, data in reader.messages())
-        yield Bag(messages, _noted(said.get(NOTE)))
+        yield Bag(messages, _noted(path, said.get(NOTE)))
 
 
-def _noted(text: str | None) -> Mapping[str, Any]:
-    return cast("dict[str, Any]", json.loads(text)) if text else {}
+def _noted(path: Path, text: str | None) -> Mapping[str, Any]:
+    """What seatrial wrote of a trial, held against what it can be."""
+    said = json.loads(text) if text else {}
+    parts: list[Any] = [said, *(said.get(key, {}) for key in ("meta", "units"))] if isinstance(said, dict) else [said]
+    if not all(isinstance(part, dict) for part in parts) or not all(isinstance(u, str) for u in parts[2].values()):
+        raise DataError(f"{path}: what it says of the trial itself is damaged; copy it again")
+    check_meta(path, {key: value for key, value in parts[1].items() if key != "schema"})
+    return cast("dict[str, Any]", said)
 
 
 def write_mcap(path: Path, messages: Iterable[Message], note: Mapping[str, Any]) -> None:

@@ -35,6 +35,8 @@ from .units import standard_unit
 
 # Stamps above this are times since 1970, those below times since some start [ns].
 _EPOCH = 10**17
+# Later than any log [ns]: the year 2262, beyond which 64 bits end.
+_NEVER = 2**63
 # A clock of the logger may differ from that of the stamps by so much and still be the same [ns].
 _SAME_CLOCK = 10**9
 _NAME = re.compile(r"[A-Za-z]\w*")
@@ -147,6 +149,11 @@ def _gathered(path: Path, messages: Any) -> dict[str, _Series]:
             one = told(message.kind, message.data)
         except DataError as error:
             raise DataError(f"{path}: {message.topic}, message {len(series.said) + 1}: {error}") from None
+        if message.logged >= _NEVER:
+            raise DataError(
+                f"{path}: {message.topic}, message {len(series.said) + 1}: logged {message.logged} ns after 1970; "
+                "no clock shows that"
+            )
         series.times.append(message.logged if one.stamp is None else one.stamp)
         series.logged.append(message.logged)
         series.said.append(one)

@@ -14,6 +14,9 @@ import numpy as np
 
 from . import Array, DataError
 
+_LONGEST = 1e10
+"""Times beyond [s] are no times in seconds; those since 1970 are below."""
+
 
 def existing(path: str | Path) -> Path:
     """The path as a `Path`, if there is something; else an error that names what is near."""
@@ -160,6 +163,13 @@ def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int]) ->
     if missing.size:
         line = lines[int(missing[0])]
         raise DataError(f"{path}: column '{column}', line {line}: no time; every row needs its time")
+    far = np.flatnonzero(np.abs(t) > _LONGEST)
+    if far.size:
+        k = int(far[0])
+        raise DataError(
+            f"{path}: column '{column}', line {lines[k]}: time is {t[k]:.9g} s; {_LONGEST:g} s, 300 years, is the "
+            "most: is it in ms or us?"
+        )
     back = np.flatnonzero(np.diff(t) <= 0)
     if back.size:
         k = int(back[0]) + 1

@@ -102,7 +102,7 @@ def _distance_ratio(trial: Trial) -> float:
     t = trial.t[rows]
     moved = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(trial["x"][rows]), np.diff(trial["y"][rows])))])
     said = integral(t, trial["U_G"][rows])
-    ends = np.searchsorted(t, np.arange(t[0], t[-1], _STRETCH))
+    ends = np.flatnonzero(np.diff(np.floor((t - t[0]) / _STRETCH), prepend=-1.0))  # first fix of each stretch
     there, told = np.diff(moved[ends]), np.diff(said[ends])
     some = told > _MOVING * float(np.max(told, initial=0.0))
     return float(np.median(there[some] / told[some])) if some.sum() >= 3 else math.nan

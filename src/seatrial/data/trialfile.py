@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -129,18 +129,26 @@ def _read_parquet(path: Path) -> tuple[dict[str, str], Array, list[int]]:
 
     try:
         frame = pl.read_parquet(path)
-        units: dict[str, str] = json.loads(pl.read_parquet_metadata(path).get(_UNITS_KEY, "{}"))
-    except (pl.exceptions.PolarsError, OSError, ValueError) as error:
-        raise DataError(f"{path}: not a readable Parquet file ({str(error).splitlines()[0]})") from error
+        units: Any = json.loads(pl.read_parquet_metadata(path).get(_UNITS_KEY, "{}"))
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError, RecursionError) as error:
+        about = (str(error).splitlines() or [""])[0] or type(error).__name__
+        raise DataError(f"{path}: not a readable Parquet file ({about[:200]})") from None
+    if not isinstance(units, dict) or not all(isinstance(u, str) for u in cast("dict[Any, Any]", units).values()):
+        raise DataError(f"{path}: '{_UNITS_KEY}' of its metadata must be a JSON object of texts, one a column")
+    named = cast("dict[str, str]", units)
     for name, kind in frame.schema.items():
         if not kind.is_numeric():
             raise DataError(f"{path}: column '{name}': holds {kind}, not numbers")
-        if name not in units:
+        if name not in named:
             raise DataError(
                 f"{path}: column '{name}': no unit; Parquet trials hold units as JSON under '{_UNITS_KEY}'"
             )
     table = np.column_stack([frame[name].cast(pl.Float64).to_numpy() for name in frame.columns])
-    return {name: units[name] for name in frame.columns}, table, list(range(1, len(table) + 1))
+    infinite = np.argwhere(np.isinf(table))
+    if infinite.size:
+        row, column = infinite[0].tolist()
+        raise DataError(f"{path}: column '{frame.columns[column]}', row {row + 1}: infinite; leave it empty for a gap")
+    return {name: named[name] for name in frame.columns}, table, list(range(1, len(table) + 1))
 
 
 def _assemble(path: Path, units: Mapping[str, str], table: Array, lines: list[int]) -> Trial:

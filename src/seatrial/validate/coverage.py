@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,13 @@ class Reference:
     high: Array
     own: Mapping[str, float]
 
+    @cached_property
+    def tree(self) -> Any:
+        """The points, ready for many questions."""
+        from scipy import spatial
+
+        return spatial.KDTree(self.points)
+
     @staticmethod
     def of(trials: Sequence[Trial], channels: Sequence[str] | None = None) -> Reference:
         """The distribution of some trials.
@@ -77,12 +85,11 @@ class Reference:
         scale = np.where(scale > 0, scale, np.maximum(np.abs(whole[0]), 1e-6))
         thin = [_thin(trial, table) / scale for trial, table in zip(trials, every, strict=True)]
         groups = _groups([t.name for t in trials], thin)
-        apart = [_distances(np.concatenate([p for _, p in groups[:k] + groups[k + 1 :]]), part)
-                 for k, (_, part) in enumerate(groups)]  # fmt: skip
-        limit = float(np.quantile(np.concatenate(apart), _QUANTILE))
+        far = apart([part for _, part in groups])
+        limit = float(np.quantile(np.concatenate(far), _QUANTILE))
         own: dict[str, list[float]] = {}
-        for (name, _), far in zip(groups, apart, strict=True):
-            own.setdefault(name, []).extend((far > limit).tolist())
+        for (name, _), one in zip(groups, far, strict=True):
+            own.setdefault(name, []).extend((one > limit).tolist())
         return Reference(
             names, scale, np.concatenate(thin), max(limit, 1e-12), whole.min(axis=0), whole.max(axis=0),
             {name: float(np.mean(found)) for name, found in own.items()},
@@ -203,21 +210,36 @@ def _groups(names: Sequence[str], thin: Sequence[Array]) -> list[tuple[str, Arra
     return [(name, block) for name, part in pairs for block in np.array_split(part, _BLOCKS) if len(block)]
 
 
-def _distances(points: Array, at: Array) -> Array:
-    return _neighbours(points, at)[0]
+def apart(parts: Sequence[Array]) -> list[Array]:
+    """Root mean square distance of each part's points to their nearest neighbours among the other parts.
 
-
-def _neighbours(points: Array, at: Array) -> tuple[Array, Array]:
-    """Root mean square distance to the nearest points, and the squared offset from them by channel."""
+    One search among all points serves every part: it is asked for more neighbours than are needed, and again for more
+    where too many of them are of the part itself.
+    """
     from scipy import spatial
 
+    points, owner = np.concatenate(parts), np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     tree: Any = spatial.KDTree(points)
-    far, which = tree.query(at, k=min(_NEIGHBOURS, len(points)))
-    far, which = np.atleast_2d(far.T).T, np.atleast_2d(which.T).T
-    offset = np.mean((points[which] - at[:, None, :]) ** 2, axis=1)
-    return np.sqrt(np.mean(far**2, axis=1)), offset
+    wanted = np.minimum(_NEIGHBOURS, len(points) - np.bincount(owner))[owner]
+    out = np.full(len(points), np.nan)
+    left, many = np.arange(len(points)), 4 * _NEIGHBOURS
+    while left.size:
+        many = min(many, len(points))
+        far, which = tree.query(points[left], k=many)
+        foreign = owner[which] != owner[left, None]
+        place = np.cumsum(foreign, axis=1)
+        taken = foreign & (place <= wanted[left, None])
+        squares = np.where(taken, far**2, 0.0).sum(axis=1)
+        done = place[:, -1] >= wanted[left]
+        out[left[done]] = np.sqrt(squares[done] / wanted[left[done]])
+        left, many = left[~done], 4 * many
+    return np.split(out, np.cumsum([len(part) for part in parts])[:-1])
 
 
 def _nearest(reference: Reference, at: Array) -> tuple[Array, Array]:
-    far, offset = _neighbours(reference.points, at)
-    return far / reference.limit, offset
+    """Root mean square distance to the nearest points over the limit, and the squared offset from them by channel."""
+    points = reference.points
+    far, which = reference.tree.query(at, k=min(_NEIGHBOURS, len(points)))
+    far, which = np.atleast_2d(far.T).T, np.atleast_2d(which.T).T
+    offset = np.mean((points[which] - at[:, None, :]) ** 2, axis=1)
+    return np.sqrt(np.mean(far**2, axis=1)) / reference.limit, offset
