@@ -37,7 +37,7 @@ def check(paths: Sequence[Path], against: Sequence[Path], out: Path | None, json
         train = read_trials(against)
         overlaps, covered = compared(train, trials, out)
         for finding in overlaps:
-            found[finding.where.rpartition(" and ")[2]].append(finding)
+            found[finding.trials[-1]].append(finding)
     counts = {s: sum(f.severity == s for fs in found.values() for f in fs) for s in _SEVERITIES}
     if json:
         more: dict[str, Any] = {"coverage": {c.name: c.numbers() for c in covered}} if against else {}

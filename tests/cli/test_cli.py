@@ -216,3 +216,12 @@ def test_a_ship_without_an_engine_cannot_stop_by_it(manoeuvre: str, capsys: pyte
     assert told.out == ""
     (line,) = [one for one in told.err.splitlines() if "engine" in one]
     assert f"{manoeuvre}: no revolutions move zeefakkel; her model has no engine; take" in line
+
+
+def test_a_shared_recording_is_told_of_the_trial_whatever_it_is_called(run: Trial, tmp_path: Path, capsys) -> None:
+    for folder, name in (("train", "one and two"), ("test", "port and starboard")):
+        (tmp_path / folder).mkdir()
+        write_trial(run, tmp_path / folder / f"{name}.csv")
+    assert main(["check", str(tmp_path / "test"), "--against", str(tmp_path / "train"), "--json"]) == FAILED
+    (found,) = [f for f in json.loads(capsys.readouterr().out)["trials"]["port and starboard"] if "share" in f["what"]]
+    assert found["trials"] == ["one and two", "port and starboard"]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import Trial
+from seatrial.data.check import Finding
 from seatrial.identify import Issue, Loss, Problem, StudyError
 from seatrial.identify.evolution import Evolution
 from seatrial.identify.fine_tuning import FineTuning
@@ -188,3 +189,11 @@ def test_what_holds_of_many_trials_is_one_line() -> None:
     assert lines([*many, Issue("warning", "free", "odd")]) == (
         "warning: a and 2 more: has no wind", "warning: free: odd")  # fmt: skip
     assert lines(many[:1]) == ("warning: a: has no wind",)
+
+
+@pytest.mark.parametrize("fatal", [True, False])
+def test_no_words_decide_whether_a_finding_forbids_the_fit(problem: Problem, fatal: bool, monkeypatch) -> None:
+    told = Finding("error", "wrong scale, degrees" if not fatal else "bad", "a: u", "1 of 2", "mend it", fatal, ("a",))
+    monkeypatch.setattr("seatrial.identify.lint.check", lambda _: (told,))
+    (issue,) = [issue for issue in lint(problem) if "mend it" in issue.text]
+    assert issue.severity == ("error" if fatal else "warning")

@@ -45,6 +45,8 @@ class Finding:
         where: trial and channel.
         evidence: the numbers that show it.
         remedy: what to do.
+        fatal: of an error, whether it makes a fit wrong rather than poor: signs, axes, units, scales.
+        trials: names of the trials it is about, the one to be judged last.
     """
 
     severity: Severity
@@ -52,6 +54,8 @@ class Finding:
     where: str
     evidence: str
     remedy: str
+    fatal: bool = True
+    trials: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.where}: {self.what} ({self.evidence}); {self.remedy}"
@@ -89,7 +93,7 @@ def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, .
             found.append(Finding(
                 "error", "training and test share a recording", f"{one.name} and {other.name}",
                 f"{shared} rows are the same, {100 * shared / len(yours):.0f} % of {other.name}",
-                "keep both in training or both in test",
+                "keep both in training or both in test", trials=(one.name, other.name),
             ))  # fmt: skip
     return tuple(found)
 
@@ -102,7 +106,8 @@ def _rows(trial: Trial, names: list[str]) -> set[bytes]:
 
 
 def _finding(trial: Trial, fault: Fault) -> Finding:
-    return Finding(fault.severity, fault.what, f"{trial.name}: {fault.where}", fault.evidence, fault.remedy)
+    where = f"{trial.name}: {fault.where}"
+    return Finding(fault.severity, fault.what, where, fault.evidence, fault.remedy, fault.fatal, (trial.name,))
 
 
 def _length(trial: Trial) -> float | None:
@@ -161,7 +166,7 @@ def _stretched(trial: Trial, value: float) -> Fault:
     return Fault(
         far, "x, y, u, v_m", "positions and velocities have different scales",
         f"positions move {value:.3f} times as far as u, v_m say",
-        "check units (kn, km/h), the model scale, and the time step",
+        "check units (kn, km/h), the model scale, and the time step", fatal=False,
     )  # fmt: skip
 
 

@@ -24,13 +24,14 @@ _FEW = 10
 
 @dataclass(frozen=True)
 class Fault:
-    """A finding before the trial's name is on it."""
+    """A finding before the trial's name is on it; see `check.Finding`."""
 
     severity: Literal["error", "warning", "info"]
     where: str
     what: str
     evidence: str
     remedy: str
+    fatal: bool = True
 
 
 def sensor_faults(trial: Trial) -> Iterator[Fault]:
@@ -50,7 +51,7 @@ def _gap_faults(trial: Trial) -> Iterator[Fault]:
     last = int(np.flatnonzero(filled)[-1]) if filled.any() else -1
     empty = len(trial) - 1 - last
     if last < 0:
-        yield Fault("error", "all channels", "no data", f"{len(trial)} rows, all empty", "leave it out")
+        yield Fault("error", "all channels", "no data", f"{len(trial)} rows, all empty", "leave it out", fatal=False)
         return
     if empty:
         yield Fault(
@@ -100,7 +101,7 @@ def _time_faults(trial: Trial) -> Iterator[Fault]:
         distinct = np.unique(trial.t).size
         yield Fault(
             "error", "t", f"time {kind}", f"{bad} of {steps.size} steps, {distinct} distinct times",
-            "the clock is rounded: rebuild the time from the row number and the true step",
+            "the clock is rounded: rebuild the time from the row number and the true step", fatal=False,
         )  # fmt: skip
         return
     middle = float(np.median(steps))
@@ -143,7 +144,8 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         elif name in _DIRECTIONS and largest > 6.3:
             # a continuous direction may pass a turn; one that leaps in degrees does not
             yield Fault("error" if largest > 30 else "info", name, "direction beyond one turn",
-                        f"up to {largest:.4g} rad", "if it is in degrees, convert it to radians")  # fmt: skip
+                        f"up to {largest:.4g} rad", "if it is in degrees, convert it to radians",
+                        fatal=False)  # fmt: skip
     if "psi" not in trial:
         return
     jumps = np.abs(np.diff(trial["psi"]))
@@ -152,7 +154,7 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         if wraps:
             yield Fault("warning" if unit == "rad" else "error", "psi", "heading wraps",
                         f"{wraps} leaps of about {turn:.4g} {unit}",
-                        "make it continuous with data.unwrapped")  # fmt: skip
+                        "make it continuous with data.unwrapped", fatal=False)  # fmt: skip
 
 
 def _turned(trial: Trial, name: str, largest: float) -> Fault:
@@ -213,7 +215,7 @@ def wind_faults(trial: Trial) -> Iterator[Fault]:
     numbers = f"true and apparent wind differ by {ours:.3g} m/s as 'from', by {misses[best]:.3g} m/s so"
     if best != (1, 1) and misses[best] < 0.5 * ours:
         yield Fault("error", names_of[best], "wind direction is 'to', not 'from'", numbers,
-                    f"add pi to {names_of[best]}")  # fmt: skip
+                    f"add pi to {names_of[best]}", fatal=False)  # fmt: skip
     elif ours > 0.3 * float(np.median(speed) + np.median(np.abs(u))):
         yield Fault("warning", "U_A, gamma_A, U_T, gamma_T", "true and apparent wind disagree",
                     f"median difference {ours:.3g} m/s", "check units, heading and lever arm")  # fmt: skip

@@ -66,7 +66,7 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
                 "error", "psi, gamma_G", "heading and course over ground are exchanged",
                 f"psi follows the track within {math.degrees(psi):.2g} deg, gamma_G within "
                 f"{math.degrees(course):.2g} deg",
-                "exchange the two columns, whatever they are called",
+                "exchange the two columns, whatever they are called", fatal=False,
             )  # fmt: skip
     ratio = _distance_ratio(trial) if "U_G" in trial else math.nan
     if abs(ratio - 1.0) > _CLOSE:

@@ -21,9 +21,6 @@ from .objective import TrajectoryObjective
 from .plant_lint import commands, mass, sampling
 from .windows import spread
 
-# Findings of `check` that make a fit wrong rather than poor: signs, frames and units.
-_FATAL = ("sign", "velocities north", "velocities east", "counts to port", "counterclockwise", "x is east",
-          "degrees", "wrong scale", "time step is not", "too short")  # fmt: skip
 # Ship and trial may differ by this much in length before one of them is taken to be scaled.
 _LENGTH = 0.02
 
@@ -147,7 +144,7 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
     yield from sampling(trial)
     for finding in check(trial):
         if finding.severity == "error":
-            severity = "error" if any(words in finding.what for words in _FATAL) else "warning"
+            severity = "error" if finding.fatal else "warning"
             yield Issue(severity, finding.where, f"{finding.what} ({finding.evidence}); {finding.remedy}")
 
 
