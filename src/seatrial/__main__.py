@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 
+_INTERRUPTED = 130
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
@@ -17,11 +18,15 @@ def main() -> int:
     try:
         from .cli import main as run
 
-        return run()
+        status = run()
     except KeyboardInterrupt:  # before there is a command line to say so
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.stderr.write("interrupted\n")
-        return 130
+        status = _INTERRUPTED
+    if status == _INTERRUPTED:  # at once: threads of a fit that are still at work are not waited for
+        sys.stderr.flush()
+        os._exit(status)
+    return status
 
 
 if __name__ == "__main__":

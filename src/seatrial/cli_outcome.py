@@ -111,7 +111,11 @@ def _interruptible() -> Generator[None, None, None]:
 def _heard() -> None:
     """Ctrl-C has its answer: what comes after is not told of again."""
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+        signal.signal(signal.SIGINT, _leave)
+
+
+def _leave(number: int, frame: Any) -> None:
+    os._exit(INTERRUPTED)
 
 
 def _give_up_output() -> None:

@@ -6,7 +6,9 @@ writing.  They are shown as what they are (``\x1b``), never sent.
 
 from __future__ import annotations
 
+import os
 import sys
+from contextlib import suppress
 from typing import IO, Any
 
 _LONGEST = 2000
@@ -36,8 +38,12 @@ def say(text: str) -> None:
 
 
 def note(text: str) -> None:
-    """One line for the user, beside the output."""
-    _write(sys.stderr, one_line(text) + "\n")
+    """One line for the user, beside the output; where nobody listens any more, work goes on without."""
+    try:
+        _write(sys.stderr, one_line(text) + "\n")
+    except OSError:
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
 
 
 def note_warning(message: Warning | str, *_: Any) -> None:

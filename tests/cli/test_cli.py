@@ -267,3 +267,10 @@ def test_a_thruster_is_not_measured_in_the_unit_of_something_else(header: str, t
     assert main(["check", str(trial)]) == WRONG
     (line,) = capsys.readouterr().err.splitlines()
     assert f"'{header.partition(' ')[0]}': unit '{header.partition('[')[2][:-1]}' cannot measure it" in line
+def test_a_shared_recording_is_told_of_the_trial_whatever_it_is_called(run: Trial, tmp_path: Path, capsys) -> None:
+    for folder, name in (("train", "one and two"), ("test", "port and starboard")):
+        (tmp_path / folder).mkdir()
+        write_trial(run, tmp_path / folder / f"{name}.csv")
+    assert main(["check", str(tmp_path / "test"), "--against", str(tmp_path / "train"), "--json"]) == FAILED
+    (found,) = [f for f in json.loads(capsys.readouterr().out)["trials"]["port and starboard"] if "share" in f["what"]]
+    assert found["trials"] == ["one and two", "port and starboard"]

@@ -37,6 +37,7 @@ def interrupted(body: str, times: int = 1) -> tuple[int, str]:
         if run.stdout is None:
             raise AssertionError
         run.stdout.readline()
+        time.sleep(0.3)
         for _ in range(times):
             run.send_signal(signal.SIGINT)
             time.sleep(0.2)
@@ -79,3 +80,14 @@ def test_an_output_that_is_closed_is_told_before_anything_runs(monkeypatch: pyte
     monkeypatch.setattr(sys, "stdout", None)
     assert main(["ships"]) == 2
     assert capsys.readouterr().err == "error: standard output is closed; redirect it to a file or to /dev/null\n"
+
+
+@pytest.mark.long
+def test_work_goes_on_where_nobody_reads_the_messages(tmp_path: Path) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    out = tmp_path / "run.csv"
+    run = subprocess.run([sys.executable, "-m", "seatrial", "simulate", "kvlcc2_l7", "zigzag", "-o", str(out)],
+                         stdout=subprocess.PIPE, stderr=writing, text=True, check=False)  # fmt: skip
+    os.close(writing)
+    assert (run.returncode, out.exists()) == (0, True)

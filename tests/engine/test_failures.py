@@ -219,3 +219,16 @@ def test_series_that_do_not_cover_the_run_are_refused_before_they_are_read():
     for shape, text in (((3, 5, 10), "3 lanes of 5 steps"), ((2, 9, 10), "2 lanes of 9"), ((3, 9, 4), "4 channels")):
         with pytest.raises(ValueError, match=text):
             case.run(state, np.zeros(shape), values, dt=0.1, steps=9)
+
+
+def test_what_a_killed_compiler_left_is_swept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    kernels = tmp_path / "kernels"
+    for name in ("tmpold", "tmpnew"):
+        (kernels / name).mkdir(parents=True)
+        (kernels / name / "kernel.c").touch()
+    os.utime(kernels / "tmpold", (1e9, 1e9))
+    monkeypatch.setenv("SEATRIAL_CACHE", str(tmp_path))
+    monkeypatch.setenv("SEATRIAL_CC", "false")
+    with pytest.raises(CompilerError):
+        cache.library("no C")
+    assert [p.name for p in kernels.iterdir()] == ["tmpnew"]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import Trial
+from seatrial.data.check import Finding
 from seatrial.identify import Issue, Loss, Problem, StudyError
 from seatrial.identify.evolution import Evolution
 from seatrial.identify.fine_tuning import FineTuning
@@ -240,3 +241,12 @@ def test_shares_in_percent_and_a_sigma_in_degrees_are_refused(problem: Problem) 
     assert [(issue.where, issue.text) for issue in told] == [
         ("loss.sigma.psi", "is 6 rad, more than half a turn; 6 deg is 0.105 rad")]
     assert not [i for i in lint(replace(problem, loss=Loss({"psi": 2.859}))) if i.severity == "error"]
+@pytest.mark.parametrize(("kind", "severity"), [("scale", "error"), ("quality", "warning")])
+def test_no_words_decide_whether_a_finding_forbids_the_fit(
+    problem: Problem, kind: Any, severity: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = "bad" if kind == "scale" else "wrong scale, degrees"
+    told = Finding("error", words, "a: u", "1 of 2", "mend it", kind, ("a",))
+    monkeypatch.setattr("seatrial.identify.lint.check", lambda _: (told,))
+    (issue,) = [issue for issue in lint(problem) if "mend it" in issue.text]
+    assert issue.severity == severity

@@ -103,6 +103,8 @@ def test_a_ship_that_leaves_its_validity_is_not_judged_there():
     hard = rows_of(table)["advance, rudder 35 deg", "starboard"]
     assert (hard.verdict, hard.value) == (NOT_APPLICABLE, None)
     assert "r = " in hard.reason
+    named = imo_table(replace(ship, name="the run was not over", validity={**ship.validity, "r": (-0.0075, 0.0075)}))
+    assert [row.verdict for row in named.rows] == [row.verdict for row in table.rows]
     assert rows_of(table)["10/10 zigzag, first overshoot", "starboard"].verdict == PASS
 
 

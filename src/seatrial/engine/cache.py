@@ -18,6 +18,8 @@ import shutil
 import stat
 import subprocess
 import tempfile
+import time
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -28,6 +30,7 @@ FLAGS = (
 LIBRARIES = ("-lmvec", "-lm")
 DIGEST = 32
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+_ABANDONED = 7200.0
 
 
 class CompilerError(RuntimeError):
@@ -128,8 +131,17 @@ def _whole(path: Path) -> bool:
     return len(data) > DIGEST and hashlib.sha256(data[:-DIGEST]).digest() == data[-DIGEST:]
 
 
+def _sweep(folder: Path) -> None:
+    """Remove what compilers that were killed left behind: none of them works for hours."""
+    for left in folder.glob(f"{tempfile.gettempprefix()}*"):
+        with suppress(OSError):  # another process may be at it
+            if left.is_dir() and time.time() - left.stat().st_mtime > _ABANDONED:
+                shutil.rmtree(left)
+
+
 def _compile(cc: str, text: bytes, path: Path) -> None:
     try:
+        _sweep(path.parent)
         with tempfile.TemporaryDirectory(dir=path.parent) as scratch:
             c, so = Path(scratch, "kernel.c"), Path(scratch, "kernel.so")
             c.write_bytes(text)

@@ -97,8 +97,6 @@ class ImoTable:
         return f"Meets every criterion that could be judged ({self.count(PASS)}){open_}."
 
 
-_UNFINISHED = "the run was not over"
-
 
 def overshoot_limits(L_over_V: float) -> tuple[float, float]:
     """Limits of the first and the second overshoot of the 10/10 zigzag [deg] for L/V [s] (MSC.137(76) 5.3.3)."""
@@ -153,30 +151,30 @@ def _steering(ship: Ship, settings: Settings) -> Iterator[Criterion]:
         )  # fmt: skip
         for policy, figures in runs:
             reason = "" if steered else "nothing of this ship obeys a rudder order"
-            found, reason = _figures(ship, policy, settings.speed, reason)
+            found, reason, over = _figures(ship, policy, settings.speed, reason)
             for name, index, unit, limit in figures:
-                yield _judged(name, word, found.get(index), unit, limit, reason)
+                yield _judged(name, word, found.get(index), unit, limit, reason, over)
 
 
-def _figures(ship: Ship, policy: Manoeuvre, V: float, reason: str) -> tuple[dict[str, float], str]:
-    """Values by index, lengths in L and angles in deg; or why there are none."""
+def _figures(ship: Ship, policy: Manoeuvre, V: float, reason: str) -> tuple[dict[str, float], str, bool]:
+    """Values by index, lengths in L and angles in deg; or why there are none; and whether the run ended by itself."""
     if reason:
-        return {}, reason
+        return {}, reason, True
     try:
         run, over = _run(ship, policy, V)
     except SimulationError as error:
-        return {}, str(error)
+        return {}, str(error), True
     units = {"rad": _DEGREE}
     found = {
         name: units.get(index.unit, 1.0) * (index.value if index.over_L is None else index.over_L)
         for name, index in policy.indices(run, ship.L_pp).items()
     }
-    return found, "" if over else _unfinished(ship, run, V)
+    return found, "" if over else _unfinished(ship, run, V), over
 
 
 def _unfinished(ship: Ship, run: Trial, V: float) -> str:
     way = V * run.duration / ship.L_pp
-    return f"{_UNFINISHED} after the time of {way:.0f} ship lengths at test speed"
+    return f"the run was not over after the time of {way:.0f} ship lengths at test speed"
 
 
 def _run(ship: Ship, policy: Manoeuvre, V: float) -> tuple[Trial, bool]:
@@ -189,10 +187,12 @@ def _run(ship: Ship, policy: Manoeuvre, V: float) -> tuple[Trial, bool]:
         lengths *= 2.0
 
 
-def _judged(name: str, side: str, value: float | None, unit: str, limit: float, reason: str) -> Criterion:
+def _judged(
+    name: str, side: str, value: float | None, unit: str, limit: float, reason: str, over: bool = True
+) -> Criterion:  # fmt: skip
     if value is None:
         # A ship that is still swinging after so long never gives the figure: that is no matter of the model.
-        verdict = FAIL if reason.startswith(_UNFINISHED) else NOT_APPLICABLE
+        verdict = NOT_APPLICABLE if over else FAIL
         return Criterion(name, side, None, unit, limit, verdict, reason or "the run did not yield it")
     if value < 0 and unit == "L":
         return Criterion(name, side, value, unit, limit, NOT_APPLICABLE, reason or _BESIDE)
@@ -217,7 +217,7 @@ def _stop(ship: Ship, settings: Settings, astern: float) -> Criterion:
         return _judged(name, "", None, unit, TRACK_REACH, str(error))
     reach = policy.indices(run, ship.L_pp).get("track_reach")
     if not over or reach is None:
-        return _judged(name, "", None, unit, TRACK_REACH, _unfinished(ship, run, V))
+        return _judged(name, "", None, unit, TRACK_REACH, _unfinished(ship, run, V), over=False)
     value = reach.value / ship.L_pp
     doubts = unreliable_stop(ship, astern, _ranges(run, float(policy.end)))
     if doubts:
