@@ -70,9 +70,12 @@ class Normals:
     def back(self, damping: Array | None = None) -> Array:
         """Answer of the starts to the parameters and by themselves, shape (problems, windows, starts, free + 1)."""
         extra = np.zeros(len(self.costs)) if damping is None else damping
-        N = self.own * (1.0 + extra[:, None, None, None] * np.eye(self.own.shape[-1]))
-        N = np.where(np.isfinite(self.costs)[:, None, None, None], N, np.eye(self.own.shape[-1]))
-        return np.linalg.solve(N, np.concatenate([self.cross, self.slope[..., None]], axis=3))
+        unit = np.eye(self.own.shape[-1])
+        # Where the model blows up there is nothing to solve.
+        known = np.isfinite(self.costs)[:, None, None, None]
+        hessian = np.where(known, self.own * (1.0 + extra[:, None, None, None] * unit), unit)
+        found: Any = np.linalg.solve(hessian, np.concatenate([self.cross, self.slope[..., None]], axis=3))
+        return np.asarray(found, dtype=np.float64)
 
     def reduced(self, back: Array | None = None) -> Normals:
         """The starts eliminated: H and g of the parameters alone."""
