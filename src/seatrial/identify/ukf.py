@@ -15,6 +15,9 @@ from ..data import Array
 from .ekf import Moved, Rows, Updated, moved, over, substeps
 from .filter_model import FilterModel
 
+_EXACT = 1e-14
+"""Variance that is rounding, of what the states before it leave over and as a share of its own."""
+
 
 @dataclass(frozen=True)
 class Unscented:
@@ -89,13 +92,18 @@ class Unscented:
 
 
 def _root(cov: Array) -> Array:
-    """A square root of a covariance, also of a singular one, shape (n, n): root root^T = cov."""
+    """The lower triangular square root of a covariance, also of a singular one, shape (n, n): root root^T = cov.
+
+    What is known exactly has a column of zeros.  Eigenvectors would do as well, but where variances are alike they
+    may lie anywhere, and rounding, which differs from one processor to the next, would choose the sigma points.
+    """
     size = np.sqrt(np.maximum(np.diagonal(cov), 0.0))
     scale = np.where(size > 0.0, size, 1.0)
-    scaled = cov / np.outer(scale, scale)
-    try:
-        root = np.linalg.cholesky(scaled)
-    except np.linalg.LinAlgError:
-        values, vectors = np.linalg.eigh(scaled)
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
+    left = cov / np.outer(scale, scale)
+    root = np.zeros_like(left)
+    for k in range(size.size):
+        pivot = left[k, k]
+        if pivot > _EXACT:
+            root[k:, k] = left[k:, k] / math.sqrt(pivot)
+            left = left - np.outer(root[:, k], root[:, k])
     return np.asarray(scale[:, None] * root, dtype=np.float64)
