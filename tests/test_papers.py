@@ -31,8 +31,8 @@ def test_pages_name_modules_that_are_there_and_miss_none_that_came_since(page: s
     rooms = "|".join(p.name for p in SHIPS.parent.iterdir() if p.is_dir() and p.name != "__pycache__")
     for named in re.findall(rf"`((?:{rooms})/[a-z0-9_/]+\.py)", text):
         assert (SHIPS.parent / named).exists(), f"docs/{page} names {named}"
-    stale = r"not implemented in this version|not part of this version|this version has not|no folder yet"
-    said = re.search(stale, text)
+    untrue = r"not implemented in this version|not part of this version|this version has not|no folder yet"
+    said = re.search(untrue, text)
     assert said is None, f"docs/{page}: {said[0] if said else ''}"
 
 

@@ -106,6 +106,21 @@ def test_a_linear_ship_gives_the_textbook_filter(kind):
     np.testing.assert_allclose(found.nis, nis, rtol=1e-8)
 
 
+def test_sigma_points_do_not_depend_on_rounding():
+    """A singular covariance with equal variances: what processors round differently moves no point of the filter."""
+    sd = np.array([1.0, 1.0, 0.2, 0.0, 0.0, 0.02])
+    like = np.array([[1.0, 0.0, 0.3], [0.0, 1.0, 0.3], [0.3, 0.3, 1.0]])
+    cov = np.diag(sd**2)
+    cov[:3, :3] = like * np.outer(sd[:3], sd[:3])
+    root = _root(cov)
+    np.testing.assert_allclose(root @ root.T, cov, atol=1e-15)
+    noise = 1e-16 * np.random.default_rng(1).standard_normal((20, 6, 6))
+    for wrong in noise:
+        np.testing.assert_allclose(_root(cov * (1.0 + wrong + wrong.T)), root, atol=1e-14)
+    whole = np.cov(np.random.default_rng(2).standard_normal((6, 50)))
+    np.testing.assert_allclose(_root(whole), np.linalg.cholesky(whole), rtol=1e-12, atol=1e-14)
+
+
 @pytest.mark.parametrize(("kind", "close"), [("ekf", 1e-10), ("ukf", 1e-7)])
 def test_the_smoother_is_batch_least_squares(kind, close):
     """Start, every process noise and every reading as one Gaussian problem, solved at once.

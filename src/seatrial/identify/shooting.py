@@ -229,7 +229,7 @@ class OneStep:
 def digest(problem: Problem, estimator: Any) -> str:
     """Fingerprint of everything that decides the outcome, the number of threads left out."""
     h = hashlib.sha256()
-    h.update(repr(replace(estimator, threads=None)).encode())
+    h.update(repr(replace(estimator, threads=None) if hasattr(estimator, "threads") else estimator).encode())
     h.update(repr((problem.free, problem.loss, problem.nuisance, problem.ship.name)).encode())
     h.update(repr(sorted(parameter_values(problem.ship.model).items())).encode())
     h.update(open_loop_parameters(problem.ship).tobytes())

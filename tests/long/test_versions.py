@@ -1,0 +1,29 @@
+"""The unit tier with the lowest and with the newest versions that pyproject.toml allows; takes half an hour each."""
+
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.long
+SCRIPT = Path(__file__).parents[2] / ".ci" / "versions"
+
+
+def reachable() -> bool:
+    try:
+        socket.create_connection(("pypi.org", 443), timeout=5.0).close()
+    except OSError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("which", ["lowest", "newest"])
+def test_the_unit_tier_passes_with(which):
+    if not reachable():
+        pytest.skip("no package index can be reached: the versions cannot be installed")
+    done = subprocess.run([sys.executable, str(SCRIPT), which], capture_output=True, text=True, check=False)
+    if done.returncode and done.stderr.startswith("no Python for"):
+        pytest.skip(done.stderr.strip())
+    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
