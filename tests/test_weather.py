@@ -170,4 +170,4 @@ def test_two_runs_in_one_gust_are_one_run() -> None:
 def test_weather_that_cannot_be_is_refused(said: dict[str, float]) -> None:
     with pytest.raises(ParameterError, match="it can be"):
         Uniform(**said)
-    assert Uniform(U_T=5.0, gamma_T=2.0 * math.pi).now().wind_x == pytest.approx(5.0)
+    assert Uniform(U_T=5.0, gamma_T=-4.0 * math.pi).now().wind_x == pytest.approx(5.0)

@@ -39,14 +39,14 @@ class Environment(NamedTuple):
     per_depth: Scalar = 0.0
 
 
-_TURN = (-2.0 * math.pi - 1e-9, 2.0 * math.pi + 1e-9)
+_TURN = (-4.0 * math.pi, 4.0 * math.pi)  # a heading and a bearing may add up to more than one turn
 _RANGES = {
     "U_T": Spec("m/s", "true wind speed", 0.0, 150.0), "gamma_T": Spec("rad", "where it comes from", *_TURN),
     "U_C": Spec("m/s", "speed of the current", 0.0, 15.0), "gamma_C": Spec("rad", "where it goes", *_TURN),
     "H_S": Spec("m", "significant height", 0.0, 40.0), "T_W": Spec("s", "mean period", 0.0, 100.0),
     "gamma_W": Spec("rad", "where the waves come from", *_TURN), "depth": Spec("m", "depth", 1e-6, math.inf),
 }  # fmt: skip
-"""What weather can be: no wind, current or sea on record is beyond, and a direction beyond a turn is in degrees."""
+"""What weather can be: no wind, current or sea on record is beyond, and a direction beyond two turns is in degrees."""
 
 CHANNELS = Environment._fields
 CALM = Environment()
@@ -74,7 +74,7 @@ class Uniform:
         depth: depth of the water [m].
 
     Raises:
-        ParameterError: a direction beyond a turn either way, which is one in degrees; a negative or absurd size.
+        ParameterError: a direction beyond two turns either way, which is one in degrees; a negative or absurd size.
     """
 
     U_T: float = 0.0

@@ -195,9 +195,9 @@ def possible(known: Mapping[str, Spec], given: Mapping[str, Any]) -> None:
     """Raise a ParameterError for a number that leaves what it can be; symbols, NaN and unknown names pass."""
     for name, value in given.items():
         meaning = known.get(name)
-        if meaning is None or not isinstance(value, numbers.Real) or isinstance(value, bool):
+        if meaning is None or not isinstance(value, numbers.Real):
             continue
-        if value < meaning.low or value > meaning.high:
+        if float(value) < meaning.low or float(value) > meaning.high:
             unit = "" if meaning.unit in ("", "-", PRIME) else f" {meaning.unit}"
             degrees = " (180 deg is 3.14 rad)" if meaning.unit == "rad" else ""
             raise ParameterError(
