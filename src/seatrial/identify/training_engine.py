@@ -8,15 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..data import Array
 from ..models.network import Network, candidate
-from .training_fold import Batch, Folded, fold
+from .training_fold import Batch, fold
 from .training_literal import literal_losses
-from .training_rollout import Rollout
+from .training_rollout import folded_losses
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -41,8 +42,8 @@ class Form(NamedTuple):
     acceleration: float
 
     @property
-    def by_hand(self) -> bool:
-        """Whether the hand-written gradient knows the kind."""
+    def folds(self) -> bool:
+        """Whether the network is one of tanh only, which goes quicker folded."""
         return self.network.kind in ("feedforward", "rnn", "forgetting")
 
 
@@ -109,80 +110,46 @@ class Engine:
         scale = torch.tensor(form.network.scale, dtype=torch.float32, device=device)
         self.scale = scale
         self.pool = ThreadPoolExecutor(threads) if threads > 1 and device == "cpu" else None
-        self.rollouts: dict[tuple[int, int, int, bool], Rollout] = {}
 
     def losses(self, theta: Tensor, batch: Batch, gradient: bool = True) -> tuple[Tensor, Tensor | None]:
         """Mean over the windows by channel, shape (9,), and the gradient of the sum of the shares, or None."""
         import torch
 
-        rows, size, _ = batch.state.shape
-        # Working memory of windows of another length goes, when a curriculum moves on.
-        self.rollouts = {key: one for key, one in self.rollouts.items() if key[0] == rows or key[3] != gradient}
+        size = batch.state.shape[1]
         piece = _PIECE if self.device == "cpu" else size
         slices = [slice(k, min(k + piece, size)) for k in range(0, size, piece)]
-        theta = theta.detach().requires_grad_(gradient)
-        weights = self.vector.tensors(theta)
-        if self.form.by_hand:
-            folded = fold(weights, self.scale)
-            fixed = folded.like(tuple(t.detach() for t in folded.flat))
-            done = self._each(lambda k: self._by_hand(fixed, batch.part(slices[k]), k, gradient), len(slices))
-        else:
-            folded = None
-            done = self._each(lambda k: self._literal(theta, batch.part(slices[k]), gradient), len(slices))
+        done = self._each(lambda k: self._piece(theta, batch.part(slices[k]), gradient), len(slices))
         loss = torch.stack([one[0] for one in done]).sum(0) / size
-        if not gradient:
-            return loss, None
-        parts: list[Tensor] = [torch.stack(each).sum(0) / size for each in zip(*(one[1] for one in done), strict=True)]
-        if folded is None:
-            return loss, parts[0]
-        pairs = [(t, g) for t, g in zip(folded.flat, parts, strict=True) if t.numel()]
-        return loss, torch.autograd.grad([p[0] for p in pairs], theta, [p[1] for p in pairs])[0]
+        return loss, torch.stack([one[1] for one in done]).sum(0) / size if gradient else None
 
     def _each(self, job: Callable[[int], Any], count: int) -> list[Any]:
         if self.pool is None or count == 1:
             return [job(k) for k in range(count)]
         return list(self.pool.map(job, range(count)))
 
-    def _by_hand(self, w: Folded, batch: Batch, k: int, gradient: bool) -> tuple[Tensor, list[Tensor]]:
+    def _piece(self, theta: Tensor, batch: Batch, gradient: bool) -> tuple[Tensor, Tensor]:
+        """Loss by channel and gradient of a piece, summed over its windows; the gradient is zero if not asked for."""
         import torch
 
-        network, share = self.form.network, self.form.acceleration
-        rows, windows, _ = batch.state.shape
-        key = (rows, windows, k, gradient)
-        with torch.no_grad():
-            if key not in self.rollouts:
-                self.rollouts[key] = Rollout(
-                    rows, windows, memory=network.memory, known=self.form.known, layers=network.layers, like=w.first,
-                    keep=gradient,
-                )  # fmt: skip
-            rollout = self.rollouts[key]
-            loss = batch.weight.new_zeros(len(batch.weight))
-            total = [torch.zeros_like(t) for t in w.flat] if gradient else []
-            for part, run, at in (
-                (1.0 - share, rollout.state_loss, slice(0, 6)), (share, rollout.acceleration_loss, slice(6, 9)),
-            ):  # fmt: skip
-                if part > 0.0:
-                    loss[at], found = run(w, batch, gradient)
-                    for into, g in zip(total, found, strict=False):
-                        into.add_(g, alpha=part)
-        return loss, total
-
-    def _literal(self, theta: Tensor, batch: Batch, gradient: bool) -> tuple[Tensor, list[Tensor]]:
-        import torch
-
-        network, share = self.form.network, self.form.acceleration
-        own = theta.detach().requires_grad_(gradient)
+        share, own = self.form.acceleration, theta.detach().requires_grad_(gradient)
         loss, total = batch.weight.new_zeros(len(batch.weight)), own.new_zeros(())
         with torch.set_grad_enabled(gradient):
+            losses = self._losses(own)
             for part, simulate, at in ((1.0 - share, True, slice(0, 6)), (share, False, slice(6, 9))):
                 if part > 0.0:
-                    found = literal_losses(
-                        self.vector.tensors(own), self.scale, batch, kind=network.kind, memory=network.memory,
-                        known=self.form.known, simulate=simulate,
-                    )  # fmt: skip
+                    found = losses(batch, simulate=simulate)
                     loss[at] = found.detach()
                     total = total + part * found.sum()
-            return loss, [torch.autograd.grad(total, own)[0]] if gradient else []
+        return loss, torch.autograd.grad(total, own)[0] if gradient else total
+
+    def _losses(self, theta: Tensor) -> Callable[..., Tensor]:
+        """The function of a batch that gives its losses by channel."""
+        network, weights = self.form.network, self.vector.tensors(theta)
+        if self.form.folds:
+            return partial(folded_losses, fold(weights, self.scale), memory=network.memory, known=self.form.known)
+        return partial(
+            literal_losses, weights, self.scale, kind=network.kind, memory=network.memory, known=self.form.known
+        )
 
 
 @contextmanager

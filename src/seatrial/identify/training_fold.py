@@ -53,29 +53,20 @@ class Folded(NamedTuple):
 
     Attributes:
         inputs: shape (7, h); rows of zeros for a wind that the network does not see.
-        first, later: offset of the first step of a chain and of the others, shape (h,).
+        first: offset of every step of a chain, shape (h,).
+        further: what is added to it in every step but the first, shape (h,); zero without recurrence.
         recurrent: shape (h, h); empty without recurrence.
-        hidden: weights and offset of each layer after the first, in turn.
+        hidden: matrix and offset of each layer after the first.
         out, offset: of the accelerations, shapes (h, 3) and (3,).
     """
 
     inputs: Tensor
     first: Tensor
-    later: Tensor
+    further: Tensor
     recurrent: Tensor
-    hidden: tuple[Tensor, ...]
+    hidden: tuple[tuple[Tensor, Tensor], ...]
     out: Tensor
     offset: Tensor
-
-    @property
-    def flat(self) -> tuple[Tensor, ...]:
-        """All tensors in a fixed order."""
-        return (self.inputs, self.first, self.later, self.recurrent, *self.hidden, self.out, self.offset)
-
-    def like(self, tensors: tuple[Tensor, ...]) -> Folded:
-        """The same form around other tensors in the order of `flat`."""
-        inputs, first, later, recurrent, *hidden, out, offset = tensors
-        return Folded(inputs, first, later, recurrent, tuple(hidden), out, offset)
 
 
 def input_matrix(weights: Mapping[str, Tensor], scale: Tensor) -> Tensor:
@@ -94,16 +85,18 @@ def fold(weights: Mapping[str, Tensor], scale: Tensor) -> Folded:
         weights: by the names of `models.network.Network`.
         scale: what each input is divided by.
     """
+    import torch
+
     b = weights["b_0"]
     recurrent = weights.get("W_r0", b.new_zeros(0, 0))
     below = 1.0 + b.tanh()  # z = 2 s - 1 - tanh(b), so z W = s (2 W) - (1 + tanh(b)) W
-    later = 2.0 * b - 2.0 * (below @ recurrent) if recurrent.numel() else 2.0 * b
-    first, hidden, k = 2.0 * b, list[Tensor](), 1
+    further = -2.0 * (below @ recurrent) if recurrent.numel() else torch.zeros_like(b)
+    first, hidden, k = 2.0 * b, list[tuple[Tensor, Tensor]](), 1
     while f"b_{k}" in weights:
         b = weights[f"b_{k}"]
-        hidden += [4.0 * weights[f"W_{k}"], 2.0 * (b - below @ weights[f"W_{k}"])]
+        hidden.append((4.0 * weights[f"W_{k}"], 2.0 * (b - below @ weights[f"W_{k}"])))
         below, k = 1.0 + b.tanh(), k + 1
     out = weights[f"W_{k}"]
     return Folded(
-        2.0 * input_matrix(weights, scale), first, later, 4.0 * recurrent, tuple(hidden), 2.0 * out, -(below @ out)
+        2.0 * input_matrix(weights, scale), first, further, 4.0 * recurrent, tuple(hidden), 2.0 * out, -(below @ out)
     )

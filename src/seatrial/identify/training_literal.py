@@ -1,7 +1,6 @@
 """Loss of any network over a batch of windows as the papers print it, differentiated by PyTorch.
 
-It trains the kinds that `training_rollout` has no hand-written way back for (LSTM, GRU), and is what that one
-is held against.
+It trains the kinds that are not of tanh alone (LSTM, GRU), and is what `training_rollout` is held against.
 """
 
 from __future__ import annotations
