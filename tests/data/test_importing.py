@@ -6,6 +6,7 @@ import pytest
 from seatrial.data import DataError, frt_esso, mapping, simman
 from seatrial.data.importing import FORMATS, import_log, read_log
 from seatrial.data.trialfile import read_trial
+from seatrial.ships.files import load
 
 MAPPING = """schema = "seatrial-mapping/1"
 time = { column = "Time", unit = "s" }
@@ -177,3 +178,12 @@ def test_not_simman(tmp_path):
     (tmp_path / "a.dat").write_text("hello\n")
     with pytest.raises(DataError, match="begins with 'HSVA' or 'MARIN'"):
         simman.read(tmp_path / "a.dat")
+
+
+def test_the_trials_of_the_tank_are_those_of_the_ship_in_the_library():
+    """One ship, one water: what an imported trial says of both is what the ship file was made with."""
+    ship = load("esso_osaka_3m")
+    assert frt_esso.META["ship"] == ship.name
+    assert frt_esso.META["L_pp"] == ship.L_pp
+    assert frt_esso.META["water_density"] == ship.model.body.rho
+    assert frt_esso.META["scale"] * ship.L_pp == pytest.approx(325.0, abs=0.01), "the tanker is 325 m long"

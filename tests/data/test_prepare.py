@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import DataError, Trial, prepare
-from seatrial.data.smooth import _model, sensor_noise, smooth
+from seatrial.data.smooth import _back, _forward, _model, sensor_noise, smooth
 
 
 def test_resample_is_exact_on_straight_lines_and_keeps_gaps(made):
@@ -68,6 +68,30 @@ def test_white_jerk_over_two_steps_is_that_over_one_of_twice_the_length(step):
     assert moved == pytest.approx(move @ move)
     assert blurred == pytest.approx(move @ blur @ move.T + blur)
     assert blur[2, 2] == pytest.approx(0.7 * step), "the acceleration walks with the intensity of the jerk"
+
+
+def test_the_smoother_is_batch_least_squares():
+    """A dozen readings at uneven times, with a gap: the normal equations of the whole track, solved at once."""
+    rng, count = np.random.default_rng(4), 12
+    t = np.cumsum(rng.uniform(0.3, 1.2, count))
+    z = np.column_stack([np.sin(0.4 * t), 0.4 * np.cos(0.4 * t)]) + rng.normal(size=(count, 2)) * (0.05, 0.02)
+    z[5], z[7, 1] = np.nan, np.nan
+    r, q = (0.05**2, 0.02**2), 0.01
+    reach = float(np.nanstd(z[:, 0])) + 0.05
+    normal, right = np.zeros((3 * count, 3 * count)), np.zeros(3 * count)
+    normal[:3, :3] = np.diag([0.1 / r[0], reach**-2.0, reach**-2.0])
+    right[0] = 0.1 / r[0] * z[0, 0]
+    for k in range(1, count):
+        move, blur = _model(float(t[k] - t[k - 1]), q)
+        step = np.hstack([-move, np.eye(3)])
+        pair = slice(3 * k - 3, 3 * k + 3)
+        normal[pair, pair] += step.T @ np.linalg.inv(blur) @ step
+    for k, i in np.argwhere(np.isfinite(z)):
+        normal[3 * k + i, 3 * k + i] += 1.0 / r[i]
+        right[3 * k + i] += z[k, i] / r[i]
+    found = _back(t, *_forward(t, z, r, q)[1:])
+    assert found.mean.ravel() == pytest.approx(np.linalg.solve(normal, right), abs=1e-9)
+    assert found.variance.ravel() == pytest.approx(np.diag(np.linalg.inv(normal)), rel=1e-9)
 
 
 def test_split_is_by_whole_trials(made):

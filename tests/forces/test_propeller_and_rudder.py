@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from typing import Any
 
 import pytest
 
 from seatrial.forces import Flow, Slipstream
 from seatrial.forces.propeller import KoseWake
+from seatrial.forces.rudder_neutral import OffCentre
 from seatrial.ships.files import load
 
 L7: Any = load("kvlcc2_l7").model
@@ -57,6 +59,19 @@ def test_kose_wake_fades_with_drift() -> None:
     beta_P = 0.690 * r * L7.body.L_pp
     _, slipstream = kose.force(flow(L7, 1.0, 0.0, r, 10.0))
     assert slipstream.u_P == pytest.approx(1 - p.w_P0 * math.exp(-4 * beta_P**2), rel=1e-9)
+
+
+def test_an_off_centre_rudder_is_in_line_where_its_pointer_shows_minus_the_offset() -> None:
+    """A pointer that shows 2 deg to port when the rudder is amidships: delta_0 is what is missing on it."""
+    k = L7.rudder
+    off = OffCentre(**{f.name: getattr(k, f.name) for f in fields(k)}, delta_0=math.radians(2.0))
+    straight = flow(L7, 1.0, 0.0, 0.0, 11.0)
+    _, slipstream = L7.propeller.force(straight)
+    in_line = off.force(straight._replace(delta=math.radians(-2.0)), slipstream)
+    assert tuple(in_line) == pytest.approx((0, 0, 0), abs=1e-9)
+    shown = off.force(straight._replace(delta=0.0), slipstream)
+    assert tuple(shown) == tuple(k.force(straight._replace(delta=math.radians(2.0)), slipstream))
+    assert shown.N > 0, "amidships on the pointer the ship turns to starboard"
 
 
 @pytest.mark.parametrize("n_P", [-3.0, 0.0, 3.0])

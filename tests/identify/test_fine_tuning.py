@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -150,6 +151,22 @@ def test_neighbours_alike_count_as_fewer():
     assert first == pytest.approx(0.9, abs=0.01)
     assert time == pytest.approx(1.9 / 0.1, rel=0.15)
     assert correlated([draw.standard_normal(4000)])[1] == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.parametrize(("share", "slow"), [(1e-3, False), (0.3, True)])
+def test_a_channel_that_hardly_weighs_does_not_say_how_long_errors_last(share, slow):
+    """White errors of x, errors of psi that keep their sign: these count from a hundredth of the largest weight on."""
+    draw, n = np.random.default_rng(2), 2000
+    left = np.zeros((1, n, 6))
+    left[0, :, 0] = draw.standard_normal(n)
+    left[0, :, 2] = np.sqrt(share)
+    scale = np.zeros((1, n, 6))
+    scale[:, :, [0, 2]] = 1.0
+    windows = SimpleNamespace(scale=scale, measured=draw.standard_normal((1, n, 6)))
+    objective = SimpleNamespace(windows=windows, residuals=lambda values, none: left)
+    found = residuals(SimpleNamespace(objective=lambda trials: objective), [SimpleNamespace(name="t")], np.zeros(1))
+    assert found.time == pytest.approx(n if slow else 1.0, rel=0.2)
+    assert found.correlation["psi"] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_a_complete_model_leaves_noise_and_a_lacking_one_is_told(tuning, read_):

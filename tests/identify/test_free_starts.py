@@ -37,7 +37,7 @@ def trials(seed: int, duration: float = 600.0) -> tuple[Trial, ...]:
     """Two zigzags and a turn, every row read by ordinary sensors, the first one too."""
     _, n_P = approach(TRUTH)
     ten, rng = math.radians(10.0), np.random.default_rng(seed)
-    policies = (Zigzag(n_P=n_P, delta=ten, psi=ten), Zigzag(n_P=n_P, delta=-2 * ten, psi=2 * ten),
+    policies = (Zigzag(n_P=n_P, delta=ten, psi=ten), Zigzag(n_P=n_P, delta=2 * ten, psi=2 * ten, side=-1.0),
                 Turning(n_P=n_P, delta=3.5 * ten))  # fmt: skip
     runs = [simulate(TRUTH, policy, duration=duration, dt=0.1, every=10, name=f"run {k}")
             for k, policy in enumerate(policies, 1)]  # fmt: skip

@@ -44,6 +44,19 @@ def test_one_step_finds_the_log_and_both_currents() -> None:
     assert [*end.p, *end.eta] == pytest.approx(exact, rel=1e-6)
 
 
+def test_it_says_converged_once_a_step_gains_no_more_than_the_tolerance() -> None:
+    mile = Mile((SPEED * 1.04 + AGAINST @ [0.6, -0.9]) * HOURS + 1e-3 * np.array([1.0, -2.0, 1.5, 0.5]))
+    begun = State(np.array([0.7]), np.zeros(2), mile.cost(np.array([0.7]), np.zeros(2)))
+    costs: list[float] = []
+    end = minimise(mile, begun, np.array([0.1]), np.array([2.0]), iterations=60, tolerance=1e-6,
+                   each=lambda state: costs.append(state.cost))  # fmt: skip
+    assert end.done == "converged"
+    assert end.iteration == len(costs) < 20
+    assert costs[-2] - costs[-1] <= 1e-6 * costs[-1]
+    before = minimise(mile, begun, np.array([0.1]), np.array([2.0]), iterations=1, tolerance=1e-6, each=lambda _: None)
+    assert before.done == "stopped after 1 iterations", "a step that gains much is none to stop at"
+
+
 def test_at_a_bound_the_currents_take_what_the_log_may_not() -> None:
     mile = Mile((SPEED * 1.04 + AGAINST @ [0.6, -0.9]) * HOURS)
     far = State(np.array([0.9]), np.zeros(2), np.inf, damping=1e-12)

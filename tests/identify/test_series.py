@@ -167,7 +167,7 @@ def test_a_table_that_goes_on_counts_what_is_done(
     assert main(["identify", study, "-o", out]) == 130
     said = capsys.readouterr().err
     assert "2 of 3: memory, seed-2" in said
-    assert f"stopped; run the same command again to go on in {out}" in said
+    assert f"run the same command again to go on in {out}" in said
     assert main(["identify", study, "-o", out]) == 130
     said = capsys.readouterr().err
     assert f"{out}: 1 of 3 fits are done already" in said

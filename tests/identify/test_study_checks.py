@@ -68,7 +68,7 @@ def test_settings(study: Callable[..., Path], setting: str, words: str) -> None:
 
 def test_a_sigma_that_is_none_names_file_and_key(study: Callable[..., Path]) -> None:
     path = study("u = 0.01", "u = nan")
-    with pytest.raises(StudyError, match=r"study\.toml: loss\.sigma\.u is nan"):
+    with pytest.raises(StudyError, match=r"study\.toml: .*loss\.sigma\.u is nan"):
         read_study(path)
 
 
@@ -130,7 +130,7 @@ def test_what_is_said_to_be_unidentified_must_be_a_number_of_the_ship(study: Cal
 
 
 @pytest.mark.parametrize(("thrown", "words"), [
-    (KeyboardInterrupt(), "stopped; run the same command again\n"),
+    (KeyboardInterrupt(), "interrupted; run the same command again\n"),
     (StudyError("initial is 'x'"), "you2023.toml: initial is 'x'"),
 ])  # fmt: skip
 @pytest.mark.long
@@ -179,8 +179,7 @@ def test_an_interrupt_says_so(
     monkeypatch.setattr(Shooting, "fit", stop)
     assert main(["identify", str(study()), "-o", str(tmp_path / "run")]) == 130
     said = capsys.readouterr().err
-    assert "stopped; run the same command again" in said
-    assert "interrupted" in said
+    assert [line for line in said.splitlines() if "interrupted" in line] == ["interrupted; run the same command again"]
 
 
 def test_an_interrupt_while_it_loads_is_no_traceback() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from seatrial.data import DataError
 from seatrial.identify.thrust_map import fit_thrust, fit_thrusters, shared
+from seatrial.identify.thrust_polynomial import least_squares
 from seatrial.ships.files import load
 
 EQ_20 = np.array([0.0722, 1.974, 0.151, 0.04978, 0.001187, -0.0001773]) / 2.0
@@ -47,6 +48,25 @@ def test_with_noise_thrust_comes_back_within_it(sigma: float) -> None:
         assert found.n_max == 10.0
     assert np.mean(errors) < 0.5 * sigma
     assert max(errors) < sigma
+
+
+def test_of_readings_of_one_thrust_the_mean_has_their_deviation_over_the_root_of_their_number() -> None:
+    """The textbook case of a polynomial: a constant."""
+    thrust = np.array([10.1, 9.8, 10.3, 9.9, 10.2, 9.7, 10.0, 10.4])
+    c, covariance = least_squares(np.full(8, 5.0), thrust, (0,))
+    assert c == pytest.approx([thrust.mean()])
+    assert covariance[0, 0] == pytest.approx(thrust.var(ddof=1) / 8, rel=1e-9)
+
+
+def test_one_of_two_that_were_pulled_together_has_half_of_everything() -> None:
+    """Halves of the readings fitted by themselves are what `shared` makes of the whole."""
+    total = 2.0 * noisy(3, 0.2)
+    half, alone = shared("one", fit_thrust(LEVELS, total), 2), fit_thrust(LEVELS, total / 2.0)
+    assert half.coefficients == pytest.approx(alone.coefficients, rel=1e-9)
+    assert half.sigma == pytest.approx(alone.sigma, rel=1e-6)
+    assert half.rmse == pytest.approx(alone.rmse, rel=1e-9)
+    assert [one.error for one in half.candidates] == pytest.approx([one.error for one in alone.candidates], rel=1e-9)
+    assert pytest.approx(half.R2) == alone.R2
 
 
 @pytest.mark.long

@@ -8,6 +8,7 @@ import pytest
 
 from seatrial.data import DataError, Trial
 from seatrial.manoeuvres.initial_turning import InitialTurning
+from seatrial.manoeuvres.reading import through_water
 from seatrial.manoeuvres.straight import Straight
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
@@ -49,6 +50,16 @@ def test_circle_of_known_radius(side, psi_0):
     assert found["time_90"].value == pytest.approx(0.5 * math.pi * 25.0, abs=0.02)
     assert found["time_180"].value == pytest.approx(math.pi * 25.0, abs=0.02)
     assert found["speed_loss"].value == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_current_is_taken_off_before_drift_is_told():
+    """Over ground a ship that only floats along moves with the current, whichever way it heads."""
+    psi = np.linspace(0.0, 2 * math.pi, 60)
+    u_C, v_C = 0.8 * np.cos(1.1 - psi), 0.8 * np.sin(1.1 - psi)
+    channels = {"psi": psi, "u": 3.0 + u_C, "v_m": -0.2 + v_C, "U_C": np.full(60, 0.8), "gamma_C": np.full(60, 1.1)}
+    u, v_m = through_water(Trial("afloat", np.arange(60.0), channels))
+    assert u == pytest.approx(3.0)
+    assert v_m == pytest.approx(-0.2)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -183,6 +183,17 @@ class TestHoltrop:
         assert resistance.viscous(light) == pytest.approx(resistance.form_factor(light) * C_F + C_A, rel=1e-9)
 
 
+@every_ship
+def test_an_estimate_holds_for_as_much_drift_and_turn_to_either_side(name: str) -> None:
+    ship = estimate(EXAMPLES / f"{name}.toml").ship
+    pace = ship.speed / ship.L_pp
+    assert ship.validity["r"] == pytest.approx((-pace, pace))
+    assert ship.validity["v_m"] == pytest.approx((-0.5 * ship.speed, 0.5 * ship.speed))
+    low, high = ship.validity["delta"]
+    assert low == -high
+    assert ship.validity["u"] == pytest.approx((0.0, 1.2 * ship.speed))
+
+
 class TestUncertainty:
     def test_scatter_is_the_rms_difference_from_kvlcc2_and_kcs(self) -> None:
         errors: dict[str, list[float]] = {}

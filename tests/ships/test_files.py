@@ -162,7 +162,7 @@ MISTAKES = {
     "bare number": (re.compile(r"Y_v = .*\n"), "Y_v = -0.315\n", r"hull\.Y_v: a number is written"),
     "text": (HULL, 'Y_v = { prime = "x",', r"hull\.Y_v: 'x' is not a number"),
     "truth": (HULL, "Y_v = { prime = true,", r"hull\.Y_v: True is not a number"),
-    "not a number": (HULL, "Y_v = { prime = nan,", r"hull\.Y_v: nan is not finite"),
+    "not a number": (HULL, "Y_v = { prime = nan,", r"hull\.Y_v\.prime is nan"),
     "infinite": (HULL, "Y_v = { prime = inf,", r"hull\.Y_v: inf is not finite"),
     "unknown key": (HULL, "Y_v = { prime = -0.315, sauce = 2,", r"hull\.Y_v.*sauce.*source"),
     "out of range": ("t_P = { value = 0.22", "t_P = { value = 22.0", r"propeller\.t_P: 22.*\[-0.5, 1\]"),

@@ -10,8 +10,10 @@ import pytest
 from seatrial.cli_imo import imo
 from seatrial.cli_support import UsageError
 from seatrial.ships.files import library, load
+from seatrial.simulate import approach
 from seatrial.validate.imo import FAIL, NOT_APPLICABLE, PASS, ImoTable, imo_table, overshoot_limits
 from seatrial.validate.imo_page import document
+from seatrial.validate.imo_physics import no_stop
 
 
 def rows_of(table: ImoTable) -> dict[tuple[str, str], object]:
@@ -45,6 +47,14 @@ def test_kvlcc2_meets_what_can_be_judged(kvlcc2):
     assert first.value == pytest.approx(4.92, abs=0.02)
     assert rows["advance, rudder 35 deg", "starboard"].value == pytest.approx(2.976, abs=0.002)
     assert rows["tactical diameter, rudder 35 deg", "port"].limit == 5.0
+
+
+def test_a_shaft_that_ends_at_standstill_does_not_turn_astern():
+    """Full astern of 0 1/s is no order astern: the reason is the shaft, not the thrust."""
+    ship = load("kvlcc2_l7")
+    speed, n_P = approach(ship)
+    assert no_stop(ship, speed, n_P, 0.0) == "the shaft of this ship does not turn astern"
+    assert no_stop(ship, speed, n_P, -n_P) == ""
 
 
 def test_kvlcc2_cannot_say_how_it_stops(kvlcc2):

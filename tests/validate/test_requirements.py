@@ -197,6 +197,14 @@ def test_a_servo_without_limits_fails() -> None:
     assert "rate" in found.reason
 
 
+def test_real_time_is_a_hundred_lengths_over_the_time_they_took() -> None:
+    """Computed in one second by the clock, the factor is the time of a hundred ship lengths in seconds."""
+    ship = load("kvlcc2_l7")
+    found = item(ship, "14", clock=Clock(1.0))
+    factor, _ = found.evidence["real-time factor, one ship"]
+    assert factor == pytest.approx(100 * ship.L_pp / ship.speed, rel=1e-3)
+
+
 def test_real_time_is_judged_by_the_clock() -> None:
     ship = load("esso_osaka_3m")
     assert item(ship, "14", clock=Clock(1.0)).verdict == "pass"

@@ -25,7 +25,7 @@ COLUMNS = MappingProxyType({
 })  # fmt: skip
 
 META = MappingProxyType({
-    "ship": "esso_osaka_3m", "scale": 108.33, "L_pp": 3.0, **CONVENTIONS, "water_density": 1000.0,
+    "ship": "esso_osaka_3m", "scale": 108.33, "L_pp": 3.0, **CONVENTIONS, "water_density": 998.0,
     "source": "FRT-DS-ESSO, github.com/NAOE-5thLab/FRT-DS-ESSO; cite doi:10.1007/s00773-021-00867-1 "
               "and doi:10.1007/s00773-022-00889-3",
     "licence": "CC BY-NC-SA 4.0",
