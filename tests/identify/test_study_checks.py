@@ -147,7 +147,7 @@ def test_a_study_with_a_rival_says_how_it_goes_on_and_whose_file_it_is(
         raise thrown
 
     monkeypatch.setattr(type(read_study(path).estimator), "fit", fit)
-    assert main(["identify", str(path), "-o", str(tmp_path / "run")]) == (130 if "stopped" in words else 2)
+    assert main(["identify", str(path), "-o", str(tmp_path / "run")]) == (130 if "interrupted" in words else 2)
     assert words in capsys.readouterr().err
 
 
