@@ -115,6 +115,7 @@ SIDECARS = {
     "schema: manoeuvre-trial/1\ndatum: {latitude: 95, longitude: 0}": "datum at latitude 95",
     "schema: manoeuvre-trial/1\ndatum: {lat: 35}": "datum needs latitude and longitude",
     "schema: manoeuvre-trial/1\nstart: 2024-99-99": "start is '2024-99-99'; write 2024-05-01T12:00:00",
+    "schema: manoeuvre-trial/1\nstart: 9999-12-31T00:00:00+00:00": "go from 1970 to 2262",
     "schema: manoeuvre-trial/1\ndelta_positive: port_turn\ndelta_positive: starboard_turn": "line 3: .* twice",
     "schema: manoeuvre-trial/1\n? [1]\n: 2": "a key is a plain text",
     "schema: manoeuvre-trial/1\nnotes: &n [*n]": "anchors and aliases are not read",

@@ -150,19 +150,25 @@ def _loader() -> Any:
                 seen[key.value] = self.construct_object(value, deep=True)
             return seen
 
-        def construct_whole(self, node: Any) -> int:
-            if len(node.value) > _DIGITS + 1:
-                raise _wrong(f"a whole number of more than {_DIGITS} digits", node)
-            return int(node.value)
-
     made = _resolving(Plain)
-    for tag, construct in (
-        ("map", Plain.construct_yaml_map), ("int", Plain.construct_whole),
-        ("bool", lambda _, node: node.value.lower() == "true"),
-        ("float", lambda _, node: float(node.value.lower().replace(".inf", "inf").replace(".nan", "nan"))),
-    ):  # fmt: skip
+    made.add_constructor("tag:yaml.org,2002:map", Plain.construct_yaml_map)
+    for tag, construct in (("int", _whole), ("bool", _truth), ("float", _decimal)):
         made.add_constructor(f"tag:yaml.org,2002:{tag}", construct)
     return made
+
+
+def _whole(_: Any, node: Any) -> int:
+    if len(node.value) > _DIGITS + 1:
+        raise _wrong(f"a whole number of more than {_DIGITS} digits", node)
+    return int(node.value)
+
+
+def _truth(_: Any, node: Any) -> bool:
+    return node.value.lower() == "true"
+
+
+def _decimal(_: Any, node: Any) -> float:
+    return float(node.value.lower().replace(".inf", "inf").replace(".nan", "nan"))
 
 
 def _wrong(what: str, node: Any) -> Exception:

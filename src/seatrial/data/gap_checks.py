@@ -90,8 +90,9 @@ class _Holes:
         if not self.spans:
             return f"{self.missing} of {rows} samples, here and there"
         longest, many = max(b - a for a, b in self.spans), "s" if len(self.spans) > 1 else ""
+        first = min(a for a, _ in self.spans)
         return (f"{self.missing} of {rows} samples in {len(self.spans)} gap{many} of up to {longest:.3g} s, "
-                f"the first after t = {self.spans[0][0]:g} s")  # fmt: skip
+                f"the first after t = {first:g} s")  # fmt: skip
 
 
 def _every(t: Array, values: Array) -> float:

@@ -94,8 +94,9 @@ def read(path: Path, topics: Topics | None = None) -> Trial:
     if again:
         steps.append(f"{again} messages left out whose time was there already")
     channels, turned = _motion(path, rows, series, chosen)
-    if note and chosen[TWIST] is not None:
-        _fill(channels, {name: rows.moved(series[chosen[TWIST]], name) for name in VELOCITY})
+    twist = chosen[TWIST]
+    if note and twist is not None:
+        _fill(channels, {name: rows.moved(series[twist], name) for name in VELOCITY})
     datum, placed = _place(path, rows, series, chosen, topics, channels)
     steps += turned + placed
     said = _numbers(path, rows, series, topics)

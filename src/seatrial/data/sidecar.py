@@ -113,7 +113,10 @@ def began(name: object, meta: Mapping[str, Any]) -> int:
         when = start if isinstance(start, datetime) else datetime.fromisoformat(start)
         if when.tzinfo is None:
             raise DataError(f"{name}: start is '{start}', without a time zone; write 2024-05-01T12:00:00+00:00")
-        return int(when.replace(microsecond=0).timestamp()) * 10**9 + when.microsecond * 1000
+        ticks = int(when.replace(microsecond=0).timestamp()) * 10**9 + when.microsecond * 1000
+        if not 0 <= ticks < 2**63:
+            raise DataError(f"{name}: start is '{start}'; stamps of nanoseconds go from 1970 to 2262")
+        return ticks
     except DataError:
         raise
     except (ValueError, OverflowError):

@@ -107,14 +107,12 @@ def _unswapped(trial: Trial) -> Trial:
 
 def _sheet(path: Path) -> Mapping[str, list[Any]]:
     """Columns of the first sheet as text, by their names."""
-    try:
-        import fastexcel  # noqa: F401 -- the reader behind polars
-    except ImportError:
-        raise DataError(f"{path}: workbooks need the extra 'log': pip install 'seatrial[log]'") from None
     import polars
 
     try:
         frame = polars.read_excel(path, engine="calamine", infer_schema_length=0, raise_if_empty=False)
+    except ImportError:
+        raise DataError(f"{path}: workbooks need the extra 'log': pip install 'seatrial[log]'") from None
     except Exception as error:  # what a damaged workbook makes the readers stumble over
         about = (str(error).splitlines() or [""])[0] or type(error).__name__
         raise DataError(f"{path}: not readable as a workbook: {about[:120]}") from None
