@@ -19,12 +19,13 @@ import numpy as np
 from ..data import Array
 from ..engine.rollout import is_rk4
 from . import Fit, FitError, Problem, Progress, StudyError
+from .digest import digest
 from .gauss_newton import State, minimise
 from .linted import linted
 from .objective import TrajectoryObjective, begun_as, checked_initial
 from .record import Record
 from .scored import Batch, Scoring
-from .shooting import digest, finished
+from .shooting import finished
 from .watch import tell, with_values
 from .windows import spread
 

@@ -18,11 +18,11 @@ from .chains import chains
 from .condensed import Condensed, Linear, Point
 from .constraints import Inequalities, Penalty
 from .descent import DAMPING, Search, descend
+from .digest import digest
 from .gauss_newton import Normal
 from .ipopt import FullSpace
 from .momentum import momentum_guess
 from .objective import TrajectoryObjective
-from .shooting import digest
 from .verdicts import posterior, verdicts
 from .watch import tell, with_values
 from .windows import spread

@@ -13,9 +13,10 @@ from ..data import Array
 from ..parameters import Free
 from . import Fit, FitError, Problem, Progress
 from .batch import Many, cut_as
+from .digest import digest
 from .linted import linted
 from .objective import TrajectoryObjective, begun_as, checked_initial
-from .shooting import Trajectory, digest, finished
+from .shooting import Trajectory, finished
 from .watch import tell, with_values
 
 

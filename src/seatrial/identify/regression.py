@@ -24,9 +24,10 @@ from ..models import STATES, Sampled
 from ..parameters import Free, update
 from ..replay import inputs
 from . import Fit, Problem, Progress, StudyError
+from .digest import digest
 from .gauss_newton import Normal
 from .linted import linted
-from .shooting import OneStep, digest
+from .shooting import OneStep
 from .verdicts import posterior, verdicts
 from .watch import tell, with_values
 

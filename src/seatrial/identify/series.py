@@ -18,8 +18,9 @@ from ..parameters import unknown
 from ..ships import Ship
 from ..ships.classes import Trust, trusting
 from . import Estimator, Loss, Nuisance, Problem, StudyError
+from .digest import digest
 from .freedom import freedom
-from .study import digest, read_estimator, read_ship
+from .study import read_estimator, read_ship
 from .study_data import read_data
 
 SCHEMA = "seatrial-series/1"

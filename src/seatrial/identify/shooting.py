@@ -7,7 +7,6 @@ model.  `OneStep` holds single steps against it: the local optimisation (LO), a 
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,8 +21,8 @@ from ..engine.rollout import is_rk4
 from ..models import STATES
 from ..parameters import Free, specs
 from ..parameters import values as parameter_values
-from ..systems import open_loop_parameters
 from . import Fit, FitError, Problem, Progress, StudyError
+from .digest import digest
 from .gauss_newton import State, minimise
 from .linted import linted
 from .nuisances import Nuisances
@@ -224,20 +223,6 @@ class OneStep:
             window=every * dt, every=every, dt=dt, method=self.method, iterations=self.iterations,
             tolerance=self.tolerance, threads=self.threads,
         ).fit(local, progress=progress, checkpoint=checkpoint)  # fmt: skip
-
-
-def digest(problem: Problem, estimator: Any) -> str:
-    """Fingerprint of everything that decides the outcome, the number of threads left out."""
-    h = hashlib.sha256()
-    h.update(repr(replace(estimator, threads=None) if hasattr(estimator, "threads") else estimator).encode())
-    h.update(repr((problem.free, problem.loss, problem.nuisance, problem.ship.name)).encode())
-    h.update(repr(sorted(parameter_values(problem.ship.model).items())).encode())
-    h.update(open_loop_parameters(problem.ship).tobytes())
-    for trial in (*problem.trials, *problem.validation):
-        h.update(trial.name.encode())
-        for name in ("t", *sorted(trial.channels)):
-            h.update(np.ascontiguousarray(trial[name]).tobytes())
-    return h.hexdigest()[:16]
 
 
 def free_everywhere(ship: Any, patterns: Sequence[str], ratio: float) -> tuple[Free, ...]:

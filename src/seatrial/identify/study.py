@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,8 +17,8 @@ from ..parameters import Free, specs, unknown
 from ..ships import Ship, ShipError
 from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
-from ..ships.writing import to_toml
 from . import Estimator, Loss, Nuisance, Problem, StudyError
+from .digest import digest, include
 from .freedom import freedom
 from .study_checks import filled, finite, kind, no_infinity, positive, steps, whole
 from .study_data import Split, chosen, read_data, read_raw
@@ -147,28 +147,7 @@ def _run_digest(problem: Problem, estimator: Estimator, test: Sequence[Trial], s
     found = hashlib.sha256(f"{__version__} {digest(problem, estimator)}".encode())
     for part in (said.title, said.report, said.rival, said.virtual):
         found.update(repr(part).encode())
-    _add(found, "test", test)
-    return found.hexdigest()[:16]
-
-
-def _add(found: Any, part_of: str, trials: Iterable[Trial]) -> None:
-    for trial in trials:
-        found.update(f"{part_of} {trial.name}".encode())
-        found.update(trial.t.tobytes())
-        for name in sorted(trial.channels):
-            found.update(name.encode() + trial[name].tobytes())
-
-
-def digest(problem: Problem, estimator: Estimator) -> str:
-    """Fingerprint of everything that decides the numbers of a fit."""
-    found = hashlib.sha256()
-    settings: Any = estimator
-    if hasattr(settings, "threads"):
-        settings = replace(settings, threads=None)  # their number changes no digit
-    for part in (to_toml(problem.ship), problem.free, problem.loss, problem.nuisance, settings):
-        found.update(repr(part).encode())
-    _add(found, "train", problem.trials)
-    _add(found, "validation", problem.validation)
+    include(found, "test", test)
     return found.hexdigest()[:16]
 
 

@@ -127,7 +127,7 @@ class Training:
             DataError: trials that do not fit the network: wind, sample time, length, current.
             FitError: the loss is not a number in the first epoch.
         """
-        from .study import digest
+        from .digest import digest
 
         began = time.perf_counter()
         model, device = self._model(problem), self._device()

@@ -18,10 +18,11 @@ import numpy as np
 
 from ..data import Trial
 from . import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
+from .digest import digest
 from .linted import linted
 from .objective import TrajectoryObjective
 from .recordings import dealt, recordings
-from .shooting import Trajectory, digest
+from .shooting import Trajectory
 from .watch import stage, start
 from .widths_record import Scores
 from .windows import spread

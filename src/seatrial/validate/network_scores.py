@@ -12,15 +12,17 @@ import numpy as np
 from ..data import Array, Trial
 from ..engine import SimulationError
 from ..identify.series import Claim, Row, Series
-from ..identify.series_run import Member, members
+from ..identify.series_run import Member, folder, members
+from ..identify.store import MODEL, SUMMARY
 from ..identify.widths import Widths
 from ..models import STATES
 from ..replay import replay
+from ..ships.classes import foreign
+from ..ships.files import load
 from . import Comparison
 from .comparison import compare, constant_velocity, pooled
 from .metrics import ESSO_OSAKA_SIGMA, spread
-from .network_trust import Validity, validity
-from .spread import Spread
+from .spread import NAME, Spread, load_members, spreads
 
 TOGETHER = "together"
 """Label of the column in which all samples of all test trials count alike."""
@@ -29,6 +31,28 @@ BASELINE = "constant velocity"
 
 # Standard errors of a mean over seeds within which two models are not told apart.
 _APART = 2.0
+
+Validity = Mapping[str, Mapping[str, Spread]]
+"""How far the members drift apart, by key of the model and label of the test."""
+
+
+def validity(series: Series, out: Path) -> dict[str, dict[str, Spread]]:
+    """The spread of every fit in `out` that has members beside it, on each test trial; the first seed of a row.
+
+    Raises:
+        ShipError: members that cannot be read, or of another fit.
+        DataError: a test trial lacks what the ship needs.
+    """
+    found: dict[str, dict[str, Spread]] = {}
+    for row in series.rows:
+        for cell in row.cells[:1]:
+            where = folder(out, row, cell)
+            if not ((where / NAME).is_file() and (where / SUMMARY).is_file()):
+                continue
+            ship = load(where / MODEL, trust=foreign(row.ship.model))
+            told = spreads(load_members(where / NAME, ship), ship, tuple(series.tests.values()))
+            found[row.key] = dict(zip(series.tests, told, strict=True))
+    return found
 
 
 @dataclass(frozen=True)

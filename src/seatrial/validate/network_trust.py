@@ -3,37 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
-from ..identify.series import Series
-from ..identify.series_run import folder
-from ..identify.store import MODEL, SUMMARY
-from ..ships.classes import foreign
-from ..ships.files import load
+from .network_scores import Validity
 from .page import number, table, text
-from .spread import NAME, WIDE, Spread, load_members, spreads
-
-Validity = Mapping[str, Mapping[str, Spread]]
-"""How far the members drift apart, by key of the model and label of the test."""
-
-
-def validity(series: Series, out: Path) -> dict[str, dict[str, Spread]]:
-    """The spread of every fit in `out` that has members beside it, on each test trial; the first seed of a row.
-
-    Raises:
-        ShipError: members that cannot be read, or of another fit.
-        DataError: a test trial lacks what the ship needs.
-    """
-    found: dict[str, dict[str, Spread]] = {}
-    for row in series.rows:
-        for cell in row.cells[:1]:
-            where = folder(out, row, cell)
-            if not ((where / NAME).is_file() and (where / SUMMARY).is_file()):
-                continue
-            ship = load(where / MODEL, trust=foreign(row.ship.model))
-            told = spreads(load_members(where / NAME, ship), ship, tuple(series.tests.values()))
-            found[row.key] = dict(zip(series.tests, told, strict=True))
-    return found
+from .spread import WIDE
 
 
 def section(titles: Mapping[str, str], found: Validity) -> str:
