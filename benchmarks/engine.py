@@ -14,7 +14,7 @@ from timing import best, publish
 
 from seatrial.engine.rollout import sensitivity, simulator
 from seatrial.ships.files import load
-from seatrial.simulate import open_loop, open_loop_parameters
+from seatrial.simulate.run import open_loop, open_loop_parameters
 
 LANES, STEPS, TWELVE = 128, 500, 12
 

@@ -22,12 +22,12 @@ sys.path.insert(0, str(ROOT / "tests" / "realtime"))
 
 import mutations  # noqa: E402
 
-from seatrial.data.nmea_framing import TOKEN  # noqa: E402
-from seatrial.data.nmea_ship import Fittings  # noqa: E402
+from seatrial.data.nmea.framing import TOKEN  # noqa: E402
+from seatrial.data.nmea.ship import Fittings  # noqa: E402
 from seatrial.realtime.conning import Conning  # noqa: E402
-from seatrial.realtime.intake import Intake  # noqa: E402
 from seatrial.realtime.on_wire import fitted  # noqa: E402
 from seatrial.realtime.plant import Plant  # noqa: E402
+from seatrial.realtime.wire import Intake  # noqa: E402
 from seatrial.ships.files import load  # noqa: E402
 
 FULL = 1_000_000

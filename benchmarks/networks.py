@@ -17,9 +17,9 @@ from seatrial.data import Trial
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models.network import Network, initial
 from seatrial.models.neural import Neural
-from seatrial.replay import replay
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import simulate
 
 WINDOW = 100.0
 SCALE = (0.3, 0.1, 0.05, 10.0, 0.5, 3.0, 3.0)

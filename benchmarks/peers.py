@@ -9,7 +9,7 @@ from timing import best, publish
 
 from seatrial.bench import shipmmg, turn
 from seatrial.engine import floats
-from seatrial.systems import open_loop
+from seatrial.simulate.loop import open_loop
 
 
 def put_in_at_each_call() -> float:

@@ -16,12 +16,12 @@ from timing import best, publish
 
 from seatrial.data import Array
 from seatrial.environment import CHANNELS, Uniform
+from seatrial.environment.weather import Gust
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Compiled, Plant
 from seatrial.realtime.recording import Recording
 from seatrial.sensors.suite import Suite, usual
 from seatrial.ships.files import load
-from seatrial.weather import Gust
 
 STEPS, SHIPS, SECONDS = 100_000, 100, 10.0
 

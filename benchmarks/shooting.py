@@ -14,10 +14,10 @@ from timing import best, publish
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "identify"))
 from tug_trials import COLD, NOISE, TRUTH, problem  # pyright: ignore
 
-from seatrial.identify.logo import Shooting
+from seatrial.identify.shooting.logo import Shooting
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.sensors import Sensors
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 
 def long_runs(count: int) -> tuple[Any, ...]:

@@ -15,8 +15,8 @@ import numpy as np
 import torch
 from timing import best, publish
 
-from seatrial.identify.training_engine import Engine, Form, one_thread_each
-from seatrial.identify.training_fold import Batch
+from seatrial.identify.networks.data import Batch
+from seatrial.identify.networks.engine import Engine, Form, one_thread_each
 from seatrial.models.network import Network, initial
 
 WINDOWS, ROWS, MEMORY, WIDTH = 512, 60, 10, 200

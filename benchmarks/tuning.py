@@ -12,16 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from timing import best, publish
 
+from seatrial.core.parameters import near
 from seatrial.engine import floats
 from seatrial.identify import Loss, Problem
-from seatrial.identify.evolution import Evolution, box
-from seatrial.identify.multistart import MultiStart
-from seatrial.identify.scored import Scoring
+from seatrial.identify.population.evolution import Evolution, box
+from seatrial.identify.population.scored import Scoring
+from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.manoeuvres.turning import Turning
-from seatrial.parameters import near
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
-from seatrial.systems import open_loop, open_loop_parameters
+from seatrial.simulate.loop import open_loop, open_loop_parameters
+from seatrial.simulate.run import simulate
 
 PATHS = ("hull.R_0", "propeller.t_P", "propeller.w_P0", "propeller.C_w", "rudder.t_R", "rudder.a_H", "rudder.x_H",
          "rudder.epsilon", "rudder.kappa", "rudder.l_R", "rudder.gamma_Rp", "rudder.gamma_Rn")  # fmt: skip

@@ -9,16 +9,16 @@ import sys
 import numpy as np
 from matplotlib.figure import Figure
 
-from seatrial.demo import HIDDEN, NOISE
+from seatrial.core.parameters import read
 from seatrial.identify import Loss, Nuisance, Problem
-from seatrial.identify.shooting import Trajectory, free_everywhere
+from seatrial.identify.trajectory.shooting import Trajectory, free_everywhere
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import read
-from seatrial.replay import replay
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import approach, simulate
+from seatrial.workflow.demo import HIDDEN, NOISE
 
 DEGREE = math.pi / 180.0
 handbook = load("kvlcc2_l7")

@@ -19,11 +19,11 @@ from pathlib import Path
 from typing import Any
 
 from seatrial.data import Trial
-from seatrial.data.frt_esso import read
+from seatrial.data.formats.frt_esso import read
 from seatrial.data.prepare import drop_trailing_gaps
-from seatrial.identify.study import read_study
-from seatrial.replay import replay
 from seatrial.ships import Ship
+from seatrial.simulate.replay import replay
+from seatrial.study.study import read_study
 from seatrial.validate import Comparison
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA

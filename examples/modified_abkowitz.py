@@ -19,15 +19,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from seatrial.core.parameters import update, values
 from seatrial.environment import CALM
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models.abkowitz import Body
 from seatrial.models.abkowitz_modified import Derivatives, ModifiedAbkowitz, Race
-from seatrial.parameters import update, values
 from seatrial.ships import Entry, Ship
 from seatrial.ships.files import load, save
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 CHANNELS = ("u", "v_m", "r", "n_P", "delta")
 FITTED = tuple(f.name for f in fields(Derivatives) if f.name not in ("C_R", "S"))

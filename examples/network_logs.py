@@ -23,7 +23,7 @@ from seatrial.manoeuvres.human_random import HumanRandom
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 NOISE = {"u": 0.003, "v_m": 0.003, "r": 0.0005}
 DEGREES = math.pi / 180.0

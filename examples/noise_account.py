@@ -20,16 +20,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from seatrial.core.parameters import Free, Scalar
 from seatrial.data import Array, Trial
-from seatrial.data.frt_esso import read
+from seatrial.data.formats.frt_esso import read
 from seatrial.data.prepare import drop_trailing_gaps
 from seatrial.environment import Environment
 from seatrial.identify import Loss, Problem
-from seatrial.identify.filtering import Kalman
-from seatrial.identify.measurement import Antenna, Heading, Rate
-from seatrial.identify.shooting import Trajectory, free_everywhere
+from seatrial.identify.filters.filtering import Kalman
+from seatrial.identify.filters.measurement import Antenna, Heading, Rate
+from seatrial.identify.trajectory.shooting import Trajectory, free_everywhere
 from seatrial.models import STATES
-from seatrial.parameters import Free, Scalar
 from seatrial.ships import Ship
 from seatrial.ships.files import load
 from seatrial.validate.coverage import Reference, coverage

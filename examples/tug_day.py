@@ -18,17 +18,17 @@ from pathlib import Path
 import numpy as np
 
 from seatrial.data import Trial
-from seatrial.data.smooth import smooth
+from seatrial.data.prepare.smooth import smooth
 from seatrial.data.trialfile import write_trial
 from seatrial.forces.wind_blendermann import Blendermann
-from seatrial.identify.first_guess import Hull, fossen_ship
-from seatrial.identify.servo import ServoFit, answered, fit_servo
-from seatrial.identify.study_schema import StudyFile
-from seatrial.identify.thrust_map import fit_thrust, shared
-from seatrial.identify.virtual_trials import Bench, VirtualTrials, read
+from seatrial.identify.components.first_guess import Hull, fossen_ship
+from seatrial.identify.components.servo import ServoFit, answered, fit_servo
+from seatrial.identify.components.thrust_map import fit_thrust, shared
 from seatrial.sensors import Sensors
 from seatrial.ships import Entry, Ship
 from seatrial.ships.files import save
+from seatrial.study.schema import StudyFile
+from seatrial.study.virtual import Bench, VirtualTrials, read
 
 STUDY = Path(__file__).parents[1] / "studies" / "you2023.toml"
 HULL = Hull(L_pp=2.152, B=0.6952, d=0.2485, m=187.6)

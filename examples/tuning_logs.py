@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from seatrial.data import Trial
-from seatrial.identify.study import read_study
+from seatrial.study.study import read_study
 
 KNOT = 1852.0 / 3600.0
 HEAD = "Time,North,East,HDG,VN,VE,ROT,RUD,RPM"

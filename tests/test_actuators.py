@@ -13,10 +13,10 @@ from scipy.integrate import solve_ivp
 from seatrial.actuators import Actuator, Actuators, Azimuth, Servo, Shaft, queue_length
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.replay import replay
 from seatrial.ships.files import load
-from seatrial.simulate import campaign, simulate
-from seatrial.systems import closed_loop
+from seatrial.simulate.loop import closed_loop
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import campaign, simulate
 
 
 def run(servo: Servo, orders: list[float], dt: float, start: tuple[float, ...]) -> tuple[list[float], list[float]]:

@@ -12,19 +12,17 @@ import numpy as np
 import pytest
 
 from seatrial.choosing import ANSWERS, CAPABILITIES, Finding
-from seatrial.choosing.families import FAMILIES, vector_arx
-from seatrial.choosing.network_specimen import TEACHER, taught_network
-from seatrial.choosing.probe import Probe
-from seatrial.choosing.probing import findings, outputs
+from seatrial.choosing.families import FAMILIES, TEACHER, taught_network, vector_arx
+from seatrial.choosing.probing import Probe, findings, outputs
 from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE, PURPOSES, fittest, recommend, unmet
 from seatrial.choosing.survey import Assessment, assess, nanoseconds, survey
 from seatrial.environment import CALM, Environment
-from seatrial.identify.excitation import TABLE_1
+from seatrial.identify.design.excitation import TABLE_1
 from seatrial.models import STATES
 from seatrial.models.common import Surroundings
 from seatrial.models.linear import straight
 from seatrial.ships.files import library, load
-from seatrial.simulate import approach
+from seatrial.simulate.run import approach
 
 KEYS = {c.key for c in CAPABILITIES}
 NAMES = [family.key for family in FAMILIES]

@@ -12,9 +12,9 @@ import pytest
 from scipy.stats import spearmanr
 
 from seatrial.data import Trial
-from seatrial.identify.study import read_study
-from seatrial.replay import replay
 from seatrial.ships import Ship
+from seatrial.simulate.replay import replay
+from seatrial.study.study import read_study
 from seatrial.validate import Comparison
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from seatrial.data import DataError, Trial
-from seatrial.data.frt_esso import read
+from seatrial.data.formats.frt_esso import read
 from seatrial.data.prepare import drop_trailing_gaps
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.replay import replay
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import approach, simulate
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 from seatrial.validate.noise import (

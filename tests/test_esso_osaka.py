@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from seatrial.data.frt_esso import read
+from seatrial.data.formats.frt_esso import read
 from seatrial.data.prepare import drop_trailing_gaps
 from seatrial.identify import Loss, Problem
-from seatrial.identify.shooting import Trajectory, free_everywhere
-from seatrial.replay import replay
+from seatrial.identify.trajectory.shooting import Trajectory, free_everywhere
 from seatrial.ships.files import load
+from seatrial.simulate.replay import replay
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 

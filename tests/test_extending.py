@@ -17,21 +17,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial import cli_manoeuvres
-from seatrial.cli import main
+from seatrial.cli import manoeuvres as cli_manoeuvres
+from seatrial.cli.app import main
+from seatrial.core.parameters import near, read
 from seatrial.data import Trial
 from seatrial.data.trialfile import read_trial
 from seatrial.environment import CALM
 from seatrial.forces import Flow
 from seatrial.identify import Fit, Loss, Problem
-from seatrial.identify.study import read_estimator
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import near, read
 from seatrial.sensors.stream import Errors
 from seatrial.sensors.suite import Suite
 from seatrial.ships.files import FOLDER, load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
+from seatrial.study.study import read_estimator
 from seatrial.validate.requirements.probe import Probe
 
 ROOT = Path(__file__).parents[1]
@@ -58,8 +58,8 @@ def put(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Put]:
     made: list[tuple[Any, str, str]] = []
 
     def place(file: str) -> Any:
-        room, name = Path(file).parent.name, Path(file).stem
-        package = importlib.import_module(f"seatrial.{room}" if room else "seatrial")
+        room, name = file.rpartition("/")[0], Path(file).stem
+        package = importlib.import_module(f"seatrial.{room.replace('/', '.')}" if room else "seatrial")
         folder = tmp_path / "rooms" / room
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{name}.py").write_text(BLOCKS[file][0], encoding="utf-8")
@@ -140,7 +140,7 @@ def test_a_family(put: Put, tmp_path: Path) -> None:
 
 def test_an_estimator(put: Put) -> None:
     """A study names it; the commands hand it who is told and a file of its own."""
-    put("identify/draws.py")
+    put("identify/population/draws.py")
     ship = load("mariner_nomoto")
     truth = simulate(ship, Zigzag(0.0, 0.35, 0.35), duration=300.0, dt=1.0, name="z")
     free = near(ship.model, "K", "T", ratio=0.4)
@@ -160,7 +160,7 @@ def test_an_estimator(put: Put) -> None:
 
 
 def test_a_study() -> None:
-    from seatrial.identify import study
+    from seatrial.study import study
 
     table = tomllib.loads(BLOCKS["studies/esso_osaka_mmg.toml"][0])
     checked = study._checked(Path("studies/esso_osaka_mmg.toml"), table)

@@ -13,15 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import values
 from seatrial.identify import Problem
 from seatrial.identify.lint import lint
-from seatrial.identify.study import Study, read_study
 from seatrial.manoeuvres.turning import Turning
-from seatrial.parameters import values
-from seatrial.replay import replay
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import simulate
+from seatrial.study.study import Study, read_study
 
 HOME = Path(__file__).parents[1]
 ROOT = Path(os.environ.get("SEATRIAL_DATA", HOME.parent / "shared" / "data"))

@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Scalar, spec
+from seatrial.core.symbolic import exp, magnitude, where
 from seatrial.environment import CALM
 from seatrial.forces import Flow, Force, Slipstream
 from seatrial.forces.hull import Polynomial
@@ -26,11 +28,9 @@ from seatrial.forces.rudder import Standard as Rudder
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
-from seatrial.parameters import Scalar, spec
 from seatrial.ships import Ship
 from seatrial.ships.files import library, load
-from seatrial.simulate import approach, simulate, straight, surge_balance, time_step
-from seatrial.symbolic import exp, magnitude, where
+from seatrial.simulate.run import approach, simulate, straight, surge_balance, time_step
 
 GOLDEN = tomllib.loads((Path(__file__).parent / "golden" / "kvlcc2.toml").read_text(encoding="utf-8"))
 HARD_OVER = math.radians(35.0)

@@ -13,14 +13,14 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Scalar, spec
+from seatrial.core.symbolic import where
 from seatrial.data import Trial
 from seatrial.environment import CALM
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import Sampled, follows
-from seatrial.parameters import Scalar, spec
 from seatrial.ships.files import library, load
-from seatrial.simulate import approach, simulate, straight
-from seatrial.symbolic import where
+from seatrial.simulate.run import approach, simulate, straight
 
 ROOT = Path(__file__).parents[1] / "src" / "seatrial"
 HARD_OVER = math.radians(35.0)

@@ -22,7 +22,7 @@ from seatrial.environment import Uniform
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 HERE = Path(__file__).parent
 REFS = Path(os.environ.get("SEATRIAL_REFS") or HERE.parents[1] / "shared" / "refs")
@@ -109,7 +109,7 @@ def test_esso_osaka_turns(windy: bool) -> None:
 def held_rudder(ship: Any, rows: Array, around: Uniform) -> Array:
     """States under the rudder angles of `rows`, each held until the next row, at 10 rps."""
     from seatrial.engine.rollout import simulator
-    from seatrial.simulate import open_loop, open_loop_parameters
+    from seatrial.simulate.run import open_loop, open_loop_parameters
 
     delta = np.where(np.isfinite(rows[:, 7]), rows[:, 7], rows[-2, 7])
     series = np.column_stack([np.full(delta.size, 10.0), delta, np.tile(around.now(), (delta.size, 1))])

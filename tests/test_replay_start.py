@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.manoeuvres.turning import Turning
-from seatrial.replay import replay
-from seatrial.replay_start import smoothed_starts
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.replay import replay, smoothed_starts
+from seatrial.simulate.run import approach, simulate
 
 NOISE = np.array([0.02, 0.02, 0.003, 0.01, 0.01, 0.002])
 

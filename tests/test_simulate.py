@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.approach import step_doubt
+from seatrial.core.parameters import update
 from seatrial.data import DataError, Trial
 from seatrial.engine import SimulationError
 from seatrial.environment import Uniform
@@ -16,11 +16,11 @@ from seatrial.manoeuvres.thrust_steps import ThrustSteps
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import STATES, Sampled
-from seatrial.parameters import update
-from seatrial.replay import replay
 from seatrial.ships import ShipError
 from seatrial.ships.files import library, load
-from seatrial.simulate import approach, campaign, fastest, simulate, surge_balance, time_step
+from seatrial.simulate.approach import step_doubt
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import approach, campaign, fastest, simulate, surge_balance, time_step
 
 
 @pytest.fixture
@@ -170,7 +170,7 @@ def test_between_rows_the_log_tells_the_mean_of_what_acted() -> None:
 
 def test_a_run_too_long_to_keep_every_step_claims_no_held_controls(monkeypatch: pytest.MonkeyPatch) -> None:
     ship, policy = load("milliampere"), ThrustSteps(X=200.0)
-    monkeypatch.setattr("seatrial.simulate._ROWS", 300)
+    monkeypatch.setattr("seatrial.simulate.run._ROWS", 300)
     run = simulate(ship, policy, speed=0.0, duration=40.0, dt=0.05, every=4)
     assert "held" not in run.meta
     assert len(run) == 201

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from seatrial.cli import main
-from seatrial.terminal import in_json, note, one_line, say, shown
+from seatrial.cli.app import main
+from seatrial.cli.terminal import in_json, note, one_line, say, shown
 
 EVIL = "a\x1b]0;owned\x07\x1b[2J\x9b31m\r\u202egnp\u2028b\x7f"
 ROOT = Path(__file__).parents[1] / "src" / "seatrial"

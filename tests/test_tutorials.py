@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 
 ROOT = Path(__file__).parents[1]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))

@@ -9,13 +9,13 @@ import pytest
 from scipy.integrate import quad
 from scipy.signal import welch
 
+from seatrial.core.parameters import ParameterError
 from seatrial.data import Trial
 from seatrial.environment import CHANNELS, Uniform
+from seatrial.environment.weather import Davenport, Froya, Gust, Harris, Measured, OchiShin, Together, WeatherError
 from seatrial.manoeuvres.turning import Turning
-from seatrial.parameters import ParameterError
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
-from seatrial.weather import Davenport, Froya, Gust, Harris, Measured, OchiShin, Together, WeatherError
+from seatrial.simulate.run import simulate
 
 BREEZE = Uniform(U_T=12.0, gamma_T=0.7, U_C=0.4, gamma_C=2.0, H_S=1.5, T_W=6.0, gamma_W=0.9, depth=30.0)
 SPECTRA = {"davenport": Davenport(), "harris": Harris(), "froya": Froya(), "ochi-shin": OchiShin()}

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from seatrial import files
-from seatrial.cli import main
-from seatrial.files import BusyError, held_alone, is_plain, packed, set_aside, sweep, write_together, write_whole
+from seatrial.cli.app import main
+from seatrial.core import files
+from seatrial.core.files import BusyError, held_alone, is_plain, packed, set_aside, sweep, write_together, write_whole
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
 
@@ -94,7 +94,7 @@ def test_a_folder_is_held_by_one_and_the_second_is_told_by_whom(tmp_path: Path) 
 def test_the_hold_of_a_killed_process_is_no_hold(tmp_path: Path) -> None:
     code = f"""
 import os, pathlib
-from seatrial.files import held_alone
+from seatrial.core.files import held_alone
 with held_alone(pathlib.Path({str(tmp_path)!r})):
     os._exit(9)
 """

@@ -7,12 +7,12 @@ from typing import Any
 __version__ = "0.1.0"
 
 _LAZY = {
-    "load": "ships.files", "library": "ships.files", "near": "parameters", "read_trial": "data.trialfile",
+    "load": "ships.files", "library": "ships.files", "near": "core.parameters", "read_trial": "data.trialfile",
     "read_trials": "data.trialfile", "Trial": "data", "Loss": "identify", "Nuisance": "identify",
-    "Problem": "identify", "Fit": "identify", "read_study": "identify.study",
-    "Trajectory": "identify.shooting", "OneStep": "identify.shooting",
+    "Problem": "identify", "Fit": "identify", "read_study": "study.study",
+    "Trajectory": "identify.trajectory.shooting", "OneStep": "identify.trajectory.shooting",
     "Turning": "manoeuvres.turning", "Zigzag": "manoeuvres.zigzag",
-    "compare": "validate.comparison", "Report": "validate.report",
+    "compare": "validate.comparison", "Report": "report.report",
 }  # fmt: skip
 """Names a user meets first, and the module that holds each; imported when first asked for."""
 

@@ -16,7 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 def main() -> int:
     """Run the command line; returns the exit status."""
     try:
-        from .cli import main as run
+        from .cli.app import main as run
 
         status = run()
     except KeyboardInterrupt:  # before there is a command line to say so

@@ -14,8 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
-from .parameters import Scalar, spec
-from .symbolic import atan2, both, clip, cos, exp, is_symbol, larger, magnitude, sign, sin, where
+from .core.parameters import Scalar, spec
+from .core.symbolic import atan2, both, clip, cos, exp, is_symbol, larger, magnitude, sign, sin, where
 
 _SLOWEST, _AT_ONCE = 1e-9, 1e300
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import seatrial.bench as room
-from seatrial import cli_bench
 from seatrial.bench import PEERS, Peer, Row, fossen, turn
 from seatrial.bench.timing import best, control_loop, machine
-from seatrial.cli import main
+from seatrial.cli import bench as cli_bench
+from seatrial.cli.app import main
 
 QUICK = Peer("quick", "something quick", "seatrial", "comes with seatrial", lambda: (Row("a step", 2e-9, 3e-6),))
 ABSENT = Peer("absent", "a program that is not here", "no_such_program", "pip install it", lambda: 1 / 0)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.cli import main
-from seatrial.cli_cautions import cautions
+from seatrial.cli.app import main
+from seatrial.cli.cautions import cautions
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
 from seatrial.environment import Uniform
@@ -18,9 +18,9 @@ from seatrial.identify.lint import lint
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models.network import Network
 from seatrial.models.neural import Neural
-from seatrial.replay import replay
 from seatrial.ships.files import load, save
-from seatrial.simulate import simulate
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import simulate
 
 SHIP = load("esso_osaka_3m")
 RUN = simulate(

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data import Trial
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load, save
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 WRONG, FAILED = 2, 1
 
@@ -222,7 +222,7 @@ PLANTED = """
 from dataclasses import dataclass
 from pathlib import Path
 from seatrial.models.mmg import Mmg as Mmg
-from seatrial.identify.shooting import Trajectory as Trajectory
+from seatrial.identify.trajectory.shooting import Trajectory as Trajectory
 Path(__file__).with_suffix(".ran").touch()
 """
 

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data.trialfile import write_trial
 from seatrial.environment import Uniform
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 STUDY = """schema = "seatrial-study/1"
 ship = "mine.toml"

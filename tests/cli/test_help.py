@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 import typer
 
-from seatrial.cli import app, main
-from seatrial.cli_manoeuvres import known
+from seatrial.cli.app import app, main
+from seatrial.cli.manoeuvres import known
 from seatrial.ships.files import library
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")

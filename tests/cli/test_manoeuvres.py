@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 
 
 def told(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, dict]:

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from seatrial import cli_models
 from seatrial.choosing import CAPABILITIES
 from seatrial.choosing.families import FAMILIES
 from seatrial.choosing.purposes import PURPOSES
 from seatrial.choosing.survey import Assessment, survey
-from seatrial.cli import main
+from seatrial.cli import models as cli_models
+from seatrial.cli.app import main
 
 ROOT = Path(__file__).parents[2]
 GUIDE = (ROOT / "docs" / "choosing.md").read_text(encoding="utf-8")

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data import Trial
 from seatrial.data.trialfile import write_trial
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships import Ship
 from seatrial.ships.files import load, save
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 STUDY = """schema = "seatrial-study/1"
 ship = "{ship}"

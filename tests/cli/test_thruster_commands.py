@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data.trialfile import write_trial
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 EQ_20 = (0.0722, 1.974, 0.151, 0.04978, 0.001187, -0.0001773)
 ROOT = Path(__file__).parents[2]

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data import Trial
 from seatrial.data.prepare import froude_scaled
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.manoeuvres.turning import Turning
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 WRONG = 2
 TURNS = {"a": 10.0, "b": -20.0, "c": 35.0, "d": -30.0}

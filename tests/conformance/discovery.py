@@ -17,14 +17,14 @@ import casadi as ca
 import examples
 import numpy as np
 
+from seatrial.core.parameters import ParameterError, Parts, update, walk
+from seatrial.core.symbolic import magnitude
 from seatrial.environment import CHANNELS, Environment
 from seatrial.forces import Flow, Force, Slipstream
 from seatrial.models import Sampled, unit
-from seatrial.parameters import ParameterError, Parts, update, walk
 from seatrial.ships import Ship
 from seatrial.ships.files import library, load
-from seatrial.simulate import approach, straight
-from seatrial.symbolic import magnitude
+from seatrial.simulate.run import approach, straight
 
 SHIPS: dict[str, Ship] = {name: load(name) for name in library()} | examples.SHIPS
 

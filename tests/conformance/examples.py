@@ -6,6 +6,7 @@ import math
 from dataclasses import fields, replace
 from typing import Any
 
+from seatrial.core.parameters import Parts, values
 from seatrial.forces import thruster, waves, wind_blendermann, wind_isherwood
 from seatrial.forces.azimuth import Azimuth, ThrustAzimuth
 from seatrial.forces.damping import CrossFlowDrag
@@ -15,11 +16,10 @@ from seatrial.forces.rudder_linear import Linear
 from seatrial.forces.rudder_neutral import OffCentre
 from seatrial.forces.shallow import ShallowPolynomial
 from seatrial.forces.thruster_fixed import Fixed
-from seatrial.identify.freer import with_units
+from seatrial.identify.posterior.freer import with_units
 from seatrial.models.fossen import Fossen, Inertia, Particulars
 from seatrial.models.network import Network, initial
 from seatrial.models.neural import Neural
-from seatrial.parameters import Parts, values
 from seatrial.ships import Ship
 from seatrial.ships.files import load
 

@@ -14,7 +14,7 @@ from discovery import SHIPS, control_size, environment_size, flat
 from seatrial.engine.rollout import simulator
 from seatrial.environment import CHANNELS, Environment
 from seatrial.models import Sampled, unit
-from seatrial.simulate import approach, fastest, open_loop, open_loop_parameters, straight
+from seatrial.simulate.run import approach, fastest, open_loop, open_loop_parameters, straight
 
 CONTINUOUS = [name for name, ship in SHIPS.items() if not isinstance(ship.model, Sampled)]
 every_ship = pytest.mark.parametrize("name", CONTINUOUS)

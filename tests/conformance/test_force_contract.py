@@ -12,7 +12,7 @@ import pytest
 from discovery import BIASES, PAIRS, SHIPS, Part, choices, classes_of, compiled, components, even, force_modules
 
 import seatrial.forces
-from seatrial.parameters import walk
+from seatrial.core.parameters import walk
 
 MODULES = force_modules()
 every_module = pytest.mark.parametrize("name", list(MODULES))

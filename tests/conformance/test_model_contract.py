@@ -23,9 +23,9 @@ from discovery import (
 )
 
 import seatrial.models
+from seatrial.core.parameters import update, walk
 from seatrial.environment import CHANNELS, Environment
 from seatrial.models import STATES, Model, Sampled, Stepped, follows, unit
-from seatrial.parameters import update, walk
 
 every_ship = pytest.mark.parametrize("name", list(SHIPS))
 SIDES = (1, -1, -1, 1, -1, -1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from seatrial.data.nmea_ship import Fittings, Measured
+from seatrial.data.nmea.ship import Fittings, Measured
 from seatrial.realtime.aboard import exact, told
 
 

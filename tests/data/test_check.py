@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from seatrial.cli import main
-from seatrial.data import DataError, Trial, frt_esso, simman
+from seatrial.cli.app import main
+from seatrial.data import DataError, Trial
 from seatrial.data.check import check, check_set
+from seatrial.data.formats import frt_esso, simman
 from seatrial.data.prepare import froude_scaled, resample, to_earth
 from seatrial.data.trialfile import write_trial
 

@@ -8,13 +8,13 @@ import pytest
 
 from seatrial.data import DataError
 from seatrial.data.check import check_set
-from seatrial.data.compositions import expanded, read_compositions
-from seatrial.data.frt_esso import read
+from seatrial.data.formats.frt_esso import read
 from seatrial.data.prepare import drop_trailing_gaps
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import StudyError
 from seatrial.identify.lint import lint
-from seatrial.identify.study import read_study
+from seatrial.study.data import expanded, read_compositions
+from seatrial.study.study import read_study
 
 SETS = Path(__file__).parents[2] / "studies" / "esso_osaka_sets.toml"
 WHOLE, PART = "turning/turn_14-Sep-2020_15_58_08", "turning/turn_cut_14-Sep-2020_15_58_08"

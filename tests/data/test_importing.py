@@ -3,8 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seatrial.data import DataError, frt_esso, mapping, simman
-from seatrial.data.importing import FORMATS, import_log, read_log
+from seatrial.data import DataError
+from seatrial.data.formats import frt_esso, mapping, simman
+from seatrial.data.formats.importing import FORMATS, import_log, read_log
 from seatrial.data.trialfile import read_trial
 from seatrial.ships.files import load
 

@@ -11,12 +11,11 @@ from hypothesis import strategies as st
 
 from seatrial.data import DataError
 from seatrial.data.geodesy import Datum
-from seatrial.data.nmea import NmeaError, Sentence, checksum, decode, encode
-from seatrial.data.nmea_fields import SENTENCES, Clock, Number, Place
-from seatrial.data.nmea_framing import LARGEST, TOKEN, Line, Tag, datagram, read_line, split, tag_block
-from seatrial.data.nmea_reading import readings
-from seatrial.data.nmea_ship import KNOT, SPOKEN, Fittings
-from seatrial.data.nmea_ship import lines as spoken
+from seatrial.data.nmea.framing import LARGEST, TOKEN, Line, Tag, datagram, read_line, split, tag_block
+from seatrial.data.nmea.reading import readings
+from seatrial.data.nmea.sentences import SENTENCES, Clock, NmeaError, Number, Place, Sentence, checksum, decode, encode
+from seatrial.data.nmea.ship import KNOT, SPOKEN, Fittings
+from seatrial.data.nmea.ship import lines as spoken
 
 NOW = {
     "t": 60.0, "x": 100.0, "y": -50.0, "psi": math.radians(350.0), "u": 5.0, "v_m": -0.5, "r": math.radians(-0.5),
@@ -300,7 +299,7 @@ def test_any_fields_are_read_or_refused_and_what_is_read_is_written_the_same_in_
 
 
 def test_without_pynmeagps_the_extra_is_named(monkeypatch):
-    from seatrial.data import nmea
+    from seatrial.data.nmea import sentences as nmea
 
     nmea._library.cache_clear()
     monkeypatch.setitem(__import__("sys").modules, "pynmeagps", None)

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from exact_instruments import told_by_exact
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data import DataError
+from seatrial.data.formats.importing import import_log
 from seatrial.data.geodesy import Datum
-from seatrial.data.importing import import_log
-from seatrial.data.nmea import checksum
-from seatrial.data.nmea_framing import Line, Tag, datagram
-from seatrial.data.nmea_ship import SPOKEN, Fittings
-from seatrial.data.nmea_ship import lines as spoken
-from seatrial.data.robot_files import opened
-from seatrial.data.robot_messages import NUMBER, told
+from seatrial.data.nmea.framing import Line, Tag, datagram
+from seatrial.data.nmea.sentences import checksum
+from seatrial.data.nmea.ship import SPOKEN, Fittings
+from seatrial.data.nmea.ship import lines as spoken
+from seatrial.data.robot.files import opened
+from seatrial.data.robot.messages import NUMBER, told
 from seatrial.data.trialfile import read_trial
 from seatrial.exchange.robot_log import save_robot_log
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import DataError, Trial, prepare
-from seatrial.data.smooth import _back, _forward, _model, sensor_noise, smooth
+from seatrial.data.prepare.smooth import _back, _forward, _model, sensor_noise, smooth
 
 
 def test_resample_is_exact_on_straight_lines_and_keeps_gaps(made):

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
+from seatrial.data.formats.importing import import_log
+from seatrial.data.formats.robot_log import read
+from seatrial.data.formats.robot_schema import read_topics
 from seatrial.data.geodesy import Datum
-from seatrial.data.importing import import_log
-from seatrial.data.robot_files import Message, write_bag, write_mcap
-from seatrial.data.robot_log import read
-from seatrial.data.robot_messages import FIX, FRAMES, NUMBER, ODOMETRY, TWIST, packed, store, told
-from seatrial.data.robot_schema import read_topics
+from seatrial.data.robot.files import Message, write_bag, write_mcap
+from seatrial.data.robot.messages import FIX, FRAMES, NUMBER, ODOMETRY, TWIST, packed, store, told
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.exchange.robot_log import messages, save_robot_log
 

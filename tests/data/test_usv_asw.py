@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from workbooks import HEADS, voyage, write_workbook
 
-from seatrial.cli import main
-from seatrial.data import DataError, usv_asw
+from seatrial.cli.app import main
+from seatrial.data import DataError
 from seatrial.data.check import check
-from seatrial.data.importing import FORMATS, import_log
-from seatrial.data.track import fixes, own_samples, track_miss
+from seatrial.data.check.track import fixes, own_samples, track_miss
+from seatrial.data.formats import usv_asw
+from seatrial.data.formats.importing import FORMATS, import_log
 from seatrial.data.trialfile import read_trial
 
 

@@ -10,7 +10,7 @@ import pytest
 from seatrial.data import Array
 from seatrial.models import Sampled, linear, unit
 from seatrial.ships.files import load
-from seatrial.simulate import approach, open_loop, open_loop_parameters, straight
+from seatrial.simulate.run import approach, open_loop, open_loop_parameters, straight
 
 
 class Case:

@@ -16,7 +16,7 @@ from seatrial.engine import EngineNotice, System, cache
 from seatrial.engine.cache import CompilerError
 from seatrial.engine.rollout import simulator
 from seatrial.ships.files import load
-from seatrial.simulate import open_loop, open_loop_parameters
+from seatrial.simulate.run import open_loop, open_loop_parameters
 
 DECAY = System(states=("a", "b"), series=("c",), parameters=("k",),
                derivative=lambda z, a, p: (p[0] * z[0] * z[0] + a[0], z[0] - z[1]))  # fmt: skip

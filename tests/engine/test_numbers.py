@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import ParameterError
 from seatrial.engine import floats
 from seatrial.engine.rollout import sensitivity, simulator
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import ParameterError
 from seatrial.ships.files import library, load
-from seatrial.systems import closed_loop, loop_values
+from seatrial.simulate.loop import closed_loop, loop_values
 
 FREE = ("hull.Y_v", "hull.N_r", "rudder.t_R", "propeller.w_P0")
 

@@ -16,8 +16,7 @@ from gymnasium.vector import AutoresetMode
 
 from seatrial.environment import CALM
 from seatrial.envs import IDS, Berth, Course, ShipEnv, ShipVectorEnv, TaskError, Track
-from seatrial.envs.draws import uniform
-from seatrial.envs.lanes import Lanes, Settings
+from seatrial.envs.lanes import Lanes, Settings, uniform
 from seatrial.envs.tasks import Scale
 from seatrial.realtime.plant import Plant
 from seatrial.ships.files import load

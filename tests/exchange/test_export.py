@@ -19,18 +19,18 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuator, Actuators, Shaft
-from seatrial.cli import main
+from seatrial.cli.app import main
+from seatrial.core.parameters import ParameterError, Parts
 from seatrial.engine import floats
 from seatrial.engine.rollout import simulator
 from seatrial.exchange import Plant, plant, save_c, save_casadi, save_fmu, save_python
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
-from seatrial.parameters import ParameterError, Parts
 from seatrial.ships import Entry, Ship, ShipError
 from seatrial.ships.files import library, load, save
-from seatrial.simulate import approach, campaign
-from seatrial.systems import closed_loop, loop_memory, open_loop, open_loop_parameters
+from seatrial.simulate.loop import closed_loop, loop_memory, open_loop, open_loop_parameters
+from seatrial.simulate.run import approach, campaign
 
 CONTINUOUS = tuple(name for name in library() if not isinstance(load(name).model, Sampled))
 STABLE = ("kvlcc2", "esso_osaka_3m", "qiuxin5", "mariner_nomoto")

@@ -20,21 +20,21 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from seatrial.approach import approach
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.environment import Uniform
 from seatrial.exchange import save_fmu
-from seatrial.exchange.fmu import FLAGS, slave
-from seatrial.exchange.fmu_hull import FORCES, hull_of
-from seatrial.exchange.fmu_layout import Layout
-from seatrial.exchange.fmu_source import sources
-from seatrial.exchange.fmu_xml import exponents, osp_description
+from seatrial.exchange.fmi.fmu import FLAGS, slave
+from seatrial.exchange.fmi.hull import FORCES, hull_of
+from seatrial.exchange.fmi.layout import Layout
+from seatrial.exchange.fmi.source import sources
+from seatrial.exchange.fmi.xml import exponents, osp_description
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import library, load
-from seatrial.simulate import campaign
-from seatrial.systems import closed_loop
+from seatrial.simulate.approach import approach
+from seatrial.simulate.loop import closed_loop
+from seatrial.simulate.run import campaign
 
 GCC = shutil.which("gcc")
 pytestmark = pytest.mark.skipif(GCC is None or sys.platform != "linux", reason="no C compiler")
@@ -301,7 +301,7 @@ class Pushes:
         return ()
 
     def command(self, t: Any, state: Any, memory: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        from seatrial.symbolic import cos, sin
+        from seatrial.core.symbolic import cos, sin
 
         return (self.X * (1.0 + cos(t)), 0.3 * self.X * sin(0.7 * t), 0.2 * self.X * cos(0.3 * t)), memory
 

@@ -19,14 +19,14 @@ import numpy as np
 import pytest
 from test_fmu import AROUND, DT, GCC, GIVEN, STATES, Made, Run, assert_same, flown, orders
 
-from seatrial.approach import approach
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.exchange import save_fmu
-from seatrial.exchange.fmu import slave
+from seatrial.exchange.fmi.fmu import slave
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
 from seatrial.ships import ShipError
 from seatrial.ships.files import library, load
+from seatrial.simulate.approach import approach
 
 pytestmark = pytest.mark.skipif(GCC is None or sys.platform != "linux", reason="no C compiler")
 Host = Callable[..., Any]

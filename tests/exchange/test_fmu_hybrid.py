@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from test_fmu import AROUND, DT, GCC, GIVEN, STATES, assert_same
 
-from seatrial.approach import approach
+from seatrial.core.parameters import values
 from seatrial.exchange import save_fmu
-from seatrial.exchange.fmu import slave
+from seatrial.exchange.fmi.fmu import slave
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import values
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.simulate import campaign
-from seatrial.systems import closed_loop
+from seatrial.simulate.approach import approach
+from seatrial.simulate.loop import closed_loop
+from seatrial.simulate.run import campaign
 
 pytestmark = pytest.mark.skipif(GCC is None or sys.platform != "linux", reason="no C compiler")
 STEPS = 3000

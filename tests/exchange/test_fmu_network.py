@@ -16,20 +16,20 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.environment import Uniform
 from seatrial.exchange import save_fmu, save_network
-from seatrial.exchange.fmu import slave
-from seatrial.exchange.fmu_network import memory_of
-from seatrial.exchange.fmu_source import compiled, sources
+from seatrial.exchange.fmi.fmu import slave
+from seatrial.exchange.fmi.network import memory_of
+from seatrial.exchange.fmi.source import compiled, sources
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models.network import KINDS, Limits, Network, initial
 from seatrial.models.neural import Neural
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
-from seatrial.simulate import campaign
-from seatrial.systems import closed_loop
+from seatrial.simulate.loop import closed_loop
+from seatrial.simulate.run import campaign
 
 GCC = shutil.which("gcc")
 pytestmark = pytest.mark.skipif(GCC is None or sys.platform != "linux", reason="no C compiler")

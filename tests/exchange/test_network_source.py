@@ -18,7 +18,7 @@ from seatrial.models.network import KINDS, Limits, Network, initial
 from seatrial.models.neural import Neural
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import load
-from seatrial.systems import open_loop, open_loop_parameters
+from seatrial.simulate.loop import open_loop, open_loop_parameters
 
 MEMORY = {"feedforward": 1, "forgetting": 4}
 LIMITS = Limits((-0.5, -0.2, -0.2, -9.0, -0.3), (0.5, 0.2, 0.2, 9.0, 0.3), (0.02, 0.02, 0.02), 2.0)

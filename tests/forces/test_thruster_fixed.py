@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
+from seatrial.core.parameters import ParameterError
 from seatrial.forces import Flow
 from seatrial.forces.thruster_fixed import Fixed
-from seatrial.parameters import ParameterError
 from seatrial.ships.files import ShipError, load
 
 WATER = Flow(0.5, 0.1, 0.05, 0.0, 0.0, 0.0, 0.0, 1000.0, 1.0, 0.1)

@@ -9,10 +9,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import ParameterError, walk
 from seatrial.forces import Flow
 from seatrial.forces.azimuth import Azimuth, ThrustAzimuth
 from seatrial.forces.thruster import Direct, Tunnel
-from seatrial.parameters import ParameterError, walk
 from seatrial.ships.files import load
 
 TUG: Any = load("qiuxin5").model

@@ -10,10 +10,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import ParameterError
 from seatrial.forces import Flow
 from seatrial.forces.wind_blendermann import Blendermann, blendermann1994
 from seatrial.forces.wind_isherwood import Isherwood, isherwood1972
-from seatrial.parameters import ParameterError
 from seatrial.ships.files import load
 
 SHAPE = {"A_T": 1000.0, "A_L": 4000.0, "L_OA": 200.0, "B": 30.0, "S": 260.0, "C": 96.0, "M": 2.0, "A_SS": 1200.0}

@@ -14,7 +14,7 @@ from seatrial.models.network import Network
 from seatrial.models.neural import Neural
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 TRUTH = load("esso_osaka_3m")
 

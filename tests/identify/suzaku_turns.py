@@ -5,16 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from seatrial.core.parameters import near
 from seatrial.data import Trial
 from seatrial.environment import Uniform
 from seatrial.forces.wind import Fujiwara, fujiwara1998
 from seatrial.identify import Loss, Problem
 from seatrial.manoeuvres.turning import Turning
-from seatrial.parameters import near
 from seatrial.sensors import Sensors
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 PATHS = ("hull.R_0", "propeller.t_P", "propeller.w_P0", "propeller.C_w", "rudder.t_R", "rudder.a_H", "rudder.x_H",
          "rudder.epsilon", "rudder.kappa", "rudder.l_R", "rudder.gamma_Rp", "rudder.gamma_Rn")  # fmt: skip

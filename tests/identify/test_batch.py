@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from suzaku_turns import PAPER, PATHS, SHIP, problem
 
+from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import FitError, Loss, Nuisance, StudyError
-from seatrial.identify.batch import Data, Many
-from seatrial.identify.box_steps import steps
-from seatrial.identify.multistart import MultiStart, drawn
-from seatrial.identify.objective import TrajectoryObjective
-from seatrial.identify.shooting import Trajectory
-from seatrial.parameters import Free
+from seatrial.identify.trajectory.batch import Data, Many
+from seatrial.identify.trajectory.gauss_newton import steps
+from seatrial.identify.trajectory.multistart import MultiStart, drawn
+from seatrial.identify.trajectory.objective import TrajectoryObjective
+from seatrial.identify.trajectory.shooting import Trajectory
 
 ESTIMATOR = MultiStart(method="euler", initial="measured")
 

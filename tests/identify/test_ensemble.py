@@ -5,12 +5,12 @@ import pytest
 from suzaku_turns import GNSS, SHIP, TRUTH, manoeuvre, problem, turn, unmodelled
 
 from seatrial.identify import Loss
-from seatrial.identify.ensemble import bands, ensemble, white
-from seatrial.identify.misfit import Remainder, misfit
-from seatrial.identify.multistart import MultiStart
-from seatrial.identify.objective import TrajectoryObjective
+from seatrial.identify.posterior.ensemble import bands, ensemble, white
+from seatrial.identify.posterior.misfit import Remainder, misfit
+from seatrial.identify.trajectory.multistart import MultiStart
+from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.models import STATES
-from seatrial.replay import replay
+from seatrial.simulate.replay import replay
 
 ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")
 

@@ -11,17 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free, near
 from seatrial.identify import FitError, Loss, Nuisance, Problem, StudyError
-from seatrial.identify.evolution import Evolution, box
-from seatrial.identify.objective import TrajectoryObjective
-from seatrial.identify.record import Record
+from seatrial.identify.population.evolution import Evolution, Record, box
+from seatrial.identify.population.scored import Scoring
 from seatrial.identify.resume import ResumeError
-from seatrial.identify.scored import Scoring
-from seatrial.identify.shooting import Trajectory
+from seatrial.identify.trajectory.objective import TrajectoryObjective
+from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.turning import Turning
-from seatrial.parameters import Free, near
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 PATHS = ("hull.R_0", "propeller.t_P", "propeller.w_P0", "rudder.t_R", "rudder.a_H", "rudder.epsilon", "rudder.kappa")
 SETTINGS: dict[str, Any] = {"window": 200.0, "dt": 1.0, "every": 1, "method": "euler", "threads": 1}

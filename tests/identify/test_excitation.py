@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from seatrial import cli_design
 from seatrial.actuators import Actuator, Actuators
-from seatrial.cli_support import UsageError
+from seatrial.cli import design as cli_design
+from seatrial.cli.support import UsageError
+from seatrial.core.parameters import Free, ParameterError, read, values
 from seatrial.data import Trial
 from seatrial.identify import Loss, Nuisance, Problem, StudyError
-from seatrial.identify.candidates import usual
-from seatrial.identify.excitation import (
+from seatrial.identify.design.candidates import usual
+from seatrial.identify.design.excitation import (
     TABLE_1,
     Candidate,
     dimensionless_length,
@@ -21,15 +22,14 @@ from seatrial.identify.excitation import (
     usual_noise,
     wanted,
 )
-from seatrial.identify.optimal import Information, choose, expected
-from seatrial.identify.shooting import Trajectory
+from seatrial.identify.design.optimal import Information, choose, expected
+from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.pseudo_random import PseudoRandom
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free, ParameterError, read, values
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 TEN = math.radians(10.0)
 NOISE = {"x": 2.0, "y": 2.0, "psi": math.radians(0.5), "u": 0.05, "v_m": 0.05, "r": math.radians(0.02)}

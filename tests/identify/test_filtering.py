@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm
 
+from seatrial.core.parameters import Free, ParameterError
 from seatrial.data import DataError, Trial
 from seatrial.environment import Environment, Uniform
 from seatrial.identify import StudyError
-from seatrial.identify.consistency import innovation_test
-from seatrial.identify.filtering import Kalman, inside
-from seatrial.identify.measurement import Antenna, Heading, Log, Rate
-from seatrial.identify.ukf import _root
+from seatrial.identify.filters.filtered import innovation_test
+from seatrial.identify.filters.filtering import Kalman, inside
+from seatrial.identify.filters.kalman import _root
+from seatrial.identify.filters.measurement import Antenna, Heading, Log, Rate
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free, ParameterError
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 TUG = load("qiuxin5")
 KINDS = pytest.mark.parametrize("kind", ["ekf", "ukf"])

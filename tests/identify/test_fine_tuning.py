@@ -8,17 +8,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from seatrial.cli_runs import identify
+from seatrial.cli.runs import identify
+from seatrial.core.parameters import Free, read
 from seatrial.identify import StudyError
-from seatrial.identify.evolution import Evolution
-from seatrial.identify.fine_tuning import FineTuning
-from seatrial.identify.ranges import Scorer, correlated, residuals, softened, within
-from seatrial.identify.study import read_study
-from seatrial.identify.tuned import findings
-from seatrial.parameters import Free, read
-from seatrial.replay import replay
+from seatrial.identify.population.evolution import Evolution
+from seatrial.identify.tuning.fine_tuning import FineTuning
+from seatrial.identify.tuning.ranges import Scorer, correlated, residuals, softened, within
+from seatrial.identify.tuning.tuned import findings
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
+from seatrial.simulate.replay import replay
+from seatrial.study.study import read_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "suyama2023.toml"
 KEPT = ("hull.R_0", "propeller.w_P0", "rudder.a_H", "rudder.gamma_Rp")

@@ -11,21 +11,21 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Azimuth
+from seatrial.core.parameters import Free, update, values
 from seatrial.data import DataError
 from seatrial.identify import Problem
-from seatrial.identify.first_guess import Hull, first_guess, fossen_ship, guesses
-from seatrial.identify.freedom import freedom
-from seatrial.identify.servo import ServoFit, fit_servo
-from seatrial.identify.shooting import Trajectory
-from seatrial.identify.thrust_map import fit_thrust
+from seatrial.identify.components.first_guess import Hull, first_guess, fossen_ship, guesses
+from seatrial.identify.components.servo import ServoFit, fit_servo
+from seatrial.identify.components.thrust_map import fit_thrust
+from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models.fossen import Inertia
-from seatrial.parameters import Free, update, values
-from seatrial.replay import replay
 from seatrial.ships import ShipError
 from seatrial.ships.files import load, save
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import approach, simulate
+from seatrial.study.freedom import freedom
 
 TUG = Hull(L_pp=2.152, B=0.6952, d=0.2485, m=187.6)
 N = np.linspace(0.0, 10.0, 21)

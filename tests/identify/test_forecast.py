@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free
 from seatrial.data import DataError
 from seatrial.environment import Uniform
 from seatrial.identify import StudyError
-from seatrial.identify.filtering import Kalman
-from seatrial.identify.forecast import forecasts
-from seatrial.identify.measurement import Antenna, Heading
+from seatrial.identify.filters.filtering import Kalman
+from seatrial.identify.filters.forecast import forecasts
+from seatrial.identify.filters.measurement import Antenna, Heading
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 TUG = load("qiuxin5")
 NOISE = {"x": 0.02, "y": 0.02, "psi": 0.002}

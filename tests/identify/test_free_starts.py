@@ -10,21 +10,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import near, read
 from seatrial.data import Trial
 from seatrial.identify import Fit, Loss, Problem, StudyError
-from seatrial.identify.batch import Many
-from seatrial.identify.evolution import Evolution
-from seatrial.identify.fine_tuning import FineTuning
-from seatrial.identify.multistart import MultiStart, drawn
-from seatrial.identify.objective import TrajectoryObjective, begun_as
-from seatrial.identify.ranges import Scorer
+from seatrial.identify.population.evolution import Evolution
+from seatrial.identify.trajectory.batch import Many
+from seatrial.identify.trajectory.multistart import MultiStart, drawn
+from seatrial.identify.trajectory.objective import TrajectoryObjective, begun_as
+from seatrial.identify.tuning.fine_tuning import FineTuning
+from seatrial.identify.tuning.ranges import Scorer
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import STATES
-from seatrial.parameters import near, read
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 TRUTH = load("kvlcc2")
 SENSORS = {"x": 1.0, "y": 1.0, "psi": math.radians(0.2), "u": 0.05, "v_m": 0.05, "r": math.radians(0.02)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seatrial.identify.gauss_newton import Block, Normal, State, minimise
+from seatrial.identify.trajectory.gauss_newton import Block, Normal, State, minimise
 
 # A speed log with a scale error p, runs up and down a measured mile, each pair in a current of its own.
 SPEED, HOURS = np.array([10.0, 10.2, 9.9, 10.1]), np.array([0.100, 0.098, 0.101, 0.099])

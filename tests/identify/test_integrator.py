@@ -11,28 +11,28 @@ import math
 import numpy as np
 import pytest
 
-from seatrial.approach import substeps, time_step
+from seatrial.core.parameters import Free, values
 from seatrial.data import Trial
 from seatrial.engine.rollout import simulator
 from seatrial.identify import Loss, Problem
-from seatrial.identify.batch import Many
-from seatrial.identify.evolution import Evolution
-from seatrial.identify.fine_tuning import FineTuning
-from seatrial.identify.logo import Shooting
-from seatrial.identify.multistart import MultiStart
-from seatrial.identify.objective import TrajectoryObjective
-from seatrial.identify.scored import Scoring
-from seatrial.identify.shooting import OneStep, Trajectory
+from seatrial.identify.population.evolution import Evolution
+from seatrial.identify.population.scored import Scoring
+from seatrial.identify.shooting.logo import Shooting
+from seatrial.identify.trajectory.batch import Many
+from seatrial.identify.trajectory.multistart import MultiStart
+from seatrial.identify.trajectory.objective import TrajectoryObjective
+from seatrial.identify.trajectory.shooting import OneStep, Trajectory
+from seatrial.identify.tuning.fine_tuning import FineTuning
 from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import STATES
 from seatrial.models.settled import unseen
-from seatrial.parameters import Free, values
-from seatrial.replay import inputs, replay
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
-from seatrial.systems import open_loop, open_loop_parameters
+from seatrial.simulate.approach import substeps, time_step
+from seatrial.simulate.loop import open_loop, open_loop_parameters
+from seatrial.simulate.replay import inputs, replay
+from seatrial.simulate.run import approach, simulate
 
 # What ordinary sensors read, for a ship of 100 m at 5 m/s: they scale with the ship.
 NOISE = {"x": 0.5, "y": 0.5, "psi": math.radians(0.1), "u": 0.02, "v_m": 0.02, "r": math.radians(0.02)}

@@ -7,10 +7,10 @@ import pytest
 from tug_trials import NAMES, NOISE, TRUE, TRUTH, problem
 
 from seatrial.data.prepare import cut
-from seatrial.identify.logo import Shooting
+from seatrial.identify.shooting.logo import Shooting
 from seatrial.manoeuvres.turning import Turning
 from seatrial.sensors import Sensors
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 pytestmark = pytest.mark.long
 

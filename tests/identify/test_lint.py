@@ -6,22 +6,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free, ParameterError, near
 from seatrial.data import Trial
 from seatrial.data.check import Finding
 from seatrial.identify import Issue, Loss, Problem, StudyError
-from seatrial.identify.evolution import Evolution
-from seatrial.identify.fine_tuning import FineTuning
-from seatrial.identify.freedom import freedom
 from seatrial.identify.lint import lines, lint, raise_on_errors
 from seatrial.identify.linted import linted
-from seatrial.identify.logo import Shooting
-from seatrial.identify.multistart import MultiStart
-from seatrial.identify.shooting import OneStep, Trajectory
+from seatrial.identify.population.evolution import Evolution
+from seatrial.identify.shooting.logo import Shooting
+from seatrial.identify.trajectory.multistart import MultiStart
+from seatrial.identify.trajectory.shooting import OneStep, Trajectory
+from seatrial.identify.tuning.fine_tuning import FineTuning
 from seatrial.manoeuvres.straight import Straight
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free, ParameterError, near
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
+from seatrial.study.freedom import freedom
 
 MANY = ("body.m_x", "body.m_y", "body.J_z", "hull.R_0", "hull.X_vv", "hull.X_rr", "hull.Y_v", "hull.Y_r", "hull.Y_vvv",
         "hull.Y_vvr", "hull.Y_vrr", "hull.N_v", "hull.N_r", "hull.N_vvv", "hull.N_vvr", "hull.N_vrr", "hull.N_rrr",

@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 from tug_trials import COLD, NAMES, NOISE, TRUE, TRUTH, problem
 
+from seatrial.core.parameters import Free
 from seatrial.data import DataError
 from seatrial.identify import FitError, Loss, StudyError
-from seatrial.identify.chains import chains
-from seatrial.identify.condensed import Condensed
-from seatrial.identify.constraints import Inequalities, Penalty
-from seatrial.identify.first_states import FirstStates
-from seatrial.identify.logo import Shooting
-from seatrial.identify.momentum import smoothed
-from seatrial.identify.objective import TrajectoryObjective
+from seatrial.identify.shooting.chains import FirstStates, chains
+from seatrial.identify.shooting.condensed import Condensed
+from seatrial.identify.shooting.constraints import Inequalities, Penalty
+from seatrial.identify.shooting.logo import Shooting
+from seatrial.identify.shooting.momentum import smoothed
+from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.models import STATES
-from seatrial.parameters import Free
 from seatrial.ships.files import load
 
 
@@ -88,9 +87,9 @@ def test_lo_alone_is_near_and_needs_no_start(told):
 
 @pytest.mark.long
 def test_a_model_without_momentum_balance_falls_back_on_short_predictions():
+    from seatrial.core.parameters import read
     from seatrial.manoeuvres.zigzag import Zigzag
-    from seatrial.parameters import read
-    from seatrial.simulate import approach, simulate
+    from seatrial.simulate.run import approach, simulate
 
     ship = load("kvlcc2_l7")
     speed, n_P = approach(ship)
@@ -137,7 +136,7 @@ def test_constraints_of_equation_19_hold_where_the_data_would_break_them(told):
 ])  # fmt: skip
 def test_trials_join_by_groups_each_from_where_the_last_ended(told, monkeypatch, settings, wanted):
     """You 2023 Algorithm 1: so many trials at a time, until the last fit takes all twelve."""
-    from seatrial.identify import logo_run
+    from seatrial.identify.shooting import logo as logo_run
 
     seen = []
 
@@ -210,7 +209,7 @@ def test_validation_is_watched_as_the_fit_goes_on(told):
 @pytest.mark.long
 def test_short_predictions_walk_back_a_start_that_blows_up_in_a_step(told, fit, monkeypatch):
     """A random start: m_22 and m_33 next to nothing, other signs; no momentum balance helps."""
-    from seatrial.identify import logo_run
+    from seatrial.identify.shooting import logo as logo_run
 
     monkeypatch.setattr(logo_run, "momentum_guess", lambda *_, **__: None)
     start = TRUE * (1.0 + np.random.default_rng(7).uniform(-2.0, 2.0, (2, TRUE.size))[1])
@@ -276,7 +275,7 @@ def test_slopes_hold_where_first_states_are_drawn(told):
 @pytest.mark.long
 def test_where_no_trajectory_joins_the_answer_is_that_of_short_predictions(told, monkeypatch, schedule):
     """GO comes to nothing from either way in: the fit is LO's, and says so."""
-    from seatrial.identify import logo_run
+    from seatrial.identify.shooting import logo as logo_run
 
     def never(run, stage, start):
         return logo_run.Search(start, np.inf, done="no further decrease")

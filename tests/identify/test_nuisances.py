@@ -9,13 +9,13 @@ from tug_trials import DT, NAMES, NOISE, ROWS, TRUE, TRUTH, policies, problem
 
 from seatrial.environment import Uniform
 from seatrial.identify import Nuisance, StudyError
-from seatrial.identify.chains import chains
-from seatrial.identify.condensed import Condensed
-from seatrial.identify.constraints import Inequalities, Penalty
-from seatrial.identify.logo import Shooting
-from seatrial.identify.shooting import Trajectory
+from seatrial.identify.shooting.chains import chains
+from seatrial.identify.shooting.condensed import Condensed
+from seatrial.identify.shooting.constraints import Inequalities, Penalty
+from seatrial.identify.shooting.logo import Shooting
+from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.sensors import Sensors
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 BOTH = Nuisance(current=0.2, bias={"u": 0.05, "psi": math.radians(1.0)})
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from suzaku_turns import GNSS, PATHS, SHIP, TRUTH, problem
 
+from seatrial.core.parameters import read
 from seatrial.identify import Loss
-from seatrial.identify.batch import Many
-from seatrial.identify.multistart import MultiStart
-from seatrial.identify.profile import THRESHOLD, profiles
-from seatrial.parameters import read
+from seatrial.identify.posterior.profile import THRESHOLD, profiles
+from seatrial.identify.trajectory.batch import Many
+from seatrial.identify.trajectory.multistart import MultiStart
 
 ESTIMATOR = MultiStart(starts=6, method="euler", initial="measured")
 SENSORS = Loss(GNSS, correlation=0.0)

@@ -9,18 +9,26 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free, Terms, match, read
+from seatrial.core.symbolic import sin
 from seatrial.data import DataError, Trial
 from seatrial.identify import Problem, StudyError
-from seatrial.identify.arx_fit import ArxRegression, ar, ar_order, fit_arx, free_coefficients, predict, yule_walker
-from seatrial.identify.regression import Regression, least_squares
+from seatrial.identify.regression.arx_fit import (
+    ArxRegression,
+    ar,
+    ar_order,
+    fit_arx,
+    free_coefficients,
+    predict,
+    yule_walker,
+)
+from seatrial.identify.regression.regression import Regression, least_squares
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models.arx import Arx
-from seatrial.parameters import Free, Terms, match, read
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
-from seatrial.symbolic import sin
+from seatrial.simulate.run import approach, simulate
 
 SHIP = load("kvlcc2_l7")
 HULL = tuple(match(SHIP.model, "hull.*"))

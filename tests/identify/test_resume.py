@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.identify.gauss_newton import State
-from seatrial.identify.record import Record
+from seatrial.identify.networks.training import Stand
+from seatrial.identify.population.evolution import Record
 from seatrial.identify.resume import Resume
-from seatrial.identify.training_record import Stand
+from seatrial.identify.trajectory.gauss_newton import State
 
 
 def resume(path: Path) -> bytes:

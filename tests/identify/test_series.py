@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 from network_trials import untrained, virtual
 
-from seatrial.cli import main
-from seatrial.data.compositions import read_compositions
+from seatrial.cli.app import main
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import Problem, StudyError
-from seatrial.identify.series import is_series, read_series
-from seatrial.identify.series_run import FITS, left, members, run
-from seatrial.identify.training import NoTorchError, Training
+from seatrial.identify.networks.training import NoTorchError, Training
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
+from seatrial.study.data import read_compositions
+from seatrial.study.series import is_series, read_series
+from seatrial.study.series_run import FITS, left, members, run
 from seatrial.validate.spread import NAME, load_members, spreads
 
 pytest.importorskip("torch")

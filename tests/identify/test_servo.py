@@ -7,10 +7,10 @@ import pytest
 
 from seatrial.actuators import Actuator, Azimuth
 from seatrial.data import DataError, Trial
-from seatrial.identify.servo import answered, fit_servo, servos
+from seatrial.identify.components.servo import answered, fit_servo, servos
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 STEPS = np.radians([0, 20, -20, 20, -20, 35, 10, -35, 0, 90])
 

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free, ParameterError, near, read
 from seatrial.identify import FitError, Loss, Nuisance, Problem, StudyError
-from seatrial.identify.gauss_newton import Block, Normal
-from seatrial.identify.objective import TrajectoryObjective
+from seatrial.identify.posterior.verdicts import posterior
 from seatrial.identify.resume import ResumeError
-from seatrial.identify.shooting import Trajectory
-from seatrial.identify.verdicts import posterior
+from seatrial.identify.trajectory.gauss_newton import Block, Normal
+from seatrial.identify.trajectory.objective import TrajectoryObjective
+from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free, ParameterError, near, read
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 SHIP = load("kvlcc2_l7")
 SIGMA = {"x": 1.0, "y": 1.0, "psi": 0.1, "u": 0.05, "v_m": 0.05, "r": 0.01}

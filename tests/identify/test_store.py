@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free, near, read
 from seatrial.data import Trial
 from seatrial.identify import Fit, Problem, StudyError, Verdict
-from seatrial.identify.store import claim, load_fit_summary, save_fit
-from seatrial.parameters import Free, near, read
 from seatrial.ships.files import load
+from seatrial.study.store import claim, load_fit_summary, save_fit
 
 
 def test_a_fit_comes_back(tmp_path: Path) -> None:

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
+from seatrial.core.parameters import ParameterError
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import StudyError
-from seatrial.identify.freedom import freedom
-from seatrial.identify.study import read_study
 from seatrial.manoeuvres.turning import Turning
-from seatrial.parameters import ParameterError
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
+from seatrial.study.freedom import freedom
+from seatrial.study.study import read_study
 
 STUDY = """
 schema = "seatrial-study/1"
@@ -122,5 +122,5 @@ def test_whatever_changes_the_report_of_a_run_changes_its_digest(study, monkeypa
     assert len(set(seen)) == len(texts)
     alone = STUDY.replace('validation = ["turn_b*"]', 'exclude = ["turn_b"]')
     assert read_study(study(alone)).digest != seen[1]
-    monkeypatch.setattr("seatrial.identify.study.__version__", "another", raising=False)
+    monkeypatch.setattr("seatrial.study.study.__version__", "another", raising=False)
     assert read_study(study(STUDY)).digest != seen[0]

@@ -14,10 +14,10 @@ from seatrial.data.trialfile import write_trial
 from seatrial.exchange.robot_log import save_robot_log
 from seatrial.identify import StudyError
 from seatrial.identify.lint import lint
-from seatrial.identify.study import read_study
 from seatrial.manoeuvres.turning import Turning
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
+from seatrial.study.study import read_study
 
 STUDY = """
 schema = "seatrial-study/1"

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data.trialfile import write_trial
 from seatrial.manoeuvres.turning import Turning
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 STUDY = """schema = "seatrial-study/1"
 ship = "kvlcc2_l7"
@@ -50,7 +50,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("place", PLACES)
 def test_a_study_with_such_a_number_is_refused(place: str, folder: Path, monkeypatch, capsys) -> None:
-    monkeypatch.setattr("seatrial.identify.shooting.Trajectory.fit", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("seatrial.identify.trajectory.shooting.Trajectory.fit", lambda *_, **__: pytest.fail("it ran"))
     for number in NUMBERS:
         key = place.partition(" = ")[0]
         (folder / "study.toml").write_text(STUDY.replace(place, f"{key} = {number}"))

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import DataError
-from seatrial.identify.thrust_map import fit_thrust, fit_thrusters, shared
-from seatrial.identify.thrust_polynomial import least_squares
+from seatrial.identify.components.thrust_map import fit_thrust, fit_thrusters, least_squares, shared
 from seatrial.ships.files import load
 
 EQ_20 = np.array([0.0722, 1.974, 0.151, 0.04978, 0.001187, -0.0001773]) / 2.0

@@ -16,17 +16,17 @@ import numpy as np
 import pytest
 from network_trials import problem, untrained, virtual
 
+from seatrial.core.parameters import Free
 from seatrial.data import DataError, Trial
 from seatrial.identify import FitError, StudyError
+from seatrial.identify.networks.training import Training
 from seatrial.identify.resume import ResumeError
-from seatrial.identify.training import Training
 from seatrial.models.network import Network, initial
 from seatrial.models.network_pass import accelerations
-from seatrial.parameters import Free
-from seatrial.replay import replay
 from seatrial.ships import Ship
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
+from seatrial.simulate.replay import replay
 from seatrial.validate.comparison import constant_velocity
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 
@@ -44,7 +44,7 @@ def same(a: Ship, b: Ship) -> bool:
 
 
 def random_batch(rows: int, windows: int, apparent: bool) -> Any:
-    from seatrial.identify.training_fold import Batch
+    from seatrial.identify.networks.data import Batch
 
     rng = np.random.default_rng(1)
 
@@ -69,9 +69,9 @@ FORMS = [
 def test_gradient_of_the_folded_network_is_that_of_the_printed_equations(
     kind: str, memory: int, known: int, layers: tuple[int, ...], wind: bool, apparent: bool, simulate: bool
 ) -> None:
-    from seatrial.identify.training_fold import fold
-    from seatrial.identify.training_literal import literal_losses
-    from seatrial.identify.training_rollout import folded_losses
+    from seatrial.identify.networks.data import fold
+    from seatrial.identify.networks.engine import literal_losses
+    from seatrial.identify.networks.rollout import folded_losses
 
     scale = (0.5, 0.6, 0.7, 2.0, 1.0, 1.1, 1.2)[: 7 if wind else 5]
     network = initial(Network(kind, layers, wind=wind, memory=memory, scale=scale), 3)
@@ -93,10 +93,9 @@ def test_gradient_of_the_folded_network_is_that_of_the_printed_equations(
 
 @pytest.mark.parametrize("kind", ["forgetting", "rnn", "feedforward", "lstm", "gru"])
 def test_training_and_prediction_are_one_simulation(kind: str) -> None:
-    from seatrial.identify.training_data import Rows, Source
-    from seatrial.identify.training_engine import Engine, Form
-    from seatrial.identify.training_fold import fold
-    from seatrial.identify.training_rollout import simulated
+    from seatrial.identify.networks.data import Rows, Source, fold
+    from seatrial.identify.networks.engine import Engine, Form
+    from seatrial.identify.networks.rollout import simulated
 
     ship, trial = untrained(kind), virtual(1)
     network = initial(ship.model.network, 5)  # type: ignore[attr-defined]
@@ -183,7 +182,7 @@ class KilledError(Exception):
 
 
 def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seatrial.identify.training_loop._QUICK", -1.0)
+    monkeypatch.setattr("seatrial.identify.networks.training._QUICK", -1.0)
     told, estimator = problem(), Training(**{**SMALL, "epochs": 4}, seeds=[0, 1])
     whole = estimator.fit(told)
     for stop in (1, 5):
@@ -205,7 +204,7 @@ def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("moment", [2, 7, 11])
 def test_goes_on_within_an_epoch(moment: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from seatrial.identify.training_data import Source
+    from seatrial.identify.networks.data import Source
 
     told, estimator = problem(), Training(**{**SMALL, "epochs": 3, "batch": 16, "curriculum": [12]})
     whole = estimator.fit(told)
@@ -217,7 +216,7 @@ def test_goes_on_within_an_epoch(moment: int, tmp_path: Path, monkeypatch: pytes
             raise KilledError
         return batch(self, starts, rows)
 
-    monkeypatch.setattr("seatrial.identify.training_loop._PAUSE", -1.0)
+    monkeypatch.setattr("seatrial.identify.networks.training._PAUSE", -1.0)
     monkeypatch.setattr(Source, "batch", killed)
     with pytest.raises(KilledError):
         estimator.fit(told, checkpoint=tmp_path / "kept.npz")
@@ -237,7 +236,7 @@ def test_stops_early_and_keeps_the_best() -> None:
 def test_a_loss_that_is_no_number_names_batch_and_channel(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(FitError, match=r"seed 0, epoch \d+, batch \d+: (u|v_m|r|the gradient); lower"):
         Training(**{**SMALL, "learning_rate": 1e30}).fit(problem())
-    from seatrial.identify.training_data import Source
+    from seatrial.identify.networks.data import Source
 
     whole, seen = Source.batch, list[int]()
 
@@ -302,7 +301,7 @@ def test_a_gap_is_left_out() -> None:
 
 @pytest.mark.parametrize("name", ["r", "n_P", "U_T"])
 def test_what_was_filled_is_no_data(name: str) -> None:
-    from seatrial.identify.training_data import Rows
+    from seatrial.identify.networks.data import Rows
 
     values = virtual(1)[name].copy()
     values[300:310] = np.nan
@@ -314,7 +313,7 @@ def test_what_was_filled_is_no_data(name: str) -> None:
 
 
 def test_the_remedy_for_another_step_runs_as_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from seatrial.cli import main
+    from seatrial.cli.app import main
     from seatrial.data.prepare import resample
     from seatrial.data.trialfile import read_trial, write_trial
 
@@ -336,7 +335,7 @@ def test_the_remedy_for_another_step_runs_as_printed(tmp_path: Path, monkeypatch
 def test_without_torch_it_names_the_extra() -> None:
     code = (
         "import sys; sys.modules['torch'] = None\n"
-        "from seatrial.identify.training import Training\n"
+        "from seatrial.identify.networks.training import Training\n"
         "import seatrial.models.neural, seatrial.ships.networks\n"
         "from network_trials import problem\n"
         "try: Training().fit(problem())\n"

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import read
 from seatrial.data.trialfile import read_trial
-from seatrial.identify.study import read_study
-from seatrial.parameters import read
 from seatrial.ships.files import load
+from seatrial.study.study import read_study
 
 ROOT = Path(__file__).parents[2]
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free
 from seatrial.identify import Fit, Verdict
-from seatrial.identify.gauss_newton import Normal
-from seatrial.identify.verdicts import overruled, posterior, verdicts
-from seatrial.parameters import Free
+from seatrial.identify.posterior.verdicts import overruled, posterior, verdicts
+from seatrial.identify.trajectory.gauss_newton import Normal
 
 
 def said(H, free, values):

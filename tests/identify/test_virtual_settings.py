@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from seatrial.identify import StudyError
-from seatrial.identify import virtual_trials as virtual
-from seatrial.identify.study_schema import StudyFile
+from seatrial.study import virtual
+from seatrial.study.schema import StudyFile
 
 STUDY = (Path(__file__).parents[2] / "studies" / "milliampere_full.toml").read_text(encoding="utf-8")
 

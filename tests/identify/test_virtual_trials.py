@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from seatrial.identify import StudyError
-from seatrial.identify import virtual_trials as virtual
-from seatrial.identify.study import read_study
-from seatrial.identify.study_schema import StudyFile
 from seatrial.sensors import Sensors
+from seatrial.study import virtual
+from seatrial.study.schema import StudyFile
+from seatrial.study.study import read_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "suyama2023.toml"
 SHORT = STUDY.read_text(encoding="utf-8").replace("duration = 600.0", "duration = 40.0")

@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Fit, Loss, Problem, StudyError
+from seatrial.identify.networks.widths import Widths
 from seatrial.identify.resume import ResumeError, forget
-from seatrial.identify.shooting import Trajectory
-from seatrial.identify.widths import Widths
+from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
-from seatrial.parameters import Free
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 BARE = load("esso_osaka_3m_hybrid")
 Y_v = BARE.model.hull.Y_v

@@ -11,11 +11,11 @@ import pytest
 
 from seatrial.actuators import Actuator, Actuators
 from seatrial.data import DataError, Trial
-from seatrial.identify.zigzag_kt import KT, classical, fitted
+from seatrial.identify.regression.zigzag_kt import KT, classical, fitted
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load, save
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 GEAR = Actuators({"rudder": Actuator(rate=math.radians(3.0))})
 L = 160.93

@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 
+from seatrial.core.parameters import Free, specs, values
 from seatrial.identify import Loss, Problem
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import STATES
-from seatrial.parameters import Free, specs, values
-from seatrial.replay import replay
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import simulate
 
 TRUTH = load("qiuxin5")
 NOISE = {"x": 0.02, "y": 0.02, "psi": math.radians(0.2), "u": 0.01, "v_m": 0.01, "r": math.radians(0.2)}

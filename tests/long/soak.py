@@ -19,13 +19,13 @@ from pathlib import Path
 
 from seatrial.data.trialfile import read_trial
 from seatrial.environment import Uniform
+from seatrial.environment.weather import Gust
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant
 from seatrial.realtime.recording import Recording
 from seatrial.realtime.rerun import rerun
 from seatrial.sensors.suite import usual
 from seatrial.ships.files import load
-from seatrial.weather import Gust
 
 RATE, DT, MEGABYTE = 20.0, 0.01, 1024.0 * 1024.0
 WEATHER = Gust(Uniform(U_T=8.0, gamma_T=0.6, U_C=0.5, gamma_C=1.0), seed=5)

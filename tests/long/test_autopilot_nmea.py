@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from seatrial.data.geodesy import Datum
-from seatrial.data.nmea_ship import Fittings
+from seatrial.data.nmea.ship import Fittings
 from seatrial.environment import Uniform
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.on_wire import OnWire, Speech

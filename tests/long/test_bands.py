@@ -9,9 +9,9 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 from suzaku_turns import SHIP, TRUTH, manoeuvre, problem, turn, unmodelled
 
-from seatrial.identify.ensemble import bands, ensemble
-from seatrial.identify.misfit import misfit
-from seatrial.identify.multistart import MultiStart
+from seatrial.identify.posterior.ensemble import bands, ensemble
+from seatrial.identify.posterior.misfit import misfit
+from seatrial.identify.trajectory.multistart import MultiStart
 
 pytestmark = pytest.mark.long
 ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")

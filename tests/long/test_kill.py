@@ -16,7 +16,7 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 pytestmark = pytest.mark.long
 STUDY = """schema = "seatrial-study/1"

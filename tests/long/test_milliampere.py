@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import values
 from seatrial.environment import Uniform
 from seatrial.identify import Nuisance
-from seatrial.identify.study import read_study
 from seatrial.models import STATES
-from seatrial.parameters import values
-from seatrial.replay import replay
+from seatrial.simulate.replay import replay
+from seatrial.study.study import read_study
 from seatrial.validate.metrics import pairs
 
 pytestmark = pytest.mark.long

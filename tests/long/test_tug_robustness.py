@@ -14,10 +14,10 @@ from scipy.stats import binom, chi2
 from tug_trials import NOISE, TRUE, TRUTH, problem, sailed, trials
 
 from seatrial.identify import FitError
-from seatrial.identify.logo import Shooting
+from seatrial.identify.shooting.logo import Shooting
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.sensors import Sensors
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 pytestmark = pytest.mark.long
 

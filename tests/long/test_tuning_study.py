@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from seatrial.identify.ranges import within
-from seatrial.identify.study import read_study
+from seatrial.identify.tuning.ranges import within
+from seatrial.study.study import read_study
 
 pytestmark = pytest.mark.long
 STUDY = Path(__file__).parents[2] / "studies" / "suyama2023.toml"

@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 from usv_rivals import YAW, rivals, steered
 
-from seatrial.cli import main
-from seatrial.data import usv_asw
-from seatrial.data.track import own_samples
-from seatrial.identify.study import read_study
-from seatrial.identify.study_schema import SmootherTable
-from seatrial.identify.study_smoother import smoothed
-from seatrial.parameters import read
-from seatrial.replay import replay
+from seatrial.cli.app import main
+from seatrial.core.parameters import read
+from seatrial.data.check.track import own_samples
+from seatrial.data.formats import usv_asw
+from seatrial.simulate.replay import replay
+from seatrial.study.data import smoothed
+from seatrial.study.schema import SmootherTable
+from seatrial.study.study import read_study
 
 pytestmark = pytest.mark.long
 HOME = Path(__file__).parents[2]

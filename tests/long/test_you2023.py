@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from seatrial.cli import main
+from seatrial.cli.app import main
+from seatrial.core.parameters import values
 from seatrial.data import Trial, unwrapped
 from seatrial.engine.trace import right_hand_side
 from seatrial.environment import Uniform
-from seatrial.identify.filtering import Kalman
-from seatrial.identify.measurement import Antenna, Heading, Rate
-from seatrial.identify.study import read_study
-from seatrial.parameters import values
-from seatrial.replay import inputs
+from seatrial.identify.filters.filtering import Kalman
+from seatrial.identify.filters.measurement import Antenna, Heading, Rate
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.systems import open_loop, open_loop_parameters
+from seatrial.simulate.loop import open_loop, open_loop_parameters
+from seatrial.simulate.replay import inputs
+from seatrial.study.study import read_study
 
 pytestmark = pytest.mark.long
 STUDY = Path(__file__).parents[2] / "studies" / "you2023.toml"

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from seatrial.core.parameters import Free
 from seatrial.data import Trial
-from seatrial.data.track import own_samples
-from seatrial.identify.forecast import forecasts
-from seatrial.identify.study_smoother import kalman
+from seatrial.data.check.track import own_samples
+from seatrial.identify.filters.forecast import forecasts
 from seatrial.models.nomoto import Nomoto
-from seatrial.parameters import Free
+from seatrial.study.data import kalman
 
 HORIZONS = (10.0, 30.0)
 YAW = "damping.N_u"

@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seatrial.actuators import Actuators
+from seatrial.core.parameters import Scalar, spec
+from seatrial.core.symbolic import magnitude
 from seatrial.manoeuvres import Settings
 from seatrial.models.nomoto import Nomoto
-from seatrial.parameters import Scalar, spec
 from seatrial.ships import Ship
-from seatrial.symbolic import magnitude
 
 L, U = 100.0, 5.0
 SETTINGS = Settings(n_P=1.0, speed=U, L_pp=L, rudder_limit=float("inf"))

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuators
+from seatrial.core.parameters import ParameterError
 from seatrial.data import Trial
 from seatrial.environment import Uniform
 from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.autopilot import CourseKeeping, gains, wrapped
-from seatrial.parameters import ParameterError
 from seatrial.ships.files import load
-from seatrial.simulate import campaign, simulate
+from seatrial.simulate.run import campaign, simulate
 
 TEN = math.radians(10.0)
 

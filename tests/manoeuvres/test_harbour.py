@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import ParameterError, Parts, update
 from seatrial.data import Trial
 from seatrial.forces.thruster import Tunnel
 from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.berthing import Berthing
 from seatrial.manoeuvres.crabbing import Crabbing
-from seatrial.parameters import ParameterError, Parts, update
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 
 def settings(ship, speed=None, **asked):

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from simple_ships import SETTINGS, L, U, measured, norrbin
 
 from seatrial.manoeuvres.initial_turning import InitialTurning
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 TEN = math.radians(10.0)
 K, T = 0.05, 40.0

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import ParameterError
 from seatrial.manoeuvres import Scheduled, Settings
 from seatrial.manoeuvres.human_random import HumanRandom
 from seatrial.manoeuvres.pseudo_random import PseudoRandom, liveliness, m_sequence
-from seatrial.parameters import ParameterError
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 SETTINGS = Settings(n_P=10.0, speed=1.0, L_pp=3.0, rudder_limit=math.radians(30.0), seed=4)
 

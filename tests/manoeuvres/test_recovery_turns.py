@@ -13,7 +13,7 @@ from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.scharnow import Scharnow, SingleTurn
 from seatrial.manoeuvres.williamson import Williamson
 from seatrial.ships.files import load
-from seatrial.simulate import approach, campaign, simulate
+from seatrial.simulate.run import approach, campaign, simulate
 
 DEGREE = math.radians(1.0)
 NIMBLE = norrbin(K=0.05, T=10.0)  # T' = 0.5

@@ -14,7 +14,7 @@ from seatrial.manoeuvres.pull_out import PullOut
 from seatrial.manoeuvres.reverse_spiral import ReverseSpiral
 from seatrial.manoeuvres.spiral import Spiral
 from seatrial.ships.files import load
-from seatrial.simulate import approach, campaign, simulate
+from seatrial.simulate.run import approach, campaign, simulate
 
 DEGREE = math.radians(1.0)
 

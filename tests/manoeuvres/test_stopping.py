@@ -13,7 +13,7 @@ from seatrial.data import DataError, Trial
 from seatrial.manoeuvres.acceleration import Acceleration
 from seatrial.manoeuvres.stopping import CrashAstern, Stopping
 from seatrial.manoeuvres.straight import Straight
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 B, C = 0.05, 0.002
 

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
+from seatrial.core.parameters import ParameterError
 from seatrial.forces import Flow
 from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.thrust_steps import ThrustSteps
-from seatrial.parameters import ParameterError
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 FULL, AFT = load("milliampere"), load("milliampere_aft")
 ENDS = {"x_first": 1.8, "x_second": -1.8}

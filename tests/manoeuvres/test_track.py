@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuators
+from seatrial.core.parameters import ParameterError, update, values
 from seatrial.data import Trial
 from seatrial.environment import Uniform
 from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.autopilot import gains
 from seatrial.manoeuvres.track import TrackFollowing, legs, los_heading, waypoints
-from seatrial.parameters import ParameterError, update, values
 from seatrial.ships.files import load
-from seatrial.simulate import campaign, simulate
+from seatrial.simulate.run import campaign, simulate
 
 U, L = 7.7175, 160.93
 AHEAD = 800.0

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import ParameterError
 from seatrial.data import DataError, Trial
 from seatrial.manoeuvres.initial_turning import InitialTurning
 from seatrial.manoeuvres.reading import through_water
 from seatrial.manoeuvres.straight import Straight
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import ParameterError
 
 SHARED = Path(__file__).parents[3] / "shared" / "refs"
 

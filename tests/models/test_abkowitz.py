@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from casadi import SX, Function, jacobian, vertcat
 
+from seatrial.core.parameters import ParameterError, Terms, read, update
 from seatrial.environment import CALM, Uniform
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models.abkowitz import Abkowitz, factors
-from seatrial.parameters import ParameterError, Terms, read, update
 from seatrial.ships import ShipError
 from seatrial.ships.files import FOLDER, load, save
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 GOLDEN = tomllib.loads((Path(__file__).parents[1] / "golden" / "mariner.toml").read_text())
 REFS = Path(__file__).parents[3] / "shared" / "refs"

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import update, values
 from seatrial.environment import CALM, Uniform
 from seatrial.models.abkowitz_modified import Derivatives
-from seatrial.parameters import update, values
 from seatrial.ships.files import load
 
 NAME = "modified_abkowitz_kvlcc2_l7"
@@ -54,7 +54,7 @@ def test_manoeuvres_that_the_fit_never_saw() -> None:
 
 def test_holds_its_speed_at_any_revolutions() -> None:
     """Revolutions enter: the balance lies near that of the ship it was fitted to."""
-    from seatrial.simulate import approach
+    from seatrial.simulate.run import approach
 
     one, other = load("kvlcc2_l7"), replace(load(NAME), validity={})
     for speed in (0.6, 0.9, 1.179, 1.35):

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import ParameterError, Terms
 from seatrial.environment import CALM, Environment, Uniform
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
 from seatrial.models.arx import Arx, coefficient, lag_of
-from seatrial.parameters import ParameterError, Terms
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import load, save
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 
 def arx(dt: float = 0.5, **numbers: float) -> Any:

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from seatrial.cli import main
+from seatrial.cli.app import main
+from seatrial.core.parameters import ParameterError, Parts, update, values, walk
 from seatrial.environment import CALM, Environment
 from seatrial.forces import Flow
 from seatrial.forces.azimuth import Azimuth
@@ -21,9 +22,8 @@ from seatrial.forces.damping import CrossFlowDrag, Polynomial
 from seatrial.forces.rudder_linear import Linear
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models.fossen import Fossen, Inertia, Particulars
-from seatrial.parameters import ParameterError, Parts, update, values, walk
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 GOLDEN = tomllib.loads((Path(__file__).parents[1] / "golden" / "fossen.toml").read_text(encoding="utf-8"))
 SHIPS = ("milliampere", "cybership2", "qiuxin5", "qiuxin5_6")

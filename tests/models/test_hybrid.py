@@ -7,23 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free, ParameterError, Terms, match, values
 from seatrial.data import Trial
 from seatrial.engine.rollout import simulator
 from seatrial.environment import Environment, Uniform
 from seatrial.forces import Flow
 from seatrial.identify import Loss, Problem, StudyError
-from seatrial.identify.shooting import Trajectory
-from seatrial.identify.windows import windows
+from seatrial.identify.record import windows
+from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
 from seatrial.models.residual import meaning, odd
-from seatrial.parameters import Free, ParameterError, Terms, match, values
 from seatrial.realtime.plant import Plant
-from seatrial.replay import inputs, replay, unseen
 from seatrial.ships import ShipError
 from seatrial.ships.files import load, save
-from seatrial.simulate import campaign, simulate, surge_balance, time_step
-from seatrial.systems import closed_loop, open_loop, open_loop_parameters
+from seatrial.simulate.loop import closed_loop, open_loop, open_loop_parameters
+from seatrial.simulate.replay import inputs, replay, unseen
+from seatrial.simulate.run import campaign, simulate, surge_balance, time_step
 from seatrial.validate.noise_windows import Cut, Predictor
 from seatrial.validate.requirements.probe import Probe
 

@@ -10,15 +10,15 @@ from typing import Any
 
 import pytest
 
+from seatrial.core.parameters import values
 from seatrial.data import Trial
 from seatrial.environment import CALM
 from seatrial.forces import Flow, Force
 from seatrial.forces.body import Body
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import values
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 GOLDEN = tomllib.loads((Path(__file__).parents[1] / "golden" / "kcs.toml").read_text())
 L, U, N_P = 230.0, 0.26 * math.sqrt(9.80665 * 230.0), 115.5 / 60

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuators
+from seatrial.core.parameters import ParameterError
 from seatrial.environment import CALM, Uniform
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models.linear import Linear, course_stability, linearise, straight, trim
 from seatrial.models.trim import point
-from seatrial.parameters import ParameterError
 from seatrial.ships.files import library, load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 
 def printed(value: float, digits: str) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from network_ships import KINDS, LIMITS, SCALE, inputs, network, sailing
 
+from seatrial.core.parameters import ParameterError
 from seatrial.data import DataError, Trial
 from seatrial.engine.rollout import sensitivity, simulator
 from seatrial.environment import CALM, CHANNELS, Environment, Uniform
@@ -19,11 +20,10 @@ from seatrial.models.linear import straight
 from seatrial.models.network import Limits, Network, initial
 from seatrial.models.network_pass import Pass, accelerations
 from seatrial.models.neural import features
-from seatrial.parameters import ParameterError
-from seatrial.replay import replay
 from seatrial.ships import ShipError
-from seatrial.simulate import campaign, simulate
-from seatrial.systems import closed_loop, loop_memory, loop_values, open_loop, open_loop_parameters
+from seatrial.simulate.loop import closed_loop, loop_memory, loop_values, open_loop, open_loop_parameters
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import campaign, simulate
 
 PAPER: dict[str, Any] = {"layers": (200, 200, 200), "memory": 10}
 every_kind = pytest.mark.parametrize("kind", KINDS)

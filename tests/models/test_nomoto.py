@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import ParameterError, Terms
 from seatrial.environment import CALM, Environment
 from seatrial.models.nomoto import Nomoto, NomotoTable, from_prime, to_prime
 from seatrial.models.nomoto2 import Derivatives, Nomoto2, SecondOrder, time_constants
-from seatrial.parameters import ParameterError, Terms
 from seatrial.ships.files import load
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.choosing.probe import Probe
-from seatrial.cli_support import feels
+from seatrial.choosing.probing import Probe
+from seatrial.cli.support import feels
 from seatrial.environment import CALM
 from seatrial.envs.course import Course
 from seatrial.envs.lanes import Lanes, Settings

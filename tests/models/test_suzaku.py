@@ -13,10 +13,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import read, update
 from seatrial.environment import CALM
 from seatrial.forces import Flow, Force, Slipstream
 from seatrial.models.mmg import Mmg
-from seatrial.parameters import read, update
 from seatrial.ships.files import load
 
 GOLDEN = tomllib.loads((Path(__file__).parents[1] / "golden" / "suzaku.toml").read_text())

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import update
 from seatrial.environment import CALM, Environment, Uniform
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import update
 from seatrial.ships.files import load, save
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 GOLDEN = tomllib.loads((Path(__file__).parents[1] / "golden" / "tanker.toml").read_text())
 SPEED, N = GOLDEN["straight"]["speed"], GOLDEN["straight"]["rpm"] / 60.0

@@ -10,15 +10,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import update
 from seatrial.environment import CALM, Environment, Uniform
 from seatrial.forces.waves import MeanDrift
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import follows, unit
 from seatrial.models.common import Surroundings
 from seatrial.models.twin import TwinMmg, mirrored, mirrored_flow
-from seatrial.parameters import update
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 STATE = (1.0, 2.0, 0.3, 0.8, -0.1, 0.06)
 WEATHER = Environment(3.0, 1.0, 0.2, -0.1)

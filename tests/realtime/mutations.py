@@ -6,9 +6,8 @@ import random
 from collections.abc import Callable, Iterator
 from functools import cache
 
-from seatrial.data.nmea import Sentence, checksum, encode
-from seatrial.data.nmea_fields import SENTENCES
-from seatrial.data.nmea_framing import TOKEN, Tag, tag_block
+from seatrial.data.nmea.framing import TOKEN, Tag, tag_block
+from seatrial.data.nmea.sentences import SENTENCES, Sentence, checksum, encode
 
 _FIELDS = {
     "ROR": {"stbdrudderorder": 10.0, "stbdrudderstatus": "A", "portrudderstatus": "V", "operatinglocind": "B"},

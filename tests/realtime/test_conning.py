@@ -6,19 +6,15 @@ import math
 
 import pytest
 
-from seatrial.approach import approach
-from seatrial.data.nmea import Sentence, decode, encode
-from seatrial.data.nmea_fields import SENTENCES
-from seatrial.data.nmea_ship import MILE, Fittings
+from seatrial.data.nmea.sentences import SENTENCES, Sentence, decode, encode
+from seatrial.data.nmea.ship import MILE, Fittings
 from seatrial.realtime.aboard import exact, unsaid
-from seatrial.realtime.authority import Authority
-from seatrial.realtime.conning import TELEGRAPH, Conning, shafts, thrusters
+from seatrial.realtime.conning import TELEGRAPH, Conning, SteeringControl, shafts, thrusters
 from seatrial.realtime.helm import ranges
-from seatrial.realtime.intake import OTHER
 from seatrial.realtime.on_wire import fitted
-from seatrial.realtime.steering import SteeringControl
-from seatrial.realtime.wire import WireError
+from seatrial.realtime.wire import OTHER, Authority, WireError
 from seatrial.ships.files import load
+from seatrial.simulate.approach import approach
 
 DEG = math.pi / 180.0
 

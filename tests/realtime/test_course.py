@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from seatrial.cli_fleet import keep_course, others_of, rate_of
+from seatrial.cli.fleet import keep_course, others_of, rate_of
 from seatrial.environment import Uniform
 from seatrial.realtime.loop import Loop
 from seatrial.ships.files import load

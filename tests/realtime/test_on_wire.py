@@ -13,20 +13,19 @@ from datetime import UTC, datetime
 import mutations
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
+from seatrial.data.formats.importing import import_log
 from seatrial.data.geodesy import Datum
-from seatrial.data.importing import import_log
-from seatrial.data.nmea import decode, encode
-from seatrial.data.nmea_framing import TOKEN, read_line, split
-from seatrial.data.nmea_reading import readings
-from seatrial.data.nmea_ship import Fittings
+from seatrial.data.nmea.framing import TOKEN, read_line, split
+from seatrial.data.nmea.reading import readings
+from seatrial.data.nmea.sentences import decode, encode
+from seatrial.data.nmea.ship import Fittings
 from seatrial.data.trialfile import read_trial
 from seatrial.realtime.aboard import RATES
-from seatrial.realtime.intake import Intake
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.on_wire import OnWire, Speech
 from seatrial.realtime.plant import Plant
-from seatrial.realtime.wire import Address, Message, Wire, WireError
+from seatrial.realtime.wire import Address, Intake, Message, Wire, WireError
 from seatrial.sensors.instruments import Gnss, Gyro, RateGyro
 from seatrial.sensors.stream import Errors
 from seatrial.sensors.suite import Suite, usual

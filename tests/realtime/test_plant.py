@@ -14,12 +14,12 @@ import pytest
 
 from seatrial.engine import SimulationError
 from seatrial.environment import Environment, Uniform
+from seatrial.environment.weather import Gust
 from seatrial.models import STATES
 from seatrial.realtime.plant import CommandError, Compiled, Plant
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
-from seatrial.weather import Gust
+from seatrial.simulate.run import simulate
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "models"))
 from network_ships import network, sailing
@@ -131,7 +131,7 @@ def test_what_follows_the_rudder_takes_its_order():
 
 @pytest.mark.parametrize("name", ["kvlcc2_l7_arx", "mariner_nomoto2", "esso_osaka_3m", "suzaku", "cybership2"])
 def test_every_family_sails_and_is_saved(name):
-    from seatrial.simulate import time_step
+    from seatrial.simulate.run import time_step
 
     plant = Plant.of(load(name), dt=time_step(load(name)))
     for control in plant.controls:

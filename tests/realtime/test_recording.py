@@ -18,15 +18,15 @@ from seatrial.data import DataError
 from seatrial.data.check import check
 from seatrial.data.trialfile import read_trial, read_trials
 from seatrial.environment import Uniform
+from seatrial.environment.weather import Gust
 from seatrial.models import STATES
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Compiled, Plant
 from seatrial.realtime.recording import Recording, orders_path
 from seatrial.realtime.rerun import rerun
-from seatrial.replay import replay
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
-from seatrial.weather import Gust
+from seatrial.simulate.replay import replay
 
 DT = 0.1
 
@@ -82,7 +82,7 @@ def test_in_gusts_the_same_weather_is_needed(compiled, tmp_path):
 
 @pytest.mark.parametrize("name", ["milliampere", "suzaku", "kvlcc2_l7_arx"])
 def test_other_ships_are_recorded_and_run_again(name, tmp_path):
-    from seatrial.simulate import time_step
+    from seatrial.simulate.run import time_step
 
     ship = load(name)
     plant = Plant.of(ship, dt=time_step(ship))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from seatrial.environment import Uniform
-from seatrial.realtime import surroundings
-from seatrial.realtime.surroundings import Surroundings
-from seatrial.weather import Gust, Measured, Together, WeatherError
+from seatrial.environment.weather import Gust, Measured, Together, WeatherError
+from seatrial.realtime import plant as surroundings
+from seatrial.realtime.plant import Surroundings
 
 DT = 0.5
 WIND = Gust(Uniform(U_T=6.0, gamma_T=0.8), seed=2, across=0.5)

@@ -10,13 +10,12 @@ import time
 import mutations
 import pytest
 
-from seatrial.data.nmea_framing import LARGEST, Line, Tag, datagram, split
-from seatrial.data.nmea_ship import Fittings
-from seatrial.realtime.intake import OTHER, Intake
+from seatrial.data.nmea.framing import LARGEST, Line, Tag, datagram, split
+from seatrial.data.nmea.ship import Fittings
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.on_wire import OnWire, Speech
 from seatrial.realtime.plant import Plant
-from seatrial.realtime.wire import Address, Wire, WireError
+from seatrial.realtime.wire import OTHER, Address, Intake, Wire, WireError
 from seatrial.ships.files import load
 
 HTC, ROR = mutations.whole()[1], mutations.whole()[0]

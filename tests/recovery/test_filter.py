@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2
 
+from seatrial.core.parameters import Free, read
 from seatrial.data import Trial
 from seatrial.engine.trace import right_hand_side
-from seatrial.identify.filtering import Kalman
-from seatrial.identify.measurement import Antenna, Heading, Rate
+from seatrial.identify.filters.filtering import Kalman
+from seatrial.identify.filters.measurement import Antenna, Heading, Rate
 from seatrial.manoeuvres.straight import Straight
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free, read
-from seatrial.replay import inputs
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
-from seatrial.systems import open_loop, open_loop_parameters
+from seatrial.simulate.loop import open_loop, open_loop_parameters
+from seatrial.simulate.replay import inputs
+from seatrial.simulate.run import simulate
 
 TUG, NOMOTO = load("qiuxin5"), load("zeefakkel")
 KINDS = pytest.mark.parametrize("kind", ["ekf", "ukf"])

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import Free, read
 from seatrial.identify import Loss, Nuisance, Problem
-from seatrial.identify.shooting import OneStep, Trajectory
+from seatrial.identify.trajectory.shooting import OneStep, Trajectory
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free, read
 from seatrial.ships.files import load
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 TRUTH = load("kvlcc2_l7")
 TUNED = ("hull.R_0", "hull.Y_v", "hull.Y_r", "hull.N_v", "hull.N_r", "hull.X_vv", "propeller.t_P",

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from tug_trials import NAMES, NOISE, TRUE, problem, sailed, trials
 
 from seatrial.environment import Uniform
-from seatrial.identify.logo import Shooting
+from seatrial.identify.shooting.logo import Shooting
 from seatrial.sensors import Sensors
 
 pytestmark = pytest.mark.long

@@ -12,18 +12,18 @@ from typing import Any
 
 import pytest
 
-from seatrial.cli_estimate import estimate as command
-from seatrial.cli_support import UsageError
+from seatrial.cli.estimate import estimate as command
+from seatrial.cli.support import UsageError
+from seatrial.core.parameters import values
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import values
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.estimate import FORMULAS, Estimate, Number, estimate
 from seatrial.ships.files import load, save
 from seatrial.ships.formulas import Particulars, added_mass, hull, propeller, resistance, rudder
 from seatrial.ships.formulas.reading import read_particulars
 from seatrial.ships.formulas.scatter import SCATTER
-from seatrial.simulate import approach, simulate
+from seatrial.simulate.run import approach, simulate
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples" / "particulars"

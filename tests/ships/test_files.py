@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from seatrial.actuators import Actuators
-from seatrial.parameters import ParameterError, Parts, Terms, read, values
+from seatrial.core.parameters import ParameterError, Parts, Terms, read, values
 from seatrial.ships import Entry, Ship, ShipError
 from seatrial.ships.files import FOLDER, library, load, save, to_toml
 
@@ -201,7 +201,7 @@ BRICK = (
     "from dataclasses import dataclass\n"
     "from pathlib import Path\n"
     "from seatrial.forces import Force\n"
-    "from seatrial.parameters import spec\n"
+    "from seatrial.core.parameters import spec\n"
     "Path(__file__).with_name('ran').touch()\n"
     "@dataclass(frozen=True, kw_only=True)\n"
     "class Brick:\n"
@@ -242,7 +242,7 @@ def test_a_ship_file_runs_no_code_that_nobody_trusts(tmp_path: Path, monkeypatch
         load(write(tmp_path, L7.replace("mmg:Mmg", "planted_family:Mmg")), trust=("planted_hull",))
 
 
-@pytest.mark.parametrize("name", ["seatrial.__main__:Mmg", "seatrial.cli:Around", "seatrial.bench.turn:Mmg"])
+@pytest.mark.parametrize("name", ["seatrial.__main__:Mmg", "seatrial.cli.app:Around", "seatrial.bench.turn:Mmg"])
 def test_a_ship_file_names_classes_of_the_rooms_of_parts_only(tmp_path: Path, name: str) -> None:
     with pytest.raises(ShipError, match="family: no module"):
         load(write(tmp_path, L7.replace("mmg:Mmg", name)))

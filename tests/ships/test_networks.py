@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models.network import KINDS, Limits, Network, initial
 from seatrial.models.neural import Neural
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import load, save, to_toml
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 MEMORY = {"feedforward": 1, "forgetting": 4}
 LIMITS = Limits((-1.0,) * 7, (1.0,) * 7, (0.1, 0.1, 0.1), 2.0)

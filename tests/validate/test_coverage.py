@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
+from seatrial.report.coverage import document, histogram
 from seatrial.validate.coverage import WIND, Reference, apart, columns, coverage, usual
-from seatrial.validate.coverage_page import document, histogram
 
 
 def wandering(seed: int, seconds: float = 300.0, **offset: float) -> Trial:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from seatrial.validate.figures import canvas, svg
+from seatrial.report.figures import canvas, svg
 
 
 @pytest.mark.parametrize("name", [r"$\frac{1}{$", "$a_b$", "100 $", r"\$ and $x$"])

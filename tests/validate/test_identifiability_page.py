@@ -11,13 +11,13 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 from suzaku_turns import GNSS, PATHS, TRUTH, manoeuvre, problem, turn
 
-from seatrial.identify.ensemble import bands, ensemble
-from seatrial.identify.misfit import Misfit, Remainder, misfit
-from seatrial.identify.multistart import MultiStart
-from seatrial.identify.profile import profiles
+from seatrial.identify.posterior.ensemble import bands, ensemble
+from seatrial.identify.posterior.misfit import Misfit, Remainder, misfit
+from seatrial.identify.posterior.profile import profiles
+from seatrial.identify.trajectory.multistart import MultiStart
+from seatrial.report.identifiability import html, sections
+from seatrial.report.page import page
 from seatrial.sensors import Sensors
-from seatrial.validate.identifiability_page import html, sections
-from seatrial.validate.page import page
 
 ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")
 

@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from seatrial.cli_imo import imo
-from seatrial.cli_support import UsageError
+from seatrial.cli.imo import imo
+from seatrial.cli.support import UsageError
+from seatrial.report.imo import document
 from seatrial.ships.files import library, load
-from seatrial.simulate import approach
-from seatrial.validate.imo import FAIL, NOT_APPLICABLE, PASS, ImoTable, imo_table, overshoot_limits
-from seatrial.validate.imo_page import document
-from seatrial.validate.imo_physics import no_stop
+from seatrial.simulate.run import approach
+from seatrial.validate.imo import FAIL, NOT_APPLICABLE, PASS, ImoTable, imo_table, no_stop, overshoot_limits
 
 
 def rows_of(table: ImoTable) -> dict[tuple[str, str], object]:

@@ -8,7 +8,7 @@ import pytest
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 from seatrial.validate.spread import Members, spreads
 
 SHIP = load("mariner_nomoto")

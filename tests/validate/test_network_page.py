@@ -14,17 +14,16 @@ import pytest
 
 from seatrial.data import Trial
 from seatrial.environment import Uniform
-from seatrial.identify.series import Claim, Published, Row, Series
-from seatrial.identify.series_run import Member
 from seatrial.manoeuvres.turning import Turning
-from seatrial.replay import replay
+from seatrial.report.series import document, seeds, validation, write
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import simulate
+from seatrial.study.series import Claim, Published, Row, Series
+from seatrial.study.series_run import Member
 from seatrial.validate.comparison import constant_velocity
 from seatrial.validate.metrics import standardised
-from seatrial.validate.network_figures import seeds, validation
-from seatrial.validate.network_page import document, write
-from seatrial.validate.network_scores import BASELINE, TOGETHER, Standing, Table, judged, outcomes
+from seatrial.validate.series import BASELINE, TOGETHER, Standing, Table, judged, outcomes
 
 SIGMA = {"x": 10.0, "y": 4.0, "psi": 2.0, "u": 0.1, "v_m": 0.05, "r": 0.02}
 SHIP = load("esso_osaka_3m")

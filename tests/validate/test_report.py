@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from test_comparison import arc
 
+from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Fit, Verdict
-from seatrial.parameters import Free
+from seatrial.report.report import Report, ReportError
 from seatrial.validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity
 from seatrial.validate.metrics import spread
-from seatrial.validate.report import Report, ReportError
 
 
 def weaving(name="zigzag <1>", seed=0):

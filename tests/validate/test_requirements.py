@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuator, Actuators
-from seatrial.cli import main
+from seatrial.cli.app import main
+from seatrial.core.parameters import Parts, update
 from seatrial.models.mmg import Mmg
-from seatrial.parameters import Parts, update
+from seatrial.report.requirements import document
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import load
 from seatrial.validate.requirements import Judgement
-from seatrial.validate.requirements.page import document
 from seatrial.validate.requirements.probe import Probe
 from seatrial.validate.requirements.scopes import BERTHING, COLLISION_AVOIDANCE, FUNCTIONAL, judge
 
@@ -181,7 +181,7 @@ def test_a_bow_outside_the_turn_is_found_out() -> None:
 
 def test_what_orders_are_followed_by_cannot_differ_from_lane_to_lane() -> None:
     from seatrial.manoeuvres.turning import Turning
-    from seatrial.simulate import campaign
+    from seatrial.simulate.run import campaign
 
     ship = load("milliampere")
     vary = {"ship.thrusters.bow.f_per_n": np.array([10.0, 30.0])}

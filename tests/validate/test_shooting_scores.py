@@ -9,11 +9,11 @@ import pytest
 
 from seatrial.environment import Uniform
 from seatrial.identify import StudyError
-from seatrial.identify.study import read_study
 from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.report.shooting import plain
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
-from seatrial.validate.shooting_numbers import plain
+from seatrial.simulate.run import simulate
+from seatrial.study.study import read_study
 from seatrial.validate.shooting_scores import HORIZONS, score
 
 STUDY = Path(__file__).parents[2] / "studies" / "you2023.toml"

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from seatrial.cli import app
+from seatrial.cli.app import app
+from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import Loss, Problem
-from seatrial.identify.shooting import Trajectory
+from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
-from seatrial.parameters import Free
 from seatrial.ships import ShipError
 from seatrial.ships.files import load, save
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 from seatrial.validate.spread import NAME, Members, load_members, members, save_members, spreads
 
 BARE = load("esso_osaka_3m_hybrid")

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from seatrial.core.parameters import near
 from seatrial.identify import Fit, Problem
-from seatrial.identify.ranges import Residuals
-from seatrial.identify.tuned import Method, Range, Tuning, findings
+from seatrial.identify.tuning.ranges import Residuals
+from seatrial.identify.tuning.tuned import Method, Range, Tuning, findings
 from seatrial.manoeuvres.turning import Turning
-from seatrial.parameters import near
+from seatrial.report import tuning as drawings
+from seatrial.report.tuning import document, numbers, write
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
-from seatrial.validate import tuning_figures as drawings
-from seatrial.validate.tuning_page import document, numbers, write
+from seatrial.simulate.run import simulate
 
 PATHS = ("rudder.a_H", "rudder.epsilon")
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 from test_report import report
 
+from seatrial.report.caveats import assumptions
+from seatrial.report.report import Report
+from seatrial.report.sections import against, sentence, worse
 from seatrial.ships import Entry
 from seatrial.ships.files import load
-from seatrial.validate.assumptions import assumptions
 from seatrial.validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity
 from seatrial.validate.foresight import Foresight
-from seatrial.validate.report import Report
-from seatrial.validate.verdict import against, sentence, worse
 
 
 def test_the_head_names_every_score_and_how_it_was_predicted():

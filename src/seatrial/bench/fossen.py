@@ -10,7 +10,7 @@ import numpy as np
 from ..engine.rollout import simulator
 from ..environment import CHANNELS
 from ..ships.files import load
-from ..systems import open_loop, open_loop_parameters
+from ..simulate.loop import open_loop, open_loop_parameters
 from .timing import best
 
 MODULE = "python_vehicle_simulator.vehicles.tanker"

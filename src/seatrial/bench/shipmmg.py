@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ..core.parameters import read
 from ..data import Array
 from ..manoeuvres.zigzag import Zigzag
-from ..parameters import read
-from ..simulate import campaign
+from ..simulate.run import campaign
 from . import turn
 from .timing import best
 

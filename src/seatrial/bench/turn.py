@@ -16,7 +16,7 @@ from ..engine.rollout import simulator
 from ..environment import CALM, CHANNELS
 from ..ships import Ship
 from ..ships.files import load
-from ..systems import open_loop, open_loop_parameters
+from ..simulate.loop import open_loop, open_loop_parameters
 from .timing import best
 
 LANES, DURATION, N_P, DELTA = 128, 200.0, 11.85, math.radians(35.0)

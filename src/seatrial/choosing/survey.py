@@ -10,20 +10,19 @@ from typing import Any
 
 import numpy as np
 
+from ..core.parameters import walk
 from ..engine.rollout import simulator
 from ..environment import CALM
-from ..identify.excitation import TABLE_1, Published
+from ..identify.design.excitation import TABLE_1, Published
 from ..models import Sampled
 from ..models.settled import begun
-from ..parameters import walk
 from ..ships import Ship
 from ..ships.classes import find_class
 from ..ships.files import library, load
-from ..systems import open_loop, open_loop_parameters
+from ..simulate.loop import open_loop, open_loop_parameters
 from . import ANSWERS, CAPABILITIES, Family, Finding
 from .families import FAMILIES
-from .probe import Probe
-from .probing import findings, outputs
+from .probing import Probe, findings, outputs
 
 _LANES, _STEPS, _REPEATS = 128, 300, 5
 _CHANNELS = ("wind", "current", "waves", "shallow")

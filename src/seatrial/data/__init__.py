@@ -3,6 +3,8 @@
 Contract: a `Trial` is frozen, in SI and radians, with the channel names of docs/conventions.md.
 NaN marks a gap and is kept; nothing in here fills it silently.  Readers make trials, `prepare`
 makes trials from trials, `check` says what is wrong with one.
+
+The standard channels and their units.
 """
 
 from __future__ import annotations
@@ -10,13 +12,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..parameters import unknown
-from .channels import UNITS
+from ..core.parameters import unknown
 
 __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
 
@@ -127,3 +129,13 @@ def unwrapped(psi: Array) -> Array:
     good = np.isfinite(psi)
     out[good] = np.unwrap(psi[good])
     return out
+
+
+UNITS: Mapping[str, str] = MappingProxyType({
+    "t": "s", "x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s",
+    "n_P": "1/s", "n_P_cmd": "1/s", "delta": "rad", "delta_cmd": "rad",
+    "U_T": "m/s", "gamma_T": "rad", "U_A": "m/s", "gamma_A": "rad",
+    "U_C": "m/s", "gamma_C": "rad", "U_G": "m/s", "gamma_G": "rad",
+    "phi": "rad", "depth": "m",
+    "H_S": "m", "T_W": "s", "gamma_W": "rad",
+})  # fmt: skip

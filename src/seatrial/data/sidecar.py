@@ -16,7 +16,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..parameters import unknown
+from ..core.parameters import unknown
 from . import DataError
 from .documents import read_yaml, yaml_text
 from .geodesy import Datum

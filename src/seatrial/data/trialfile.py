@@ -18,7 +18,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..files import write_together
+from ..core.files import write_together
 from . import UNITS, Array, DataError, Trial
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
 from .table import check_time, continued, existing, lines_of, numbers, split_row

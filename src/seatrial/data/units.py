@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from ..parameters import unknown
+from ..core.parameters import unknown
 from . import UNITS, DataError
 
 _DEG = math.pi / 180.0

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..parameters import Scalar
+from ..core.parameters import Scalar
 
 Array = NDArray[np.float64]
 Scalars = tuple[Scalar, ...]

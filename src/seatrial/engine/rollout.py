@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..parameters import ParameterError, unknown
+from ..core.parameters import ParameterError, unknown
 from . import Array, EngineNotice, Failure, Rollout, System, simd, stepped, virtual
 from .cache import CompilerError
 

@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ..parameters import ParameterError
+from ..core.parameters import ParameterError
 from . import Array, Scalars, System
 
 

@@ -8,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..core.parameters import Scalar
+from ..core.symbolic import atan2, cos, sin
 from ..data import Array
-from ..parameters import Scalar
-from ..symbolic import atan2, cos, sin
 from .tasks import MOTION, Judged, Scalars, Scale, Seen, Start, any_of, motion, outside, spread
 
 

@@ -1,29 +1,36 @@
-"""Many ships at one task, moved by one action at a time in buffers that stay where they are."""
+"""Many ships at one task, moved by one action at a time in buffers that stay where they are.
+
+The compiled step of many lanes, on buffers in the kernel's own order.
+
+Chance by counter: a number depends on seed, episode and place alone, so no lane's luck depends on another's.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..approach import approach, fastest
+from ..core.parameters import unknown
 from ..data import Array
+from ..engine import System
 from ..engine.csource import LANES
-from ..engine.rollout import simulator
+from ..engine.rollout import Simulator, simulator
+from ..engine.virtual import Packed
 from ..environment import CALM, CHANNELS, Environment
 from ..models import STATES
 from ..models.settled import begun, settled
-from ..parameters import unknown
 from ..realtime.helm import Helm
 from ..ships import Ship
-from ..systems import loop_memory, loop_values
-from .draws import uniform
-from .stepping import Buffers, stepping
+from ..simulate.approach import approach, fastest
+from ..simulate.loop import loop_memory, loop_values
 from .system import Work, actions, compiled_of, free_names, ranges_of, refused, scale_of
 from .tasks import Task, TaskError, shown, spread
 
@@ -252,3 +259,89 @@ class Lanes:
         """A channel of the environment on every lane, shape (lanes,)."""
         return self._series[:, self.system.series.index(name)].reshape(-1)[: self.lanes].copy()
 
+
+@dataclass(frozen=True)
+class Buffers:
+    """What the kernel reads and writes; a block holds `LANES` lanes, side by side in the last axis.
+
+    Attributes:
+        state, memory, series, own: shape (blocks, names, LANES); `own` are the parameters of each lane.
+        shared: parameters of all lanes, with one number behind them.
+        out: first and last row of the values stored, shape (blocks, 2, stored, LANES).
+    """
+
+    state: Array
+    memory: Array
+    series: Array
+    own: Array
+    shared: Array
+    out: Array
+
+    @staticmethod
+    def of(system: System, blocks: int, free: int, shared: Array) -> Buffers:
+        """Zeros for a system with that many parameters a lane."""
+        names = (len(system.states), max(len(system.memory), 1), len(system.series), max(free, 1))
+        state, memory, series, own = (np.zeros((blocks, count, LANES)) for count in names)
+        return Buffers(state, memory, series, own, np.append(shared, 0.0),
+                       np.zeros((blocks, 2, len(system.stored), LANES)))  # fmt: skip
+
+
+def stepping(simulator: Simulator, buffers: Buffers, dt: float, steps: int, threads: int) -> Callable[[], None]:
+    """What moves all lanes on by `steps` time steps, state and memory excepted, which stay for whoever copies them."""
+    if simulator.virtual:
+        return lambda: _slowly(simulator, buffers, dt, steps)
+    run, blocks = simulator.kernel.code.rollout, buffers.state.shape[0]
+    # the addresses hold as long as the buffers do, which the lanes keep
+    state, memory, series, own, shared, out = (
+        values.ctypes.data for values in (buffers.state, buffers.memory, buffers.series, buffers.own, buffers.shared,
+                                          buffers.out))  # fmt: skip
+    numbers = (steps + 1, 0.0, dt, steps, 1)
+    arrays = (state, memory, series, buffers.series[0].size, 0, own, shared, out, 2)
+    parts = min(threads, blocks)
+    if parts == 1:
+        return lambda: run(0, blocks, *numbers, *arrays)
+    edges = list(pairwise(blocks * k // parts for k in range(parts + 1)))
+    pool = ThreadPoolExecutor(parts - 1)
+
+    def together() -> None:
+        others = [pool.submit(run, first, last, *numbers, *arrays) for first, last in edges[1:]]
+        run(*edges[0], *numbers, *arrays)
+        for other in others:
+            other.result()
+
+    return together
+
+
+def _slowly(simulator: Simulator, buffers: Buffers, dt: float, steps: int) -> None:
+    """The same on CasADi's virtual machine, where there is no compiler."""
+    system, (blocks, channels, _) = simulator.system, buffers.series.shape
+
+    def flat(values: Array, count: int) -> Array:
+        return np.moveaxis(values[:, :count], 1, -1).reshape(blocks * LANES, count)
+
+    rows = simulator.kernel.run(
+        flat(buffers.state, len(system.states)), flat(buffers.memory, len(system.memory)),
+        Packed(flat(buffers.series, channels)[:, None], blocks * LANES), flat(buffers.own, len(simulator.lanewise)),
+        buffers.shared[:-1], t0=0.0, dt=dt, steps=steps + 1, every=steps, rk4=True, threads=1,
+    )  # fmt: skip
+    buffers.out[...] = np.moveaxis(rows.reshape(blocks, LANES, 2, -1), 1, -1)
+
+
+Counts = NDArray[np.uint64]
+
+# The increment and the mixing constants of SplitMix64 (Steele, Lea and Flood 2014).
+_STEP, _FIRST, _SECOND = (np.uint64(k) for k in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
+
+
+def _mixed(z: Counts) -> Counts:
+    z = z + _STEP
+    z = (z ^ (z >> np.uint64(30))) * _FIRST
+    z = (z ^ (z >> np.uint64(27))) * _SECOND
+    return z ^ (z >> np.uint64(31))
+
+
+def uniform(seeds: Counts, episodes: Counts, count: int) -> Array:
+    """Numbers in [0, 1), shape (lanes, count), of each lane's seed and episode."""
+    key = _mixed(_mixed(seeds) ^ episodes)
+    places = np.arange(count, dtype=np.uint64)
+    return (_mixed(key[:, None] ^ _mixed(places)) >> np.uint64(11)).astype(np.float64) * 2.0**-53

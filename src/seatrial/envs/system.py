@@ -12,14 +12,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..core.parameters import Scalar, unknown
+from ..core.symbolic import clip, cos, sin, where
 from ..engine import System
 from ..environment import CHANNELS, Environment, through_water
 from ..models import Sampled, Stepped, follows
-from ..parameters import Scalar, unknown
 from ..realtime.helm import Helm, limits, obeying
 from ..ships import Ship
-from ..symbolic import clip, cos, sin, where
-from ..systems import closed_loop
+from ..simulate.loop import closed_loop
 from .tasks import Judged, Scalars, Scale, Seen, Task, TaskError, any_of, held, outside
 
 REWARDS = 1e3

@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from ..core.parameters import Scalar
+from ..core.symbolic import clip, where
 from ..data import Array
-from ..parameters import Scalar
-from ..symbolic import clip, where
 
 Scalars = tuple[Scalar, ...]
 

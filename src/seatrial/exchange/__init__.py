@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from .c_source import save_c
 from .casadi_function import save_casadi
-from .fmu import save_fmu
+from .fmi.fmu import save_fmu
 from .network_source import save_network
 from .plant import Plant, plant
 from .python_source import save_python

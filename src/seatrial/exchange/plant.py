@@ -11,13 +11,13 @@ from typing import Any
 import casadi as ca
 
 from ..actuators import queue_length
+from ..core.parameters import Spec, walk
 from ..engine.trace import preparation, right_hand_side
 from ..environment import CHANNELS
 from ..manoeuvres.given import Given
 from ..models import Sampled, Stepped, unit
-from ..parameters import Spec, walk
 from ..ships import Ship, ShipError
-from ..systems import closed_loop, loop_values, open_loop
+from ..simulate.loop import closed_loop, loop_values, open_loop
 from .writing import title
 
 ABOUT = {

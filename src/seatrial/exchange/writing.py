@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from ..files import write_together
+from ..core.files import write_together
 from ..ships import Ship, ShipError
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import ClassVar, NamedTuple, Protocol
 
-from ..parameters import Scalar
+from ..core.parameters import Scalar
 
 
 class Force(NamedTuple):

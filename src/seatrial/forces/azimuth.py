@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..parameters import Scalar, spec
-from ..symbolic import clip, cos, magnitude, sin, tanh, where
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import clip, cos, magnitude, sin, tanh, where
 from . import Flow, Force
 
 # Revolutions [1/s] over which the offset of a thrust polynomial fades out, so that a still propeller is silent.

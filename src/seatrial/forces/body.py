@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..parameters import Scalar, spec
+from ..core.parameters import Scalar, spec
 from . import Force
 
 INFINITE = float("inf")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..parameters import Scalar
+from ..core.parameters import Scalar
 from . import Force
 from .body import Body
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..parameters import Scalar, choice, spec
-from ..symbolic import magnitude
+from ..core.parameters import Scalar, choice, spec
+from ..core.symbolic import magnitude
 from . import Flow, Force
 from .crossflow import drag_force, drag_moment
 

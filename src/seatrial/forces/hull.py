@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..parameters import Scalar, spec
-from ..symbolic import speed, where
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import speed, where
 from . import Flow, Force
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..parameters import Scalar, spec
-from ..symbolic import speed
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import speed
 from . import Flow, Force
 from .hull import Polynomial
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from ..parameters import Scalar, choice, spec
-from ..symbolic import TINY, atan2, clip, cos, larger, magnitude, root, sin, smaller, speed, where
+from ..core.parameters import Scalar, choice, spec
+from ..core.symbolic import TINY, atan2, clip, cos, larger, magnitude, root, sin, smaller, speed, where
 from . import Flow, Force, Slipstream
 from .rudder import on_hull
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from ..parameters import Scalar, spec
-from ..symbolic import magnitude, root
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import magnitude, root
 from . import Flow, Force, Slipstream
 
 

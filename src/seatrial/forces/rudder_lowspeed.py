@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from ..parameters import Scalar, spec
-from ..symbolic import both, magnitude, root, sign, where
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import both, magnitude, root, sign, where
 from . import Flow, Force, Slipstream
 from .rudder import normal_force, on_hull, signed_root
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..parameters import Scalar, spec
+from ..core.parameters import Scalar, spec
 from . import Flow, Force, Slipstream
 from .rudder import Standard
 

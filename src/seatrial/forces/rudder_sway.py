@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..parameters import Scalar, spec
-from ..symbolic import atan2, magnitude, where
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import atan2, magnitude, where
 from . import Flow, Slipstream
 from .rudder import Standard
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
-from ..parameters import Scalar, choice, spec
-from ..symbolic import clip, exp, log, smaller
+from ..core.parameters import Scalar, choice, spec
+from ..core.symbolic import clip, exp, log, smaller
 from . import Flow, Force, ForceModule
 from .body import Body
 from .hull import Polynomial

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from ..parameters import ParameterError, Scalar, choice, spec
-from ..symbolic import exp, is_symbol, larger, magnitude, root, where
+from ..core.parameters import ParameterError, Scalar, choice, spec
+from ..core.symbolic import exp, is_symbol, larger, magnitude, root, where
 from . import Flow, Force
 
 GRAVITY = 9.80665

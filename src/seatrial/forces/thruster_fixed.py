@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..parameters import ParameterError, Scalar, spec
-from ..symbolic import clip, is_symbol, magnitude, where
+from ..core.parameters import ParameterError, Scalar, spec
+from ..core.symbolic import clip, is_symbol, magnitude, where
 from . import Flow, Force
 from .azimuth import columns
 

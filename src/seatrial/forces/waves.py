@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from ..parameters import Scalar, spec
-from ..symbolic import clip, magnitude, root, speed, where
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import clip, magnitude, root, speed, where
 from . import Flow, Force
 
 GRAVITY = 9.80665

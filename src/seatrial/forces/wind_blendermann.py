@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from ..parameters import ParameterError, Scalar, spec, unknown
-from ..symbolic import atan2, magnitude, speed, where
+from ..core.parameters import ParameterError, Scalar, spec, unknown
+from ..core.symbolic import atan2, magnitude, speed, where
 from . import Flow, Force
 
 _NAMES = ("C_Dt", "C_Dl_bow", "C_Dl_stern", "delta")

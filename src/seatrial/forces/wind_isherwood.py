@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar, NamedTuple
 
-from ..parameters import Scalar, spec
-from ..symbolic import atan2, larger, magnitude, sign
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import atan2, larger, magnitude, sign
 from . import Flow, Force
 
 # Rows: angle of the wind off the bow, 0 to 180 deg in steps of ten; columns: the regressors named below.

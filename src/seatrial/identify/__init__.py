@@ -13,8 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
+from ..core.parameters import Free
 from ..data import Array, Trial
-from ..parameters import Free
 from ..ships import Ship
 from .loss import Loss, Nuisance
 

@@ -1,95 +1,133 @@
-"""The record of a search by generations: what each scored, appended as it comes, read back after a kill.
-
-The search itself is a function of its seed and of these numbers, so replaying them restores it bit for
-bit, and nothing of the strategy's inner state is ever stored.
-"""
+"""Cutting trials into windows, one lane each: start state, inputs, what was measured, what it weighs."""
 
 from __future__ import annotations
 
-import json
-import os
-import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import BinaryIO, Self
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..data import Array
-from ..files import write_whole
-from .resume import ResumeError, begin_anew
+from ..data import Array, DataError, Trial, unwrapped
+from ..data.prepare import resample
+from ..models import STATES, Model
+from ..simulate.replay import inputs, unseen
+from . import Loss
+
+# A step may differ from the others by this fraction before the trial counts as uneven.
+_UNEVEN = 0.02
 
 
-@dataclass
-class Record:
-    """Generations in order; the one mutable thing of a search.
+@dataclass(frozen=True)
+class Windows:
+    """Windows of all trials, padded to one length.
 
     Attributes:
-        old: numbers of an earlier process that were not used yet.
-        stream: where new ones go; None keeps nothing.
-        began: start of the clock, seconds already spent included.
+        state0: measured state at the start of each window, shape (lanes, states).
+        series: controls and environment per step, shape (lanes, steps, controls + 8).
+        measured: shape (lanes, rows, 6); zero where `scale` is zero.
+        scale: root weight over sigma of each entry, same shape; zero marks a gap or padding.
+        trial: index of the trial each window comes from, shape (lanes,).
+        samples: compared rows, gaps left out.
+        weight: share of a compared row that counts as independent.
+        dt, steps, every: time step of the integrator [s], its samples in a window, and how many of its steps lie
+            between compared rows.
     """
 
-    old: Array
-    stream: BinaryIO | None
-    began: float = field(default_factory=time.perf_counter)
+    state0: Array
+    series: Array
+    measured: Array
+    scale: Array
+    trial: NDArray[np.intp]
+    samples: int
+    weight: float
+    dt: float
+    steps: int
+    every: int
 
-    @staticmethod
-    def open(path: Path | None, digest: str) -> Record:
-        """Read `path` where it holds this problem; start afresh where there is none.
 
-        Raises:
-            ResumeError: the file belongs to another problem.
-        """
-        if path is None:
-            return Record(np.zeros(0), None)
-        head = (json.dumps({"digest": digest}) + "\n").encode()
-        if not path.exists() or path.stat().st_size < len(head):
-            write_whole(path, head)
-            return Record(np.zeros(0), path.open("ab"))
-        whole = path.read_bytes()
-        if not whole.startswith(head):
-            if not whole.startswith(b'{"digest": '):
-                begin_anew(path)
-                return Record.open(path, digest)
-            raise ResumeError(f"{path} belongs to another problem; choose another output folder")
-        numbers = np.frombuffer(whole[len(head) : len(head) + (len(whole) - len(head)) // 8 * 8], dtype="<f8").copy()
-        return Record(numbers, path.open("r+b"))
+def spread(trials: Sequence[Trial]) -> dict[str, float]:
+    """Standard deviation of each state over all trials together, heading unwrapped; the default sigma.
 
-    def __enter__(self) -> Self:
-        return self
+    Raises:
+        DataError: a channel that never changes has no spread to measure errors by.
+    """
+    out: dict[str, float] = {}
+    for name in STATES:
+        values = np.concatenate([unwrapped(t[name]) if name == "psi" else t[name] for t in trials])
+        out[name] = float(np.nanstd(values))
+        if not out[name] > 0:
+            raise DataError(f"channel {name} is constant in every trial; give its scale in [loss] sigma")
+    return out
 
-    def __exit__(self, *_: object) -> None:
-        if self.stream is not None:
-            self.stream.close()
 
-    def next(self, size: int, score: Callable[[], tuple[Array, float]]) -> tuple[Array, float, float]:
-        """Scores of the next generation, its validation and the seconds so far; `score` is asked where none is kept.
+def even(trial: Trial, dt: float) -> Trial:
+    """The trial on even steps of `dt` [s]; resampled where it is not already."""
+    steps = np.diff(trial.t)
+    if np.all(np.abs(steps - dt) <= _UNEVEN * dt):
+        return trial
+    return resample(trial, dt)
 
-        A generation is kept as (seconds, validation, scores...); one that was cut short by a kill is scored anew.
-        """
-        if self.old.size >= size + 2:
-            row, self.old = self.old[: size + 2], self.old[size + 2 :]
-            self.began = time.perf_counter() - float(row[0])
-            self._at(8 * (size + 2))
-            return row[2:], float(row[1]), float(row[0])
-        if self.stream is not None and self.old.size:
-            self.stream.truncate(self.stream.tell() or None)
-        self.old = np.zeros(0)
-        costs, validation = score()
-        seconds = time.perf_counter() - self.began
-        if self.stream is not None:
-            try:
-                self.stream.write(np.array([seconds, validation, *costs], dtype="<f8").tobytes())
-                self.stream.flush()
-            except OSError as error:
-                raise OSError(error.errno, error.strerror, self.stream.name) from error
-        return costs, validation, seconds
 
-    def _at(self, step: int) -> None:
-        """Move past a generation that was read back, so that a torn one after it is overwritten."""
-        if self.stream is not None:
-            if self.stream.tell() == 0:
-                self.stream.readline()
-            self.stream.seek(step, os.SEEK_CUR)
+def windows(
+    trials: Sequence[Trial], model: Model, loss: Loss, sigma: Mapping[str, float], *,
+    window: float, dt: float, every: int, stride: float | None = None, substeps: int = 1,
+) -> Windows:  # fmt: skip
+    """Every trial cut into windows of `window` seconds, the last one shorter; one follows the other.
+
+    From row to row, `dt` [s] apart, the integrator takes `substeps` equal steps (`approach.substeps`), with
+    what acts held.  With a `stride` [s] a window begins every so many seconds, so that windows overlap where
+    it is shorter.
+    A window starts at a complete row; rows with gaps inside it weigh nothing.
+
+    Raises:
+        DataError: a trial lacks a channel, or has no window with two complete rows.
+    """
+    parts: list[tuple[Array, Array, Array, Array, int]] = []
+    steps = max(round(window / dt), 1) + 1
+    rows = (steps - 1) // every + 1
+    weight = 1.0 if loss.correlation <= 0 else min(every * dt / loss.correlation, 1.0)
+    scale = np.array([np.sqrt(weight) / sigma[n] if n in sigma else 0.0 for n in STATES])
+    onwards = steps - 1 if stride is None else max(round(stride / dt), 1)
+    for index, trial in enumerate(trials):
+        found = _cut(even(trial, dt), model, steps, rows, every, onwards, scale * np.sqrt(loss.weight(trial.name)))
+        if not found:
+            raise DataError(f"{trial.name}: no window of {window:g} s with two complete rows of {', '.join(STATES)}")
+        parts += [(*part, index) for part in found]
+    state0, series, measured, scaled, trial_of = (list(x) for x in zip(*parts, strict=True))
+    stacked = np.stack(scaled)
+    return Windows(
+        np.stack(state0), between(np.stack(series), substeps), np.stack(measured), stacked,
+        np.array(trial_of, dtype=np.intp), int((stacked.any(axis=2)).sum()), weight, dt / substeps,
+        (steps - 1) * substeps + 1, every * substeps,
+    )  # fmt: skip
+
+
+def between(series: Array, substeps: int) -> Array:
+    """Inputs of every step of the integrator from those of every row, shape (lanes, steps, inputs); all hold."""
+    return series if substeps == 1 else np.repeat(series, substeps, axis=1)[:, : (series.shape[1] - 1) * substeps + 1]
+
+
+def _cut(
+    trial: Trial, model: Model, steps: int, rows: int, every: int, onwards: int, scale: Array
+) -> list[tuple[Array, Array, Array, Array]]:
+    state = trial.stack(*STATES)
+    state[:, 2] = unwrapped(state[:, 2])
+    series = inputs(trial, model)
+    remembered = unseen(model, series, trial.dt)
+    good = np.asarray(np.isfinite(state).all(axis=1))
+    out: list[tuple[Array, Array, Array, Array]] = []
+    first, last = 0, int(np.max(np.flatnonzero(good), initial=0))
+    while first < last:
+        first = int(np.argmax(good[first:])) + first
+        at = np.arange(first, first + steps)
+        inside = at <= last
+        held = np.minimum(at, last)
+        compared, present = held[::every][:rows], inside[::every][:rows]
+        measured = state[compared]
+        scaled = np.where(np.isfinite(measured) & present[:, None], scale, 0.0)
+        if present.sum() > 1:
+            start = np.append(state[first], remembered[first])
+            out.append((start, series[held], np.where(scaled > 0, measured, 0.0), scaled))
+        first += onwards
+    return out

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ..files import packed, set_aside, write_whole
+from ..core.files import packed, set_aside, write_whole
 from . import StudyError
-from .gauss_newton import State
+from .trajectory.gauss_newton import State
 
 # A kill loses no more than this [s]; quick iterations do not wait for the disk.
 _PAUSE = 0.2

@@ -7,8 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ..core.parameters import Free
 from ..data import Array
-from ..parameters import Free
 from ..ships import Ship
 from . import Problem, Progress
 

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, Self, runtime_checkable
 
+from ..core.parameters import Scalar
 from ..data import Array, Trial
-from ..parameters import Scalar
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from ..core.parameters import ParameterError, Scalar, own, spec
+from ..core.symbolic import atan2, clip, cos, magnitude, sin, where
 from ..data import Array, Trial
-from ..parameters import ParameterError, Scalar, own, spec
-from ..symbolic import atan2, clip, cos, magnitude, sin, where
 from . import Index, Settings
 from .reading import at, reached, turned
 

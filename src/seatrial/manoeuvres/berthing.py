@@ -15,9 +15,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import clip, cos, root, sin, smaller
 from ..data import Trial
-from ..parameters import Scalar, spec
-from ..symbolic import clip, cos, root, sin, smaller
 from . import Index, Settings
 from .autopilot import usual_gains, wrapped
 from .reading import in_lengths, track, turned

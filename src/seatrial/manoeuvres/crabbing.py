@@ -13,9 +13,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import ParameterError, Scalar, spec
+from ..core.symbolic import clip, cos, magnitude, root, sign, sin, where
 from ..data import Trial
-from ..parameters import ParameterError, Scalar, spec
-from ..symbolic import clip, cos, magnitude, root, sign, sin, where
 from . import Index, Settings
 from .autopilot import wrapped
 from .reading import at, in_lengths, reached, track, turned

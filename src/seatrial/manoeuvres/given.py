@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..core.parameters import Scalar
 from ..data import Array
-from ..parameters import Scalar
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import ParameterError, Scalar, own, spec
+from ..core.symbolic import larger, smaller
 from ..data import Array, Trial
-from ..parameters import ParameterError, Scalar, own, spec
-from ..symbolic import larger, smaller
 from . import Index, Settings
 from .pseudo_random import liveliness
 

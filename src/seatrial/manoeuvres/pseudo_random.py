@@ -16,8 +16,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import ParameterError, Scalar, own, spec
 from ..data import Array, Trial
-from ..parameters import ParameterError, Scalar, own, spec
 from . import Index, Settings
 from .reading import in_lengths
 

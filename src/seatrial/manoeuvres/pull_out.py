@@ -13,9 +13,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import Scalar, own, spec
+from ..core.symbolic import smaller, where
 from ..data import Trial
-from ..parameters import Scalar, own, spec
-from ..symbolic import smaller, where
 from . import Index, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
 from .steady import MEMORY, TOLERANCE, WINDOW, pace, waited

@@ -9,9 +9,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import both, clip, where
 from ..data import Array, Trial
-from ..parameters import Scalar, spec
-from ..symbolic import both, clip, where
 from . import Index, Settings
 from .reading import after, in_lengths, track, turned
 from .steady import pace

@@ -14,9 +14,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import Scalar, own, spec
+from ..core.symbolic import larger, where
 from ..data import Trial
-from ..parameters import Scalar, own, spec
-from ..symbolic import larger, where
 from . import Index, Settings
 from .reading import after, at, in_lengths, reached, track, turned
 from .recovery import Recovery, miss

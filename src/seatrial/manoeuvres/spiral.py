@@ -14,9 +14,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import Scalar, own, spec
+from ..core.symbolic import both, clip, smaller, where
 from ..data import Array, Trial
-from ..parameters import Scalar, own, spec
-from ..symbolic import both, clip, smaller, where
 from . import Index, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
 from .steady import MEMORY, TOLERANCE, WINDOW, pace, waited

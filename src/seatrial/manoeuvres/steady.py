@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..parameters import Scalar
-from ..symbolic import magnitude, where
+from ..core.parameters import Scalar
+from ..core.symbolic import magnitude, where
 from . import Settings
 
 MEMORY = ("since", "level", "calm")

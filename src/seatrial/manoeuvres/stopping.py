@@ -13,9 +13,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import Scalar, spec
+from ..core.symbolic import larger, where
 from ..data import Array, Trial
-from ..parameters import Scalar, spec
-from ..symbolic import larger, where
 from . import Index, Settings
 from .reading import at, complete_rows, in_lengths, path_length, track, turned
 

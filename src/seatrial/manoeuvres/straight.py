@@ -9,8 +9,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import Scalar, own, spec
 from ..data import Trial
-from ..parameters import Scalar, own, spec
 from . import Index, Settings
 from .reading import complete_rows, in_lengths, path_length, track, turned
 

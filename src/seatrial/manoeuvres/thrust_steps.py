@@ -14,9 +14,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import ParameterError, Scalar, spec
+from ..core.symbolic import atan2, speed
 from ..data import Array, Trial
-from ..parameters import ParameterError, Scalar, spec
-from ..symbolic import atan2, speed
 from . import Index, Settings
 from .autopilot import wrapped
 from .pseudo_random import liveliness

@@ -15,9 +15,9 @@ from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
+from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..core.symbolic import atan2, both, clip, cos, sin, where
 from ..data import Array, Trial
-from ..parameters import ParameterError, Scalar, Spec, Terms, spec, terms
-from ..symbolic import atan2, both, clip, cos, sin, where
 from . import Index, Settings
 from .autopilot import usual_gains, wrapped
 from .reading import in_lengths

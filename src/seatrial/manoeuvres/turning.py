@@ -13,8 +13,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import Scalar, own, spec
 from ..data import Array, Trial
-from ..parameters import Scalar, own, spec
 from . import Index, Settings
 from .reading import after, at, in_lengths, reached, through_water, track, turned
 

@@ -13,9 +13,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ..core.parameters import Scalar, own, spec
+from ..core.symbolic import where
 from ..data import Array, Trial
-from ..parameters import Scalar, own, spec
-from ..symbolic import where
 from . import Index, Settings
 from .reading import after, at, in_lengths, path_length, reached, turned
 

@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from typing import ClassVar, Protocol, runtime_checkable
 
+from ..core.parameters import Scalar
+from ..core.symbolic import cos, sin
 from ..data import Array
 from ..engine import Plant
 from ..environment import Environment, to_earth
-from ..parameters import Scalar
-from ..symbolic import cos, sin
 
 STATES = ("x", "y", "psi", "u", "v_m", "r")
 UNITS = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s",

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import ClassVar
 
+from ..core.parameters import PRIME, ParameterError, Scalar, Spec, Terms, choice, spec, terms
+from ..core.symbolic import larger, speed
 from ..environment import Environment
-from ..parameters import PRIME, ParameterError, Scalar, Spec, Terms, choice, spec, terms
-from ..symbolic import larger, speed
 from . import STATES
 from .common import Surroundings
 

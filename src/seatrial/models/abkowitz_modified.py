@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ..core.parameters import PRIME, Scalar, spec
+from ..core.symbolic import larger, magnitude, root, sign, speed
 from ..environment import Environment
-from ..parameters import PRIME, Scalar, spec
-from ..symbolic import larger, magnitude, root, sign, speed
 from . import STATES
 from .abkowitz import Body
 from .common import Surroundings

@@ -10,9 +10,9 @@ import re
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
+from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..core.symbolic import cos, sin
 from ..environment import Environment, to_body
-from ..parameters import ParameterError, Scalar, Spec, Terms, spec, terms
-from ..symbolic import cos, sin
 from . import STATES, UNITS, kinematics
 from .common import Surroundings
 

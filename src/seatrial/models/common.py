@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ..core.parameters import Parts, Scalar
+from ..core.symbolic import cos, sin
 from ..environment import Environment, through_water, to_body, to_earth
 from ..forces import Flow, Force
-from ..parameters import Parts, Scalar
-from ..symbolic import cos, sin
 
 
 class Surroundings(NamedTuple):

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
+from ..core.parameters import ParameterError, Parts, Scalar, choice, parts, spec
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
-from ..parameters import ParameterError, Parts, Scalar, choice, parts, spec
 from . import STATES
 from .common import Surroundings, thruster_controls, thruster_force, thruster_orders
 

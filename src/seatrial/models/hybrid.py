@@ -9,11 +9,11 @@ from typing import ClassVar
 import numpy as np
 from scipy.signal import lfilter
 
+from ..core.parameters import Scalar, Terms, spec, terms
 from ..data import Array
 from ..environment import Environment
 from ..forces import Flow, Force
 from ..forces.shallow import afloat
-from ..parameters import Scalar, Terms, spec, terms
 from . import STATES
 from .common import Surroundings
 from .mmg import Mmg

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from ..core.parameters import ParameterError, unknown
 from ..data import Array
 from ..environment import CALM, CHANNELS, Environment
-from ..parameters import ParameterError, unknown
 from . import Model, Sampled, follows
 from .nomoto2 import SecondOrder, time_constants
 from .trim import Trim, next_sample, trim

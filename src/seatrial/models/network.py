@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..core.parameters import ParameterError
 from ..data import Array
-from ..parameters import ParameterError
 
 KINDS = ("feedforward", "rnn", "forgetting", "lstm", "gru")
 INPUTS = ("u", "v_m", "r", "n_P", "delta", "wind_u", "wind_v")

@@ -11,10 +11,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..core.parameters import ParameterError, Scalar, spec
+from ..core.symbolic import is_symbol
 from ..data import Array
 from ..environment import CHANNELS, Environment
-from ..parameters import ParameterError, Scalar, spec
-from ..symbolic import is_symbol
 from . import STATES, kinematics
 from .network import INPUTS, Network, recurrent
 from .network_pass import Pass

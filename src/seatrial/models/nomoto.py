@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
 
+from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..core.symbolic import clip, magnitude
 from ..environment import Environment
-from ..parameters import ParameterError, Scalar, Spec, Terms, spec, terms
-from ..symbolic import clip, magnitude
 from . import STATES
 from .common import Surroundings
 

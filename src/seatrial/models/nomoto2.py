@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
+from ..core.parameters import ParameterError, Scalar, spec
+from ..core.symbolic import magnitude
 from ..environment import Environment
-from ..parameters import ParameterError, Scalar, spec
-from ..symbolic import magnitude
 from . import STATES
 from .common import Surroundings
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec
+from ..core.symbolic import clip, magnitude, speed
 from ..forces import Flow, Force
-from ..parameters import ParameterError, Scalar, Spec, Terms, spec
-from ..symbolic import clip, magnitude, speed
 
 FACTORS = {
     "u": "surge velocity", "v": "sway velocity", "r": "yaw rate", "n": "revolutions", "d": "rudder angle",

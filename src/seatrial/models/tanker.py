@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ..core.parameters import PRIME, Scalar, spec
+from ..core.symbolic import atan2, larger, magnitude, smaller, where
 from ..environment import Environment
-from ..parameters import PRIME, Scalar, spec
-from ..symbolic import atan2, larger, magnitude, smaller, where
 from . import STATES
 from .common import Surroundings
 

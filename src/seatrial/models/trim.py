@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..core.parameters import ParameterError, Scalar, unknown
 from ..data import Array
 from ..environment import CALM, Environment
-from ..parameters import ParameterError, Scalar, unknown
 from . import STATES, Model, Sampled, Stepped, follows, unit
 from .settled import begun
 

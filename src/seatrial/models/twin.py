@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ..core.parameters import Parts, Scalar, choice, parts, spec
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body
 from ..forces.shallow import afloat
-from ..parameters import Parts, Scalar, choice, parts, spec
 from . import STATES
 from .common import Surroundings, thruster_controls, thruster_force, thruster_orders
 

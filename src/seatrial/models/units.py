@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ..core.parameters import ParameterError, Scalar, Spec, Terms
+from ..core.symbolic import tanh
 from ..forces import Force
-from ..parameters import ParameterError, Scalar, Spec, Terms
-from ..symbolic import tanh
 from . import residual
 
 BIAS = "0"

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from types import MappingProxyType
 from typing import Any
 
-from ..data.nmea_ship import Fittings, Measured
+from ..data.nmea.ship import Fittings, Measured
 from ..sensors import Reading
 from ..sensors.instruments import Anemometer, EchoSounder, Feedback, Gnss, Gyro, RateGyro, SpeedLog
 from ..sensors.stream import EXACT, Instrument

@@ -2,24 +2,32 @@
 
 One sender has command at a time, the first that gives an order; another one's are turned away until the first has been
 silent for `hold` seconds.  Any valid sentence of who has command breaks the silence; after it the last orders stay.
+
+The ship's own steering control: holds a heading or follows a track, where it is told these and no rudder angle.
+
+An autopilot of a ship that nobody steers: it holds the course that the ship was on at the start.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from ..data.nmea import Sentence
-from ..data.nmea_ship import MILE, Fittings
-from ..felt import idle
+from ..data.nmea.sentences import Sentence
+from ..data.nmea.ship import MILE, Fittings
+from ..manoeuvres import Settings
+from ..manoeuvres.autopilot import Gains, usual_gains, wrapped
+from ..manoeuvres.track import los_heading
 from ..models import follows
 from ..ships import Ship
-from .authority import ANYBODY, Authority
+from ..ships.felt import idle
 from .helm import limits, obeying, ranges
-from .steering import SteeringControl
+from .loop import Loop
+from .wire import ANYBODY, Authority
 
 TELEGRAPH: Mapping[str, float] = MappingProxyType({
     "00": 0.0, "01": 0.3, "02": 0.45, "03": 0.65, "04": 0.85, "05": 1.0,
@@ -298,3 +306,117 @@ def _across(s: Sentence, unit: str) -> float | None:
     if miles is None or s[unit] != "N" or (side is None and miles):
         return None
     return miles * MILE if side == "L" else -miles * MILE
+
+
+_POLE = 0.1
+"""Pole of the integral action as a share of the loop's frequency: slow enough to leave turns alone."""
+
+_NEAR = math.radians(5.0)
+"""Heading error up to which the integral grows [rad]."""
+
+_AHEAD = 2.5
+"""Look-ahead of the track follower in ship lengths, as in the manoeuvre `track`."""
+
+
+@dataclass
+class SteeringControl:
+    """A heading controller with integral action, and before it a track follower by line of sight.
+
+    Attributes:
+        limit: greatest rudder that it orders [rad].
+        course: heading to steer [rad]; None while it does not steer.
+        rate: greatest rate at which the heading to steer is approached [rad/s].
+        across: distance to starboard of the track, where one is followed [m]; then `course` is the track's.
+    """
+
+    gains: Gains
+    ahead: float
+    limit: float
+    course: float | None = None
+    rate: float = math.inf
+    across: float | None = None
+    _reference: float | None = None
+    _integral: float = 0.0
+
+    @staticmethod
+    def of(ship: Ship, rudder_limit: float) -> SteeringControl:
+        """With the gains of an assumed merchant ship of this length and speed."""
+        settings = Settings(ship.n_P or 0.0, ship.speed, ship.L_pp, rudder_limit)
+        return SteeringControl(usual_gains(settings, _POLE), _AHEAD * ship.L_pp, rudder_limit)
+
+    def steer(self, course: float, rate: float = math.inf, across: float | None = None) -> None:
+        """Steer this heading [rad], or along a track of this direction from `across` metres to starboard of it."""
+        self.course, self.rate, self.across = course, rate, across
+
+    def let_go(self) -> None:
+        """Steer no more; what was learned of the weather is forgotten."""
+        self.course, self.rate, self.across, self._reference, self._integral = None, math.inf, None, None, 0.0
+
+    def snapshot(self) -> list[float | None]:
+        """What it steers, and what it has learned, for JSON."""
+        return [self.course, self.rate, self.across, self._reference, self._integral]
+
+    def restore(self, saved: Sequence[Any]) -> None:
+        """Go on from what `snapshot` gave."""
+        self.course, self.rate, self.across, self._reference, self._integral = saved
+
+    def rudder(self, psi: float, r: float, dt: float, limit: float = math.inf) -> float:
+        """Rudder for the next `dt` seconds [rad]; 0 while it does not steer.
+
+        Args:
+            psi, r: heading [rad] and rate of turn [rad/s].
+            dt: time until it is asked again [s].
+            limit: of the rudder, where a smaller one was ordered [rad].
+        """
+        if self.course is None:
+            return 0.0
+        aim = float(self.course if self.across is None else los_heading(self.course, self.across, self.ahead))
+        before = psi if self._reference is None else self._reference
+        step = float(wrapped(aim - before))
+        here = aim if math.isinf(self.rate) else before + min(max(step, -self.rate * dt), self.rate * dt)
+        self._reference = here
+        turning = math.copysign(self.rate, step) if math.cos(aim - here) < 1.0 - 1e-12 else 0.0
+        most = min(limit, self.limit)
+        error = float(wrapped(here - psi))
+        wanted = float(self.gains.K_p * error - self.gains.K_d * (r - turning) + self.gains.K_i * self._integral)
+        if abs(wanted) < most and abs(error) < _NEAR:  # what a turn adds up is no weather
+            self._integral += error * dt
+        return min(max(wanted, -most), most)
+
+
+class CourseKeeper:
+    """The steering control of one ship of a loop, asked after each tick; saved, restored and reset with it.
+
+    It follows the line through the start in the direction of the heading there, so that a current or a hull that is
+    not alike on both sides does not set it off its course.
+    """
+
+    def __init__(self, loop: Loop, name: str) -> None:
+        """Hold the present course of the ship `name`, by the order `delta` which it must have, from now on."""
+        self._name, self._vessel = name, loop.vessels[name]
+        plant = self._vessel.plant
+        self._x, self._y, self._course = plant["x"], plant["y"], plant["psi"]
+        self._control = SteeringControl.of(plant.ship, plant.ranges["delta"].high)
+        loop.after(self.tick)
+        loop.keep(f"the autopilot of {name}", self)
+
+    def tick(self, loop: Loop) -> None:
+        """Order the rudder for the next tick."""
+        plant = self._vessel.plant
+        if self._vessel.failure is None:
+            north, east = plant["x"] - self._x, plant["y"] - self._y
+            across = east * math.cos(self._course) - north * math.sin(self._course)
+            self._control.steer(self._course, across=across)
+            loop.order(self._name, "delta", self._control.rudder(plant["psi"], plant["r"], 1.0 / loop.rate))
+
+    def snapshot(self) -> list[float | None]:
+        """What it steers, for JSON."""
+        return self._control.snapshot()
+
+    def restore(self, saved: Sequence[Any]) -> None:
+        """Go on from what `snapshot` gave."""
+        self._control.restore(saved)
+
+    def reset(self) -> None:
+        """Back to the start."""
+        self._control.let_go()

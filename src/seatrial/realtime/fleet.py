@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from ..core.parameters import unknown
 from ..engine import SimulationError
 from ..environment import Environment
-from ..parameters import unknown
 from ..sensors import Reading
 from ..sensors.suite import Suite, Watch
 from .helm import CommandError

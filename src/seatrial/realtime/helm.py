@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..approach import approach
-from ..felt import idle
+from ..core.parameters import Scalar, spec
 from ..manoeuvres.given import Given
 from ..models import follows
-from ..parameters import Scalar, spec
 from ..ships import Ship, ShipError
+from ..ships.felt import idle
+from ..simulate.approach import approach
 
 _MOST = 1.25
 """Revolutions at most where the gear has no limit, over those of the approach; assumed."""

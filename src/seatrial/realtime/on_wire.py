@@ -6,16 +6,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, BinaryIO
 
-from ..data.nmea import NmeaError
-from ..data.nmea_framing import LARGEST, TOKEN, Tag, tag_block
-from ..data.nmea_ship import SPOKEN, Fittings, Measured, lines
-from ..parameters import unknown
+from ..core.parameters import unknown
+from ..data.nmea.framing import LARGEST, TOKEN, Tag, tag_block
+from ..data.nmea.sentences import NmeaError
+from ..data.nmea.ship import SPOKEN, Fittings, Measured, lines
 from ..ships import Ship
 from .aboard import RATES, TRANSPONDER, TRANSPONDER_RATE, Voice, exact, steers, unsaid
-from .authority import ANYBODY, Authority
 from .conning import Conning, rudders, shafts
 from .loop import Loop
-from .wire import Wire, WireError
+from .wire import ANYBODY, Authority, Wire, WireError
 
 
 def fitted(ship: Ship, fittings: Fittings) -> Fittings:

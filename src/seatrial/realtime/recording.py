@@ -4,6 +4,8 @@ Each row goes to the file in one piece as it comes, but for the first, which wai
 trial; what the sidecar says is written before them.  So a process that is killed leaves a whole trial behind, or none.
 Beside ``NAME.csv`` and ``NAME.yaml`` lies ``NAME.orders.jsonl``: the state at the start and every change of orders or
 surroundings with the number of its step (`rerun` reads it).
+
+A file that only grows, by whole lines.
 """
 
 from __future__ import annotations
@@ -12,19 +14,19 @@ import base64
 import hashlib
 import json
 import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from ..core.parameters import values
 from ..data import DataError
 from ..data.sidecar import sidecar_path, sidecar_text
 from ..environment import CHANNELS
 from ..models import STATES
-from ..parameters import values
 from ..ships import Ship
-from ..simulate import SIMULATED
-from .appending import Appender
+from ..simulate.run import SIMULATED
 from .columns import Columns, text, usual_names
 from .plant import Plant
 
@@ -199,3 +201,47 @@ class Recording:
         for file in (path, sidecar_path(path), orders_path(path)):
             if file.exists():
                 raise DataError(f"{file}: is there already; a recording overwrites nothing")
+
+
+class Appender:
+    """A new text file to which lines are added, each in one piece: killed at any moment, it ends with a whole line."""
+
+    def __init__(self, path: Path) -> None:
+        """Make the file.
+
+        Raises:
+            DataError: it is there already, or cannot be made.
+        """
+        self._path, self._size = path, 0
+        try:
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
+        except FileExistsError:
+            raise DataError(f"{path}: is there already; a recording overwrites nothing") from None
+        except OSError as error:
+            raise DataError(f"{path}: cannot be written: {error.strerror}") from error
+
+    def add(self, line: str) -> None:
+        """Add a line, or several that belong together.
+
+        Raises:
+            DataError: there is no room; the file is then as it was.
+        """
+        data = line.encode() + b"\n"
+        try:
+            written, reason = os.write(self._file, data), "no room left"
+        except OSError as error:
+            written, reason = 0, error.strerror or "it failed"
+        if written == len(data):
+            self._size += written
+            return
+        os.ftruncate(self._file, self._size)
+        raise DataError(f"{self._path}: cannot be written: {reason}; what was written before is whole")
+
+    def close(self) -> None:
+        """No more lines."""
+        os.close(self._file)
+
+    def withdraw(self) -> None:
+        """Remove the file again."""
+        self.close()
+        self._path.unlink(missing_ok=True)

@@ -14,8 +14,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from ..core.parameters import unknown
 from ..data import Trial
-from ..parameters import unknown
 
 
 class SensorError(ValueError):

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import ClassVar
 
+from ..core.parameters import unknown
 from ..environment import to_body, to_earth
-from ..parameters import unknown
 from . import SensorError, Truth
 from .stream import EXACT, Errors, Instrument, direction, not_below_zero, rounded
 

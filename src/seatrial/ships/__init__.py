@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..actuators import Actuators
+from ..core.parameters import possible, specs, update
 from ..models import Model
-from ..parameters import possible, specs, update
 
 
 class ShipError(ValueError):

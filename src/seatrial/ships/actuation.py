@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 from .. import actuators
 from ..actuators import Actuators, table
+from ..core.parameters import Spec, unknown
 from ..models import Model, follows, unit
-from ..parameters import Spec, unknown
 from . import Ship, ShipError
 
 KINDS = {"Actuator": actuators.Actuator, "Azimuth": actuators.Azimuth, "Shaft": actuators.Shaft}

@@ -17,7 +17,7 @@ from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from ..parameters import Parts, unknown
+from ..core.parameters import Parts, unknown
 from . import ShipError
 
 Trust = bool | Iterable[str]
@@ -54,9 +54,9 @@ def find_class(name: Any, room: str, where: str) -> type:
         raise ShipError(f"{where}: a type is written 'module:Class'; got {name!r}")
     module, _, cls = name.partition(":")
     inside = _modules(room)
-    full = f"seatrial.{room}.{module}" if module in inside else module
+    full = inside.get(module, module)
     if full.partition(".")[0] == "seatrial":
-        if full not in {f"seatrial.{r}.{m}" for r in ROOMS for m in _modules(r)}:
+        if not any(full in _modules(r).values() for r in ROOMS):
             raise ShipError(f"{where}: {unknown(module, inside, 'module')}")
     elif not _trusted(module):
         raise ShipError(
@@ -83,8 +83,11 @@ def foreign(thing: Any) -> frozenset[str]:
     return frozenset({m for m in own if m.partition(".")[0] != "seatrial"}.union(*(foreign(p) for _, p in parts)))
 
 
-def _modules(room: str) -> list[str]:
-    return [m.name for m in pkgutil.iter_modules(importlib.import_module(f"seatrial.{room}").__path__)]
+def _modules(room: str) -> dict[str, str]:
+    """Full names of the modules of a room by their own names, at whatever depth; packages are no modules."""
+    folder = importlib.import_module(f"seatrial.{room}").__path__
+    found = pkgutil.walk_packages(folder, f"seatrial.{room}.")
+    return {m.name.rpartition(".")[2]: m.name for m in found if not m.ispkg}
 
 
 def _trusted(module: str) -> bool:

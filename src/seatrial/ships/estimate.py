@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from ..actuators import Actuator, Actuators
+from ..core.parameters import PRIME, Spec, unknown
 from ..forces.body import Body
 from ..forces.hull import Polynomial
 from ..forces.propeller import Standard as Propeller
 from ..forces.rudder import Standard as Rudder
 from ..forces.wind import Fujiwara
 from ..models.mmg import Mmg
-from ..parameters import PRIME, Spec, unknown
 from . import Entry, Ship, ShipError
 from .formulas import Formula, added_mass, hull, propeller, resistance, rudder, wind
 from .formulas.reading import Known, as_table, read_particulars

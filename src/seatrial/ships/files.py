@@ -14,9 +14,9 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from ..files import read_toml
+from ..core.files import read_toml
+from ..core.parameters import ParameterError, Parts, Spec, Terms, unknown
 from ..models import unit
-from ..parameters import ParameterError, Parts, Spec, Terms, unknown
 from . import Entry, Ship, ShipError
 from .actuation import read_actuators
 from .classes import Trust, find_class, trusting

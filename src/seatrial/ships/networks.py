@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ..files import packed, write_whole
+from ..core.files import packed, write_whole
+from ..core.parameters import ParameterError, unknown
 from ..models.network import INPUTS, KINDS, Limits, Network
-from ..parameters import ParameterError, unknown
 from . import ShipError
 
 USUAL = "weights.npz"

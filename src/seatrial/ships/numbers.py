@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..parameters import PRIME, Spec, unknown
+from ..core.parameters import PRIME, Spec, unknown
 from . import Entry, ShipError
 
 _ABSURD = 1e16

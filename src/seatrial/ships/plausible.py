@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..parameters import values
+from ..core.parameters import values
 from . import ShipError
 
 # Ships displace .3 to .9 of the box around them, pontoons all of it; a slip of unit is a factor of a thousand.

@@ -9,9 +9,9 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
 
-from ..files import write_whole
+from ..core.files import write_whole
+from ..core.parameters import PRIME, Parts, Terms
 from ..models.network import Network
-from ..parameters import PRIME, Parts, Terms
 from . import Entry, Ship, ShipError
 from .actuation import USUAL, listed
 from .networks import USUAL as USUAL_WEIGHTS

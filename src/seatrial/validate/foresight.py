@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from ..core.parameters import read
 from ..data import DataError, Trial
-from ..data.track import own_samples
+from ..data.check.track import own_samples
 from ..engine import SimulationError
 from ..identify import StudyError
-from ..identify.forecast import forecasts
-from ..identify.study import Study, readings
-from ..identify.study_smoother import kalman
+from ..identify.filters.forecast import forecasts
 from ..models.nomoto import Nomoto
-from ..parameters import read
 from ..ships import Ship
+from ..study.data import kalman
+from ..study.study import Study, readings
 from .comparison import CONSTANT_VELOCITY
 
 HORIZONS = (10.0, 30.0)

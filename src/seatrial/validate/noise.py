@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from ..data import Array, Trial
-from ..data.smooth import sensor_noise
+from ..data.prepare.smooth import sensor_noise
 from ..environment import to_body, to_earth
 from ..models import STATES
-from ..replay_start import smoothed_starts
+from ..simulate.replay import smoothed_starts
 from .noise_windows import Cut, Predictor, loss, states
 
 _SPAN = 5.0

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..data import Array, Trial
-from ..replay import held
+from ..simulate.replay import held
 from .noise_windows import WIND, Cut, Predictor
 
 

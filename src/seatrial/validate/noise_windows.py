@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.symbolic import cos, sin
 from ..data import Array, DataError, Trial, unwrapped
 from ..engine import Scalars, System
 from ..engine.rollout import simulator
 from ..environment import CHANNELS, to_body
 from ..models import STATES, Sampled
-from ..replay import inputs, unseen
 from ..ships import Ship
-from ..symbolic import cos, sin
-from ..systems import open_loop, open_loop_parameters
+from ..simulate.loop import open_loop, open_loop_parameters
+from ..simulate.replay import inputs, unseen
 
 EXTRA = ("d_u", "d_v_m", "d_r", "d_north", "d_east")
 """Accelerations that are added to the model's: along the ship, across, in yaw; and towards north and east."""

@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from ..core.parameters import values
 from ..data import Array, Trial
 from ..environment import Uniform
 from ..identify import Fit, Problem, Progress
-from ..identify.servo import ServoFit, fit_servo, servos
-from ..identify.study import Study
-from ..identify.thrust_map import ThrustMap, fit_thrust
-from ..identify.virtual_trials import VirtualTrials
+from ..identify.components.servo import ServoFit, fit_servo, servos
+from ..identify.components.thrust_map import ThrustMap, fit_thrust
 from ..models import Model
-from ..parameters import values
 from ..ships import Ship
+from ..study.study import Study
+from ..study.virtual import VirtualTrials
 from .shooting_scores import Score, score
 
 TRUTH, FULL, RIVAL = "truth", "full", "rival"

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..approach import substeps
 from ..data import Array, Trial, unwrapped
 from ..engine.rollout import simulator
-from ..identify.windows import between
+from ..identify.record import between
 from ..models import STATES
-from ..replay import inputs, unseen
 from ..ships import Ship
-from ..systems import open_loop, open_loop_memory, open_loop_parameters
+from ..simulate.approach import substeps
+from ..simulate.loop import open_loop, open_loop_memory, open_loop_parameters
+from ..simulate.replay import inputs, unseen
 
 VELOCITIES: tuple[str, ...] = ("u", "v_m", "r")
 HORIZONS = (1, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50)

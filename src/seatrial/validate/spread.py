@@ -17,19 +17,19 @@ from typing import Any
 
 import numpy as np
 
-from ..approach import substeps
+from ..core.files import write_whole
+from ..core.parameters import values
 from ..data import Array, Trial
 from ..engine.rollout import simulator
-from ..files import write_whole
 from ..identify import Fit, Loss, Problem
-from ..identify.freer import UNITS, freer, with_units
-from ..identify.shooting import Trajectory
-from ..identify.windows import windows
+from ..identify.posterior.freer import UNITS, freer, with_units
+from ..identify.record import windows
+from ..identify.trajectory.shooting import Trajectory
 from ..models import STATES
 from ..models.hybrid import Hybrid
-from ..parameters import values
 from ..ships import Ship, ShipError
-from ..systems import open_loop, open_loop_parameters
+from ..simulate.approach import substeps
+from ..simulate.loop import open_loop, open_loop_parameters
 from .coverage import Coverage, Reference, coverage, usual
 
 NAME = "spread.npz"

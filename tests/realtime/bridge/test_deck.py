@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.cli_bridge import cannot
+from seatrial.cli.bridge import cannot
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import read_trial
 from seatrial.manoeuvres import Index
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.realtime.bridge.command import Command
-from seatrial.realtime.bridge.deck import Deck, Outfit
+from seatrial.realtime.bridge.deck import Command, Deck, Outfit
 from seatrial.realtime.bridge.ghost import Ghost
 from seatrial.realtime.bridge.view import OWN, indices_json
 from seatrial.realtime.conning import TELEGRAPH
@@ -25,7 +24,7 @@ from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Compiled
 from seatrial.realtime.rerun import rerun
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 SHIP = load("kvlcc2_l7")
 N_P = 10.42

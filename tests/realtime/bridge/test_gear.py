@@ -6,13 +6,13 @@ import math
 
 import pytest
 
-from seatrial.approach import approach, time_step
-from seatrial.felt import idle
 from seatrial.realtime.bridge.gear import Order, gear
 from seatrial.realtime.helm import ranges
 from seatrial.realtime.labels import clipped
 from seatrial.realtime.plant import Plant
+from seatrial.ships.felt import idle
 from seatrial.ships.files import load
+from seatrial.simulate.approach import approach, time_step
 
 
 def aboard(name: str) -> dict[str, Order]:

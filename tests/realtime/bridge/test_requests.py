@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.approach import time_step
 from seatrial.data import Trial
 from seatrial.data.trialfile import read_trial
 from seatrial.manoeuvres.zigzag import Zigzag
@@ -24,6 +23,7 @@ from seatrial.realtime.bridge.view import OWN
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant
 from seatrial.ships.files import load
+from seatrial.simulate.approach import time_step
 
 HARD = math.radians(10.0)
 

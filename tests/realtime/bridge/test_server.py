@@ -23,7 +23,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from seatrial.cli import main
+from seatrial.cli.app import main
 from seatrial.data.trialfile import read_trial
 from seatrial.realtime.bridge.deck import Deck, Outfit
 from seatrial.realtime.bridge.server import STATIC, application

@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.cli_support import Spoken
+from seatrial.cli.support import Spoken
+from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Problem
-from seatrial.identify.evolution import Evolution
-from seatrial.identify.logo import Shooting
-from seatrial.identify.multistart import MultiStart
-from seatrial.identify.shooting import OneStep, Trajectory
+from seatrial.identify.population.evolution import Evolution
+from seatrial.identify.shooting.logo import Shooting
+from seatrial.identify.trajectory.multistart import MultiStart
+from seatrial.identify.trajectory.shooting import OneStep, Trajectory
 from seatrial.identify.watch import part, stage, tell, with_values
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free
 from seatrial.realtime.fit_page.board import (
     BEFORE,
     DONE,
@@ -33,10 +33,12 @@ from seatrial.realtime.fit_page.board import (
     Board,
     Parts,
     Seen,
+    Tracker,
+    predicted,
+    shown,
 )  # fmt: skip
-from seatrial.realtime.fit_page.tracks import Tracker, predicted, shown
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 SHIP = load("kvlcc2_l7")
 FREE = (

@@ -12,14 +12,14 @@ import pytest
 pytest.importorskip("fastapi")
 from browser import CHROMIUM, Browser
 
+from seatrial.core.parameters import Free
 from seatrial.identify import Problem
 from seatrial.identify.watch import with_values
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free
 from seatrial.realtime.fit_page.board import DONE, Board, Part
 from seatrial.realtime.fit_page.server import Page
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 pytestmark = [pytest.mark.long, pytest.mark.skipif(CHROMIUM is None, reason="no browser on this machine")]
 

@@ -25,16 +25,16 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
-from seatrial.cli import main
+from seatrial.cli.app import main
+from seatrial.core.parameters import Free
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import Problem
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.parameters import Free
 from seatrial.realtime.fit_page import server
 from seatrial.realtime.fit_page.board import DONE, Board
 from seatrial.realtime.pages import SHARED
 from seatrial.ships.files import load
-from seatrial.simulate import simulate
+from seatrial.simulate.run import simulate
 
 SHIP = load("kvlcc2_l7")
 RUN = simulate(SHIP, Zigzag(10.42, 0.35, 0.35), dt=0.5, duration=120.0, name="zigzag_20_20")

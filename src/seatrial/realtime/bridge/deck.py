@@ -1,26 +1,34 @@
-"""The ship's side of the bridge: requests in, what the page shows out; no network here."""
+"""The ship's side of the bridge: requests in, what the page shows out; no network here.
+
+Who has command: one at a time, handed over in so many words.
+
+Recordings of the own ship, one after the other.
+"""
 
 from __future__ import annotations
 
 import math
+import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import Any
 
-from ...approach import approach
 from ...data import DataError
 from ...environment import Uniform
-from ...felt import feels
 from ...manoeuvres import Manoeuvre
+from ...ships.felt import feels
+from ...simulate.approach import approach
 from ..helm import CommandError
 from ..loop import Loop
-from .command import Command
+from ..recording import Recording, orders_path
 from .drill import Drill
 from .gear import bells, gear
 from .ghost import Ghost
-from .recorder import Recorder, still
 from .requests import RefusalError, Request, number
 from .view import OWN, Moment, Trail, indices_json, motion, order_json, outline
 
@@ -295,3 +303,138 @@ class Deck:
         if not self._loop.paused:
             raise RefusalError("pause first")
         self._loop.step()
+
+
+class Command:
+    """One commander among several on the bridge.
+
+    The first to come has command.  Another one asks for it, and the commander hands it over or keeps it; a commander
+    who has not been heard of for `hold` seconds on the clock is stale, and whoever asks then has command at once.
+
+    Attributes:
+        hold: how long a commander may be silent [s].
+        holder: who has command; empty while nobody has.
+        asking: who asks for it; empty while nobody does.
+        present: who is on the bridge.
+    """
+
+    def __init__(self, hold: float) -> None:
+        self.hold, self.holder, self.asking = hold, "", ""
+        self.present: set[str] = set()
+        self._heard = -math.inf
+
+    def come(self, who: str, now: float) -> None:
+        """Somebody enters; a commander who comes back has command still."""
+        self.present.add(who)
+        if not self.holder:
+            self.holder = who
+        self.beat(who, now)
+
+    def leave(self, who: str) -> None:
+        """Somebody is gone, perhaps to come back."""
+        self.present.discard(who)
+        if self.asking == who:
+            self.asking = ""
+
+    def beat(self, who: str, now: float) -> None:
+        """A sign of life."""
+        if who == self.holder:
+            self._heard = now
+
+    def stale(self, now: float) -> bool:
+        """Whether there is a commander who has been silent for too long."""
+        return bool(self.holder) and now - self._heard > self.hold
+
+    def take(self, who: str, now: float) -> bool:
+        """Ask for command; whether `who` has it now."""
+        if who != self.holder and self.holder and not self.stale(now):
+            self.asking = who
+            return False
+        self._hand_to(who, now)
+        return True
+
+    def give(self, who: str, now: float) -> bool:
+        """Hand over to who asks; whether that was done."""
+        if who != self.holder or self.asking not in self.present:
+            return False
+        self._hand_to(self.asking, now)
+        return True
+
+    def keep(self, who: str) -> None:
+        """Turn down who asks."""
+        if who == self.holder:
+            self.asking = ""
+
+    def _hand_to(self, who: str, now: float) -> None:
+        self.holder, self.asking = who, ""
+        self._heard = now
+
+
+@contextmanager
+def still(loop: Loop) -> Generator[None, None, None]:
+    """No tick meanwhile."""
+    paused = loop.paused
+    loop.pause()
+    try:
+        yield
+    finally:
+        if not paused:
+            loop.resume()
+
+
+def plain(name: str) -> str:
+    """A name as part of that of a file, whatever it holds: no separators, no control characters, no leading dot."""
+    return re.sub(r"[^\w.+-]+", "_", name).lstrip("._-")[:80] or "ship"
+
+
+class Recorder:
+    """Writes one trial at a time into a folder, under the name of the ship and the time of the clock.
+
+    Attributes:
+        record: the one under way, if any.
+    """
+
+    def __init__(self, loop: Loop, folder: Path) -> None:
+        self._loop, self._folder = loop, folder
+        self.record: Recording | None = None
+
+    @property
+    def told(self) -> tuple[str, int, str] | None:
+        """The file, empty before its first rows, its rows, and why it ended by itself; None where nothing was begun."""
+        record = self.record
+        if record is None:
+            return None
+        return str(record.paths[-1]) if record.paths else "", record.rows, record.failure
+
+    def start(self) -> None:
+        """Begin a trial.
+
+        Raises:
+            RefusalError: one is under way.
+            DataError: it cannot be written there.
+        """
+        if self.record is not None and not self.record.failure:
+            raise RefusalError("recording already")
+        self.stop()
+        plant = self._loop.vessels[OWN].plant
+        stem = f"{plain(plant.ship.name)}_{datetime.now():%Y%m%d_%H%M%S}"
+        self.record = Recording(plant, self._free(stem), kind="bridge")
+        self._loop.witness(OWN, self.record)
+
+    def stop(self) -> list[Path]:
+        """End the trial; the files of it, none where nothing is recorded."""
+        record, self.record = self.record, None
+        if record is None:
+            return []
+        self._loop.dismiss(record)
+        before = record.failure
+        with still(self._loop), suppress(DataError):  # no tick while the last row is written
+            record.close()
+        if record.failure != before:
+            self._loop.tell(OWN, "dropped", f"the recording lacks its last row: {record.failure}")
+        return record.paths
+
+    def _free(self, stem: str) -> Path:
+        """A name that is not taken: the second of one second is number 2."""
+        paths = (self._folder / f"{stem}{'' if n == 1 else f'_{n}'}.csv" for n in count(1))
+        return next(path for path in paths if not (path.exists() or orders_path(path).exists()))

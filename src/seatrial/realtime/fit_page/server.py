@@ -12,8 +12,7 @@ from typing import Any
 from fastapi import WebSocket
 
 from ..pages import MOST, Client, application, attend, close, server
-from .board import Board, Seen
-from .tracks import Tracker
+from .board import Board, Seen, Tracker
 
 STATIC = Path(__file__).with_name("static")
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
-from ...files import read_toml
-from ...parameters import PRIME, Spec, unknown
+from ...core.files import read_toml
+from ...core.parameters import PRIME, Spec, unknown
 from .. import Entry, ShipError
 from ..numbers import number
 from . import Air, Particulars

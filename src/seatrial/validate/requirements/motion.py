@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...core.parameters import ParameterError, update, values
 from ...data import Array, Trial, unwrapped
-from ...parameters import ParameterError, update, values
 from . import Judgement, Plot, given
 from .probe import Probe
 

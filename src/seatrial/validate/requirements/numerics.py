@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...models import Sampled
-from ...simulate import fastest, time_step
+from ...simulate.run import fastest, time_step
 from . import Judgement, Plot, given
 from .probe import Probe
 

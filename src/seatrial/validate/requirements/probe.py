@@ -10,15 +10,15 @@ from typing import ClassVar
 
 import numpy as np
 
+from ...core.parameters import Scalar, spec
 from ...data import Array, Trial
 from ...engine.rollout import simulator
 from ...environment import CALM, CHANNELS, Environment, Uniform, Weather
 from ...models import STATES, Sampled, follows
 from ...models.settled import settled
-from ...parameters import Scalar, spec
 from ...ships import Ship, ShipError
-from ...simulate import approach, simulate, time_step
-from ...systems import open_loop, open_loop_memory, open_loop_parameters
+from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
+from ...simulate.run import approach, simulate, time_step
 
 
 @dataclass(frozen=True)

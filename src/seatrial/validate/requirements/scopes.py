@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from ...parameters import unknown
+from ...core.parameters import unknown
 from ...ships import Ship, ShipError
-from ...simulate import time_step
+from ...simulate.run import time_step
 from . import Item, Judgement, Table, around, control, motion, numerics
 from .probe import Probe
 
@@ -22,7 +22,7 @@ def _connection(p: Probe) -> Judgement:
 
 
 def _simplicity(p: Probe) -> Judgement:
-    from ...parameters import values
+    from ...core.parameters import values
 
     count = len(values(p.ship.model))
     sourced = len([path for path in values(p.ship.model) if path in p.ship.entries])

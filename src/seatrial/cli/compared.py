@@ -1,0 +1,142 @@
+"""What is judged beside what, and by which scales: for `validate` and the report of a fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from ..data import Trial
+from ..engine import SimulationError
+from ..ships import Ship
+from ..validate import Comparison
+from .support import UsageError, note, read_ship
+
+
+def compared(
+    ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float], base: Ship | None = None,
+    *, smooth_start: float | None = None,
+) -> tuple[tuple[Comparison, ...], int]:
+    """Each trial beside the ship, the ship it was fitted from (`base`, or as its file says), and constant velocity.
+
+    Returns:
+        The comparisons and how many predictions blew up; those are left out and told.
+    """
+    from ..simulate.replay import replay
+    from ..validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity
+
+    found: list[Comparison] = []
+    failed = 0
+    for trial in trials:
+        rows = slice(0, 0)
+        for label, model in _models(ship, base).items():
+            try:
+                predicted = replay(model, trial, restart=restart, smooth_start=smooth_start)
+            except SimulationError as error:
+                note(f"error: {label}: {error}")
+                failed += 1
+                continue
+            first, last = trial.t.searchsorted([predicted.t[0], predicted.t[-1]])
+            rows = slice(int(first), int(last) + 1)
+            found.append(compare(trial, predicted, label=label, restart=restart, sigma=sigma, L_pp=ship.L_pp))
+        part = trial.rows(rows)
+        if len(part):
+            steady = constant_velocity(part, restart)
+            found.append(compare(part, steady, label=CONSTANT_VELOCITY, restart=restart, sigma=sigma, L_pp=ship.L_pp))
+    return tuple(found), failed
+
+
+def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mapping[str, float]:
+    """Scale of each state: as given; that of the common evaluator for its set; else the spread of the trials."""
+    from ..models import STATES
+    from ..validate.metrics import ESSO_OSAKA_SIGMA, spread
+
+    if given and set(given) == set(STATES):
+        return given
+    if trials and all("FRT-DS-ESSO" in str(trial.meta.get("source", "")) for trial in trials):
+        return ESSO_OSAKA_SIGMA
+    return spread(trials)
+
+
+def scales_asked(trials: Sequence[Trial], fit: str | None) -> tuple[Mapping[str, float], str]:
+    """Scale of each state, and where it comes from in words: a fit that is named, or the trials alone.
+
+    Raises:
+        UsageError: no fit is kept beside the model that was named.
+    """
+    from ..study.store import fitted_scale
+    from ..validate.metrics import ESSO_OSAKA_SIGMA
+
+    held = {} if fit is None else fitted_scale(fit)
+    if fit is not None and not held:
+        raise UsageError(f"--scale: {fit}: no fit beside it has kept its scales; name the model.toml of a fit")
+    sigma = scales(trials, held)
+    if held:
+        return sigma, f"as where {fit} was fitted"
+    return sigma, "those of the common evaluator of this set" if sigma is ESSO_OSAKA_SIGMA \
+        else "the spread of these trials"
+
+
+def in_found_currents(trials: Iterable[Trial], model: str) -> list[Trial]:
+    """Trials that a fit was made on with the current that it estimated for them, which is said."""
+    from ..identify.shooting.nuisances import with_current
+    from ..study.store import fitted_nuisances
+
+    found = fitted_nuisances(model)
+    out: list[Trial] = []
+    for trial in trials:
+        out.append(with_current(trial, found))
+        if out[-1] is not trial:
+            own = found[trial.name]
+            north, east = own["current_x"], own["current_y"]
+            towards = math.degrees(math.atan2(east, north)) % 360.0
+            note(f"note: {trial.name}: a current of {math.hypot(north, east):.3g} m/s towards {towards:.3g} deg acts, "
+                 "as the fit estimated it")  # fmt: skip
+    return out
+
+
+def provenance(ship: Ship) -> Mapping[str, Any]:
+    """How a ship was fitted, as her file says; empty where she was not."""
+    found = ship.notes.get("provenance", {})
+    return found if isinstance(found, Mapping) else {}
+
+
+def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
+    """Who predicts, by label: the model, and the one that it was fitted from."""
+    made = provenance(ship)
+    base = made.get("ship")
+    if fitted_from is None and base is None:
+        return {"published" if _of_the_library(ship, ship.name) else ship.name: ship}
+    before = fitted_from or _began(ship, made)
+    if before is None:  # fitted by a version that kept no start
+        return {"fitted": ship} | ({"published": read_ship(str(base))} if _of_the_library(ship, str(base)) else {})
+    if not getattr(getattr(before.model, "network", None), "trained", True):
+        return {"fitted": ship}
+    return {"fitted": ship, "published" if _published(before) else "untuned": before}
+
+
+def _began(ship: Ship, made: Mapping[str, Any]) -> Ship | None:
+    """The ship that a fit started from, rebuilt from its provenance; None where that is not told."""
+    began = made.get("began")
+    if not isinstance(began, Mapping) or not began or getattr(ship.model, "network", None) is not None:
+        return None
+    return replace(ship.having({str(path): float(value) for path, value in began.items()}), name=str(made["ship"]))
+
+
+def _published(ship: Ship) -> bool:
+    """Whether this very ship is in the library: structure and every value."""
+    from ..core.parameters import values
+
+    return _of_the_library(ship, ship.name) and values(read_ship(ship.name).model) == values(ship.model)
+
+
+def _of_the_library(ship: Ship, name: str) -> bool:
+    """Whether the library's ship of this name is one of the same structure, not another model of hers."""
+    from ..core.parameters import values
+    from ..ships.files import library
+
+    if name not in library():
+        return False
+    held = read_ship(name).model
+    return type(held) is type(ship.model) and set(values(held)) == set(values(ship.model))

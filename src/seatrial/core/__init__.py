@@ -1,0 +1,1 @@
+"""Foundations: parameters, element-wise functions, errors.  Everything else may import from here."""

@@ -1,0 +1,212 @@
+"""Checks of single channels and of the wind: clocks, steps, degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from .. import Trial
+from ..prepare import complete
+
+MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
+"""Channels that an instrument tells."""
+
+EVERY = "all channels"
+
+_DIRECTIONS = ("gamma_T", "gamma_A", "gamma_C")
+# No thruster turns faster than this [rad/s]; read as radians, one in degrees does.
+_SPIN = 4.0
+# Steps in which compass (1 deg), rate of turn (1 deg/min), log (0.1 kn), receiver (1e-4 min of latitude) and
+# anemometer (1 kn, 1 deg) tell, by channel [SI]; and the length of a ship below which it is a model [m].
+_STEPS = {
+    "psi": math.radians(1.0), "phi": math.radians(0.1), "r": math.radians(1.0) / 60.0, "u": 0.0515, "v_m": 0.0515,
+    "x": 0.186, "y": 0.186, "U_T": 0.515, "U_A": 0.515, "gamma_T": math.radians(1.0), "gamma_A": math.radians(1.0),
+}  # fmt: skip
+_SHIP = 20.0
+_BEYOND = 1e15
+
+Kind = Literal["sign", "axes", "unit", "scale", "step", "short", "overlap", "quality"]
+"""What a fault is about.  A wrong sign, axis, unit, scale or time step makes a fit wrong, and so does a trial that is
+too short or both trained on and tested on; the quality of the data makes it poor."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A finding before the trial's name is on it; `where` lists channels, or says of what else it is."""
+
+    severity: Literal["error", "warning", "info"]
+    where: str
+    what: str
+    evidence: str
+    remedy: str
+    kind: Kind = "quality"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels it is about; none where it is about all of them."""
+        return () if self.where == EVERY else tuple(self.where.split(", "))
+
+
+def beyond_faults(trial: Trial) -> Iterator[Fault]:
+    """Values that no unit makes sense of, and with which nothing can be computed."""
+    for name, values in trial.channels.items():
+        largest = float(np.nanmax(np.abs(values), initial=0.0))
+        if largest > _BEYOND:
+            yield Fault("error", name, "beyond anything measured", f"up to {largest:.3g} {trial.unit(name)}",
+                        "set these rows to gaps (NaN)", "unit")  # fmt: skip
+
+
+def sensor_faults(trial: Trial) -> Iterator[Fault]:
+    """What the channels show one by one."""
+    yield from _time_faults(trial)
+    yield from _angle_faults(trial)
+    yield from _step_faults(trial)
+
+
+def _time_faults(trial: Trial) -> Iterator[Fault]:
+    steps = np.diff(trial.t)
+    bad = int((steps <= 0).sum())
+    if bad:
+        kind = "repeats" if (steps[steps <= 0] == 0).all() else "goes back"
+        distinct = np.unique(trial.t).size
+        yield Fault(
+            "error", "t", f"time {kind}", f"{bad} of {steps.size} steps, {distinct} distinct times",
+            "the clock is rounded: rebuild the time from the row number and the true step",
+        )  # fmt: skip
+        return
+    middle = float(np.median(steps))
+    leaps = np.flatnonzero(steps > 1.5 * middle)
+    different = np.unique(np.round(steps / middle, 3)).size
+    share = leaps.size / steps.size
+    if share > 0.05 and different <= 10:
+        yield Fault(
+            "warning", "t", "time is quantised",
+            f"only {different} different steps, from {steps.min():.3g} to {steps.max():.3g} s",
+            "rebuild the time from the row number, or resample",
+        )  # fmt: skip
+    elif leaps.size:
+        k = int(leaps[0])
+        yield Fault(
+            "warning", "t", "missing samples",
+            f"{leaps.size} leaps, up to {steps.max():.3g} s, the first at t = {trial.t[k]:g} s",
+            "prepare.segments ends a run at each leap",
+        )  # fmt: skip
+    elif (off := np.abs(steps - middle) > 0.1 * middle).mean() > 0.05:
+        yield Fault(
+            "warning", "t", "uneven steps",
+            f"{int(off.sum())} of {steps.size} steps differ by over 10 % from {middle:.3g} s, "
+            f"from {steps.min():.3g} to {steps.max():.3g} s",
+            "a fit takes them at even steps (prepare.resample); log faster where that is too coarse",
+        )  # fmt: skip
+
+
+def _angle_faults(trial: Trial) -> Iterator[Fault]:
+    for name, values in trial.channels.items():
+        if not np.isfinite(values).any():
+            continue
+        largest = float(np.nanmax(np.abs(values)))
+        if name.split("_")[0] == "delta" and largest > 1.6:
+            yield Fault(
+                "error", name, "rudder is in degrees", f"up to {largest:.3g} rad", "convert it to radians", "unit"
+            )
+        elif name.split("_")[0] == "alpha" and largest > 6.3 and trial.unit(name) in ("rad", "-"):
+            yield _turned(trial, name, largest)
+        elif name in _DIRECTIONS and largest > 6.3:
+            # a continuous direction may pass a turn; one that leaps in degrees does not
+            yield Fault("error" if largest > 30 else "info", name, "direction beyond one turn",
+                        f"up to {largest:.4g} rad", "if it is in degrees, convert it to radians")  # fmt: skip
+    if "psi" not in trial:
+        return
+    jumps = np.abs(np.diff(trial["psi"]))
+    for turn, unit in ((2 * math.pi, "rad"), (360.0, "in degrees")):
+        wraps = int((np.abs(jumps - turn) < 0.2 * turn).sum())
+        if wraps:
+            yield Fault("warning" if unit == "rad" else "error", "psi", "heading wraps",
+                        f"{wraps} leaps of about {turn:.4g} {unit}",
+                        "make it continuous with data.unwrapped")  # fmt: skip
+
+
+def _turned(trial: Trial, name: str, largest: float) -> Fault:
+    """A thruster beyond one turn: it may have gone round, but it neither leaps by a turn nor spins."""
+    good = np.isfinite(trial[name])
+    moves, steps = np.abs(np.diff(trial[name][good])), np.diff(trial.t[good])
+    moving = moves > 1e-3
+    usual = float(np.median(moves[moving] / steps[moving])) if moving.any() else 0.0
+    if largest > 30 or moves.max(initial=0.0) > 6.5 or usual > _SPIN:
+        return Fault(
+            "error", name, "direction of the thrust is in degrees",
+            f"up to {largest:.3g} rad, by up to {moves.max(initial=0.0):.3g} rad a row, at {usual:.3g} rad/s as a rule",
+            "convert it to radians, or declare its unit: deg", "unit",
+        )  # fmt: skip
+    return Fault("info", name, "direction beyond one turn", f"up to {largest:.4g} rad",
+                 "if it is in degrees, convert it to radians")  # fmt: skip
+
+
+def _step_faults(trial: Trial) -> Iterator[Fault]:
+    """Coarse steps, few distinct values over a wide range: one note of what instruments are like, else a warning."""
+    ordinary: list[tuple[str, str]] = []
+    for name in MEASURED:
+        values = trial[name][np.isfinite(trial[name])] if name in trial else np.zeros(0)
+        levels = np.unique(values)
+        span = float(levels[-1] - levels[0]) if levels.size else 0.0
+        if values.size < 50 or levels.size < 3 or span <= 0:
+            continue
+        quantum = float(np.median(np.diff(levels)))
+        if levels.size >= 0.25 * values.size or quantum <= 2e-3 * span:
+            continue
+        if quantum <= 1.01 * _resolution(trial, name):
+            ordinary.append((name, f"{name} {quantum:.3g} {trial.unit(name)}"))
+        else:
+            yield Fault(
+                "warning", name, "coarse steps",
+                f"{levels.size} distinct values in {values.size} samples, "
+                f"steps of {quantum:.3g} {trial.unit(name)}",
+                "prefer integrated rates to differences of this channel, or smooth it",
+            )  # fmt: skip
+    if ordinary:
+        yield Fault(
+            "info", ", ".join(name for name, _ in ordinary), "steps of ordinary instruments",
+            ", ".join(words for _, words in ordinary),
+            "nothing to mend; the noise of a channel is a third of its step at least",
+        )  # fmt: skip
+
+
+def _resolution(trial: Trial, name: str) -> float:
+    """Steps in which an ordinary instrument tells a channel [SI]; aboard a model, those of a ship by Froude's law."""
+    length: Any = trial.meta.get("L_pp")
+    ratio = min(float(length) / _SHIP, 1.0) if isinstance(length, int | float) and length > 0 else 1.0
+    by_froude = {"m": ratio, "m/s": math.sqrt(ratio), "rad/s": 1.0 / math.sqrt(ratio)}
+    return _STEPS.get(name, 0.0) * by_froude.get(trial.unit(name), 1.0)
+
+
+def wind_faults(trial: Trial) -> Iterator[Fault]:
+    """True and apparent wind against each other and the ship's velocity: both must be *from*."""
+    names = ("U_A", "gamma_A", "U_T", "gamma_T", "psi", "u", "v_m")
+    if not all(name in trial for name in names):
+        return
+    rows = trial.rows(complete(trial, names))
+    if len(rows) < 20:
+        return
+    speed, angle, u, v = rows["U_T"], rows["gamma_T"] - rows["psi"], rows["u"], rows["v_m"]
+    ahead, aside = speed * np.cos(angle), speed * np.sin(angle)
+    felt = (rows["U_A"] * np.cos(rows["gamma_A"]), rows["U_A"] * np.sin(rows["gamma_A"]))
+    misses = {
+        (true, felt_sign): float(np.median(np.hypot(
+            felt_sign * felt[0] - true * ahead - u, felt_sign * felt[1] - true * aside - v,
+        )))
+        for true in (1, -1) for felt_sign in (1, -1)
+    }  # fmt: skip
+    best = min(misses, key=lambda key: misses[key])
+    ours = misses[1, 1]
+    names_of = {(-1, 1): "gamma_T", (1, -1): "gamma_A", (-1, -1): "gamma_T and gamma_A"}
+    numbers = f"true and apparent wind differ by {ours:.3g} m/s as 'from', by {misses[best]:.3g} m/s so"
+    if best != (1, 1) and misses[best] < 0.5 * ours:
+        yield Fault("error", names_of[best], "wind direction is 'to', not 'from'", numbers,
+                    f"add pi to {names_of[best]}")  # fmt: skip
+    elif ours > 0.3 * float(np.median(speed) + np.median(np.abs(u))):
+        yield Fault("warning", "U_A, gamma_A, U_T, gamma_T", "true and apparent wind disagree",
+                    f"median difference {ours:.3g} m/s", "check units, heading and lever arm")  # fmt: skip

@@ -1,0 +1,139 @@
+"""Channels that stand still while the ship moves: a frozen sensor, or a steady run told without noise.
+
+What tells the two apart are the other channels.  Heading and rate of turn, positions and velocities say the same
+thing twice; where both ways agree better than instruments can, nothing was measured there and nothing froze.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import Trial
+from .sensors import MEASURED, Fault
+
+_LEAST = 20
+"""Rows that repeat one value before it counts."""
+
+_MOTION = ("x", "y", "psi", "u", "v_m", "r")
+
+_EXACT = 3e-4
+"""Part of the usual speed and rate of turn by which two ways of telling the same may differ without noise.
+
+Integration over rows of a simulated run and the digits of a sentence stay below; noise, a heading that is off by a
+fiftieth of a degree, or a log that is off by a thousandth do not."""
+
+
+def still_faults(trial: Trial) -> Iterator[Fault]:
+    """Frozen sensors one by one, sensors slower than the log, and one note of what a steady run holds still."""
+    steady: list[str] = []
+    longest, since = 0.0, 0.0
+    for name in MEASURED:
+        if name not in trial:
+            continue
+        same = _same(trial, name)
+        if same is None:
+            continue
+        held = [(k, n) for k, n in _runs(same) if _matters(trial, name, k, n)]
+        frozen = [(k, n) for k, n in held if not _exact(trial, k, n)]
+        if frozen:
+            yield _frozen(trial, name, *max(frozen, key=lambda run: run[1]))
+        elif held:
+            steady.append(name)
+            k, n = max(held, key=lambda run: run[1])
+            if (lasts := _lasts(trial, k, n)) > longest:
+                longest, since = lasts, float(trial.t[k])
+        elif name in ("x", "y", "psi") and 0.25 < float(np.mean(same)) < 0.98:
+            yield Fault(
+                "warning", name, "repeated values",
+                f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
+                "the sensor is slower than the log: keep its own samples, or smooth",
+            )  # fmt: skip
+    if steady:
+        yield Fault(
+            "info", ", ".join(steady), "steady values without noise",
+            f"the same for up to {longest:.3g} s from t = {since:g} s, while positions, velocities, heading and rate "
+            f"of turn agree to {100 * _EXACT:g} %",
+            "nothing to mend in a simulated run; a sensor that had frozen would disagree with the others",
+        )  # fmt: skip
+
+
+def _frozen(trial: Trial, name: str, start: int, length: int) -> Fault:
+    return Fault(
+        "warning", name, "frozen sensor",
+        f"the same value {trial[name][start]:.6g} for {_lasts(trial, start, length):.3g} s "
+        f"from t = {trial.t[start]:g} s",
+        "set these rows to gaps (NaN) or cut them",
+    )  # fmt: skip
+
+
+def _same(trial: Trial, name: str) -> NDArray[np.bool_] | None:
+    """Steps that repeat the value before, under way; None where that is legal all along."""
+    same = np.diff(trial[name]) == 0
+    if same.all() and name not in _MOTION:
+        return None  # a steady wind or an upright ship is legal, as in a simulated run
+    known = np.isfinite(trial["u"]) if "u" in trial else np.zeros(0, dtype=np.bool_)
+    if known.any():
+        speed = np.interp(trial.t, trial.t[known], np.abs(trial["u"][known]))  # a log may be slower than the rows
+        same &= speed[1:] > 0.2 * speed.max()
+    return same
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First index and length of the runs of true flags that are long enough to count."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
+    return [(k, end - k) for k, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if end - k >= _LEAST]
+
+
+def _lasts(trial: Trial, start: int, length: int) -> float:
+    return float(trial.t[start + length] - trial.t[start])
+
+
+def _matters(trial: Trial, name: str, start: int, length: int) -> bool:
+    """Whether a run lasts, and something else moves meanwhile."""
+    others = (trial[n][start : start + length + 1] for n in MEASURED if n != name and n in trial)
+    long = _lasts(trial, start, length) >= max(2.0, 0.01 * trial.duration)
+    return long and any(np.unique(values).size > length // 2 for values in others)
+
+
+def _exact(trial: Trial, start: int, length: int) -> bool:
+    """Whether both ways of telling the motion agree as no instruments do, all through a run of rows."""
+    if not all(name in trial for name in _MOTION):
+        return False
+    if _made_of_psi(trial):
+        return False  # r tells nothing of its own
+    table = np.column_stack([trial.t, trial.stack(*_MOTION)])[start : start + length + 1]
+    table = table[np.isfinite(table).all(axis=1)]
+    if len(table) <= _LEAST // 2:
+        return False
+    steps, means = np.diff(table, axis=0).T, 0.5 * (table[1:] + table[:-1]).T
+    step, moved_x, moved_y, turned = steps[:4]
+    course, u, v, r = means[3:]
+    chord = step * np.sinc(turned / (2.0 * math.pi))  # over the arc, exact where u, v_m and r are steady
+    gap_x = moved_x - chord * (u * np.cos(course) - v * np.sin(course))
+    gap_y = moved_y - chord * (u * np.sin(course) + v * np.cos(course))
+    size = min(_LEAST, len(step))
+    whole = len(step) - len(step) % size
+    lasts, off_x, off_y, off_psi = (
+        one[:whole].reshape(-1, size).sum(axis=1) for one in (step, gap_x, gap_y, turned - r * step)
+    )
+    speed, rate = _usual(np.hypot(trial["u"], trial["v_m"])), _usual(trial["r"])
+    agree = np.hypot(off_x, off_y) <= _EXACT * speed * lasts + 1e-9
+    agree &= np.abs(off_psi) <= _EXACT * rate * lasts + 1e-9
+    # a kink may spoil one block, a sensor that froze spoils them all from then on
+    return float(np.mean(agree)) > 0.5 and bool((agree[1:] | agree[:-1]).all())
+
+
+def _made_of_psi(trial: Trial) -> bool:
+    """Whether r is the central difference of a heading that changes."""
+    off = np.abs(np.gradient(trial["psi"], trial.t) - trial["r"])
+    off = off[np.isfinite(off)]
+    return np.unique(trial["psi"]).size > 1 and off.size > 0 and float(off.max()) < 1e-9
+
+
+def _usual(values: NDArray[np.float64]) -> float:
+    good = np.abs(values[np.isfinite(values)])
+    return float(np.quantile(good, 0.95)) if good.size else 0.0

@@ -1,0 +1,108 @@
+"""What the track over ground says of the other channels: compass against course, clock against speed.
+
+`gamma_G` [rad] and `U_G` [m/s] are course and speed over ground as a receiver gives them, besides positions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import Array, Trial
+from ..prepare import integral
+from .sensors import Fault
+
+# Course from displacements over this many fixes either way; slower than this share of top speed it says nothing.
+_EITHER_WAY, _MOVING = 2, 0.3
+# A heading that follows the track this much better than what is called the course is the course.
+_BETTER, _CLEAR = 0.7, math.radians(0.5)
+# Stretches over which distances are compared [s], and by how much they may differ.
+_STRETCH, _CLOSE, _CLOCK = 5.0, 0.04, 1.34
+
+
+def fixes(trial: Trial) -> NDArray[np.intp]:
+    """Rows at which the position is a new one; others repeat the last, as the log is faster than the receiver."""
+    x, y = trial["x"], trial["y"]
+    new = np.concatenate([[True], (np.diff(x) != 0) | (np.diff(y) != 0)])
+    return np.flatnonzero(new & np.isfinite(x) & np.isfinite(y))
+
+
+def own_samples(trial: Trial) -> Trial:
+    """The trial with gaps where position, heading, course or speed only repeat the row of the last fix.
+
+    What came with a fix is known to be as old as the fix; a filter must not take a repetition for a new reading.
+    """
+    rows = fixes(trial)
+    again = np.ones(len(trial), dtype=np.bool_)
+    again[rows] = False
+    kept: dict[str, Array] = {}
+    for name in ("x", "y", "psi", "gamma_G", "U_G"):
+        if name in trial:
+            still = np.concatenate([[False], np.diff(trial[name]) == 0])
+            kept[name] = np.where(again & still, np.nan, trial[name])
+    return trial.having(**kept).noting(f"{int(again.sum())} rows that repeat the last fix made gaps")
+
+
+def track_miss(trial: Trial, name: str) -> float:
+    """How far a direction lies from that of the track, root mean square [rad]; NaN where nothing moves."""
+    course, _, rows = _track(trial)
+    if rows.size < 10:
+        return math.nan
+    off = (trial[name][rows] - course + math.pi) % (2.0 * math.pi) - math.pi
+    return float(np.sqrt(np.nanmean(off**2))) if np.isfinite(off).any() else math.nan
+
+
+def track_faults(trial: Trial) -> Iterator[Fault]:
+    """Compass and course exchanged; a clock, or a speed, that the distances do not bear out."""
+    if not all(name in trial for name in ("x", "y")):
+        return
+    if "psi" in trial and "gamma_G" in trial:
+        psi, course = track_miss(trial, "psi"), track_miss(trial, "gamma_G")
+        if psi < _BETTER * course and course - psi > _CLEAR:
+            yield Fault(
+                "error", "psi, gamma_G", "heading and course over ground are exchanged",
+                f"psi follows the track within {math.degrees(psi):.2g} deg, gamma_G within "
+                f"{math.degrees(course):.2g} deg",
+                "exchange the two columns, whatever they are called",
+            )  # fmt: skip
+    ratio = _distance_ratio(trial) if "U_G" in trial else math.nan
+    if abs(ratio - 1.0) > _CLOSE:
+        near = 1.0 / _CLOCK < ratio < _CLOCK
+        yield Fault(
+            "error", "t, x, y" if near else "x, y, U_G",
+            "the time step is not the true one, or x and y are stretched" if near
+            else "wrong scale or unit: speed over ground and positions",
+            f"positions move {ratio:.3f} times as far as U_G says in the time",
+            "use the clock of the log; make positions of latitude and longitude" if near
+            else "check the unit of the speed (kn, km/h) and of the positions",
+            "step" if near else "scale",
+        )  # fmt: skip
+
+
+def _track(trial: Trial) -> tuple[Array, Array, NDArray[np.intp]]:
+    """Direction [rad] and speed [m/s] of the track at fixes that move, and their rows."""
+    rows, n = fixes(trial), _EITHER_WAY
+    if rows.size < 2 * n + 1:
+        return np.zeros(0), np.zeros(0), rows[:0]
+    north, east, time = (trial[name][rows[2 * n :]] - trial[name][rows[: -2 * n]] for name in ("x", "y", "t"))
+    speed = np.hypot(north, east) / time
+    moving = speed > _MOVING * float(np.max(speed))
+    return np.arctan2(east, north)[moving], speed[moving], rows[n:-n][moving]
+
+
+def _distance_ratio(trial: Trial) -> float:
+    """Distance by positions over distance by speed, the median of stretches; NaN without enough of either."""
+    rows = fixes(trial)
+    rows = rows[np.isfinite(trial["U_G"][rows])]
+    if rows.size < 20:
+        return math.nan
+    t = trial.t[rows]
+    moved = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(trial["x"][rows]), np.diff(trial["y"][rows])))])
+    said = integral(t, trial["U_G"][rows])
+    ends = np.flatnonzero(np.diff(np.floor((t - t[0]) / _STRETCH), prepend=-1.0))  # first fix of each stretch
+    there, told = np.diff(moved[ends]), np.diff(said[ends])
+    some = told > _MOVING * float(np.max(told, initial=0.0))
+    return float(np.median(there[some] / told[some])) if some.sum() >= 3 else math.nan

@@ -1,0 +1,1 @@
+"""Foreign logs as trials: one module a format."""

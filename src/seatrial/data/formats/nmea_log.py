@@ -1,0 +1,257 @@
+"""A log of NMEA 0183 sentences as a trial.
+
+A line may begin with a TAG block, whose time ``c:`` counts, or with the logger's own stamp: seconds, or a
+date and time such as 2026-11-21T10:00:00.250Z.  A line that has lost its stamp has that of the lines before and
+after where these have one and the same, and is left out elsewhere.  Where most lines have none, RMC, GGA or ZDA
+tell the time, and what is said between two of them is spread evenly between.  Rows are those of the instrument
+that reads most often (heading, position or rate of turn); other readings go to the nearest row, and what has none
+stays a gap.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import Array, DataError
+from ..nmea.framing import TOKEN, read_line
+from ..nmea.reading import readings
+from ..nmea.sentences import NmeaError, decode
+from ..table import existing
+
+SUFFIX = ".nmea"
+_LONGEST = 128
+"""Bytes of a sentence in a log: receivers with many digits go beyond the 82 of the standard."""
+
+_STAMP = re.compile(
+    r"^\s*(?:(\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d+)?)(Z|[+-]\d\d:?\d\d)?|(\d{1,13}(?:\.\d*)?))[\s,;]*$"
+)
+_START = re.compile(rb"[\\$!]")
+_DAY = 86400.0
+_MILLISECONDS = 1e11
+
+Series = tuple[Array, Array]
+"""Times [s] and values of one quantity, in the order of time."""
+
+
+@dataclass
+class Told:
+    """What a log says, quantity by quantity, before it is on rows.
+
+    Attributes:
+        series: readings by the names of `nmea_reading.readings`.
+        steps: what had to be done or left out, in words.
+        epoch: seconds since 1970 at time 0 of the series, where the log tells the date.
+        lines: how many lines the log has (``all``), how many of them are no valid sentence (``invalid``), and how
+            many sentences are left out as no time can be told for them (``untimed``).
+    """
+
+    series: dict[str, Series]
+    steps: list[str] = field(default_factory=list[str])
+    epoch: float | None = None
+    lines: Mapping[str, int] = field(default_factory=dict[str, int])
+
+
+@dataclass
+class _Reading:
+    """The readings of one line, and the time the line itself tells."""
+
+    values: Mapping[str, float]
+    stamp: float | None
+
+
+def read_told(path: Path) -> Told:
+    """Readings of a log by quantity.
+
+    Raises:
+        DataError: not readable, more invalid lines than sentences, or no time to be had.
+    """
+    try:
+        data = existing(path).read_bytes()
+    except OSError as error:
+        raise DataError(f"{path}: not readable: {error.strerror}") from None
+    lines = data.replace(TOKEN, b"").splitlines()
+    found, wrong, steps = _read_lines(path, lines)
+    counts = {"all": len(lines), "invalid": wrong, "untimed": 0}
+    stamped = sum(one.stamp is not None for one in found)
+    if 2 * stamped < len(found):
+        if stamped:
+            steps.append(f"stamps of lines left aside: {len(found) - stamped} of {len(found)} lines have none")
+        steps.append("time by the clock in RMC, GGA or ZDA")
+        midnights: Counter[float] = Counter()
+        series = _sorted(_by_clock(path, found, midnights), steps)
+        # a receiver that has just begun may tell a date of its factory: the one told most often counts
+        return Told(series, steps, midnights.most_common(1)[0][0] if midnights else None, counts)
+    timed = _by_stamp(found)
+    if stamped < len(found):
+        counts["untimed"] = len(found) - len(timed)
+        steps.append(
+            f"{len(found) - stamped} of {len(found)} sentences have no stamp: {len(timed) - stamped} of them have that "
+            f"of the lines about them, {len(found) - len(timed)} are left out"
+        )
+    first = min(t for t, _ in timed)
+    return Told(_sorted(timed, steps), steps, 0.0 if first > _DAY * 365 else None, counts)
+
+
+def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], int, list[str]]:
+    found: list[_Reading] = []
+    others: Counter[str] = Counter()
+    wrong, first = 0, ""
+    for number, line in enumerate(lines, 1):
+        start = _START.search(line)
+        if start is None:
+            if line.strip() and not line.lstrip().startswith(b"#"):
+                wrong, first = wrong + 1, first or f"line {number}: no sentence"
+            continue
+        try:
+            framed = read_line(line[start.start() :].strip())
+            said = readings(decode(framed.sentence, _LONGEST))
+        except NmeaError as error:
+            if error.reason == "kind":
+                others[framed_kind(line)] += 1
+            else:
+                wrong, first = wrong + 1, first or f"line {number}: {error}"
+            continue
+        tagged = framed.tag.time if framed.tag else None
+        found.append(_Reading(said, tagged if tagged is not None else _stamp(line[: start.start()])))
+    if len(found) <= wrong:
+        said = f"; {first}" if first else ""
+        raise DataError(f"{path}: {len(found)} sentences, {wrong} lines that are none; is it a log of NMEA 0183?{said}")
+    steps = [f"{wrong} of {len(lines)} lines are no valid sentence, the first: {first}"] if wrong else []
+    if others:
+        steps.append("left out: " + ", ".join(f"{count} {kind}" for kind, count in sorted(others.items())))
+    return found, wrong, steps
+
+
+def framed_kind(line: bytes) -> str:
+    """The letters of a sentence that is not read, such as VDM, for a message."""
+    found = re.search(rb"[$!](P[A-Z]{3}|[A-Z]{2}([A-Z]{3}))", line)
+    return (found[2] or found[1]).decode() if found else "other"
+
+
+def _stamp(prefix: bytes) -> float | None:
+    found = _STAMP.match(prefix.decode("latin-1"))
+    if found is None:
+        return None
+    if found[3]:
+        value = float(found[3])
+        return value / 1000.0 if value > _MILLISECONDS else value
+    try:
+        said = datetime.fromisoformat(found[1] + (found[2] or "").replace("Z", "+00:00"))
+    except ValueError:
+        return None
+    return (said if said.tzinfo else said.replace(tzinfo=UTC)).timestamp()
+
+
+def _by_stamp(found: list[_Reading]) -> list[tuple[float, Mapping[str, float]]]:
+    """Times by the stamps; a line without one has that of its neighbours where both are the same, or is left out."""
+    after: list[float | None] = []
+    following: float | None = None
+    for one in reversed(found):
+        after.append(following)
+        following = one.stamp if one.stamp is not None else following
+    timed: list[tuple[float, Mapping[str, float]]] = []
+    before: float | None = None
+    for one, later in zip(found, reversed(after), strict=True):
+        if one.stamp is not None:
+            before = one.stamp
+            timed.append((one.stamp, one.values))
+        elif before is not None and before == later:
+            timed.append((before, one.values))
+    return timed
+
+
+def _by_clock(
+    path: Path, found: list[_Reading], midnights: Counter[float]
+) -> Iterable[tuple[float, Mapping[str, float]]]:
+    """Times from the clock told in between, since 0 o'clock of the first day; its dates go to `midnights`."""
+    groups: list[tuple[float, list[Mapping[str, float]]]] = []
+    early: list[Mapping[str, float]] = []
+    for one in found:
+        told = one.values.get("time_of_day")
+        if told is not None:
+            last = groups[-1][0] if groups else told
+            # past midnight the clock begins anew
+            days = round((last - told) / _DAY)
+            told += _DAY * days
+            if "day" in one.values:
+                midnights[one.values["day"] - _DAY * days] += 1
+            if not groups or told > last:
+                groups.append((told, early if not groups else []))
+        (groups[-1][1] if groups else early).append(one.values)
+    if len(groups) < 2:
+        stamped = sum(one.stamp is not None for one in found)
+        raise DataError(
+            f"{path}: no time: a TAG block with c: or a stamp on {stamped} of {len(found)} lines, and "
+            f"{len(groups)} times in RMC, GGA, ZDA"
+        )
+    ends = [*(t for t, _ in groups[1:]), 2.0 * groups[-1][0] - groups[-2][0]]
+    for (start, group), end in zip(groups, ends, strict=True):
+        many = Counter(name for values in group for name in values)
+        seen: Counter[str] = Counter()
+        for values in group:
+            for name, value in values.items():
+                yield start + (end - start) * seen[name] / many[name], {name: value}
+                seen[name] += 1
+
+
+def _sorted(timed: Iterable[tuple[float, Mapping[str, float]]], steps: list[str]) -> dict[str, Series]:
+    """Series in the order of time; of two readings at one time the later line counts."""
+    raw: dict[str, dict[float, float]] = {}
+    again = 0
+    for t, values in timed:
+        for name, value in values.items():
+            if name not in ("time_of_day", "day"):
+                kept = raw.setdefault(name, {})
+                again += t in kept and kept[t] != value
+                kept[t] = value
+    if again:
+        steps.append(f"{again} readings at the time of another one of their kind: the later one counts")
+    out: dict[str, Series] = {}
+    for name, kept in raw.items():
+        times = np.array(sorted(kept), dtype=np.float64)
+        out[name] = times, np.array([kept[t] for t in times.tolist()], dtype=np.float64)
+    return out
+
+
+def on_rows(path: Path, told: Told) -> tuple[Array, dict[str, Array], list[str]]:
+    """Row times and the quantities on them; NaN where a row has no reading.
+
+    Raises:
+        DataError: fewer than two readings of heading, position and rate of turn.
+    """
+    base = max(("psi", "latitude", "r"), key=lambda name: len(told.series.get(name, ((), ()))[0]))
+    if len(told.series.get(base, ((), ()))[0]) < 2:
+        raise DataError(f"{path}: no heading (HDT, THS), position (RMC, GGA) or rate of turn (ROT) to make rows of")
+    t = told.series[base][0]
+    reach = 0.5 * float(np.median(np.diff(t))) * (1.0 + 1e-9)
+    out: dict[str, Array] = {}
+    farthest = 0.0
+    for name, (times, values) in told.series.items():
+        row = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
+        row = row - (times - t[row - 1] < t[row] - times)
+        away = np.abs(times - t[row])
+        column = np.full(len(t), math.nan)
+        order = np.argsort(-away, kind="stable")  # the nearest reading of a row is written last
+        order = order[away[order] <= reach]
+        column[row[order]] = values[order]
+        if order.size:
+            farthest = max(farthest, float(away[order].max()))
+        out[name] = column
+    steps = [f"readings moved to the nearest row, by {farthest:.3g} s at most"] if farthest > 1e-6 else []
+    return t, out, steps
+
+
+def told_meta(told: Told, first: float) -> dict[str, Any]:
+    """What the log says of itself, for the sidecar: when its first row was, at `first` of the series."""
+    if told.epoch is None:
+        return {}
+    return {"start": datetime.fromtimestamp(told.epoch + first, UTC).isoformat(timespec="microseconds")}

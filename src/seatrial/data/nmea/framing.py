@@ -1,0 +1,134 @@
+r"""Frames around sentences: plain lines, and the datagrams of IEC 61162-450.
+
+Such a datagram is ``UdPbC`` and a zero byte, then lines of a TAG block and a sentence each::
+
+    \s:HE0001,n:7,c:1793275200123*4A\$HEHDT,98.25,T*12
+
+with the source ``s``, the line's number ``n`` (0 to 999, then 0 again), and the time ``c`` in seconds or
+milliseconds since 1970.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from .sentences import NmeaError, checksum
+
+TOKEN = b"UdPbC\x00"
+"""What a datagram of sentences begins with."""
+
+LARGEST = 1472
+"""Bytes of a datagram at most: one Ethernet frame."""
+
+_BLOCK = re.compile(rb"\\([ -)+-\[\]-~]{3,120})\*([0-9A-Fa-f]{2})\\")
+_SOURCE = re.compile(r"[A-Za-z0-9]{1,15}")
+# Codes of a TAG block: time, destination, group, line number, relative time, source, text, version.
+_CODES = "cdgnrstv"
+_MILLISECONDS = 10**11
+"""A time above this many is in milliseconds: in seconds it would lie beyond the year 5000."""
+
+
+@dataclass(frozen=True)
+class Tag:
+    """A TAG block; what is not in it is None.
+
+    Attributes:
+        source: who sends, such as "HE0001".
+        number: of the line, 0 to 999.
+        time: seconds since 1970.
+    """
+
+    source: str | None = None
+    number: int | None = None
+    time: float | None = None
+
+
+@dataclass(frozen=True)
+class Line:
+    """A sentence as it came, and the TAG block before it."""
+
+    sentence: bytes
+    tag: Tag | None = None
+
+
+def tag_block(tag: Tag) -> bytes:
+    """A TAG block as it goes on the wire; time to the millisecond.
+
+    Raises:
+        NmeaError: a source or a number that cannot stand in it, or nothing to say.
+    """
+    parts: list[str] = []
+    if tag.source is not None:
+        if not _SOURCE.fullmatch(tag.source):
+            raise NmeaError(f"TAG block: source is '{tag.source}'; it is 1 to 15 letters and digits", "field")
+        parts.append(f"s:{tag.source}")
+    if tag.number is not None:
+        if not 0 <= tag.number <= 999:
+            raise NmeaError(f"TAG block: line number is {tag.number}; it is 0 to 999", "field")
+        parts.append(f"n:{tag.number}")
+    if tag.time is not None:
+        parts.append(f"c:{round(tag.time * 1000.0)}")
+    if not parts:
+        raise NmeaError("TAG block: nothing in it", "field")
+    content = ",".join(parts).encode()
+    return b"\\" + content + b"*" + checksum(content).encode() + b"\\"
+
+
+def datagram(lines: Iterable[Line]) -> bytes:
+    """Lines as one datagram of IEC 61162-450.
+
+    Raises:
+        NmeaError: more than `LARGEST` bytes.
+    """
+    body = b"".join((tag_block(line.tag) if line.tag else b"") + line.sentence for line in lines)
+    if len(TOKEN) + len(body) > LARGEST:
+        raise NmeaError(f"a datagram of {len(TOKEN) + len(body)} bytes; {LARGEST} is the most", "length")
+    return TOKEN + body
+
+
+def split(data: bytes) -> list[bytes]:
+    """The lines of a datagram, framed or plain; a line ends in CR LF or in LF, and a CR elsewhere is a part of it.
+
+    Raises:
+        NmeaError: more than `LARGEST` bytes, or binary data.
+    """
+    if len(data) > LARGEST:
+        raise NmeaError(f"a datagram of {len(data)} bytes; {LARGEST} is the most", "length")
+    body = data.removeprefix(TOKEN)
+    return [line for line in (one.removesuffix(b"\r") for one in body.split(b"\n")) if line]
+
+
+def read_line(line: bytes) -> Line:
+    """A line taken apart.
+
+    Raises:
+        NmeaError: a TAG block that is not whole, not known, or whose checksum is wrong.
+    """
+    if not line.startswith(b"\\"):
+        return Line(line)
+    found = _BLOCK.match(line)
+    if found is None:
+        raise NmeaError("a TAG block that is not whole", "form")
+    if checksum(found[1]) != found[2].decode().upper():
+        raise NmeaError(f"TAG block: checksum is {found[2].decode()}; it should be {checksum(found[1])}", "checksum")
+    return Line(line[found.end() :], _tag(found[1].decode()))
+
+
+def _tag(text: str) -> Tag:
+    said: dict[str, str] = {}
+    for part in text.split(","):
+        code, colon, value = part.partition(":")
+        if not colon or code not in _CODES or not value or code in said:
+            raise NmeaError(f"TAG block: '{part}' is no parameter of it", "field")
+        said[code] = value
+    number, time = said.get("n"), said.get("c")
+    if number is not None and not (number.isdecimal() and len(number) <= 3):
+        raise NmeaError(f"TAG block: line number is '{number}'; it is 0 to 999", "field")
+    if time is not None and not (time.isdecimal() and len(time) <= 15):
+        raise NmeaError(f"TAG block: time is '{time}'; it is whole seconds or milliseconds since 1970", "field")
+    if "s" in said and not _SOURCE.fullmatch(said["s"]):
+        raise NmeaError(f"TAG block: source is '{said['s']}'; it is 1 to 15 letters and digits", "field")
+    since = None if time is None else int(time) / 1000.0 if int(time) > _MILLISECONDS else float(time)
+    return Tag(said.get("s"), None if number is None else int(number), since)

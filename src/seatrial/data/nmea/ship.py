@@ -1,0 +1,211 @@
+"""What sentences mean: from the motion of a ship, or what her instruments make of it, to sentences.
+
+| sentence | its unit | its sign | here |
+|---|---|---|---|
+| HDT, THS | deg true, 0 to 360 | clockwise from north | psi [rad] |
+| ROT | deg per **minute** | - when the bow turns to port | r [rad/s] |
+| VBW | knots | - astern, - to port | u, v_m [m/s] at the log |
+| VTG, RMC | knots, deg true | course towards | U_G [m/s], gamma_G [rad] at the antenna |
+| RSA, ROR | deg | - turns to port; the first field is the starboard or only rudder | delta [rad] |
+| RPM, PRC, TRC | rev/min | - astern, whatever the hand of the propeller | n_P [1/s] |
+| MWV R | m/s, knots or km/h; deg from the bow, 0 to 360 | where it comes from | U_A, gamma_A |
+| MWV T | the same, as if the ship stood still | where it comes from | U_T, gamma_T - psi |
+| DPT | m below the transducer | offset + up to the waterline | depth [m] |
+
+`nmea_reading` goes the other way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from types import MappingProxyType
+
+from ..geodesy import Datum
+from .sentences import Sentence, encode
+
+KNOT = 1852.0 / 3600.0
+MILE = 1852.0
+
+
+Measured = Mapping[str, float]
+"""What instruments say, SI and radians, by these names; what none says is left out.
+
+t; psi; r; latitude, longitude [deg], chi, U of the antenna; u_w, v_w, u, v_m of the log; v_w_stern, v_stern;
+U_A, gamma_A; U_T, gamma_T_bow; transducer [m], its depth, and below, from it to the ground; the controls.
+"""
+
+NULL_ISLAND = Datum(0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Fittings:
+    """Where things are aboard; lengths in m from midship.
+
+    Attributes:
+        datum: where x and y are zero.
+        epoch: seconds since 1970, UTC, at t = 0.
+        antenna: of the GNSS receiver, forward and to starboard.
+        log: of the speed log, forward.
+        stern: where the transverse speed of the stern is told, forward (so below zero).
+        transducer: of the echo sounder, below the waterline.
+        rudders: controls that are rudders, port to starboard.
+        shafts: controls that are propellers, port to starboard.
+        mmsi: of the transponder; 0 for none.
+        name, length, breadth, draught: of the ship, for the transponder [m].
+        simulator: whether sentences say that they come from a simulator; what listens to them then takes no position,
+            as RMC is void in every mode but those of a true receiver.
+    """
+
+    datum: Datum = NULL_ISLAND
+    epoch: float = 1_800_000_000.0
+    antenna: tuple[float, float] = (0.0, 0.0)
+    log: float = 0.0
+    stern: float = 0.0
+    transducer: float = 0.0
+    rudders: tuple[str, ...] = ("delta",)
+    shafts: tuple[str, ...] = ("n_P",)
+    mmsi: int = 0
+    name: str = ""
+    length: float = 0.0
+    breadth: float = 0.0
+    draught: float = 0.0
+    simulator: bool = False
+
+    @property
+    def mode(self) -> str:
+        """What sentences say of themselves: A, autonomous, or S, simulator."""
+        return "S" if self.simulator else "A"
+
+    @property
+    def numbers(self) -> Mapping[str, int]:
+        """Number of each shaft: 0 alone or amidships, odd to starboard, even to port."""
+        half, odd = divmod(len(self.shafts), 2)
+        port = {name: 2 * (half - k) for k, name in enumerate(self.shafts[:half])}
+        middle = {self.shafts[half]: 0} if odd else {}
+        return {**port, **middle, **{name: 2 * k + 1 for k, name in enumerate(self.shafts[half + odd :])}}
+
+
+def compass(angle: float) -> float:
+    """A direction in degrees, 0 to 360."""
+    return math.degrees(angle) % 360.0
+
+
+def _scaled(m: Measured, name: str, factor: float) -> float | None:
+    return m[name] * factor if name in m else None
+
+
+def _status(m: Measured, name: str) -> str:
+    return "A" if name in m else "V"
+
+
+def _heading(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    return (Sentence("HE", "HDT", {"headingT": compass(m["psi"]), "headingTu": "T"}),)
+
+
+def _heading_status(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    return (Sentence("HE", "THS", {"headt": compass(m["psi"]), "mi": fit.mode}),)
+
+
+def _turn(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    return (Sentence("TI", "ROT", {"rot": math.degrees(m["r"]) * 60.0, "valid": "A"}),)
+
+
+def _speeds(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    per = 1.0 / KNOT
+    return (Sentence("VD", "VBW", {
+        "longwaterspd": _scaled(m, "u_w", per), "transwaterspd": _scaled(m, "v_w", per),
+        "waterspdstatus": _status(m, "u_w"), "longgroundspd": _scaled(m, "u", per),
+        "transgroundspd": _scaled(m, "v_m", per), "groundspdstatus": _status(m, "u"),
+        "sterntranswaterspd": _scaled(m, "v_w_stern", per), "sternwaterspdstatus": _status(m, "v_w_stern"),
+        "sterntransgroundspd": _scaled(m, "v_stern", per), "sterngroundspdstatus": _status(m, "v_stern"),
+    }),)  # fmt: skip
+
+
+def _course(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    return (Sentence("GP", "VTG", {
+        "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": None, "cogmUnit": "M", "sogn": m["U"] / KNOT,
+        "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": fit.mode,
+    }),)  # fmt: skip
+
+
+def _minimum(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    moment = clock(fit, m)
+    return (Sentence("GP", "RMC", {
+        "time": _of_day(moment), "status": "V" if fit.simulator else "A", "lat": m["latitude"], "lon": m["longitude"],
+        "spd": m["U"] / KNOT, "cog": compass(m["chi"]), "date": moment.date(), "mv": None, "mvEW": None,
+        "posMode": fit.mode, "navStatus": "V",
+    }),)  # fmt: skip
+
+
+def _fix(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    return (Sentence("GP", "GGA", {
+        "time": _of_day(clock(fit, m)), "lat": m["latitude"], "lon": m["longitude"],
+        "quality": 8 if fit.simulator else 1, "numSV": 12, "HDOP": 1.0, "alt": 0.0, "altUnit": "M",
+        "sep": 0.0, "sepUnit": "M", "diffAge": None, "diffStation": None,
+    }),)  # fmt: skip
+
+
+def _date(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    moment = clock(fit, m)
+    return (Sentence("GP", "ZDA", {
+        "time": _of_day(moment), "day": moment.day, "month": moment.month, "year": moment.year,
+        "ltzh": "00", "ltzn": "00",
+    }),)  # fmt: skip
+
+
+def _rudders(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    """The outer two; who is alone stands in the starboard field."""
+    starboard, port = fit.rudders[-1:], fit.rudders[:1] if len(fit.rudders) > 1 else ()
+    said = {"stbd": [m[name] for name in starboard if name in m], "port": [m[name] for name in port if name in m]}
+    if not any(said.values()):
+        return ()
+    return (Sentence("RC", "RSA", {
+        key: value for side, angles in said.items()
+        for key, value in ((f"{side}angle", math.degrees(angles[0]) if angles else None),
+                           (f"{side}status", "A" if angles else "V"))
+    }),)  # fmt: skip
+
+
+def _revolutions(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    return tuple(Sentence("RC", "RPM", {
+        "source": "S", "engineshaftnum": number, "rpm": 60.0 * m[name], "pitch": None, "status": "A",
+    }) for name, number in fit.numbers.items() if name in m)  # fmt: skip
+
+
+def _wind(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    known = (("R", "U_A", "gamma_A"), ("T", "U_T", "gamma_T_bow"))
+    return tuple(Sentence("WI", "MWV", {
+        "angle": compass(m[angle]), "reference": reference, "speed": m[speed], "speedu": "M", "status": "A",
+    }) for reference, speed, angle in known if speed in m)  # fmt: skip
+
+
+def _depth(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+    return (Sentence("SD", "DPT", {"depth": m.get("below"), "offset": m["transducer"], "rangescale": None}),)
+
+
+SPOKEN: Mapping[str, Callable[[Fittings, Measured], tuple[Sentence, ...]]] = MappingProxyType({
+    "HDT": _heading, "THS": _heading_status, "ROT": _turn, "VBW": _speeds, "VTG": _course, "RMC": _minimum,
+    "GGA": _fix, "ZDA": _date, "RSA": _rudders, "RPM": _revolutions, "MWV": _wind, "DPT": _depth,
+})  # fmt: skip
+"""Sentences that a ship sends, by kind: from her fittings and what her instruments say to sentences."""
+
+
+def lines(kind: str, fit: Fittings, m: Measured) -> list[bytes]:
+    """The sentences of a kind as they go on the wire; also VDO, where pyais is installed."""
+    if kind == "VDO":
+        from .ais import transponder
+
+        return transponder(fit, m)
+    return [encode(one) for one in SPOKEN[kind](fit, m)]
+
+
+def clock(fit: Fittings, m: Measured) -> datetime:
+    """Date and time of day at what instruments say, to a hundredth of a second."""
+    return datetime.fromtimestamp(round((fit.epoch + m["t"]) * 100.0) / 100.0, UTC)
+
+
+def _of_day(moment: datetime) -> float:
+    return moment.hour * 3600.0 + moment.minute * 60.0 + moment.second + moment.microsecond * 1e-6

@@ -1,0 +1,1 @@
+"""Logs of robots: MCAP files and bags of ROS 2."""

@@ -1,0 +1,1 @@
+"""Single components from their own tests: servos, thrust maps, first guesses."""

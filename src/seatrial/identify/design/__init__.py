@@ -1,0 +1,1 @@
+"""Which manoeuvres tell most about the parameters that are wanted."""

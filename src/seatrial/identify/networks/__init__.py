@@ -1,0 +1,1 @@
+"""Training of networks and of bounded corrections (Wakita 2022)."""

@@ -1,0 +1,289 @@
+"""How freely a correction may move, chosen by trials that were left out.
+
+A polynomial or a network beside the physics needs data in proportion to its numbers.  Its prior says how much it may
+say; too wide for the data, it follows their accidents.  `Widths` fits with several widths to parts of the training
+trials, judges each by the others, and fits all of them with the best: few trials shrink the correction, down to none,
+without anybody's choice.
+
+Which trials were cut from one recording: they share its weather and its errors, so none is a test of another.
+
+Scores of the widths of a prior, kept beside a checkpoint: a run that was killed does not ask again.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+
+from ...core.files import write_whole
+from ...data import Trial
+from .. import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
+from ..digest import digest
+from ..linted import linted
+from ..record import spread
+from ..resume import ResumeError, begin_anew
+from ..trajectory.objective import TrajectoryObjective
+from ..trajectory.shooting import Trajectory
+from ..watch import stage, start
+
+
+@dataclass(frozen=True)
+class Widths(Trajectory):
+    """Trajectory least squares, the prior widths of some parameters chosen by left-out trials.
+
+    Attributes:
+        widths: factors on the prior deviations of `vary`, one fit each for every part left out; with 0 the parameters
+            stay at the mean of their prior.
+        vary: shell-style patterns of the parameters whose priors are scaled together.
+        parts: into how many parts the recordings are dealt, by turns in the order of their names, each left out once;
+            trials that were cut from one recording go out together (`recordings`).
+    """
+
+    widths: tuple[float, ...] = (0.0, 0.3, 1.0)
+    vary: tuple[str, ...] = ("residual_*", "unit_*")
+    parts: int = 3
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.vary, str):
+            raise StudyError(f"estimator.vary is '{self.vary}'; write a list of patterns, [\"{self.vary}\"]")
+        object.__setattr__(self, "vary", tuple(self.vary))
+        object.__setattr__(self, "widths", tuple(float(w) for w in self.widths))
+        if not self.widths or any(not w >= 0.0 for w in self.widths) or len(set(self.widths)) < len(self.widths):
+            raise StudyError(f"estimator.widths is {list(self.widths)}; give different factors, none below zero")
+        if not self.parts >= 2:
+            raise StudyError(f"estimator.parts is {self.parts:g}; leave out one part of two at least")
+
+    @linted
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
+    ) -> Fit:
+        """Estimate the free parameters with the width that predicts left-out trials best; see `Estimator`.
+
+        The choice is told in `Fit.status`; with the width 0, `Fit.free` holds the other parameters only.  What each
+        width has scored stands beside the checkpoint, so that a killed run does not ask again.
+
+        Raises:
+            ResumeError: what stands there belongs to another problem.
+            StudyError: fewer recordings than parts, no parameter to vary, or one of them without a prior.
+            FitError: the model blows up at every start, or with every width.
+        """
+        began = time.perf_counter()
+        self._check(problem)
+        start(progress, problem.ship)
+        alone = len(self.widths) == 1
+        scores = {self.widths[0]: 0.0} if alone else self._scores(problem, checkpoint, progress)
+        best = min(scores, key=lambda w: scores[w])
+        if not np.isfinite(scores[best]):
+            raise FitError("left-out trials blow up with every width of the prior; give the smaller ones, 0 the least")
+        fit = self._plain(problem, best).fit(self._scaled(problem, best), progress=progress, checkpoint=checkpoint)
+        told = ", ".join(f"{w:g}: {score:.3g}" for w, score in scores.items())
+        why = ", the only one given" if alone else f" by left-out trials ({told})"
+        status = f"{fit.status}; prior width {best:g}{why}"
+        return replace(fit, seconds=time.perf_counter() - began, status=status)
+
+    def chosen(self, problem: Problem, priors: Mapping[str, float]) -> float:
+        """The width that a finished fit of `problem` was made with; 0 where its correction was left out.
+
+        Args:
+            priors: the prior deviations of that fit, by path.
+        """
+        varied = [f for f in problem.free if self._varied(f.path)]
+        return max((priors[f.path] / f.sigma for f in varied if f.path in priors), default=0.0)
+
+    def _check(self, problem: Problem) -> None:
+        """Refuse what leaves nothing to choose, or no way to."""
+        count = len(recordings(problem.trials))
+        if count < self.parts:
+            of = "" if count == len(problem.trials) else f" (the {len(problem.trials)} trials are parts of them)"
+            raise StudyError(f"estimator.parts is {self.parts}; there are {count} recordings to leave out{of}")
+        varied = [f for f in problem.free if self._varied(f.path)]
+        if not varied:
+            raise StudyError(f"estimator.vary fits no free parameter: {', '.join(self.vary)}")
+        for f in varied:
+            if not np.isfinite(f.sigma):
+                raise StudyError(f"estimator.vary: {f.path} has no prior whose width could be chosen; give it a sigma")
+
+    def _scores(
+        self, problem: Problem, checkpoint: Path | None, progress: Progress | None = None
+    ) -> dict[float, float]:
+        """Score of each width on left-out trials, those taken from an earlier run that it has finished."""
+        record = Scores.beside(checkpoint, f"{digest(problem, self)} by weighted recordings")
+        for k, width in enumerate(self.widths):
+            if width not in record.found:
+                record.note(width, self._left_out(problem, width, k * self.parts, progress))
+        return {width: record.found[width] for width in self.widths}
+
+    def _varied(self, path: str) -> bool:
+        return any(fnmatchcase(path, pattern) for pattern in self.vary)
+
+    def _plain(self, problem: Problem, width: float) -> Trajectory:
+        """The estimator of one width; `later` goes where nothing would join later."""
+        late = [f.path for f in self._scaled(problem, width).free if any(fnmatchcase(f.path, p) for p in self.later)]
+        return Trajectory(
+            self.window, self.stride, self.every, self.dt, self.method, self.iterations, self.tolerance,
+            self.later if late else (), self.starts, self.seed, self.threads,
+        )  # fmt: skip
+
+    def _scaled(self, problem: Problem, width: float) -> Problem:
+        """The problem with the priors of `vary` so wide; with 0 these stand at their means and are not free."""
+        if width > 0:
+            free = tuple(replace(f, sigma=width * f.sigma) if self._varied(f.path) else f for f in problem.free)
+            return replace(problem, free=free)
+        means = {f.path: f.prior if np.isfinite(f.prior) else f.start for f in problem.free if self._varied(f.path)}
+        kept = tuple(f for f in problem.free if f.path not in means)
+        return replace(problem, ship=problem.ship.having(means), free=kept)
+
+    def _left_out(
+        self, problem: Problem, width: float, before: int = 0, progress: Progress | None = None
+    ) -> float:
+        """Standardised mean squared error of all trials, weighted as the loss does, by fits that have not seen them.
+
+        Args:
+            before: fits for other widths that go before, to say how far the choice has come.
+        """
+        total, count = 0.0, 0.0
+        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        for number, out in enumerate(dealt(problem.trials, self.parts), start=before + 1):
+            stage(progress, f"choosing widths: fit {number} of {len(self.widths) * self.parts}")
+            seen = tuple(t for t in problem.trials if not any(t is other for other in out))
+            inner = self._scaled(replace(problem, trials=seen, validation=(), loss=replace(problem.loss, sigma=sigma)),
+                                 width)  # fmt: skip
+            try:
+                found = self._plain(problem, width).fit(inner)
+            except FitError:
+                return float("inf")
+            judge = self._judge(inner, out, sigma)
+            total += judge.standardised(found.values) * judge.windows.samples
+            count += _counted(judge, out, problem.loss)
+        return total / max(count, 1e-300)
+
+    def _judge(self, inner: Problem, out: Sequence[Trial], sigma: dict[str, float]) -> TrajectoryObjective:
+        """Predictions of the trials left out, each weighing what it weighs in the fit."""
+        plain = replace(inner, loss=replace(inner.loss, sigma=sigma), nuisance=Nuisance())
+        dt = self.dt or float(np.median([t.dt for t in inner.trials]))
+        return TrajectoryObjective.build(
+            plain, out, sigma, window=self.window, dt=dt, every=self.every, method=self.method, threads=self.threads,
+        )  # fmt: skip
+
+
+def _counted(judge: TrajectoryObjective, out: Sequence[Trial], loss: Loss) -> float:
+    """Rows that are compared, each counted by the weight of its trial."""
+    rows = (judge.windows.scale > 0.0).any(axis=2).sum(axis=1)
+    weight = np.array([loss.weight(trial.name) for trial in out])
+    return float(rows @ weight[judge.windows.trial])
+
+
+# What `data.prepare` notes when it cuts a trial at its gaps, and names the parts NAME_1, NAME_2, ...
+_CUT = re.compile(r"run (\d+) (?:without gaps|between leaps of time)")
+# The second at which a recording began: 06-Aug-2020_16_24_25, 2020-08-06T16:24:25, 20200806_162425.
+_STAMP = re.compile(
+    r"(?<!\d)(?:\d{2}[-_.][A-Za-z]{3}[-_.]\d{4}|\d{4}[-_.]?\d{2}[-_.]?\d{2})[-_ T]+\d{2}[-_:.]?\d{2}[-_:.]?\d{2}(?!\d)"
+)
+_PART = re.compile(r"(.+)_(\d{1,3})")
+
+
+def recording(trial: Trial) -> str:
+    """What the recording is called that a trial comes from.
+
+    Parts that were cut here say so in their processing. A data set that ships its recordings in parts names them after
+    the second at which they began, and what stands around it is kind and number of the part.
+    """
+    name = trial.name
+    for step in reversed(trial.meta.get("processing", ())):
+        cut = _CUT.fullmatch(str(step))
+        if cut:
+            name = name.removesuffix(f"_{cut[1]}")
+    stamp = _STAMP.search(name)
+    return stamp[0] if stamp else name
+
+
+def recordings(trials: Iterable[Trial]) -> list[list[Trial]]:
+    """The trials by recording, in the order of their names.
+
+    Where names hold no time, NAME (or NAME_1) and NAME_2 are one recording if the clock of the one goes on in the
+    other, after a pause no longer than the longer of the two.
+    """
+    found: dict[str, list[Trial]] = {}
+    for trial in sorted(trials, key=lambda t: t.name):
+        found.setdefault(recording(trial), []).append(trial)
+    out: list[list[Trial]] = []
+    for group in sorted(found.values(), key=_place):
+        if out and _goes_on(out[-1][-1], group[0]):
+            out[-1] += group
+        else:
+            out.append(group)
+    return sorted(out, key=lambda group: group[0].name)
+
+
+def dealt(trials: Sequence[Trial], parts: int) -> list[list[Trial]]:
+    """The trials in so many parts, whole recordings dealt by turns in the order of their names."""
+    groups = recordings(trials)
+    return [[trial for group in groups[part::parts] for trial in group] for part in range(parts)]
+
+
+def _place(group: Sequence[Trial]) -> tuple[str, int]:
+    """Where its first trial stands among its likes; part 10 after part 2."""
+    part = _PART.fullmatch(group[0].name)
+    return (part[1], int(part[2])) if part else (group[0].name, 0)
+
+
+def _goes_on(one: Trial, other: Trial) -> bool:
+    """Whether two trials are consecutive parts of one name, and of one clock."""
+    (stem, number), (other_stem, other_number) = _place([one]), _place([other])
+    if stem != other_stem or other_number != max(number, 1) + 1 or not len(one) or not len(other):
+        return False
+    return 0.0 < float(other.t[0] - one.t[-1]) <= max(one.duration, other.duration)
+
+
+@dataclass
+class Scores:
+    """What each width has scored; the one mutable record of the choice.
+
+    Attributes:
+        path: file of the scores, or None to keep nothing.
+        digest: fingerprint of the problem they belong to.
+        found: score by width; infinite where the model blew up.
+    """
+
+    path: Path | None
+    digest: str
+    found: dict[float, float] = field(default_factory=dict[float, float])
+
+    @staticmethod
+    def beside(checkpoint: Path | None, digest: str) -> Scores:
+        """Read what stands beside `checkpoint` where it is of this problem; start afresh where there is none.
+
+        Raises:
+            ResumeError: the file belongs to another problem.
+        """
+        if checkpoint is None:
+            return Scores(None, digest)
+        path = checkpoint.with_suffix(".widths.json")
+        if not path.exists():
+            return Scores(path, digest)
+        try:
+            told = json.loads(path.read_text(encoding="utf-8"))
+            found = {float(width): float(score) for width, score in told["scores"]}
+            same = told["digest"] == digest
+        except (ValueError, KeyError, TypeError):
+            begin_anew(path)
+            return Scores(path, digest)
+        if not same:
+            raise ResumeError(f"{path} belongs to another problem; choose another output folder")
+        return Scores(path, digest, found)
+
+    def note(self, width: float, score: float) -> None:
+        """Note what a width has scored, and write all in one step."""
+        self.found[width] = score
+        if self.path is None:
+            return
+        told = {"digest": self.digest, "scores": list(self.found.items())}
+        write_whole(self.path, json.dumps(told))  # Infinity is JSON of Python's own

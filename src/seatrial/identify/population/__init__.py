@@ -1,0 +1,1 @@
+"""Population search: CMA-ES within bounds (Suyama 2023)."""

@@ -1,0 +1,1 @@
+"""What the data say after a fit: verdicts, profiles, ensembles, residual tests."""

@@ -1,0 +1,199 @@
+"""How sure a prediction is: the fit repeated on data as they might have been, and each repetition sailed.
+
+A parametric bootstrap (Efron and Tibshirani 1993, chapter 6): the fitted ship sails the trials again, every
+repetition with noise of its own on the samples and on the states from which the predictions start, and all are
+fitted in one batch.  The spread of these fits within the box is the uncertainty that the data leave.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...core.parameters import Free
+from ...data import Array, DataError, Trial
+from ...engine.rollout import simulator
+from ...models import STATES
+from ...ships import Ship
+from ...simulate.approach import substeps
+from ...simulate.loop import open_loop, open_loop_parameters
+from .. import Fit, FitError, Loss, Problem
+from ..record import windows
+from ..trajectory.batch import Data, Many, Settings, prior
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Fits that the data might as well have given.
+
+    Attributes:
+        ship: the fitted one.
+        free: the parameters.
+        values: shape (members, free).
+        objectives: of each member on its own repetition, shape (members,).
+        objective: of the fit on the data.
+        noise: deviation of each state's noise.
+        settings: how trajectories are integrated.
+    """
+
+    ship: Ship
+    free: tuple[Free, ...]
+    values: Array
+    objectives: Array
+    objective: float
+    noise: Mapping[str, float]
+    settings: Settings
+
+    @property
+    def excess(self) -> float:
+        """Objective of the fit over that of a typical repetition: 1 where the model is as good as its fit."""
+        return self.objective / max(float(np.median(self.objectives)), 1e-300)
+
+    @property
+    def surpassed(self) -> float:
+        """Share of the repetitions whose objective is at least the fit's: small where the model lacks something."""
+        return float((self.objectives >= self.objective).mean())
+
+
+@dataclass(frozen=True)
+class Bands:
+    """A trial as every member would sail it.
+
+    Attributes:
+        trial: the trial whose controls and environment were used.
+        t: shape (rows,).
+        states: shape (members, rows, 6).
+        best: of the fit itself, shape (rows, 6).
+        indices: of each member by name, shape (members,); NaN where a member does not reach it.
+        fitted: of the fit itself.
+        measured: of the trial as it was recorded.
+        units: of the indices.
+    """
+
+    trial: Trial
+    t: Array
+    states: Array
+    best: Array
+    indices: Mapping[str, Array]
+    fitted: Mapping[str, float]
+    measured: Mapping[str, float]
+    units: Mapping[str, str]
+
+    def band(self, state: str, level: float = 0.95) -> tuple[Array, Array]:
+        """Lower and upper edge of a state at each row."""
+        edges = np.quantile(self.states[:, :, STATES.index(state)], _edges(level), axis=0)
+        return edges[0], edges[1]
+
+    def interval(self, index: str, level: float = 0.95) -> tuple[float, float]:
+        """Lower and upper edge of an index; NaN where no member reaches it."""
+        values = self.indices[index][np.isfinite(self.indices[index])]
+        if not values.size:
+            return float("nan"), float("nan")
+        low, high = np.quantile(values, _edges(level))
+        return float(low), float(high)
+
+
+def _edges(level: float) -> tuple[float, float]:
+    return 0.5 * (1.0 - level), 0.5 * (1.0 + level)
+
+
+def ensemble(
+    fit: Fit, problem: Problem, settings: Settings, *,
+    members: int = 100, noise: Mapping[str, float] | None = None, seed: int = 0,
+) -> Ensemble:  # fmt: skip
+    """Fits of repetitions of the trials, all in one batch.
+
+    Args:
+        fit: the optimum.
+        problem: what was fitted, without nuisances.
+        settings: how trajectories were cut and compared; the estimator that made the fit.
+        members: number of repetitions.
+        noise: standard deviation of each measured state's noise; None estimates it (`white`).
+        seed: of the noise.
+
+    Raises:
+        StudyError: the problem has nuisances.
+        FitError: fewer than half of the repetitions can be fitted.
+    """
+    many, rng = Many.like(problem, settings), np.random.default_rng(seed)
+    level = white(fit, problem, settings) if noise is None else dict(noise)
+    sigma = np.array([level.get(name, 0.0) for name in STATES])
+    clean, cut = many.predicted(fit.values), many.windows
+    state0 = np.repeat(cut.state0[None], members, axis=0)
+    state0[:, :, : len(STATES)] = clean[:, 0] + sigma * rng.standard_normal((members, cut.state0.shape[0], len(STATES)))
+    measured = clean[None] + sigma * rng.standard_normal((members, *clean.shape))
+    measured[:, :, 0] = state0[:, :, : len(STATES)]
+    mean, weight = prior(problem.free)
+    deviation = np.where(weight > 0, [f.sigma for f in problem.free], 0.0)
+    means = mean + np.where(weight > 0, deviation, 0.0) * rng.standard_normal((members, mean.size))
+    ends = many.descend(np.repeat(fit.values[None], members, axis=0), data=Data(state0, measured, means),
+                        tolerance=1e-7)  # fmt: skip
+    good = np.isfinite(ends.normals.costs)
+    if good.sum() < 0.5 * members:
+        raise FitError(f"{int((~good).sum())} of {members} repetitions cannot be simulated with the noise given")
+    return Ensemble(fit.ship, problem.free, ends.values[good], ends.normals.data[good],
+                    float(many.normals(fit.values[None]).data[0]), level, settings)  # fmt: skip
+
+
+def white(fit: Fit, problem: Problem, settings: Settings) -> dict[str, float]:
+    """Deviation of the noise of each measured state, from differences of the residuals between samples.
+
+    What a model lacks, and what an error of the start does, changes slowly; second differences of
+    neighbouring residuals hold little of it.
+    """
+    every = replace(problem, loss=Loss(dict.fromkeys(STATES, 1.0), 0.0))
+    many = Many.like(every, settings)
+    errors = many.windows.measured - many.predicted(fit.values)
+    errors = np.where(many.windows.scale > 0, errors, np.nan)
+    second = errors[:, 2:] - 2.0 * errors[:, 1:-1] + errors[:, :-2]
+    # White noise of deviation s has second differences of deviation sqrt(6) s.
+    return {name: float(np.sqrt(np.nanmean(second[:, :, k] ** 2) / 6.0)) for k, name in enumerate(STATES)}
+
+
+def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:
+    """A trial sailed by every member from its first complete state, under its own controls and environment.
+
+    Args:
+        group: the members.
+        trial: measured, or simulated for a manoeuvre not sailed yet.
+        manoeuvre: reads the indices off each run, as `Turning` does; None reads none.
+
+    Raises:
+        DataError: the trial has no complete rows.
+    """
+    dt = group.settings.dt or float(np.median(np.diff(trial.t)))
+    cut = windows((trial,), group.ship.model, Loss(correlation=0.0), dict.fromkeys(STATES, 1.0),
+                  window=trial.duration, dt=dt, every=1,
+                  substeps=substeps(group.ship, dt, group.settings.method))  # fmt: skip
+    if cut.state0.shape[0] != 1:
+        raise DataError(f"{trial.name}: its complete rows fall apart into {cut.state0.shape[0]} runs; give one")
+    free = tuple(f.path for f in group.free)
+    names = open_loop(group.ship).parameters
+    shared = open_loop_parameters(group.ship)
+    best = shared[[names.index(path) for path in free]]
+    lanes = np.vstack([best, group.values])
+    run = simulator(open_loop(group.ship), free).run(
+        np.repeat(cut.state0, len(lanes), axis=0), np.repeat(cut.series, len(lanes), axis=0), shared,
+        lanewise=lanes, dt=cut.dt, steps=cut.steps, every=cut.every, method=group.settings.method,
+        threads=group.settings.threads,
+    )  # fmt: skip
+    states = run.values[:, :, : len(STATES)]
+    t = trial.t[0] + dt * np.arange(states.shape[1])
+    read = [] if manoeuvre is None else [_indices(trial, t, one, manoeuvre, group.ship.L_pp) for one in states]
+    found = sorted({name for one in read for name in one})
+    values = {name: np.array([one[name].value if name in one else np.nan for one in read]) for name in found}
+    return Bands(
+        trial, t, states[1:], states[0],
+        {name: own[1:] for name, own in values.items()}, {name: float(own[0]) for name, own in values.items()},
+        {} if manoeuvre is None else {n: i.value for n, i in manoeuvre.indices(trial, group.ship.L_pp).items()},
+        {name: next(one[name].unit for one in read if name in one) for name in found},
+    )  # fmt: skip
+
+
+def _indices(trial: Trial, t: Array, states: Array, manoeuvre: Any, L_pp: float) -> Mapping[str, Any]:
+    controls = {n: np.interp(t, trial.t, trial[n]) for n in trial.channels if n not in STATES}
+    channels = {name: states[:, k] for k, name in enumerate(STATES)} | controls
+    return manoeuvre.indices(Trial(trial.name, t, channels, trial.units, trial.meta), L_pp)

@@ -1,0 +1,137 @@
+"""Whether residuals look like noise: what a fit leaves over tells when the model lacks something.
+
+The start states are measured, hence wrong by their noise, and a wrong start bends the whole track; so the fit
+is first repeated with the starts free within that noise, and only what then remains is judged.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...data import Array
+from ...models import STATES
+from .. import Fit, Loss, Nuisance, Problem
+from ..trajectory.batch import Settings, cut_as
+from ..trajectory.gauss_newton import State, minimise
+from ..trajectory.objective import TrajectoryObjective
+from .ensemble import white
+
+# Residuals larger than the noise by this share, correlations beyond this (over their own scatter), and runs fewer
+# than expected by so many deviations are more than chance and the fit itself explain.
+_LARGE, _ALIKE, _RUNS = 1.15, 0.1, -4.0
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What is left of one channel.
+
+    Attributes:
+        channel: name of the state.
+        size: root mean square over the noise's deviation.
+        correlation: of residuals one correlation time (or one sample) apart.
+        runs: number of runs of one sign, in deviations from what independent residuals have
+            (Wald and Wolfowitz 1940).
+        samples: residuals that count.
+    """
+
+    channel: str
+    size: float
+    correlation: float
+    runs: float
+    samples: int
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What does not look like noise, in words."""
+        out: list[str] = []
+        if self.size > _LARGE:
+            out.append(f"{self.channel}: the residuals are {self.size:.2g} times the sensor noise")
+        if self.correlation > _ALIKE + 4.0 / math.sqrt(max(self.samples, 1)):
+            out.append(f"{self.channel}: residuals stay alike beyond the correlation time "
+                       f"(correlation {self.correlation:.2f})")  # fmt: skip
+        if self.runs < _RUNS:
+            out.append(f"{self.channel}: residuals keep their sign for longer than chance allows "
+                       f"({-self.runs:.0f} deviations too few runs)")  # fmt: skip
+        return tuple(out)
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """What is left of every compared channel."""
+
+    remainders: tuple[Remainder, ...]
+
+    @property
+    def lacking(self) -> bool:
+        """Whether the model lacks something."""
+        return any(r.warnings for r in self.remainders)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The finding and its grounds, one line each."""
+        grounds = tuple(line for r in self.remainders for line in r.warnings)
+        if not grounds:
+            return ("The residuals look like sensor noise: nothing in these trials contradicts the model.",)
+        return (
+            "The model lacks something that these trials show (wind, current, waves, an actuator's lag, or a term of "
+            "the model): bands and intervals count noise only, and are too narrow.", *grounds,
+        )  # fmt: skip
+
+
+def misfit(
+    fit: Fit, problem: Problem, settings: Settings, *, noise: Mapping[str, float] | None = None
+) -> Misfit:
+    """Hold the residuals of a fit against the sensor noise.
+
+    Args:
+        fit: the optimum.
+        problem: what was fitted.
+        settings: how trajectories were cut and compared; the estimator that made the fit.
+        noise: declared standard deviation of each measured state's noise; None estimates it (`white`).
+    """
+    sigma, arguments = cut_as(problem, settings)
+    level = white(fit, problem, settings) if noise is None else {n: float(noise.get(n, 0.0)) for n in STATES}
+    # A channel without noise would weigh infinitely; a millionth of the scale stands for it.
+    level = {n: max(v, 1e-6 * sigma.get(n, 1.0), 1e-9) for n, v in level.items()}
+    told = replace(problem, nuisance=Nuisance(initial=level), loss=Loss({n: level[n] for n in sigma}, 0.0))
+    objective = TrajectoryObjective.build(told, told.trials, told.loss.sigma, **arguments)
+    eta = np.zeros(objective.nuisances)
+    begin = State(fit.values, eta, objective.cost(fit.values, eta))
+    low, high = np.array([f.low for f in fit.free]), np.array([f.high for f in fit.free])
+    end = minimise(objective, begin, low, high, iterations=30, tolerance=1e-6, each=lambda _: None)
+    cut = objective.windows
+    left = np.where(cut.scale > 0, objective.residuals(end.p, end.eta), np.nan)
+    lag = max(math.ceil(problem.loss.correlation / (cut.dt * cut.every)), 1)
+    return Misfit(tuple(_remainder(name, left[:, :, STATES.index(name)], lag) for name in sigma))
+
+
+def _remainder(name: str, e: Array, lag: int) -> Remainder:
+    known = np.isfinite(e)
+    count = int(known.sum())
+    size = float(np.sqrt(np.nanmean(e**2)))
+    both = known[:, lag:] & known[:, :-lag]
+    product = np.where(both, e[:, lag:] * e[:, :-lag], 0.0)
+    alike = float(product.sum()) / max(int(both.sum()), 1) / max(size**2, 1e-300)
+    return Remainder(name, size, alike, _runs(e[:, ::lag]), count // lag)
+
+
+def _runs(e: Array) -> float:
+    """Runs of one sign over all windows, in deviations from what independent signs give."""
+    runs, mean, variance = 0, 0.0, 0.0
+    for row in e:
+        sign = row[np.isfinite(row)] > 0
+        up, down = int(sign.sum()), int((~sign).sum())
+        n = up + down
+        if not (up and down):
+            # One sign throughout a window is one run; independent signs would give half as many as samples.
+            runs, mean, variance = runs + 1, mean + 0.5 * n, variance + 0.25 * n
+            continue
+        expected = 2.0 * up * down / n
+        runs += int(np.count_nonzero(np.diff(sign))) + 1
+        mean += expected + 1.0
+        variance += expected * (expected - 1.0) / max(n - 1, 1)
+    return (runs - mean) / math.sqrt(variance) if variance > 0 else 0.0

@@ -1,0 +1,163 @@
+"""What the data say about each parameter, and in plain words.
+
+The posterior is Gaussian about the optimum.  A direction of parameter space is determined where the
+data tighten the prior (or the interval) markedly; where they do not, the verdict says so and names
+the manoeuvre that would excite it.  Every parameter is measured by its own size as well, and the worse of
+the two counts: a prior or an interval that is wide enough is tightened by any data, which says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...core.parameters import Free
+from ...data import Array
+from .. import Fit, Verdict
+from ..trajectory.gauss_newton import Normal
+
+# Share of the prior variance that the data must remove: below the first nothing is learned,
+# above the second the data speak clearly louder than the prior.  Of the squared size of a parameter, its variance
+# must leave as much: sigma is below .32 of the size of what is identified, and below .71 of what is weak.
+UNKNOWN, CLEAR = 0.5, 0.9
+CORRELATED = 0.95
+# Least curvature of a direction, relative to that of its parameters one by one: what rounding leaves of none.
+_FLAT = 1e-13
+
+EXCITES = (
+    ("propeller.A_", "reversing with way ahead, and propeller ahead with sternway"),
+    ("propeller.B_", "reversing with way ahead, and propeller ahead with sternway"),
+    ("propeller.C_", "stopping runs: reversed propeller at several speeds"),
+    ("propeller.", "straight runs at several revolutions, accelerating and coasting"),
+    ("wind.", "slow runs and drifting in wind from ahead, astern and both sides"),
+    ("rudder.C_PR", "rudder angles with the propeller reversed"),
+    ("rudder.k_xPR", "rudder angles with the propeller reversed"),
+    ("rudder.", "zigzags and turns at several rudder angles and revolutions"),
+    ("body.", "rapid reversals of rudder and propeller (short zigzags, accelerations)"),
+    ("hull.X_0A", "astern runs"),
+    ("hull.X_", "straight runs and coasting, and turns for the coupled terms"),
+    ("hull.C_", "crabbing and turning on the spot, at little or no way"),
+    ("hull.", "turns and zigzags at small and large rudder angles"),
+)
+
+
+def manoeuvre_for(path: str) -> str:
+    """The manoeuvre that would tell most about a parameter."""
+    return next((text for prefix, text in EXCITES if path.startswith(prefix)), "more varied manoeuvres")
+
+
+def prior_variance(free: Sequence[Free]) -> Array:
+    """Variance before the data: of the Gaussian prior, else of a uniform one over the interval."""
+    out = np.full(len(free), np.inf)
+    for i, f in enumerate(free):
+        if np.isfinite(f.sigma):
+            out[i] = f.sigma**2
+        elif np.isfinite(f.high - f.low):
+            out[i] = (f.high - f.low) ** 2 / 12.0
+    return out
+
+
+def posterior(normal: Normal, free: Sequence[Free], values: Array, variance: float) -> tuple[Array, Array]:
+    """Posterior covariance and the share of the prior variance that the data removed.
+
+    Args:
+        normal: normal equations at the optimum, prior included.
+        free: the parameters.
+        values: their estimates; without prior and interval, the larger of start and estimate stands in for both.
+        variance: mean squared weighted residual; the data's share of H is divided by it, so that
+            sigma need only be right up to a factor.
+    """
+    H, _ = normal.reduced(0.0)
+    prior = np.array([f.sigma**-2.0 for f in free])
+    whole = (H - np.diag(prior)) / max(variance, 1e-200) + np.diag(prior)
+    before, size = prior_variance(free), _size(free, values)
+    curved = np.diag(whole) > 0
+    unseen = np.where(np.isfinite(before), np.sqrt(before), np.where(size > 0, size, 1.0))
+    scale = np.where(curved, np.where(curved, np.diag(whole), 1.0) ** -0.5, unseen)
+    scaled = scale[:, None] * whole * scale[None, :]
+    # A direction without any curvature is wider than any prior.
+    weight, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    covariance = scale[:, None] * ((vectors / np.maximum(weight, _FLAT)) @ vectors.T) * scale[None, :]
+    yardstick = np.where(np.isfinite(before), before, size**2)
+    share = 1.0 - np.diag(covariance) / np.where(yardstick > 0, yardstick, 1e-300)
+    return covariance, np.clip(share, 0.0, 1.0)
+
+
+def _size(free: Sequence[Free], values: Array) -> Array:
+    """How large each parameter is: at the start, where its prior has it or as estimated, whichever is largest."""
+    known = [max(abs(f.start), abs(f.prior) if np.isfinite(f.sigma) else 0.0) for f in free]
+    return np.maximum(known, np.abs(values))
+
+
+def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
+    """The fit with the verdict "not identified" on what no data of this kind tell, however small sigma is.
+
+    Args:
+        unidentified: why, by path; a path that is not free is held at an assumed number.
+    """
+    free = [f.path for f in fit.free]
+    told = [
+        replace(v, status="not identified", text=f"{v.text}; all the same: {unidentified[v.subject]}")
+        if v.subject in unidentified else v
+        for v in fit.verdicts
+    ]  # fmt: skip
+    held = [Verdict(path, "not identified", f"held, not fitted: {why}") for path, why in unidentified.items()
+            if path not in free]  # fmt: skip
+    return replace(fit, verdicts=(*told, *held))
+
+
+def verdicts(
+    free: Sequence[Free], values: Array, covariance: Array, shrinkage: Array, at_bound: Sequence[str]
+) -> tuple[Verdict, ...]:
+    """One verdict per parameter, then one per pair that only shows up as a combination."""
+    sigma = np.sqrt(np.diag(covariance))
+    single = tuple(
+        _single(f, float(v), float(s), float(share), f.path in at_bound)
+        for f, v, s, share in zip(free, values, sigma, shrinkage, strict=True)
+    )
+    return single + _pairs(free, covariance, sigma)
+
+
+def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> Verdict:
+    told = f"{value:.4g} +- {sigma:.2g}"
+    if bound:
+        return Verdict(
+            f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it further out, "
+            "so either the interval is too narrow or the model lacks something",
+        )  # fmt: skip
+    size = float(_size([f], np.array([value]))[0])
+    known = f"sigma is {sigma / size:.2g} of its size" if size > 0 else "not told from zero"
+    own = 1.0 - min(sigma / size, 1.0) ** 2 if size > 0 else 0.0
+    if not np.isfinite(prior_variance([f])[0]):
+        share, told = own, f"{told}: {known}"
+    elif own < min(share, CLEAR):  # its own size is the stricter measure
+        share, told = own, f"{told}: {known}, though the data removed {share:.0%} of the prior variance"
+    elif share >= CLEAR:
+        told = f"{told}: {known}, and the data removed {share:.0%} of the prior variance"
+    elif share >= UNKNOWN:
+        told = f"{told}: data and prior speak about equally loud ({share:.0%})"
+    else:
+        told = f"{told} is little more than the prior ({share:.0%} removed)"
+    if share >= CLEAR:
+        return Verdict(f.path, "identified", told)
+    manoeuvre = manoeuvre_for(f.path)
+    if share >= UNKNOWN:
+        return Verdict(f.path, "weak", f"{told}; {manoeuvre} would help")
+    return Verdict(f.path, "not identified", f"{told}; not to be read as physics; {manoeuvre} would excite it")
+
+
+def _pairs(free: Sequence[Free], covariance: Array, sigma: Array) -> tuple[Verdict, ...]:
+    correlation = covariance / np.outer(sigma, sigma)
+    out: list[Verdict] = []
+    for i in range(len(free)):
+        for j in range(i):
+            c = float(correlation[i, j])
+            if abs(c) > CORRELATED:
+                word = "trade off against each other" if c < 0 else "rise and fall together"
+                out.append(Verdict(
+                    f"{free[j].path} and {free[i].path}", "weak",
+                    f"they {word} (correlation {c:+.3f}): the data fix a combination, not each of them",
+                ))  # fmt: skip
+    return tuple(out)

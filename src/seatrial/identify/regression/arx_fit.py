@@ -1,0 +1,300 @@
+"""Fitting auto-regressive models: AR by least squares or Yule-Walker, ARX, and how many lags (Sawada 2024 4.1.2)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...core.parameters import Free, Terms, unknown, values
+from ...data import Array, DataError, Trial
+from ...data.prepare import to_body
+from ...models.arx import CONSTANT, INPUTS, OUTPUTS, Arx, lag_of
+from .. import Fit, Problem, Progress, StudyError
+from ..linted import linted
+from ..record import even
+from .regression import Solution, criteria, least_squares, weighted_fit
+
+
+class Ar(NamedTuple):
+    """x(t) = sum a_i x(t - i) + white noise (Sawada 2024 Eq. 9).
+
+    Attributes:
+        a: coefficients, the most recent sample's first, shape (m,).
+        variance: of the noise.
+        rows: samples that the fit rests on.
+    """
+
+    a: Array
+    variance: float
+    rows: int
+
+    @property
+    def stable(self) -> bool:
+        """Whether all roots of z^m - a_1 z^(m-1) - ... lie within the unit circle."""
+        return bool(np.all(np.abs(np.roots([1.0, *(-self.a)])) < 1.0))
+
+    @property
+    def criteria(self) -> tuple[float, float]:
+        """AIC and BIC."""
+        return criteria(self.variance, self.rows, len(self.a))
+
+
+def ar(x: Array, m: int, first: int | None = None) -> Ar:
+    """Least-squares fit of an AR model of order `m` to a series, shape (samples,); its mean is taken off.
+
+    Args:
+        x: the series, without gaps.
+        m: the order.
+        first: first row that is predicted; None takes the earliest, `m`.  Orders compare on the same rows.
+
+    Raises:
+        DataError: a gap, or too few samples.
+    """
+    z, start = _centred(x, m), m if first is None else max(first, m)
+    matrix = np.column_stack([z[start - i : z.size - i] for i in range(1, m + 1)])
+    found = least_squares(matrix, z[start:])  # (9)
+    return Ar(found.values, found.variance * (found.rows - m) / found.rows, found.rows)
+
+
+def yule_walker(x: Array, m: int) -> Ar:
+    """The same from the autocorrelation of the series: always stable, biased for short ones."""
+    from scipy.linalg import solve_toeplitz
+
+    z = _centred(x, m)
+    lagged = np.array([z[: z.size - k] @ z[k:] for k in range(m + 1)]) / z.size
+    a = np.asarray(solve_toeplitz(lagged[:-1], lagged[1:]), dtype=np.float64)
+    return Ar(a, float(lagged[0] - a @ lagged[1:]), z.size)
+
+
+def ar_order(x: Array, most: int, criterion: str = "aic") -> Ar:
+    """The AR model of the order up to `most` that AIC or BIC prefers, all judged on the same rows."""
+    at = _criterion(criterion)
+    return min((ar(x, m, most) for m in range(1, most + 1)), key=lambda found: found.criteria[at])
+
+
+def _criterion(name: str) -> int:
+    if name not in ("aic", "bic"):
+        raise StudyError(unknown(name, ("aic", "bic"), "criterion"))
+    return ("aic", "bic").index(name)
+
+
+def _centred(x: Array, m: int) -> Array:
+    if m < 1 or x.size < 3 * m + 2 or not np.isfinite(x).all():
+        raise DataError(f"AR of order {m}: needs an order from 1 and {3 * max(m, 1) + 2} samples without a gap")
+    z = x - np.mean(x)
+    if not np.any(z):
+        raise DataError("AR: the series is constant; there is nothing to fit")
+    return z
+
+
+class Candidate(NamedTuple):
+    """One line of the table of orders: lags of the outputs and of the controls, AIC, BIC, residual deviations."""
+
+    outputs: int
+    inputs: int
+    aic: float
+    bic: float
+    sigma: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class ArxFit:
+    """A fitted ARX model.
+
+    Attributes:
+        model: the model, with the order that the criterion prefers.
+        sigma: standard deviation of each coefficient, in the order of the model's.
+        covariance: of the coefficients, block by block of the equations, shape (n, n).
+        residual: standard deviation of the one-step error of each output, SI.
+        table: every order tried, best first.
+    """
+
+    model: Arx
+    sigma: Array
+    covariance: Array
+    residual: tuple[float, ...]
+    table: tuple[Candidate, ...]
+
+
+def fit_arx(
+    trials: Sequence[Trial], *, dt: float, outputs: Sequence[str] = ("r",), inputs: Sequence[str] = ("delta",),
+    orders: tuple[int, ...] | None = None, most: int = 6, criterion: str = "bic", constant: bool = True,
+) -> ArxFit:  # fmt: skip
+    """ARX model of some velocities on some controls, by least squares, equation by equation.
+
+    Args:
+        trials: measured or simulated; resampled to `dt` where they are not on it.
+        dt: sample time of the model [s].
+        outputs: velocities to predict, of u, v_m, r; each may depend on all of them.
+        inputs: controls, of n_P and delta; none makes it (vector) AR.
+        orders: lags of outputs and inputs; None takes those up to `most` that the criterion prefers.
+        most: greatest number of lags tried.
+        criterion: "aic" or "bic".
+        constant: whether each equation has a constant.
+
+    Raises:
+        DataError: too few samples, a missing channel, or motion that does not excite all coefficients.
+        StudyError: an unknown output, input or criterion.
+    """
+    at = _criterion(criterion)
+    for name, known in (*((n, OUTPUTS) for n in outputs), *((n, INPUTS) for n in inputs)):
+        if name not in known:
+            raise StudyError(unknown(name, known, "channel"))
+    tried = [orders] if orders else [(a, b) for a in range(1, most + 1) for b in range(1, (most if inputs else 1) + 1)]
+    first = max(max(pair) for pair in tried)
+    series = [_series(trial, dt, (*outputs, *inputs)) for trial in trials]
+    found: list[tuple[Candidate, tuple[str, ...], list[Solution]]] = []
+    for a, b in tried:
+        names = _names(outputs, inputs, a, b, constant)
+        solved, left = _solve(series, outputs, names, first)
+        spread = np.atleast_2d(left.T @ left / len(left))
+        count = sum(len(s.values) for s in solved)
+        scores = criteria(float(np.linalg.det(spread)), len(left), count)
+        found.append((Candidate(a, b, *scores, tuple(np.sqrt(np.diag(spread)).tolist())), names, solved))
+    found.sort(key=lambda one: one[0][2 + at])
+    best, names, solved = found[0]
+    covariance = _blocks([s.covariance for s in solved])
+    numbers = tuple(float(v) for s in solved for v in s.values)
+    model = Arx(dt=dt, coefficients=Terms(names, numbers))
+    table = tuple(one[0] for one in found)
+    return ArxFit(model, np.sqrt(np.diag(covariance)), covariance, best.sigma, table)
+
+
+@dataclass(frozen=True)
+class ArxRegression:
+    """Estimator of a study for a ship whose model is `Arx`: the free coefficients by least squares.
+
+    The structure is that of the ship's coefficients; those that are not free hold.  Priors and bounds count.
+    """
+
+    @linted
+    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
+        """Estimate the free coefficients of `problem`; there is nothing to resume, so `checkpoint` stays unused.
+
+        Raises StudyError where the model is not ARX or something else is free, DataError where trials hold too little.
+        """
+        began = time.perf_counter()
+        model: Any = problem.ship.model
+        if not isinstance(model, Arx):
+            raise StudyError(f"{problem.ship.name}: ArxRegression fits ARX models only; this is {type(model).__name__}")
+        free = [f.path.removeprefix("coefficients.") for f in problem.free]
+        wrong = [f.path for f in problem.free if not f.path.startswith("coefficients.")]
+        if wrong:
+            raise StudyError(f"free: {wrong[0]} is no coefficient; ArxRegression fits coefficients.* only")
+        held = Terms(model.coefficients.names, tuple(
+            0.0 if name in free else float(number) for name, number in model.coefficients.items()
+        ))  # fmt: skip
+        matrices, rights = list[Array](), list[Array]()
+        longest = max(model.lags.values(), default=1)
+        for trial in problem.trials:
+            data = _series(trial, float(model.dt), _channels(model))
+            rows = _rows(data, longest)
+            own = {lag_of(name).output for name in held.names}
+            right = np.column_stack([data[n][rows] if n in own else np.zeros(rows.size) for n in OUTPUTS])
+            matrix = np.zeros((rows.size, len(OUTPUTS), len(free)))
+            for name, number in held.items():
+                output, of, lag = lag_of(name)
+                column = np.ones(rows.size) if of == CONSTANT else data[of][rows - lag]
+                right[:, OUTPUTS.index(output)] -= number * column
+                if name in free:
+                    matrix[:, OUTPUTS.index(output), free.index(name)] = column
+            matrices.append(matrix)
+            rights.append(right)
+        return weighted_fit(problem, np.concatenate(matrices), np.concatenate(rights), self, began, progress)
+
+
+def free_coefficients(model: Arx) -> tuple[Free, ...]:
+    """Every coefficient free, without prior or bound."""
+    return tuple(Free(path, value) for path, value in values(model).items() if path != "dt")
+
+
+def predict(model: Arx, trial: Trial, steps: int) -> dict[str, Array]:
+    """Predictions up to `steps` samples ahead from every sample, under the controls of the trial.
+
+    Returns:
+        For each output with an equation, shape (samples, steps): entry [t, k] is the prediction made at row
+        t for row t + k + 1, NaN where the trial is too short before or behind.  Rows are those of the trial
+        on the model's sample time.
+    """
+    data = _series(trial, float(model.dt), _channels(model))
+    longest = max(model.lags.values(), default=1)
+    count = next(iter(data.values())).size
+    outputs = tuple(dict.fromkeys(lag_of(n).output for n in model.coefficients.names))
+    starts = np.arange(longest - 1, count - steps)
+    out = {name: np.full((count, steps), np.nan) for name in outputs}
+    for k in range(steps):
+        made = {name: np.zeros(starts.size) for name in outputs}
+        for name, number in model.coefficients.items():
+            output, of, lag = lag_of(name)
+            if of == CONSTANT:
+                made[output] += number
+            elif of in out and lag <= k:
+                made[output] += number * out[of][starts, k - lag]
+            else:
+                made[output] += number * data[of][starts + k + 1 - lag]
+        for name in outputs:
+            out[name][starts, k] = made[name]
+    return out
+
+
+def _channels(model: Arx) -> tuple[str, ...]:
+    return tuple(dict.fromkeys((*model.lags, *(lag_of(name).output for name in model.coefficients.names))))
+
+
+def _series(trial: Trial, dt: float, names: Sequence[str]) -> dict[str, Array]:
+    """Channels on the sample time; velocities through the water where the trial has a current."""
+    absent = [name for name in names if name not in trial]
+    if absent:
+        raise DataError(f"{trial.name}: no channel {', '.join(absent)}; the model needs {', '.join(names)}")
+    on = even(trial, dt)
+    out = {name: on[name].copy() for name in names}
+    if "U_C" in on and "gamma_C" in on and "psi" in on:
+        u_C, v_C = to_body(on["U_C"] * np.cos(on["gamma_C"]), on["U_C"] * np.sin(on["gamma_C"]), on["psi"])
+        for name, drift in (("u", u_C), ("v_m", v_C)):
+            if name in out:
+                out[name] -= drift
+    return out
+
+
+def _rows(data: dict[str, Array], first: int) -> Any:
+    """Rows that can be predicted: `first` samples before them, and no gap among these."""
+    good = np.asarray(np.isfinite(np.column_stack(list(data.values()))).all(axis=1), dtype=np.float64)
+    return np.flatnonzero(np.convolve(good, np.ones(first + 1), "valid") > first + 0.5) + first
+
+
+def _names(outputs: Sequence[str], inputs: Sequence[str], a: int, b: int, constant: bool) -> tuple[str, ...]:
+    out: list[str] = []
+    for output in outputs:
+        out += [f"{output}_{of}_{lag}" for of in outputs for lag in range(1, a + 1)]
+        out += [f"{output}_{of}_{lag}" for of in inputs for lag in range(1, b + 1)]
+        out += [f"{output}_{CONSTANT}"] if constant else []
+    return tuple(out)
+
+
+def _solve(
+    series: Sequence[dict[str, Array]], outputs: Sequence[str], names: Sequence[str], first: int
+) -> tuple[list[Solution], Array]:
+    """Least squares per equation, and the residuals, shape (rows, outputs)."""
+    solved, left = list[Solution](), list[Array]()
+    rows = [_rows(data, first) for data in series]
+    for output in outputs:
+        own = [lag_of(name) for name in names if lag_of(name).output == output]
+        matrix = np.concatenate([
+            np.column_stack([np.ones(at.size) if of == CONSTANT else data[of][at - lag] for _, of, lag in own])
+            for data, at in zip(series, rows, strict=True)
+        ])  # fmt: skip
+        right = np.concatenate([data[output][at] for data, at in zip(series, rows, strict=True)])
+        solved.append(least_squares(matrix, right))
+        left.append(right - matrix @ solved[-1].values)
+    return solved, np.column_stack(left)
+
+
+def _blocks(parts: Sequence[Array]) -> Array:
+    from scipy.linalg import block_diag
+
+    return np.asarray(block_diag(*parts), dtype=np.float64)

@@ -1,0 +1,1 @@
+"""Local and global optimisation by multiple shooting (You 2023)."""

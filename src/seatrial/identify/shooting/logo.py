@@ -1,0 +1,370 @@
+"""Local and global optimisation of trajectories: Algorithm 1 of You 2023 as a schedule that always has an answer.
+
+LO is a prediction over short stretches from measured states, or, where the momentum balance is linear in all
+parameters, one linear system.  GO is the whole trajectory by multiple shooting.  Trials are added step by step,
+each GO begins where the last one ended, and LO is the way back in where it stalls.
+
+One fit by multiple shooting as it goes on: stages, ways in, and what is made of the point where it ends.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ...data import Array, DataError, Trial
+from ...engine.rollout import is_rk4
+from ...models import STATES
+from ...simulate.approach import substeps
+from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
+from ..digest import digest
+from ..linted import linted
+from ..posterior.verdicts import posterior, verdicts
+from ..record import spread
+from ..trajectory.batch import prior as priors
+from ..trajectory.gauss_newton import Normal
+from ..trajectory.objective import TrajectoryObjective
+from ..watch import tell, with_values
+from .chains import chains
+from .condensed import DAMPING, Condensed, Linear, Point, Search, descend
+from .constraints import Inequalities, Penalty
+from .ipopt import FullSpace
+from .momentum import momentum_guess
+from .nuisances import Nuisances
+
+_SCHEDULES, _INITIAL = ("lo", "go", "logo"), ("free", "measured")
+_BACK_ENDS, _HESSIANS = ("engine", "ipopt"), ("gauss-newton", "exact")
+
+
+@dataclass(frozen=True)
+class Shooting:
+    """Estimator: whole trajectories by multiple shooting, first guess and way back in by short predictions.
+
+    A constant current and sensor biases of each trial (`Nuisance`) are estimated along and eliminated.
+
+    Attributes:
+        schedule: "lo" alone, "go" from the declared start (over growing windows), or "logo": LO first, then GO.
+        growth: trials that are added at a time; 0 takes all at once.
+        window: length of the windows of multiple shooting [s].
+        smooth: length over which measured velocities are smoothed for LO [s].
+        every: compare every so many steps.
+        dt: time step [s]; None takes the median step of the trials.
+        method: as in `Trajectory`.
+        ridge: weight of the squared offset from the start, relative to the start (absolute where that is zero).
+        constraints: whether You 2023 Eqs. 18-19 are kept (`constraints`).
+        initial: first state of each trial "free", its measurement counting as any other row, or as "measured".
+        weights: of the manoeuvres by trial name; 1 where not named.
+        back_end: "engine", or "ipopt" (CasADi), to which `hessian` belongs: "gauss-newton" or "exact".
+        iterations, tolerance: stop after so many, or when the relative decrease is smaller.
+        threads: None takes every processor.
+    """
+
+    schedule: str = "logo"
+    growth: int = 0
+    window: float = 5.0
+    smooth: float = 1.0
+    every: int = 1
+    dt: float | None = None
+    method: str = "rk4"
+    ridge: float = 0.0
+    constraints: bool = False
+    initial: str = "free"
+    weights: Mapping[str, float] = field(default_factory=dict[str, float])
+    back_end: str = "engine"
+    hessian: str = "gauss-newton"
+    iterations: int = 60
+    tolerance: float = 1e-10
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("window", "smooth", "every", "dt", "iterations", "tolerance"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise StudyError(f"estimator.{name} is {value:g}; it must be above zero")
+        for name in ("growth", "ridge"):
+            if not getattr(self, name) >= 0:
+                raise StudyError(f"estimator.{name} is {getattr(self, name):g}; it must be zero or above")
+        for name, known in (("schedule", _SCHEDULES), ("initial", _INITIAL), ("back_end", _BACK_ENDS),
+                            ("hessian", _HESSIANS)):  # fmt: skip
+            if getattr(self, name) not in known:
+                raise StudyError(f"estimator.{name} is '{getattr(self, name)}'; known: {', '.join(known)}")
+        for name, weight in self.weights.items():
+            if not weight > 0:
+                raise StudyError(f"estimator.weights of {name} is {weight:g}; it must be above zero")
+        is_rk4(self.method)
+
+    @property
+    def starts_remedy(self) -> tuple[str, str]:
+        """What to do about the noise of measured starts; see `Estimator`."""
+        if self.schedule == "lo":
+            return "loss.correlation", "give the time over which errors are alike"
+        return ("", "") if self.initial == "free" else ("estimator.initial", 'say "free"')
+
+    @linted
+    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
+        """Estimate the free parameters of `problem`; see `Estimator`.
+
+        A fit takes about a second, so nothing is kept in `checkpoint`: a killed run starts anew.
+
+        Raises:
+            StudyError: nuisances that there cannot be, or weights of trials that there are not.
+            FitError: no prediction, however short, is finite.
+        """
+        began = time.perf_counter()
+        self._check(problem)
+        run = Run.of(self, problem, began, progress)
+        p = np.array([f.start for f in problem.free])
+        for count in self._stages(len(problem.trials)):
+            p = run.early(problem.trials[:count], p)
+        stage = run.stage(problem.trials)
+        return run.finished(stage, run.local(stage, p) if self.schedule == "lo" else run.whole(stage, p))
+
+    def _stages(self, count: int) -> list[int]:
+        """How many trials take part before all do, stage by stage (You 2023 Algorithm 1)."""
+        return [*range(self.growth, count, self.growth)] if self.growth and self.schedule != "lo" else []
+
+    def _check(self, problem: Problem) -> None:
+        Nuisances.of(problem.nuisance)
+        if self.back_end == "ipopt" and problem.nuisance != Nuisance():
+            raise StudyError('estimator.back_end = "ipopt" takes no [nuisance]; leave it out, or take "engine"')
+        names = [trial.name for trial in problem.trials]
+        for name in (name for name in self.weights if name not in names):
+            raise StudyError(f"estimator.weights names '{name}'; the trials are {', '.join(names)}")
+
+
+# LO windows are shares of GO's, the first ones a single compared row; steps of a local descent at most.
+_LADDER, _LOCAL = (0.0, 0.2, 1.0), 12
+# Before them, one row by Euler: hardly curved in the parameters and never far out, so that a start from which
+# any longer prediction blows up is walked back.  Steps at most (a mass grows twofold a step), and damping.
+_FAR, _FAR_DAMPING = 80, 1e-2
+UNJOINED = "LO only: no whole trajectory could be joined"
+"""Status of a fit whose GO came to nothing; its parameters and their sigma are those of short predictions."""
+
+# Weight of a squared violation (relative) per sample; rounds of the multipliers of constraints.
+_STIFF, _ROUNDS = 1e5, 6
+
+
+@dataclass
+class Run:
+    """One fit as it goes on: what stays the same over its stages, and what it has cost so far."""
+
+    settings: Shooting
+    problem: Problem
+    sigma: Mapping[str, float]
+    dt: float
+    span: Array
+    anchor: Array
+    inequalities: Inequalities
+    began: float
+    progress: Progress | None
+    watch: TrajectoryObjective | None
+    history: list[tuple[float, float, float, float]] = field(default_factory=list[tuple[float, float, float, float]])
+    evaluations: int = 0
+    status: str = ""
+    joins: bool = True
+
+    @staticmethod
+    def of(settings: Shooting, problem: Problem, began: float, progress: Progress | None) -> Run:
+        free = problem.free
+        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        dt = settings.dt or float(np.median([t.dt for t in problem.trials]))
+        start = np.array([f.start for f in free])
+        mean, prior = priors(free)
+        ridge = settings.ridge * np.where(start != 0, np.abs(start), 1.0) ** -2.0
+        weight = prior + ridge
+        middle = (prior * mean + ridge * start) / np.where(weight > 0, weight, 1.0)
+        anchor = np.array([np.where(weight > 0, middle, start), weight])
+        full = sigma if len(sigma) == len(STATES) else {**spread(problem.trials), **sigma}
+        unseen = [1.0] * (len(problem.ship.model.states) - len(STATES))
+        make = Inequalities.of if settings.constraints else Inequalities.none
+        return Run(
+            settings, problem, sigma, dt, np.array([*(full[n] for n in STATES), *unseen]), anchor,
+            make(problem), began, progress, _watch(settings, problem, sigma, dt),
+        )  # fmt: skip
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        return np.array([f.low for f in self.problem.free]), np.array([f.high for f in self.problem.free])
+
+    def each(self, search: Search) -> None:
+        """Note where a search stands, with the standardised error of whole validation trials."""
+        seen = self.watch.standardised(search.point.p) if self.watch else float("nan")
+        self.history.append((len(self.history) + 1.0, search.cost, seen, time.perf_counter() - self.began))
+        ship = with_values(self.problem.ship, self.problem.free, search.point.p)
+        tell(self.progress, (len(self.history), search.cost, seen), ship)
+
+    def stage(
+        self, trials: tuple[Trial, ...], window: float | None = None, *, method: str | None = None
+    ) -> Condensed:
+        """The objective of some trials, cut into windows."""
+        own, part = self.settings, replace(self.problem, trials=trials)
+        cut = chains(
+            trials, part.ship.model, part.loss, self.sigma, window=own.window if window is None else window,
+            dt=self.dt, every=own.every, weights=own.weights,
+            substeps=substeps(part.ship, self.dt, method or own.method),
+        )  # fmt: skip
+        penalty = Penalty(self.inequalities, _STIFF * max(cut.samples, 1), np.zeros(len(self.inequalities.names)))
+        return Condensed.build(
+            part, cut, anchor=self.anchor, penalty=penalty, freed=own.initial == "free", span=self.span,
+            method=method or own.method, threads=own.threads,
+        )  # fmt: skip
+
+    def local(self, stage: Condensed, p: Array) -> Point:
+        """LO: the momentum balance where it is linear, else (or where it fails) short predictions."""
+        own, cut = self.settings, stage.chains
+        guess = momentum_guess(stage.problem, cut, smooth=own.smooth, span=0.8 * own.window, start=p)
+        if guess is not None and np.isfinite(cost := stage.cost(stage.start(guess))[0]):
+            self.status = "solved: momentum balance"
+            self.each(Search(stage.start(guess), cost))
+            return stage.start(guess)
+        return self.short(stage, p)
+
+    def short(self, stage: Condensed, p: Array) -> Point:
+        """Predictions from measured states over windows that grow, first by a step of Euler's."""
+        point, begun = stage.start(p), False
+        for k, share in enumerate((0.0, *_LADDER)):
+            rung = stage if share == 1.0 else self.stage(
+                stage.problem.trials, share * self.settings.window, method=None if k else "euler"
+            )
+            rung = replace(rung, linked=False)
+            search = descend(
+                rung, rung.start(point.p, point.own), *self.bounds,
+                iterations=_LOCAL if k else _FAR, damping=DAMPING if k else _FAR_DAMPING, tolerance=1e-3,
+                each=self.each,
+            )  # fmt: skip
+            self.evaluations += search.evaluations
+            begun, point = begun or bool(np.isfinite(search.cost)), search.point
+        self.status = "short predictions"
+        if not begun:
+            raise FitError(f"{self.problem.ship.name}: the model blows up in one step of {self.dt:g} s at the start")
+        return stage.start(point.p, point.own)
+
+    def early(self, trials: tuple[Trial, ...], p: Array) -> Array:
+        """GO of some trials; as it was where so few do not determine the parameters."""
+        try:
+            end = self.whole(self.stage(trials), p)
+        except (FitError, DataError):
+            end = None
+        if end is not None and self.joins:
+            return end.p
+        self.status, self.joins = "", True
+        return p
+
+    def whole(self, stage: Condensed, p: Array) -> Point:
+        """GO, warm from `p` if that joins; LO where it does not (You 2023 Algorithm 1, lines 4-8)."""
+        ways = [self.short, self.local] if self.settings.schedule == "go" else [self.local, self.short]
+        ends: list[Search] = []
+        begun: list[Point] = []
+        for way in ([Condensed.start, *ways] if self.status == "converged" else ways):
+            try:
+                begun.append(way(stage, p))
+                end = self.joined(stage, begun[-1])
+            except (FitError, np.linalg.LinAlgError):
+                continue
+            ends.append(end)
+            if end.closed and end.done == "converged":
+                break
+        best = min((end for end in ends if end.closed), key=lambda end: end.cost, default=None)
+        if best is None:
+            return self.apart(stage, begun)
+        self.status, self.joins = best.done, True
+        return best.point
+
+    def apart(self, stage: Condensed, begun: Sequence[Point]) -> Point:
+        """The best of the ways in, as LO has it, where the windows of none could be joined."""
+        costs = [stage.cost(point)[0] for point in begun]
+        if not np.isfinite(min(costs, default=np.inf)):
+            raise FitError(f"{self.problem.ship.name}: no trajectory could be joined, from the start or from LO")
+        self.status, self.joins = UNJOINED, False
+        return begun[int(np.argmin(costs))]
+
+    def joined(self, stage: Condensed, start: Point) -> Search:
+        """Multiple shooting from `start`, multipliers of the constraints included."""
+        own = self.settings
+        if own.back_end == "ipopt":
+            return self.by_ipopt(stage, start)
+        end = Search(start, np.inf)
+        for _ in range(_ROUNDS):
+            end = descend(
+                stage, end.point, *self.bounds, iterations=own.iterations, tolerance=own.tolerance, each=self.each
+            )
+            self.evaluations += end.evaluations
+            pushed = stage.penalty.pushed(end.point.p)
+            if np.allclose(pushed.push, stage.penalty.push, rtol=1e-6, atol=1e-12):
+                break
+            stage = replace(stage, penalty=pushed)
+        return end if end.closed else _closed(stage, end)
+
+    def by_ipopt(self, stage: Condensed, start: Point) -> Search:
+        """The same by IPOPT, every compared row a node of its own."""
+        own, cut = self.settings, stage.chains
+        fine = self.stage(stage.problem.trials, self.dt * own.every).chains
+        programme = FullSpace.build(
+            stage.problem, fine, anchor=self.anchor, inequalities=self.inequalities, begun=stage.begun,
+            span=self.span, method=own.method, exact=own.hessian == "exact", iterations=2 * own.iterations,
+            tolerance=max(1e4 * own.tolerance, 1e-8),
+        )  # fmt: skip
+        found = programme.solve(start.p, fine.nodes, *self.bounds)
+        jump = (cut.steps - 1) // cut.every
+        first = np.concatenate([np.flatnonzero(fine.trial == t)[::jump] for t in range(cut.trials)])
+        point = replace(start, p=found.p, nodes=found.nodes[first])
+        done = "converged" if found.success else found.status
+        search = Search(point, stage.cost(point)[0], iteration=found.iterations, closed=found.success, done=done)
+        self.evaluations += found.iterations
+        self.each(search)
+        return search
+
+    def finished(self, stage: Condensed, point: Point) -> Fit:
+        """The fit, with covariance and verdicts from the condensed normal equations."""
+        free, p, linked = self.problem.free, point.p, self.joins and self.settings.schedule != "lo"
+        linear = replace(stage, linked=linked).linear(point)
+        covariance, shrinkage = self.spread(stage, linear, p)
+        at_bound = tuple(f.path for f, v in zip(free, p, strict=True) if v <= f.low or v >= f.high)
+        ship = self.problem.ship.moved({f.path: float(v) for f, v in zip(free, p, strict=True)})
+        return Fit(
+            ship=ship, free=free, values=p, sigma=np.sqrt(np.diag(covariance)), covariance=covariance,
+            shrinkage=shrinkage, at_bound=at_bound, verdicts=verdicts(free, p, covariance, shrinkage, at_bound),
+            history=np.array(self.history, dtype=np.float64).reshape(-1, 4), objective=linear.cost,
+            seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
+            digest=digest(self.problem, self.settings), ends=np.array([[linear.cost, *p]]),
+            nuisances=stage.nuisances.told(self.problem.trials, point.own),
+        )  # fmt: skip
+
+    def spread(self, stage: Condensed, linear: Linear, p: Array) -> tuple[Array, Array]:
+        """Posterior covariance, and the share of the prior variance that the data removed."""
+        n, count, m = linear.g_p.size, *linear.g.shape
+        samples = stage.chains.samples * stage.chains.weight
+        variance = linear.data / max(samples - n - count * (m - n), 1.0)
+        # `posterior` divides all by the variance; the priors of the nuisances stand as they are given.
+        N, own = linear.N.copy(), np.arange(n, m)
+        N[:, own, own] += (variance - 1.0) * np.append(stage.begun.weight, stage.nuisances.deviation**-2.0)
+        H, g, _ = stage.reduced(replace(linear, N=N), 0.0)
+        # The ridge is no knowledge of the parameters: it steers, but does not sharpen what is claimed.
+        ridge = np.diag(self.anchor[1] - priors(self.problem.free)[1])
+        return posterior(Normal(linear.cost, H - ridge, g), self.problem.free, p, variance)
+
+
+def _watch(own: Shooting, problem: Problem, sigma: Mapping[str, float], dt: float) -> TrajectoryObjective | None:
+    """Whole validation trials from their measured starts, without nuisances; None where there are none."""
+    if not problem.validation:
+        return None
+    longest = max(float(trial.t[-1] - trial.t[0]) for trial in problem.validation)
+    return TrajectoryObjective.build(
+        replace(problem, nuisance=Nuisance()), problem.validation, sigma, window=longest + dt, dt=dt,
+        every=own.every, method=own.method, threads=own.threads,
+    )  # fmt: skip
+
+
+def _closed(stage: Condensed, end: Search) -> Search:
+    """A search that stopped with windows apart, its trajectories run through: an answer, if not the best one."""
+    point = end.point
+    for level in stage.chains.levels[1:]:
+        nodes = point.nodes.copy()
+        nodes[level] += stage.cost(point)[1][level]
+        point = replace(point, nodes=nodes)
+    cost = stage.cost(point)[0]
+    return replace(end, point=point, cost=cost, closed=bool(np.isfinite(cost)))

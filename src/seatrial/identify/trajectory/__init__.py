@@ -1,0 +1,1 @@
+"""Fits through the simulated trajectory: windows as lanes, exact sensitivities, Gauss-Newton."""

@@ -1,0 +1,268 @@
+"""Many bounded least-squares problems at once: starts, held parameters or resampled data as lanes.
+
+Each problem has its own parameter values, and may have its own held parameters and its own data; all share
+ship, controls and loss.  One kernel call integrates the trajectories of all of them with their exact
+derivatives; what differs is only which lanes belong to whom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.parameters import Free
+from ...data import Array, Trial
+from ...engine.rollout import Sensitivity, default_threads, sensitivity, simulator
+from ...engine.simd import LANES
+from ...models import STATES
+from ...simulate.approach import substeps
+from ...simulate.loop import open_loop, open_loop_parameters
+from .. import Problem, StudyError
+from ..record import Windows, spread, windows
+from .gauss_newton import Mask, steps
+from .normals import Data, Ends, Normals
+from .objective import begun_as, held
+
+# Damping of Marquardt's diagonal: start, least, and ratio after a good step; after bad ones the ratio doubles.
+_DAMPING, _LEAST, _DOWN, _UP = 1e-2, 1e-9, 0.2, 4.0
+# Most steps by which free starts come to suit given parameters.
+_SETTLING = 8
+# A problem ends after so many steps in succession that no longer matter, or that fail.
+_STILL, _FAILED = 2, 7
+
+
+class Settings(Protocol):
+    """How trajectories are cut, integrated and compared; every estimator of trajectories has these."""
+
+    @property
+    def window(self) -> float | None:
+        """Length of a prediction [s]; None runs each trial through."""
+        ...
+
+    @property
+    def every(self) -> int:
+        """Stride of the compared rows."""
+        ...
+
+    @property
+    def dt(self) -> float | None:
+        """Time step [s]; None takes the median step of the trials."""
+        ...
+
+    @property
+    def method(self) -> str:
+        """"euler" or "rk4"."""
+        ...
+
+    @property
+    def threads(self) -> int | None:
+        """None takes every processor."""
+        ...
+
+
+def cut_as(problem: Problem, settings: Settings) -> tuple[dict[str, float], dict[str, Any]]:
+    """Scale of each channel, and the arguments by which trials are cut and integrated."""
+    sigma = dict(problem.loss.sigma) or spread(problem.trials)
+    dt = settings.dt or float(np.median([t.dt for t in problem.trials]))
+    window = settings.window or max(trial.duration for trial in problem.trials)
+    return sigma, {"window": window, "dt": dt, "every": settings.every, "method": settings.method,
+                   "threads": settings.threads}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Many:
+    """The objective of a problem for many values, and data, at once.
+
+    Attributes:
+        windows: of all trials, cut as `Trajectory` cuts them.
+        compared: positions among `models.STATES` that the loss compares.
+        chunk: problems that are integrated together.
+        packed: series of the windows, repeated for a chunk.
+        low, high: bounds, shape (free,).
+        begun: which entries of the start of each window are estimated; none where it is taken as recorded.
+    """
+
+    problem: Problem
+    windows: Windows
+    compared: tuple[int, ...]
+    begun: tuple[int, ...]
+    kernel: Sensitivity
+    chunk: int
+    packed: Any
+    shared: Array
+    low: Array
+    high: Array
+    method: str
+    threads: int
+
+    @staticmethod
+    def build(
+        problem: Problem, trials: Sequence[Trial], sigma: Mapping[str, float], *,
+        window: float, dt: float, every: int, method: str, threads: int | None,
+    ) -> Many:  # fmt: skip
+        """Cut the windows and compile.
+
+        Raises:
+            StudyError: the problem has nuisances, which `Trajectory` eliminates.
+        """
+        if held(problem):
+            raise StudyError("many problems at once take no [nuisance]; leave it out, or use shooting:Trajectory")
+        cut = windows(
+            trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
+            substeps=substeps(problem.ship, dt, method),
+        )  # fmt: skip
+        free = tuple(f.path for f in problem.free)
+        kernel, chunk = sensitivity(open_loop(problem.ship), free, free), _chunk(cut.state0.shape[0])
+        return Many(
+            problem, cut, tuple(np.flatnonzero((cut.scale > 0).any(axis=(0, 1))).tolist()),
+            tuple(STATES.index(name) for name in problem.nuisance.initial), kernel, chunk,
+            kernel.pack(np.tile(cut.series, (chunk, 1, 1))), open_loop_parameters(problem.ship),
+            np.array([f.low for f in problem.free]), np.array([f.high for f in problem.free]),
+            method, threads or default_threads(),
+        )  # fmt: skip
+
+    @staticmethod
+    def like(problem: Problem, settings: Settings) -> Many:
+        """Cut and integrated as an estimator does it."""
+        sigma, arguments = cut_as(problem, settings)
+        own = begun_as(problem, getattr(settings, "initial", "measured"))
+        return Many.build(own, problem.trials, sigma, **arguments)
+
+    def predicted(self, values: Array) -> Array:
+        """Windows as one ship sails them from their starts, shape (windows, rows, 6)."""
+        cut = self.windows
+        state0 = cut.state0.copy()
+        if self.begun:
+            state0[:, list(self.begun)] += self.settled(values[None], None).offset[0]
+        run = simulator(open_loop(self.problem.ship), self.kernel.free).run(
+            state0, cut.series, self.shared, lanewise=np.repeat(values[None], cut.state0.shape[0], axis=0),
+            dt=cut.dt, steps=cut.steps, every=cut.every, method=self.method, threads=self.threads,
+        )  # fmt: skip
+        return run.values[:, :, : len(STATES)]
+
+    def normals(self, values: Array, data: Data | None = None) -> Normals:
+        """Objective and normal equations at `values`, shape (problems, free); of the best starts, these eliminated."""
+        return self.settled(values, data).reduced()
+
+    def settled(self, values: Array, data: Data | None) -> Normals:
+        """The same with the starts that suit `values`, not eliminated."""
+        offset = np.zeros((len(values), self.windows.state0.shape[0], len(self.begun)))
+        now = self.at(values, offset, data)
+        for _ in range(_SETTLING if self.begun else 0):
+            then = self.at(values, now.offset - now.back()[..., -1], data)
+            better = then.costs < now.costs
+            done = not (then.costs < (1.0 - 1e-10) * now.costs).any()
+            now.updated(np.arange(len(values)), then, better)
+            if done:
+                break
+        return now
+
+    def at(self, values: Array, offset: Array, data: Data | None) -> Normals:
+        """Objective and normal equations at `values` and at starts so far from the recorded ones."""
+        count, n = values.shape
+        parts = [np.arange(a, min(a + self.chunk, count)) for a in range(0, count, self.chunk)]
+
+        def products(part: NDArray[np.intp]) -> Array:
+            return self._part(values, offset, data, part)
+
+        with ThreadPoolExecutor(self.threads) as pool:
+            G = np.concatenate(list(pool.map(products, parts)))
+        mean, weight = prior(self.problem.free)
+        away = values - (mean if data is None else data.mean)
+        whole = G.sum(axis=1)
+        whole[:, range(n), range(n)] += weight
+        costs = whole[:, -1, -1] + (weight * away**2).sum(axis=1)
+        good = np.isfinite(G).all(axis=(1, 2, 3))
+        return Normals(
+            np.where(good, costs, np.inf), np.where(good, whole[:, -1, -1], np.inf), whole[:, :n, :n],
+            whole[:, :n, -1] + weight * away, G[:, :, n:-1, n:-1], G[:, :, n:-1, :n], G[:, :, n:-1, -1], offset,
+        )  # fmt: skip
+
+    def _part(self, values: Array, offset: Array, data: Data | None, index: NDArray[np.intp]) -> Array:
+        """Products of the columns of (slopes, residuals), shape (problems, windows or 1, columns, columns).
+
+        Columns are those of the parameters, then of the estimated starts, whose windows are kept apart, and the
+        residuals.
+        """
+        lanes, n = self.windows.state0.shape[0], values.shape[1]
+        filled = np.append(index, np.repeat(index[-1], self.chunk - index.size))
+        state0 = np.tile(self.windows.state0, (self.chunk, 1)) if data is None else data.state0[filled].reshape(
+            self.chunk * lanes, -1
+        ).copy()
+        state0[:, list(self.begun)] += offset[filled].reshape(self.chunk * lanes, -1)
+        run, slopes = self.kernel.run(
+            state0, self.packed, self.shared, dt=self.windows.dt, steps=self.windows.steps, every=self.windows.every,
+            lanewise=np.repeat(values[filled], lanes, axis=0), method=self.method, threads=1,
+        )  # fmt: skip
+        used, states = index.size * lanes, list(self.compared)
+        measured = self.windows.measured[None] if data is None else data.measured[index]
+        predicted = run[:used].reshape(index.size, lanes, run.shape[1], -1)
+        scale = self.windows.scale[:, :, states]
+        columns = np.empty((index.size, *scale.shape, n + len(self.begun) + 1))
+        with np.errstate(all="ignore"):
+            columns[..., :n] = slopes[:used, :, states, :n].reshape(columns[..., :n].shape)
+            columns[..., n:-1] = slopes[:used, :, states, n:][..., list(self.begun)].reshape(columns[..., n:-1].shape)
+            columns[..., -1] = predicted[..., states] - measured[..., states]
+            np.multiply(columns, scale[..., None], out=columns)
+            columns[:, scale == 0.0] = 0.0
+            flat = columns.reshape(index.size, lanes if self.begun else 1, -1, columns.shape[-1])
+            return np.matmul(flat.transpose(0, 1, 3, 2), flat)
+
+    def descend(
+        self, starts: Array, *, data: Data | None = None, held: Mask | None = None,
+        iterations: int = 60, tolerance: float = 1e-10, each: Callable[[Array, Array], None] | None = None,
+    ) -> Ends:  # fmt: skip
+        """Bounded Levenberg-Marquardt of every problem from its start.
+
+        Args:
+            starts: shape (problems, free).
+            data: what to fit to; None takes the trials.
+            held: what does not move, shape (problems, free).
+            tolerance: relative decrease that no longer matters.
+            each: called with all objectives and values after every iteration; they move on.
+        """
+        values = np.clip(starts, self.low, self.high)
+        moving = np.ones(values.shape, dtype=np.bool_) if held is None else ~held
+        now = self.settled(values, data)
+        count, still, failed = (np.zeros(len(values), dtype=np.intp) for _ in range(3))
+        damping = np.full(len(values), _DAMPING)
+        going = np.isfinite(now.costs)
+        while going.any() and count.max() < iterations:
+            at = np.flatnonzero(going)
+            here = now.of(at)
+            back = here.back(damping[at])
+            short = here.reduced(back)
+            step, promised = steps(short.H, short.g, self.low - values[at], self.high - values[at],
+                                   moving[at], damping[at])  # fmt: skip
+            promised = promised + np.einsum("pws,pws->p", here.slope, back[..., -1])
+            offset = here.offset - back[..., -1] - np.einsum("pwsn,pn->pws", back[..., :-1], step)
+            then = self.at(values[at] + step, offset, None if data is None else data.of(at))
+            gain, size = now.costs[at] - then.costs, np.abs(now.costs[at])
+            better = gain >= 0.0
+            values[at[better]] += step[better]
+            now.updated(at, then, better)
+            nothing = np.where(better, gain <= tolerance * size, promised <= tolerance * size)
+            still[at], failed[at] = np.where(nothing, still[at] + 1, 0), np.where(better, 0, failed[at] + 1)
+            damping[at] = np.where(better, np.maximum(damping[at] * _DOWN, _LEAST), damping[at] * _UP ** failed[at])
+            count[at] += 1
+            going[at] = (still[at] < _STILL) & (failed[at] < _FAILED)
+            if each:
+                each(now.costs, values)
+        return Ends(np.clip(values, self.low, self.high), now.reduced(), count, still >= _STILL)
+
+
+def prior(free: Sequence[Free]) -> tuple[Array, Array]:
+    """Prior mean and 1/sigma^2 of each parameter; start and zero where there is no prior."""
+    mean = np.array([f.prior if np.isfinite(f.sigma) and np.isfinite(f.prior) else f.start for f in free])
+    return mean, np.array([f.sigma**-2.0 for f in free])
+
+
+def _chunk(lanes: int) -> int:
+    """Problems of so many windows that fill the kernel's blocks best, in no more than four blocks or one problem."""
+    sizes = [k for k in range(1, LANES + 1) if k * lanes <= 4 * LANES] or [1]
+    return min(sizes, key=lambda k: (-(-k * lanes // LANES) * LANES / (k * lanes), k))

@@ -1,0 +1,100 @@
+"""The gradient search from many starts at once."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ...core.parameters import Free
+from ...data import Array
+from .. import Fit, FitError, Problem, Progress
+from ..digest import digest
+from ..linted import linted
+from ..watch import tell, with_values
+from .batch import Many, cut_as
+from .objective import TrajectoryObjective, begun_as, checked_initial
+from .shooting import Trajectory, finished
+
+
+@dataclass(frozen=True)
+class MultiStart:
+    """`Trajectory` from many starts at once; the same optimum, in fewer seconds.
+
+    Attributes:
+        window, every, dt, method, threads: as in `Trajectory`; None for the window runs each trial through.
+        initial: "free" estimates the state at the start of each window along, its reading counting as any other;
+            "measured" starts from the row as recorded, noise and all.
+        starts: the first is the declared one, others are drawn within bounds (or the prior) from `seed`.
+        iterations, tolerance: stop after so many, or when two steps decrease by less than this (relative).
+    """
+
+    window: float | None = None
+    every: int = 1
+    dt: float | None = None
+    method: str = "rk4"
+    initial: str = "free"
+    starts: int = 20
+    seed: int = 0
+    iterations: int = 60
+    tolerance: float = 1e-10
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        checked_initial(self.initial)
+        Trajectory(
+            window=self.window or 100.0, every=self.every, dt=self.dt, method=self.method, iterations=self.iterations,
+            tolerance=self.tolerance, starts=self.starts,
+        )  # fmt: skip
+
+    @property
+    def starts_remedy(self) -> tuple[str, str]:
+        """What to do about the noise of measured starts; see `Estimator`."""
+        return ("estimator.initial", 'say "free"') if self.initial == "measured" else ("", "")
+
+    @linted
+    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
+        """Estimate the free parameters of `problem`; see `Estimator`.
+
+        A fit takes about a second, so nothing is kept in `checkpoint`: a killed run starts anew.
+
+        Raises:
+            StudyError: the problem has nuisances.
+            FitError: the model blows up at every start.
+        """
+        began, history = time.perf_counter(), list[tuple[float, float, float, float]]()
+        sigma, arguments = cut_as(problem, self)
+        own = begun_as(problem, self.initial)
+        many = Many.build(own, problem.trials, sigma, **arguments)
+
+        def each(costs: Array, values: Array) -> None:
+            history.append((len(history) + 1.0, float(costs.min()), float("nan"), time.perf_counter() - began))
+            ship = with_values(problem.ship, problem.free, values[int(np.argmin(costs))])
+            tell(progress, (len(history), history[-1][1], float("nan")), ship)
+
+        starts = drawn(problem.free, self.starts, np.random.default_rng(self.seed))
+        ends = many.descend(starts, iterations=self.iterations, tolerance=self.tolerance, each=each)
+        objective = TrajectoryObjective.build(own, problem.trials, sigma, **arguments)
+        best = int(np.argmin(ends.normals.costs))
+        if not np.isfinite(ends.normals.costs[best]):
+            raise FitError("the model blows up at every start; " + objective.failure(starts[0]))
+        status = f"{int(ends.converged.sum())} of {self.starts} starts converged"
+        fit = finished(
+            problem, objective, ends.values[best], objective.begun(ends.values[best]), np.array(history),
+            int(ends.iterations.sum()), status, digest(problem, self),
+        )  # fmt: skip
+        table = np.column_stack([ends.normals.costs, ends.values])
+        return replace(fit, seconds=time.perf_counter() - began, ends=table)
+
+
+def drawn(free: Sequence[Free], count: int, rng: np.random.Generator) -> Array:
+    """The declared start, and others drawn within the bounds, or from start and scale where there are none."""
+    out = np.array([[f.start for f in free]] * count)
+    for k, f in enumerate(free):
+        boxed = np.isfinite(f.high - f.low)
+        others = rng.uniform(f.low, f.high, count) if boxed else rng.normal(f.start, f.scale, count)
+        out[1:, k] = np.clip(others[1:], f.low, f.high)
+    return out

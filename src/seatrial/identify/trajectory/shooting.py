@@ -1,0 +1,242 @@
+"""Fitting through the simulated trajectory: windows as lanes, exact sensitivities, Gauss-Newton.
+
+`Trajectory` holds long predictions, restarted from measured (or estimated) states, against the
+measurement: the global optimisation (GO) of You 2023 and the loss of Wakita 2022 Eq. 23, for any
+model.  `OneStep` holds single steps against it: the local optimisation (LO), a cheap first guess.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...core.parameters import Free, specs
+from ...core.parameters import values as parameter_values
+from ...data import Array
+from ...engine.rollout import is_rk4
+from ...models import STATES
+from .. import Fit, FitError, Problem, Progress, StudyError
+from ..digest import digest
+from ..linted import linted
+from ..posterior.verdicts import posterior, verdicts
+from ..record import spread
+from ..resume import Resume
+from ..shooting.nuisances import Nuisances
+from ..watch import tell, with_values
+from .gauss_newton import State, minimise
+from .objective import TrajectoryObjective
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Windowed trajectory least squares with a Gaussian prior and box bounds.
+
+    Attributes:
+        window: length of a prediction before it restarts [s].
+        stride: time from the start of one prediction to that of the next [s]; None is the window.
+        every: compare every so many steps.
+        dt: time step [s]; None takes the median step of the trials.
+        method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
+        iterations, tolerance: stop after so many, or when the relative decrease is smaller.
+        later: shell-style patterns of parameters that stay as they are until the others have been fitted, and join
+            them then: a correction should not learn what the physics below it can.
+        starts: number of starts; the first is the declared one, others are drawn within bounds
+            (or the prior) from `seed`.
+        threads: None takes every processor.
+    """
+
+    window: float = 100.0
+    stride: float | None = None
+    every: int = 10
+    dt: float | None = None
+    method: str = "rk4"
+    iterations: int = 40
+    tolerance: float = 1e-4
+    later: tuple[str, ...] = ()
+    starts: int = 1
+    seed: int = 0
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.later, str):
+            raise StudyError(f"estimator.later is '{self.later}'; write a list of patterns, [\"{self.later}\"]")
+        object.__setattr__(self, "later", tuple(self.later))
+        for name in ("window", "stride", "every", "dt", "iterations", "tolerance", "starts"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise StudyError(f"estimator.{name} is {value:g}; it must be above zero")
+        is_rk4(self.method)
+
+    @property
+    def starts_remedy(self) -> tuple[str, str]:
+        """What to do about the noise of measured starts; see `Estimator`."""
+        return "nuisance.initial", "give its deviations"
+
+    @linted
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
+    ) -> Fit:
+        """Estimate the free parameters of `problem`; see `Estimator`.
+
+        Raises:
+            FitError: the model blows up at every start.
+        """
+        began = time.perf_counter()
+        if self.later:
+            fit = replace(self, later=()).fit(self._begun(problem), progress=progress, checkpoint=checkpoint)
+            return replace(fit, free=problem.free, seconds=time.perf_counter() - began, digest=digest(problem, self))
+        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
+        objective = TrajectoryObjective.build(
+            problem, problem.trials, sigma, window=self.window, dt=dt, every=self.every,
+            method=self.method, threads=self.threads, stride=self.stride,
+        )  # fmt: skip
+        plain = replace(problem, nuisance=type(problem.nuisance)(), loss=replace(problem.loss, weights={}))
+        watch = None if not problem.validation else TrajectoryObjective.build(
+            plain, problem.validation, sigma, window=self.window, dt=dt, every=self.every,
+            method=self.method, threads=self.threads,
+        )  # fmt: skip
+        print_ = digest(problem, self)
+        resume = Resume.open(checkpoint, print_, began)
+        best = self._descend(objective, problem.free, resume, watch, progress)
+        fit = finished(
+            problem, objective, best.p, best.eta, np.array(resume.history), best.evaluations, best.done, print_
+        )
+        ends = np.array([[s.cost, *s.p] for s in resume.states.values()])
+        return replace(fit, objective=best.cost, seconds=time.perf_counter() - resume.began, ends=ends)
+
+    def _begun(self, problem: Problem) -> Problem:
+        """The problem, its search starting where all but the later parameters fit best without them."""
+        late = [f.path for f in problem.free if any(fnmatchcase(f.path, pattern) for pattern in self.later)]
+        early = tuple(f for f in problem.free if f.path not in late)
+        if not late or not early:
+            told = "no" if not late else "every"
+            raise StudyError(f"estimator.later fits {told} free parameter; name those that join the others later")
+        found = replace(self, later=()).fit(replace(problem, free=early))
+        at = dict(zip((f.path for f in early), found.values.tolist(), strict=True))
+        return replace(problem, free=tuple(replace(f, start=at.get(f.path, f.start)) for f in problem.free))
+
+    def _descend(
+        self, objective: TrajectoryObjective, free: Sequence[Free], resume: Resume,
+        watch: TrajectoryObjective | None, progress: Progress | None,
+    ) -> State:  # fmt: skip
+        low, high = np.array([f.low for f in free]), np.array([f.high for f in free])
+
+        def each(state: State) -> None:
+            seen = watch.standardised(state.p) if watch else float("nan")
+            resume.note(state, seen)
+            ship = with_values(objective.problem.ship, free, (resume.best() or state).p)
+            tell(progress, (len(resume.history), state.cost, seen), ship)
+
+        for start, p in enumerate(self._starts(free)):
+            state = resume.state(start)
+            if state is None:
+                eta = np.zeros(objective.nuisances)
+                state = State(p, eta, objective.cost(p, eta))
+                resume.begin(start, state)
+            if np.isfinite(state.cost):
+                resume.end(start, minimise(
+                    objective, state, low, high, iterations=self.iterations, tolerance=self.tolerance, each=each,
+                ))  # fmt: skip
+        best = resume.best()
+        if best is None:
+            raise FitError("the model blows up at every start; " + objective.failure(self._starts(free)[0]))
+        return best
+
+    def _starts(self, free: Sequence[Free]) -> list[Array]:
+        rng = np.random.default_rng(self.seed)
+        first = np.array([f.start for f in free])
+        return [first, *(np.array([_draw(f, rng) for f in free]) for _ in range(self.starts - 1))]
+
+
+def finished(
+    problem: Problem, objective: TrajectoryObjective, p: Array, eta: Array, history: Array,
+    evaluations: int, status: str, print_: str,
+) -> Fit:  # fmt: skip
+    """The fit at `p`: covariance and verdicts from the exact normal equations there, whoever searched."""
+    normal = objective.normal(p, eta)
+    covariance, shrinkage = posterior(normal, problem.free, p, objective.variance(p, eta))
+    at_bound = tuple(f.path for f, v in zip(problem.free, p, strict=True) if v <= f.low or v >= f.high)
+    ship = problem.ship.moved({f.path: float(v) for f, v in zip(problem.free, p, strict=True)})
+    return Fit(
+        ship=ship, free=problem.free, values=p, sigma=np.sqrt(np.diag(covariance)),
+        covariance=covariance, shrinkage=shrinkage, at_bound=at_bound,
+        verdicts=verdicts(problem.free, p, covariance, shrinkage, at_bound),
+        history=np.asarray(history, dtype=np.float64).reshape(-1, 4), objective=normal.cost,
+        seconds=0.0, evaluations=evaluations, status=status, digest=print_, nuisances=_along(problem, objective, eta),
+    )  # fmt: skip
+
+
+def _along(problem: Problem, objective: TrajectoryObjective, eta: Array) -> dict[str, dict[str, float]]:
+    """Currents and biases by trial; the offsets of the starts, one per window, are left out."""
+    own = Nuisances.of(replace(problem.nuisance, initial={}))
+    if not own.count:
+        return {}
+    tails = [eta[part.stop - own.count : part.stop] for part in objective.groups.slices]
+    return own.told(problem.trials, np.array(tails).reshape(-1, own.count))
+
+
+def _draw(f: Free, rng: np.random.Generator) -> float:
+    if np.isfinite(f.low) and np.isfinite(f.high):
+        return float(rng.uniform(f.low, f.high))
+    return float(np.clip(rng.normal(f.start, f.scale), f.low, f.high))
+
+
+@dataclass(frozen=True)
+class OneStep:
+    """Local optimisation: predictions of one short step from every measured state.
+
+    Attributes:
+        step: length of the predicted step [s]; longer steps are less noisy, shorter ones more local.
+        dt, method, iterations, tolerance, threads: as in `Trajectory`.
+    """
+
+    step: float = 1.0
+    dt: float | None = None
+    method: str = "rk4"
+    iterations: int = 20
+    tolerance: float = 1e-6
+    threads: int | None = None
+
+    @property
+    def starts_remedy(self) -> tuple[str, str]:
+        """What to do about the noise of measured starts; see `Estimator`."""
+        return "nuisance.initial", "give its deviations"
+
+    @linted
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
+    ) -> Fit:
+        """Estimate the free parameters of `problem` from single steps; velocities only."""
+        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
+        every = max(round(self.step / dt), 1)
+        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        velocities = {n: s for n, s in sigma.items() if n in STATES[3:]}
+        local = replace(problem, loss=replace(problem.loss, sigma=velocities, correlation=0.0))
+        return Trajectory(
+            window=every * dt, every=every, dt=dt, method=self.method, iterations=self.iterations,
+            tolerance=self.tolerance, threads=self.threads,
+        ).fit(local, progress=progress, checkpoint=checkpoint)  # fmt: skip
+
+
+def free_everywhere(ship: Any, patterns: Sequence[str], ratio: float) -> tuple[Free, ...]:
+    """Every parameter that fits a pattern, with a Gaussian prior of `ratio` times its value.
+
+    Physical limits of the `Spec` are the bounds; zero values, which would get no freedom, are left out.
+    """
+    from ...core.parameters import match
+
+    known, meaning = parameter_values(ship.model), specs(ship.model)
+    paths = dict.fromkeys(path for pattern in patterns for path in match(ship.model, pattern))
+    return tuple(
+        Free(p, known[p], meaning[p].low, meaning[p].high, known[p], ratio * abs(known[p]))
+        for p in paths if known[p] != 0.0
+    )  # fmt: skip
+
+

@@ -1,0 +1,1 @@
+"""Fine-tuning within exploration ranges (Suyama 2023)."""

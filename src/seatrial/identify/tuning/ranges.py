@@ -1,0 +1,272 @@
+"""How far parameters may move: boxes of a ratio, soft ranges, what they cost on trials not fitted, and what is left.
+
+Suyama 2023 section 4.2 sets the range by hand and can only warn that a wide one may overfit.  Here each range
+is judged by predicting every tuning trial from a fit to the others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...core.parameters import Free, read
+from ...data import Array, Trial
+from ...models import STATES
+from .. import FitError, Problem, StudyError
+from ..record import spread, windows
+from ..trajectory.batch import Many
+from ..trajectory.objective import Groups, TrajectoryObjective
+
+# When a descent ends: so many iterations, or a relative decrease below this.
+ITERATIONS, TOLERANCE = 80, 1e-8
+# Rows that tell the start of a trial, at least.
+_FIRST = 10
+
+
+def longest(trials: Sequence[Trial]) -> float:
+    """Duration of the longest trial [s]."""
+    return max(t.duration for t in trials)
+
+
+@dataclass(frozen=True)
+class Scorer:
+    """The loss of a problem on any trials, each predicted whole from its start; compiled once.
+
+    Where starts are free (`objective.begun_as`) those of a trial that was fitted are what suits all of it, those of
+    one that is only predicted what suits its first ship length of way.
+
+    Attributes:
+        base, many: the objective of the problem's own trials, for one set of values and for many.
+        sigma: scale of each compared channel.
+    """
+
+    base: TrajectoryObjective
+    many: Many
+    sigma: Mapping[str, float]
+
+    @staticmethod
+    def of(problem: Problem, dt: float | None, method: str) -> Scorer:
+        """With the scales of the loss, or the spread of the trials where it names none."""
+        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        how: Any = {"window": longest(problem.trials), "every": 1, "method": method, "threads": 1,
+                    "dt": dt or float(np.median([t.dt for t in problem.trials]))}  # fmt: skip
+        parts = problem, problem.trials, sigma
+        return Scorer(TrajectoryObjective.build(*parts, **how), Many.build(*parts, **how), sigma)
+
+    def objective(
+        self, trials: Sequence[Trial], free: Sequence[Free] | None = None, factor: float = 1.0
+    ) -> TrajectoryObjective:
+        """The trajectory objective of `trials`, one window each; `factor` scales every sigma."""
+        base = self.base
+        problem = replace(base.problem, trials=tuple(trials), free=tuple(free or base.problem.free))
+        cut = windows(
+            trials, problem.ship.model, problem.loss, {n: factor * s for n, s in self.sigma.items()},
+            window=longest(trials), dt=base.windows.dt * base.windows.every, every=1, substeps=base.windows.every,
+        )  # fmt: skip
+        groups = Groups.of(problem.nuisance, cut.trial)
+        return replace(base, problem=problem, windows=cut, groups=groups, packed=base.forward.pack(cut.series))
+
+    def best(
+        self, trials: Sequence[Trial], free: Sequence[Free], *, starts: int, seed: int, factor: float = 1.0
+    ) -> Array:
+        """Values that fit `trials` best, by bounded Gauss-Newton from several starts, the first as declared.
+
+        Raises:
+            FitError: the model blows up at every start.
+        """
+        objective, many = self.objective(trials, free, factor), self.many
+        ends = replace(
+            many, problem=objective.problem, windows=objective.windows,
+            packed=many.kernel.pack(np.tile(objective.windows.series, (many.chunk, 1, 1))),
+            low=np.array([f.low for f in free]), high=np.array([f.high for f in free]),
+        ).descend(np.array(_starts(free, starts, seed)), iterations=ITERATIONS)  # fmt: skip
+        best = int(np.argmin(ends.normals.costs))
+        if not math.isfinite(ends.normals.costs[best]):
+            raise FitError("the model blows up at every start; " + objective.failure(_starts(free, 1, seed)[0]))
+        return ends.values[best]
+
+    def residuals(self, trials: Sequence[Trial], values: Array, *, seen: bool = True) -> Array:
+        """Weighted residuals, shape (trials, rows, 6); not finite where the model blows up.
+
+        Args:
+            seen: whether starts may be what suits the whole of the trials.
+        """
+        objective = self.objective(trials)
+        return objective.residuals(values, objective.begun(values, None if seen else self.first(objective)))
+
+    def first(self, objective: TrajectoryObjective) -> float:
+        """Time of the readings that tell the start of a trial which is only predicted [s]."""
+        ship, cut = objective.problem.ship, objective.windows
+        return max(ship.L_pp / max(ship.speed, 1e-3), _FIRST * cut.dt * cut.every)
+
+    def scores(self, trials: Sequence[Trial], values: Array, *, seen: bool = True) -> dict[str, float]:
+        """Loss of each trial by its name, without any prior; inf where the model blows up.
+
+        Args:
+            seen: as in `residuals`.
+        """
+        if not trials:
+            return {}
+        costs = (self.residuals(trials, values, seen=seen) ** 2).sum(axis=(1, 2))
+        return {t.name: float(c) if math.isfinite(c) else math.inf for t, c in zip(trials, costs, strict=True)}
+
+
+def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
+    """Where descents begin: the declared start, then anywhere in the box, or in the prior where there is one."""
+    draw = np.random.default_rng(seed)
+    low, high = np.array([f.low for f in free]), np.array([f.high for f in free])
+    first = np.array([f.start for f in free])
+    sigma = np.array([f.sigma for f in free])
+    soft = np.isfinite(sigma)
+    out = [first]
+    for _ in range(starts - 1):
+        normal = np.clip(first + np.where(soft, sigma, 0.0) * draw.standard_normal(first.size), low, high)
+        ends = np.where(soft, first, low), np.where(soft, first, high)
+        out.append(np.where(soft, normal, draw.uniform(*ends)))
+    return out
+
+
+def within(problem: Problem, ratio: float) -> tuple[Free, ...]:
+    """The free parameters in the box ``[P - a|P|, P + a|P|]`` (Suyama 2023 Eq. 38), cut to the interval they declare.
+
+    P is the ship's value.  A parameter whose ship value is zero keeps the interval it declares.
+
+    Raises:
+        StudyError: a parameter whose range would be empty.
+    """
+    out: list[Free] = []
+    for f in problem.free:
+        value = float(read(problem.ship.model, f.path))
+        half = ratio * abs(value)
+        low, high = (max(f.low, value - half), min(f.high, value + half)) if half else (f.low, f.high)
+        if not low < high:
+            raise StudyError(
+                f"free: {f.path} is {value:g}: its range at ratio {ratio:g} lies outside of [{f.low:g}, {f.high:g}], "
+                "which [free] declares or physics allows"
+            )
+        out.append(Free(f.path, min(max(value, low), high), low, high))
+    return tuple(out)
+
+
+def softened(problem: Problem, ratio: float, share: float) -> tuple[Free, ...]:
+    """The same as Gaussian priors of `share` times the half width, within the interval that each declares."""
+    boxes = within(problem, ratio)
+    return tuple(
+        replace(f, start=b.start, prior=b.start, sigma=share * 0.5 * (b.high - b.low))
+        for f, b in zip(problem.free, boxes, strict=True)
+    )
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """What a fit leaves of the trials, channel by channel, and whether that can be the sensors.
+
+    Attributes:
+        rms: root mean square of what is left, SI units.
+        noise: deviation of white noise in the measurement, from its second differences.
+        correlation: between one sample of what is left and the next.
+        bias: mean of what is left by trial, SI units.
+        time: samples per independent one, the largest over the channels that weigh.
+        variance: mean square of the weighted residuals over all that is compared.
+        independent: independent samples of all trials and channels together.
+    """
+
+    rms: Mapping[str, float]
+    noise: Mapping[str, float]
+    correlation: Mapping[str, float]
+    bias: Mapping[str, Mapping[str, float]]
+    time: float
+    variance: float
+    independent: float
+
+    @property
+    def counted(self) -> float:
+        """What sigma is to be multiplied by, so that the loss is that of independent samples at their own size."""
+        return math.sqrt(self.variance * self.time)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """One line for each channel whose residuals are not noise of a sensor."""
+        lines: list[str] = []
+        for name, rms in self.rms.items():
+            large, alike = rms > 2.0 * self.noise[name], self.correlation[name] > 0.5
+            if large or alike:
+                lines.append(
+                    f"the model lacks something: what is left of {name} is {_said(name, rms)} RMS, the noise of its "
+                    f"sensor {_said(name, self.noise[name])}; neighbouring samples are correlated by "
+                    f"{self.correlation[name]:.3f}"
+                )
+        return tuple(lines)
+
+
+def _said(name: str, value: float) -> str:
+    if name in ("psi", "r"):
+        return f"{math.degrees(value):.3g} deg" + ("/s" if name == "r" else "")
+    return f"{value:.3g} m" + ("/s" if name in ("u", "v_m") else "")
+
+
+def residuals(scorer: Scorer, trials: Sequence[Trial], values: Array) -> Residuals:
+    """Read what is left of `trials` at `values`."""
+    objective = scorer.objective(trials)
+    left, scale = objective.residuals(values, objective.begun(values)), objective.windows.scale
+    rms: dict[str, float] = {}
+    noise: dict[str, float] = {}
+    alike: dict[str, float] = {}
+    bias: dict[str, dict[str, float]] = {}
+    times: list[tuple[float, float]] = []
+    for k, name in enumerate(STATES):
+        rows = scale[:, :, k] > 0
+        if not rows.any():
+            continue
+        e = left[:, :, k]
+        raw = np.where(rows, e / np.where(rows, scale[:, :, k], 1.0), 0.0)
+        rms[name] = float(np.sqrt((raw**2).sum() / rows.sum()))
+        second = [np.diff(objective.windows.measured[i, rows[i], k], 2) for i in range(len(trials))]
+        # Motion is smooth from sample to sample, noise is not: its second differences have six times its variance.
+        noise[name] = float(np.sqrt(np.median(np.concatenate(second) ** 2) / 0.4549 / 6.0))
+        bias[name] = {t.name: float(raw[i, rows[i]].mean()) for i, t in enumerate(trials)}
+        alike[name], time = correlated([raw[i, rows[i]] for i in range(len(trials))])
+        times.append((float((e**2).sum()), time))
+    weighty = max(weight for weight, _ in times)
+    time = max(t for weight, t in times if weight > 0.01 * weighty)
+    compared = float((scale > 0).sum())
+    return Residuals(rms, noise, alike, bias, time, float((left**2).sum()) / compared, compared / time)
+
+
+def correlated(rows: Sequence[Array]) -> tuple[float, float]:
+    """Correlation of neighbours, and samples per independent one, of several series about zero together.
+
+    The correlations are summed up to the first that is not above zero.
+    """
+    power = sum(float(e @ e) for e in rows)
+    if not power > 0:
+        return 0.0, 1.0
+    total, first = 1.0, 0.0
+    for lag in range(1, max(e.size for e in rows)):
+        # The sum over all products, as the power: the fewer the products at a long lag, the less it counts.
+        c = sum(float(e[lag:] @ e[:-lag]) for e in rows if e.size > lag) / power
+        first = c if lag == 1 else first
+        if c <= 0.0:
+            break
+        total += 2.0 * c
+    return first, total
+
+
+def flat_directions(
+    scorer: Scorer, trials: Sequence[Trial], free: Sequence[Free], values: Array, left: Residuals
+) -> int:
+    """How many combinations of the parameters the trials leave as wide as their range, or wider.
+
+    The information of the trials is counted by independent samples, and held against the variance of
+    a value that lies anywhere in its range.
+    """
+    objective = scorer.objective(trials)
+    half = np.array([0.5 * (f.high - f.low) for f in free])
+    normal = objective.normal(values, objective.begun(values))
+    H = normal.reduced(0.0)[0] - np.diag([f.sigma**-2.0 for f in objective.problem.free])
+    curvature = half[:, None] * H * half[None, :] / max(left.variance * left.time, 1e-300)
+    return int((np.linalg.eigvalsh(0.5 * (curvature + curvature.T)) < 3.0).sum())

@@ -1,0 +1,256 @@
+"""What a fine-tuning found: both methods in each range, the range chosen, and what that is worth in plain words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.parameters import Free, read
+from ...data import Array, Trial
+from .. import Fit, Issue, Problem
+from .ranges import Residuals
+
+# A value this near to an end of its range, over the range, is taken to be at it.
+_AT_END = 1e-6
+# Test trials that come out so much worse than in the best range are told.
+_WORSE = 1.05
+
+
+@dataclass(frozen=True)
+class Method:
+    """What one way of searching found in one range."""
+
+    objective: float
+    values: Array
+    evaluations: int
+    seconds: float
+    status: str
+    ends: Array
+    history: Array
+
+    @staticmethod
+    def of(fit: Fit) -> Method:
+        """The parts of a fit that tell the ways apart."""
+        return Method(fit.objective, fit.values, fit.evaluations, fit.seconds, fit.status, fit.ends, fit.history)
+
+
+@dataclass(frozen=True)
+class Range:
+    """One range of the sweep.
+
+    Attributes:
+        ratio: a_r.
+        free: the parameters with their ranges.
+        fit: the better of the two fits.
+        kept: "evolution" or "gradient".
+        methods: both, by those names.
+        tune, test: loss of each trial by name.
+        left_out: loss of each tuning trial predicted from a fit to the others.
+        soft: values of the fit with a Gaussian about the untuned values instead of the box.
+        soft_tune, soft_test, soft_left_out: the same of it, the prior not counted.
+    """
+
+    ratio: float
+    free: tuple[Free, ...]
+    fit: Fit
+    kept: str
+    methods: Mapping[str, Method]
+    tune: Mapping[str, float]
+    test: Mapping[str, float]
+    left_out: Mapping[str, float]
+    soft: Array
+    soft_tune: Mapping[str, float]
+    soft_test: Mapping[str, float]
+    soft_left_out: Mapping[str, float]
+
+    @property
+    def apart(self) -> float:
+        """Relative difference of the objectives of the two methods."""
+        costs = [m.objective for m in self.methods.values()]
+        return (max(costs) - min(costs)) / max(abs(min(costs)), 1e-300)
+
+    @property
+    def position(self) -> Array:
+        """Where each value lies in its range, -1 the lower end, +1 the upper."""
+        low, high = np.array([f.low for f in self.free]), np.array([f.high for f in self.free])
+        return 2.0 * (self.fit.values - low) / (high - low) - 1.0
+
+    @property
+    def at_bound(self) -> tuple[str, ...]:
+        """Paths of the parameters at an end of their range."""
+        near = np.abs(self.position) > 1.0 - 2.0 * _AT_END
+        return tuple(f.path for f, yes in zip(self.free, near, strict=True) if yes)
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """The whole study.
+
+    Attributes:
+        problem: what was tuned, with the ranges as declared.
+        tests: trials that no decision has seen.
+        ranges: by ratio, the narrowest first.
+        chosen: index of the range that predicts tuning trials left out best.
+        untuned_tune, untuned_test: loss of each trial with the ship as given.
+        residuals: what the chosen fit leaves of the tuning trials.
+        flat: combinations of parameters that the tuning trials leave as wide as the chosen range.
+        agreement: the two methods are held to agree below this relative difference.
+    """
+
+    problem: Problem
+    tests: tuple[Trial, ...]
+    ranges: tuple[Range, ...]
+    chosen: int
+    untuned_tune: Mapping[str, float]
+    untuned_test: Mapping[str, float]
+    residuals: Residuals
+    flat: int
+    agreement: float
+
+    @property
+    def best(self) -> Range:
+        """The chosen range."""
+        return self.ranges[self.chosen]
+
+    @property
+    def fit(self) -> Fit:
+        """The fit within the chosen range: what a study saves."""
+        return self.best.fit
+
+    @property
+    def best_test(self) -> float:
+        """Ratio of the range that predicts the test trials best, known afterwards only; NaN without tests."""
+        if not self.tests:
+            return math.nan
+        return min(self.ranges, key=lambda r: sum(r.test.values())).ratio
+
+
+def findings(tuning: Tuning) -> tuple[Issue, ...]:
+    """The outcome in plain words: "info" as hoped, "warning" where it asks for care."""
+    return (*_choice(tuning), *_data(tuning), *_search(tuning), *_tests(tuning), *_left(tuning))
+
+
+def _choice(tuning: Tuning) -> Iterator[Issue]:
+    best, others = tuning.best, [r for r in tuning.ranges if r is not tuning.best]
+    total, names = sum(best.left_out.values()), list(best.left_out)
+    yield Issue(
+        "info", "range", f"a_r = {best.ratio:g} is chosen: it predicts the tuning trials left out best, "
+        f"with a loss of {total:.4g}; no test trial had a say",
+    )  # fmt: skip
+    if others and best is tuning.ranges[-1]:
+        yield Issue(
+            "warning", "range", "the widest range tried is the best: a wider one may be better still, or the "
+            "parameters make up for something that the model lacks",
+        )  # fmt: skip
+    unclear: list[str] = []
+    for other in others:
+        more = np.array([other.left_out[n] - best.left_out[n] for n in names])
+        if more.sum() <= more.std(ddof=1) * math.sqrt(len(names)):
+            unclear.append(f"{other.ratio:g}")
+    if unclear:
+        yield Issue(
+            "warning", "range", f"the {len(names)} trials left out cannot tell a_r = {best.ratio:g} from "
+            f"{', '.join(unclear)}: the difference is within its own scatter",
+        )  # fmt: skip
+    wins = {n: min(tuning.ranges, key=lambda r: r.left_out[n]).ratio for n in names}
+    if len(set(wins.values())) > 1:
+        said = ", ".join(f"{n} {a:g}" for n, a in wins.items())
+        yield Issue("warning", "range", f"the trials left out do not agree on a range: {said}")
+    softest = min(tuning.ranges, key=lambda r: sum(r.soft_left_out.values()))
+    soft = sum(softest.soft_left_out.values())
+    word = "better than" if soft < total else "no better than"
+    yield Issue(
+        "info", "soft range", f"the best soft range, a Gaussian in place of the box of a_r = {softest.ratio:g}, "
+        f"predicts the trials left out {word} the chosen box ({soft:.4g} to {total:.4g})",
+    )  # fmt: skip
+
+
+def _data(tuning: Tuning) -> Iterator[Issue]:
+    p, left = len(tuning.problem.free), tuning.residuals
+    if left.independent < p:
+        yield Issue(
+            "warning", "data", f"too few data: the errors of the fit last {left.time:.0f} samples, so the trials hold "
+            f"some {left.independent:.0f} independent ones for {p} parameters",
+        )  # fmt: skip
+    else:
+        yield Issue(
+            "info", "data", f"the errors of the fit last {left.time:.0f} samples, so the trials hold some "
+            f"{left.independent:.0f} independent ones for {p} parameters",
+        )  # fmt: skip
+    if tuning.flat:
+        yield Issue(
+            "warning", "parameters", f"{tuning.flat} of {p} combinations of the parameters are left as wide as their "
+            "ranges: the values are not to be read as physics, nor trusted for manoeuvres of another kind",
+        )  # fmt: skip
+    cut = [f.path for f, half in zip(tuning.ranges[-1].free, _halves(tuning), strict=True)
+           if f.high - f.low < 2.0 * half * (1.0 - 1e-9)]  # fmt: skip
+    if cut:
+        yield Issue(
+            "warning", "range", f"a_r = {tuning.ranges[-1].ratio:g} would leave what [free] declares, or what is "
+            f"physically possible, and is cut there: {', '.join(cut)}",
+        )  # fmt: skip
+    stuck = tuning.best.at_bound
+    if stuck:
+        yield Issue(
+            "warning", "parameters", f"{len(stuck)} of {p} end at a bound of their range ({', '.join(stuck)}): the "
+            "trials want them further out, or the model lacks something",
+        )  # fmt: skip
+
+
+def _halves(tuning: Tuning) -> list[float]:
+    """Half widths that the widest ratio asks for."""
+    model = tuning.problem.ship.model
+    return [tuning.ranges[-1].ratio * abs(float(read(model, f.path))) for f in tuning.problem.free]
+
+
+def _search(tuning: Tuning) -> Iterator[Issue]:
+    apart = max(r.apart for r in tuning.ranges)
+    if apart <= tuning.agreement:
+        yield Issue("info", "search", f"both methods find the same objective in every range, to {apart:.1g} at worst")
+    for r in tuning.ranges:
+        if r.apart > tuning.agreement:
+            yield Issue(
+                "warning", f"a_r {r.ratio:g}", f"the methods end {r.apart:.2g} apart; the better, {r.kept}, is kept"
+            )  # fmt: skip
+    for a, b in zip(tuning.ranges, tuning.ranges[1:], strict=False):
+        if b.fit.objective > a.fit.objective * (1.0 + tuning.agreement):
+            yield Issue(
+                "warning", f"a_r {b.ratio:g}", f"fits the tuning trials worse than the narrower a_r {a.ratio:g}: the "
+                "search has missed the optimum; give it more runs or starts",
+            )  # fmt: skip
+
+
+def _tests(tuning: Tuning) -> Iterator[Issue]:
+    if not tuning.tests:
+        yield Issue("warning", "test trials", "there are none: nothing is known of manoeuvres that were not tuned to")
+        return
+    before = tuning.untuned_test
+    lost = [f"{n} at {r.ratio:g}" for r in tuning.ranges for n, cost in r.test.items() if cost >= before[n]]
+    if lost:
+        yield Issue("warning", "test trials", f"predicted no better than untuned: {', '.join(lost)}")
+    else:
+        yield Issue("info", "test trials", "tuned beats untuned on every test trial, in every range")
+    after, ratio = sum(tuning.best.test.values()), tuning.best_test
+    least = min(sum(r.test.values()) for r in tuning.ranges)
+    said = f"afterwards, a_r = {ratio:g} is seen to predict the test trials best"
+    if after == least:
+        yield Issue("info", "test trials", f"{said}: it is the chosen one")
+    elif after <= _WORSE * least:
+        share = 100.0 * (after / least - 1.0)
+        yield Issue("info", "test trials", f"{said}; the loss in the chosen one is {share:.2g} % above it")
+    else:
+        yield Issue("warning", "test trials", f"{said}; the chosen one has {after / least:.3g} times its loss")
+    wider = [r for r in tuning.ranges if r.ratio > ratio]
+    if wider:
+        yield Issue(
+            "warning", "test trials", f"beyond a_r = {ratio:g} the loss of the test trials rises while that of the "
+            "tuning trials falls: overfitting",
+        )  # fmt: skip
+
+
+def _left(tuning: Tuning) -> Iterator[Issue]:
+    for line in tuning.residuals.warnings:
+        yield Issue("warning", "residuals", line)

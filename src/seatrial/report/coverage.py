@@ -1,0 +1,101 @@
+"""Distributions of states and inputs beside each other, and what they say of the cover, as a page or a section."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..data import Array, Trial, unwrapped
+from ..validate.coverage import WIND, Coverage, Reference, columns
+from . import figures
+from .page import bullets, figure, number, page, table, text
+
+_BINS = 40
+_DEGREES = math.degrees(1.0)
+_LABELS = {
+    "u": "surge speed u [m/s]", "v_m": "sway speed v_m [m/s]", "r": "rate of turn r [°/s]",
+    "n_P": "propeller n_P [1/s]", "delta": "rudder δ [°]", WIND[0]: "apparent wind from ahead [m/s]",
+    WIND[1]: "apparent wind from starboard [m/s]",
+}  # fmt: skip
+_SMALL = (4.2, 2.5)
+_DRAWN = 12
+
+
+def document(
+    reference: Reference, train: Sequence[Trial], trials: Sequence[Trial], found: Sequence[Coverage],
+    notes: Sequence[str] = (),
+) -> str:  # fmt: skip
+    """The whole page; `notes` are findings to put in front."""
+    front = f'<div class="note">{bullets(notes)}</div>' if notes else ""
+    return page("Coverage", f"<h1>Coverage</h1>{front}{section(reference, train, trials, found)}")
+
+
+def section(
+    reference: Reference, train: Sequence[Trial], trials: Sequence[Trial], found: Sequence[Coverage]
+) -> str:  # fmt: skip
+    """The section of a report: verdicts, and the distributions in training and in the trials."""
+    verdicts = table(
+        ("trial", "novel samples", "of the training files, at most", "verdict", "in"),
+        ((c.name, f"{100 * c.share:.1f} %", f"{100 * max(reference.own.values()):.1f} %", c.verdict,
+          ", ".join(c.channels) or "–") for c in found), words=(3, 4),
+    )  # fmt: skip
+    drawn = "".join(
+        figure(histogram(name, columns_of(train, name), columns_of(trials, name)), _LABELS.get(name, name))
+        for name in reference.channels
+    )
+    worst = sorted(found, key=lambda c: -c.share)[:_DRAWN]
+    over = "".join(figure(novelty(c), f"{c.name}: {number(100 * c.share, 2)} % of the samples are novel")
+                   for c in worst if c.share > 0)  # fmt: skip
+    return (
+        f"<h2>Does the training cover this?</h2><p>{len(train)} training files, {len(reference.points)} samples, one a "
+        "second. A sample is novel where its nearest training samples are farther than those of 99 in 100 training "
+        f"samples are in the other files: {number(reference.limit)} standard deviations.</p>{verdicts}"
+        f'<h3>Distributions</h3><div class="figures">{drawn}</div>'
+        + (f'<h3>Novelty over time</h3><div class="figures">{over}</div>' if over else "")
+    )
+
+
+def histogram(name: str, train: Array, trial: Array) -> str:
+    """How often a channel takes each value, in the training set and in the trials (Wakita 2022 Fig. 3).
+
+    Args:
+        name: of the channel.
+        train, trial: its samples in SI units; NaN is left out.
+    """
+    factor = _DEGREES if name in ("r", "delta", "psi") else 1.0
+    pools = [factor * values[np.isfinite(values)] for values in (train, trial)]
+    both = np.concatenate(pools)
+    low, high = (float(both.min()), float(both.max())) if both.size else (0.0, 1.0)
+    edges = np.linspace(low, high if high > low else low + 1.0, _BINS + 1)
+    drawn, (ax,) = figures.canvas(1, _SMALL)
+    styles = figures.line_styles(("trials", "training"), "training")
+    for label, values in zip(("training", "trials"), pools, strict=True):
+        share = 100.0 * np.histogram(values, edges)[0] / max(values.size, 1)
+        colour, dashes = styles[label]
+        ax.stairs(share, edges, fill=label == "training", color=colour, alpha=0.45 if label == "training" else 1.0,
+                  ls="-" if label == "training" else dashes, lw=1.4, label=label)  # fmt: skip
+    ax.set_xlabel(_LABELS.get(name, text(name)))
+    ax.set_ylabel("samples [%]")
+    ax.legend(frameon=False)
+    return figures.svg(drawn, f"histogram {name}")
+
+
+def novelty(found: Coverage) -> str:
+    """Novelty of one trial over time, and the limit."""
+    drawn, (ax,) = figures.canvas(1, _SMALL)
+    step = max(1, math.ceil(found.t.size / 600))
+    colour, _ = figures.line_styles(("novelty",), "")["novelty"]
+    ax.plot(found.t[::step], found.novelty[::step], color=colour, lw=1.3)
+    ax.axhline(1.0, color="#8a8a8a", lw=1.0, ls=(0, (1, 1.5)))
+    ax.set_ylim(0.0, max(1.2, 1.05 * float(found.novelty.max())))
+    ax.set_xlabel("time t [s]")
+    ax.set_ylabel("distance over limit [-]")
+    return figures.svg(drawn, f"novelty {found.name}")
+
+
+def columns_of(trials: Sequence[Trial], name: str) -> Array:
+    """One channel of several trials, one behind the other; a heading is made continuous."""
+    parts = [columns(trial, (name,))[:, 0] for trial in trials]
+    return np.concatenate([unwrapped(p) if name == "psi" else p for p in parts])

@@ -1,0 +1,249 @@
+"""The plots of a report as inline SVG: light, without raster, readable without colour vision.
+
+Angles are drawn in degrees; everything else in SI.  Text stays text, so that the page can be
+searched and the file stays small.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..data import Array, unwrapped
+from ..validate import Comparison
+from ..validate.metrics import pairs, segments
+
+Styles = Mapping[str, tuple[str, Any]]
+"""Colour and dashes by label."""
+
+_POINTS = 600
+_SIZE = (5.2, 4.6)
+_WIDE = 1.25
+# Okabe and Ito's palette; the dashes carry the same distinction in print.
+_LINES = (("#0072B2", "-"), ("#D55E00", (0, (6, 2))), ("#009E73", (0, (3, 1.5))), ("#CC79A7", (0, (1, 1))))
+_BASELINE = ("#8a8a8a", (0, (1, 1.5)))
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 10, "axes.spines.top": False,
+    "axes.spines.right": False, "axes.grid": True, "grid.color": "#e4e7ea", "axes.edgecolor": "#9aa3ab",
+    "axes.labelcolor": "#333", "xtick.color": "#555", "ytick.color": "#555", "legend.frameon": False,
+    "legend.fontsize": 9, "axes.titlesize": 10, "axes.axisbelow": True, "path.simplify": True,
+}  # fmt: skip
+_STATES = (("psi", "ψ [°]"), ("u", "u [m/s]"), ("v_m", "v_m [m/s]"), ("r", "r [°/s]"))
+
+
+def line_styles(labels: Sequence[str], baseline: str) -> dict[str, tuple[str, Any]]:
+    """Colour and dashes by label; the baseline is grey."""
+    others = [label for label in labels if label != baseline]
+    styles = {label: _LINES[i % len(_LINES)] for i, label in enumerate(others)}
+    return {**styles, baseline: _BASELINE}
+
+
+def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
+    """North over east of one trial, measured and predicted, at equal scale."""
+    figure, (ax,) = canvas(1)
+    measured = max(comparisons, key=lambda c: len(c.measured)).measured
+    x, y = measured["x"], measured["y"]
+    for c in comparisons:
+        rows, gaps = _thin(c)
+        east, north = c.predicted["y"][rows], c.predicted["x"][rows]
+        color, dashes = styles[c.label]
+        ax.plot(_broken(east, gaps), _broken(north, gaps), color=color, ls=dashes, lw=1.5, label=c.label)
+    step = _every(x.size)
+    ax.plot(y[::step], x[::step], color="#111", lw=1.6, label="measured", zorder=2.5)
+    _ship_ticks(ax, measured["psi"], x, y)
+    first = np.flatnonzero(np.isfinite(x + y))[:1]
+    ax.plot(y[first], x[first], "o", color="#111", ms=6, mfc="white", label="start", zorder=3)
+    _frame(ax, [(c.predicted["y"], c.predicted["x"]) for c in comparisons], (y, x))
+    ax.set_xlabel("east y [m]")
+    ax.set_ylabel("north x [m]")
+    legend_below(figure, ax)
+    return svg(figure, f"track {name}")
+
+
+def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
+    """Heading, speeds and rate of turn of one trial over time."""
+    figure, axes = canvas(len(_STATES))
+    measured = max(comparisons, key=lambda c: len(c.measured)).measured
+    for ax, (channel, label) in zip(axes, _STATES, strict=True):
+        factor = math.degrees(1.0) if channel in ("psi", "r") else 1.0
+        curves: list[Array] = []
+        for c in comparisons:
+            if channel not in c.metrics:
+                continue
+            rows, gaps = _thin(c)
+            values = factor * pairs(c.measured, c.predicted, c.restart)[channel][1]
+            curves.append(values)
+            color, dashes = styles[c.label]
+            t, drawn = _broken(c.measured.t[rows], gaps), _broken(values[rows], gaps)
+            ax.plot(t, drawn, color=color, ls=dashes, lw=1.3)
+        if channel in measured:
+            truth = unwrapped(measured[channel]) if channel == "psi" else measured[channel]
+            step = _every(truth.size)
+            ax.plot(measured.t[::step], factor * truth[::step], color="#111", lw=1.3, zorder=2.5)
+            ax.set_ylim(*_limits(factor * truth, curves))
+        ax.set_ylabel(label)
+    axes[-1].set_xlabel("time t [s]")
+    figure.align_ylabels(axes)
+    return svg(figure, f"series {name}")
+
+
+def horizon(
+    curves: Mapping[str, Mapping[float, float]], styles: Styles, what: str
+) -> str:
+    """One error over the time since the restart, a line for each label; both axes logarithmic."""
+    figure, (ax,) = canvas(1, (5.2, 3.4))
+    largest = max(max(points.values()) for points in curves.values())
+    for label, points in curves.items():
+        # What is nil but for rounding would stretch the axis over many decades.
+        ends = [end for end in sorted(points) if points[end] > 1e-6 * largest]
+        color, dashes = styles[label]
+        values = [points[end] for end in ends]
+        ax.plot(ends, values, color=color, ls=dashes, lw=1.6, marker="o", ms=3.5, label=label)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ticks = sorted({end for points in curves.values() for end in points})
+    ax.set_xticks(ticks, [f"{end:g}" for end in ticks], minor=False)
+    ax.set_xticks([], minor=True)
+    ax.set_xlabel("time since restart, each point from the one before to [s]")
+    ax.set_ylabel(what)
+    ax.legend(loc="best", frameon=False)
+    return svg(figure, f"horizon {what}")
+
+
+def convergence(history: Array) -> str:
+    """Objective, and validation where there is one, over the iterations of a fit."""
+    figure, (ax,) = canvas(1, (5.2, 3.4))
+    ax.plot(history[:, 0], history[:, 1], color=_LINES[0][0], lw=1.6, label="objective")
+    if np.isfinite(history[:, 2]).any():
+        ax.plot(history[:, 0], history[:, 2], color=_LINES[1][0], ls=_LINES[1][1], lw=1.6, label="validation")
+    if np.nanmin(history[:, 1]) > 0:
+        ax.set_yscale("log")
+    ax.set_xlabel("iteration")
+    ax.set_ylabel("loss [-]")
+    ax.legend(loc="best", frameon=False)
+    return svg(figure, "convergence")
+
+
+def lines(
+    title: str, x: str, y: str, drawn: Sequence[tuple[str, Array, Array]], *, equal: bool = False
+) -> str:  # fmt: skip
+    """Several lines over named axes; `equal` for tracks, whose axes then have one scale."""
+    figure, (ax,) = canvas(1)
+    for k, (label, along, up) in enumerate(drawn):
+        colour, dashes = _LINES[k % len(_LINES)]
+        width, fade = (1.6, 1.0) if k < len(_LINES) else (1.0, 0.6)
+        ax.plot(along[:: _every(along.size)], up[:: _every(along.size)], color=colour, ls=dashes, lw=width,
+                alpha=fade, label=label)  # fmt: skip
+    ax.set(xlabel=x, ylabel=y)
+    if equal:
+        ax.set_aspect("equal", adjustable="datalim")
+    if len(drawn) > 1:
+        ax.legend()
+    return svg(figure, title)
+
+
+def canvas(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[Any, ...]]:
+    """A figure in the style of the reports, and its axes one above the other over one abscissa."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context(_STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        axes = figure.subplots(rows, 1, sharex=True, squeeze=False)
+    return figure, tuple(axes[:, 0])
+
+
+def legend_below(figure: Any, ax: Any) -> None:
+    """A legend under the axes, with as many columns as its longest label leaves room for."""
+    handles, labels = ax.get_legend_handles_labels()
+    longest = max(map(len, labels), default=0)
+    columns = next(count for count, length in ((3, 15), (2, 28), (1, longest)) if longest <= length)
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
+
+
+def _literal(figure: Any) -> None:
+    """Names and titles are anybody's: a "$" in them begins no formula.  Powers of ten along an axis stay formulas."""
+    from matplotlib.text import Text
+    from matplotlib.ticker import LogFormatter
+
+    powers = {label for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)
+              if isinstance(axis.get_major_formatter(), LogFormatter)
+              for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
+              for label in (tick.label1, tick.label2)}  # fmt: skip
+    for words in figure.findobj(Text):
+        if words not in powers:
+            words.set_parse_math(False)
+
+
+def svg(figure: Any, salt: str) -> str:
+    """The figure as it goes into a page; `salt` keeps the names within it the same from run to run."""
+    from matplotlib import rc_context
+
+    _literal(figure)
+    out = io.StringIO()
+    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    with rc_context({**_STYLE, "svg.hashsalt": salt}):
+        figure.savefig(out, format="svg", metadata=nothing, transparent=True)
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    # Inline in a page the name spaces are implied, the fixed size and the groups' names are in the way.
+    text = re.sub(r' (?:xmlns(?::xlink)?|version)="[^"]*"', "", text)
+    text = re.sub(r'(<svg[^>]*?) width="[^"]*"| height="[^"]*pt"', r"\1", text, count=2)
+    text = re.sub(r'<g id="[A-Za-z0-9_.]+_\d+">', "<g>", text)
+    # Coordinates need no more than two decimals; the figures on the axes keep theirs.
+    return re.sub(r'(?:\bd|transform|x|y|points)="[^"]*"', lambda m: re.sub(r"(\d+\.\d\d)\d+", r"\1", m[0]), text)
+
+
+def _every(samples: int) -> int:
+    return max(1, math.ceil(samples / _POINTS))
+
+
+def _thin(c: Comparison) -> tuple[Any, Any]:
+    """Rows to draw, and where among them a new prediction begins."""
+    segment = segments(c.measured.t, c.restart)
+    starts = np.flatnonzero(np.diff(segment)) + 1
+    rows = np.unique(np.concatenate([np.arange(0, segment.size, _every(segment.size)), starts, starts - 1]))
+    return rows, np.flatnonzero(np.diff(segment[rows])) + 1
+
+
+def _broken(values: Array, gaps: Any) -> Array:
+    return np.insert(values, gaps, np.nan)
+
+
+def _ship_ticks(ax: Any, psi: Array, x: Array, y: Array) -> None:
+    """A short line over the bow at some fifteen places of the measured track."""
+    rows = np.flatnonzero(np.isfinite(x + y + psi))
+    rows = rows[:: max(1, rows.size // 15)]
+    length = 0.05 * max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
+    for i in rows:
+        ends_x, ends_y = length * math.cos(psi[i]), length * math.sin(psi[i])
+        line = [y[i], y[i] + ends_y], [x[i], x[i] + ends_x]
+        ax.plot(*line, color="#8a929a", lw=5, solid_capstyle="butt", zorder=1.5)
+
+
+def _frame(ax: Any, others: Sequence[tuple[Array, Array]], truth: tuple[Array, Array]) -> None:
+    ax.set_aspect("equal", adjustable="box")
+    size = max(float(np.nanmax(v) - np.nanmin(v)) for v in truth)
+    ranges = [_limits(truth[i], [o[i] for o in others], size) for i in (0, 1)]
+    # Widen the narrow direction, so that the frame keeps its shape at equal scale.
+    half = 0.5 * max((ranges[0][1] - ranges[0][0]) / _WIDE, ranges[1][1] - ranges[1][0])
+    east, north = (0.5 * (low + high) for low, high in ranges)
+    ax.set_xlim(east - _WIDE * half, east + _WIDE * half)
+    ax.set_ylim(north - half, north + half)
+
+
+def _limits(truth: Array, others: Sequence[Array], size: float | None = None) -> tuple[float, float]:
+    """Range of the measurement and of the predictions, as far as they stay near it."""
+    low, high = float(np.nanmin(truth)), float(np.nanmax(truth))
+    reach = 0.6 * (high - low if size is None else size) or 1.0
+    ends = [low, high]
+    for values in others:
+        if np.isfinite(values).any():
+            ends += [max(float(np.nanmin(values)), low - reach), min(float(np.nanmax(values)), high + reach)]
+    margin = 0.05 * (max(ends) - min(ends)) or 0.5
+    return min(ends) - margin, max(ends) + margin

@@ -1,0 +1,334 @@
+"""The sections of a report page.  Angles in degrees, all else in SI.
+
+The head of a report: the scores as they were declared, and where the subject is not the better one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..identify import Fit
+from ..models import STATES
+from ..validate import Comparison
+from ..validate.comparison import CONSTANT_VELOCITY
+from ..validate.metrics import scale_words
+from . import figures
+from .caveats import caveats
+from .page import bullets, figure, number, page, table, text
+from .report import Report
+
+if TYPE_CHECKING:
+    from ..validate import Comparison
+    from .report import Report
+
+
+_UNITS = {"x": "m", "y": "m", "psi": "°", "u": "m/s", "v_m": "m/s", "r": "°/s"}
+_DEGREES = math.degrees(1.0)
+_GROWTH = (
+    ("position error, RMS [m]", ("x", "y"), 1.0),
+    ("heading error, RMS [°]", ("psi",), _DEGREES),
+)
+# Beyond these the page shows the worst trials only, and folds the long table; the JSON has all.
+_DRAWN = 12
+_LONG = 120
+
+_OPEN = 1e9
+"""An interval this wide bounds nothing."""
+
+
+def document(report: Report) -> str:
+    """The whole page."""
+    styles = figures.line_styles(report.labels, CONSTANT_VELOCITY)
+    parts = [
+        _verdict(report),
+        _trial_table(report),
+        _horizons(report, styles),
+        _forecasts(report),
+        _trials(report, styles),
+        _channels(report),
+        _indices(report),
+        _fit(report.fit) if report.fit else "",
+        _assumptions(report),
+        f"<h2>Findings in the data</h2>{bullets(report.findings)}" if report.findings else "",
+        _provenance(report.provenance),
+    ]
+    return page(report.title, "".join(parts))
+
+
+def _verdict(report: Report) -> str:
+    errors = report.pooled
+    tiles = "".join(
+        f'<div class="tile{" main" if i == 0 else ""}"><b>{number(errors[label])}</b>'
+        f"<span>{text(label)}</span></div>"
+        for i, label in enumerate(report.labels)
+    )
+    limits = f'<div class="note"><strong>What this does not show</strong>{bullets(caveats(report))}</div>'
+    return (
+        f'<h1>{text(report.title)}</h1><p class="lead">{text(sentence(report))}</p>{bullets(against(report))}'
+        f'<div class="tiles">{tiles}</div><p class="soft">Standardised mean squared error, summed over the '
+        "states and pooled over the trials by samples (Wakita 2022, Eq. 25); 0 is perfect, less is better."
+        f"{_scale(report)}</p>{limits}"
+    )
+
+
+def _scale(report: Report) -> str:
+    found = {scale_words(c.sigma) for c in report.comparisons}
+    return f" Errors divided by: {text(found.pop())}." if len(found) == 1 else ""
+
+
+def _trial_table(report: Report) -> str:
+    rows = []
+    for name, found in report.trials.items():
+        any_one = next(iter(found.values()))
+        best = min(c.standardised for c in found.values())
+        cells = [
+            ("*" if len(found) > 1 and found[n].standardised == best else "") + number(found[n].standardised)
+            if n in found
+            else "–"
+            for n in report.labels
+        ]
+        seen = "fitted" if name in report.trained_on else ("unseen" if report.trained_on else "not known")
+        kind = str(any_one.measured.meta.get("kind", "–"))
+        rows.append([name, kind, seen, f"{any_one.measured.duration:.0f}", str(any_one.samples), *cells])
+    head = ["trial", "kind", "in the fit", "length [s]", "samples", *report.labels]
+    return f"<h2>Standardised error by trial</h2>{table(head, rows, words=(1, 2))}"
+
+
+def _horizons(report: Report, styles: figures.Styles) -> str:
+    drawings = []
+    for what, channels, factor in _GROWTH:
+        curves = {label: _pooled_horizon(report, label, channels, factor) for label in report.labels}
+        curves = {label: points for label, points in curves.items() if any(v > 0 for v in points.values())}
+        if curves:
+            drawing = figures.horizon(curves, styles, what)
+            drawings.append(figure(drawing, f"{what} against the time since the restart"))
+    if not drawings:
+        return ""
+    return f'<h2>How the error grows</h2><div class="figures">{"".join(drawings)}</div>'
+
+
+def _pooled_horizon(report: Report, label: str, channels: Sequence[str], factor: float) -> dict[float, float]:
+    """Root of the mean square over the trials that every label predicts, by horizon."""
+    shared = [found[label] for found in report.trials.values() if len(found) == len(report.labels)]
+    squares: dict[float, list[float]] = {}
+    for c in shared:
+        for end, values in c.horizons.items():
+            parts = [values.get(name, math.nan) ** 2 for name in channels]
+            if math.isfinite(sum(parts)):
+                squares.setdefault(end, []).append(sum(parts))
+    return {end: factor * math.sqrt(float(np.mean(values))) for end, values in squares.items()}
+
+
+def _forecasts(report: Report) -> str:
+    """What a filter that runs through the raw log foresees with each model."""
+    if not report.forecasts:
+        return ""
+    rows = [
+        [f.trial, f.label, f"{f.horizon:g}", str(f.count),
+         number(f.position), number(_DEGREES * f.heading), number(f.end)]
+        for f in sorted(report.forecasts, key=lambda f: (f.trial, f.horizon))
+    ]  # fmt: skip
+    head = ["trial", "label", "horizon [s]", "forecasts", "position [m]", "heading [°]", "position at the end [m]"]
+    note = (
+        "Root mean square errors against raw fixes and compass. Each forecast begins at what a filter with this model "
+        "knew then, holds the disturbances found so far, and takes the controls as logged: in a closed loop these "
+        "answer to what came, so all but constant velocity are a little too good."
+    )
+    return f'<h2>Forecasts</h2>{table(head, rows, words=(1,))}<p class="soft">{note}</p>'
+
+
+def _assumptions(report: Report) -> str:
+    rows = [[a.path, number(a.value, 4), a.unit, a.why] for a in report.assumptions]
+    note = "Neither measured nor fitted; in the words of the ship file. What is fitted is right only if these are."
+    head = ["number", "value", "unit", "assumed"]
+    return f'<h2>Assumptions</h2>{table(head, rows, words=(2, 3))}<p class="soft">{note}</p>' if rows else ""
+
+
+def _trials(report: Report, styles: figures.Styles) -> str:
+    parts = ["<h2>Trials</h2>"] if report.comparisons else []
+    drawn = report.trials
+    if len(drawn) > _DRAWN:
+        drawn = dict(sorted(drawn.items(), key=lambda item: -_first(report, item[1]).standardised)[:_DRAWN])
+        worst = f"The {_DRAWN} of {len(report.trials)} trials with the largest error, worst first."
+        parts.append(f"<p>{worst}</p>")
+    for name, found in drawn.items():
+        several = list(found.values())
+        drawings: list[str] = []
+        if all({"x", "y", "psi"} <= set(c.metrics) for c in several):
+            caption = "Track, north up; ticks show the measured heading, the circle the start"
+            drawings.append(figure(figures.track(several, styles, name), caption))
+        caption = "Heading, speeds and rate of turn over time; colours as beside"
+        drawings.append(figure(figures.series(several, styles, name), caption))
+        parts.append(f'<h3>{text(name)}</h3><div class="figures">{"".join(drawings)}</div>')
+    return "".join(parts)
+
+
+def _first(report: Report, found: Mapping[str, Comparison]) -> Comparison:
+    """The comparison of the foremost label a trial has."""
+    return next(found[label] for label in report.labels if label in found)
+
+
+def _channels(report: Report) -> str:
+    rows = [
+        [name, label, channel, _UNITS.get(channel, ""), *_of_channel(c, channel)]
+        for name, found in report.trials.items()
+        for label, c in found.items()
+        for channel in c.metrics
+    ]
+    head = ["trial", "label", "state", "unit", "RMSE", "bias", "R²", "FVU", "samples"]
+    note = '<p class="soft">R² = 1 − SSE/SST about the measured mean; FVU = var(error)/var(measured).</p>'
+    full = table(head, rows, words=(1, 2, 3))
+    if len(rows) > _LONG:
+        full = f"<details><summary>{len(rows)} rows</summary>{full}</details>"
+    return f"<h2>Error by state</h2>{note}{full}" if rows else ""
+
+
+def _of_channel(c: Comparison, channel: str) -> list[str]:
+    m = c.metrics[channel]
+    factor = _DEGREES if channel in ("psi", "r") else 1.0
+    return [number(factor * m.rmse), number(factor * m.bias), number(m.r2), number(m.fvu), str(m.samples)]
+
+
+def _indices(report: Report) -> str:
+    rows: list[list[str]] = []
+    for c in report.comparisons:
+        for name, (measured, predicted) in c.indices.items():
+            unit = c.index_units.get(name, "")
+            factor, unit = (_DEGREES, "°") if unit == "rad" else (1.0, unit)
+            share = 100.0 * (predicted - measured) / abs(measured) if measured else math.nan
+            values = [number(factor * value) for value in (measured, predicted, predicted - measured)]
+            rows.append([c.measured.name, c.label, name.replace("_", " "), unit, *values, number(share, 2)])
+    head = ["trial", "label", "index", "unit", "measured", "predicted", "error", "error [%]"]
+    return f"<h2>Manoeuvre indices</h2>{table(head, rows, words=(1, 2, 3))}" if rows else ""
+
+
+def _fit(fit: Fit) -> str:
+    status = {v.subject: v.status for v in fit.verdicts}
+    rows = [
+        [
+            free.path, number(free.start, 4), number(float(fit.values[i]), 4), number(float(fit.sigma[i]), 2),
+            f"{number(free.low)} … {number(free.high)}" if free.high - free.low < _OPEN else "–",
+            "yes" if free.path in fit.at_bound else "", number(float(fit.shrinkage[i]), 2),
+            status.get(free.path, "–"),
+        ]
+        for i, free in enumerate(fit.free)
+    ]  # fmt: skip
+    head = ["parameter", "start", "fitted", "sigma", "bounds", "at bound", "shrinkage", "verdict"]
+    words = bullets(f"{v.subject}: {v.text}" for v in fit.verdicts if v.status != "identified")
+    loss = number(fit.objective, 4)
+    cost = f"{fit.status}; {number(fit.seconds)} s, {fit.evaluations} evaluations, loss {loss}."
+    drawing = ""
+    if len(fit.history) > 1:
+        drawing = figure(figures.convergence(fit.history), "Loss over the iterations")
+    note = "Shrinkage: what the data added to the prior, 0 nothing, 1 all. Sigma: posterior deviation."
+    return (
+        f"<h2>The fit of {text(fit.ship.name)}</h2><p>{text(cost)}</p>{table(head, rows, words=(7,))}"
+        f'<p class="soft">{note}</p>{words}{along(fit)}<div class="figures">{drawing}</div>'
+    )
+
+
+def along(fit: Fit) -> str:
+    """Table of what each trial had of its own; empty where nothing was estimated along."""
+    names = list(dict.fromkeys(name for own in fit.nuisances.values() for name in own))
+    if not names:
+        return ""
+    rows = [[trial, *(number(own[name], 3) if name in own else "–" for name in names)]
+            for trial, own in fit.nuisances.items()]  # fmt: skip
+    note = "SI units, currents towards north (x) and east (y); a bias is what the sensor reads beyond the truth."
+    return f'<h3>Estimated along</h3>{table(["trial", *names], rows)}<p class="soft">{note}</p>'
+
+
+def _provenance(entries: Mapping[str, str]) -> str:
+    lines = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in entries.items())
+    return f"<h2>Provenance</h2><dl>{lines}</dl>" if entries else ""
+
+
+_IN_DEGREES = math.degrees(1.0)
+# What must be worse by more than this share to be called so.
+_TIE = 0.02
+_GROUPS = {"position": ("x", "y"), "heading": ("psi",)}
+
+
+def sentence(report: Report) -> str:
+    """The scores of all labels as they were declared, and the shortest forecasts."""
+    if not report.comparisons:
+        return "Nothing was compared."
+    errors = report.pooled
+    shared = sum(len(found) == len(report.labels) for found in report.trials.values())
+    restarts = {c.restart for c in report.comparisons}
+    how = f"predicted anew every {' or '.join(f'{r:g}' for r in sorted(r for r in restarts if r is not None))} s"
+    if None in restarts:
+        how = "predicted from the first sample on" if len(restarts) == 1 else f"{how} or from the first sample on"
+    scores = ", ".join(f"'{label}' {number(errors[label])}" for label in report.labels)
+    return f"Standardised error over {shared} trial{'s' * (shared != 1)}, {how}: {scores}.{_foreseen(report)}"
+
+
+def against(report: Report) -> list[str]:
+    """A line for each of the others: in how many trials the subject is better, and where it is not."""
+    subject, found = report.labels[0] if report.labels else "", list[str]()
+    for other in report.labels[1:]:
+        both = [f for f in report.trials.values() if subject in f and other in f]
+        wins = sum(f[subject].standardised < f[other].standardised for f in both)
+        lost = worse(report, other)
+        line = f"'{subject}' against '{other}': the lesser standardised error in {wins} of {len(both)}"
+        found.append(f"{line}; yet the greater error of {'; of '.join(lost)}" if lost else line)
+    return found
+
+
+def worse(report: Report, other: str) -> list[str]:
+    """Where the subject's error is the greater one: position and heading by time since the restart, then by state."""
+    subject = report.labels[0]
+    both = [(f[subject], f[other]) for f in report.trials.values() if subject in f and other in f]
+    found: list[str] = []
+    for what, channels in _GROUPS.items():
+        ends = [
+            end
+            for end in sorted({e for mine, _ in both for e in mine.horizons})
+            if _more(_grown((a for a, _ in both), end, channels), _grown((b for _, b in both), end, channels))
+        ]
+        if ends:
+            found.append(f"{what} after {', '.join(f'{end:g}' for end in ends)} s")
+    for name in STATES:
+        mine, yours = (_rms((pair[k] for pair in both), name) for k in (0, 1))
+        if _more(mine, yours):
+            factor, unit = (_IN_DEGREES, "°") if name in ("psi", "r") else (1.0, "")
+            found.append(f"{name} ({number(factor * mine)}{unit} against {number(factor * yours)}{unit})")
+    return found
+
+
+def _more(mine: float, yours: float) -> bool:
+    return mine > (1.0 + _TIE) * yours
+
+
+def _grown(comparisons: Iterable[Comparison], end: float, channels: tuple[str, ...]) -> float:
+    """Root mean square at one time since the restart; not a number where nobody has it."""
+    squares = [sum(c.horizons[end].get(n, math.nan) ** 2 for n in channels) for c in comparisons if end in c.horizons]
+    squares = [value for value in squares if math.isfinite(value)]
+    return math.sqrt(float(np.mean(squares))) if squares else math.nan
+
+
+def _rms(comparisons: Iterable[Comparison], name: str) -> float:
+    """Root mean square error of a state over the trials, by samples."""
+    parts = [(c.metrics[name].rmse, c.metrics[name].samples) for c in comparisons if name in c.metrics]
+    count = sum(n for _, n in parts)
+    return math.sqrt(sum(n * e * e for e, n in parts) / count) if count else math.nan
+
+
+def _foreseen(report: Report) -> str:
+    """The shortest forecasts in one sentence."""
+    if not report.forecasts:
+        return ""
+    first = min(f.horizon for f in report.forecasts)
+    rows = [f for f in report.forecasts if f.horizon == first]
+    told: list[str] = []
+    for label in dict.fromkeys(f.label for f in rows):
+        own = [f for f in rows if f.label == label]
+        count = sum(f.count for f in own)
+        place, turn = (math.sqrt(sum(f.count * e * e for f, e in zip(own, errors, strict=True)) / count)
+                       for errors in ([f.position for f in own], [f.heading for f in own]))  # fmt: skip
+        told.append(f"'{label}' {number(place, 2)} m and {number(_IN_DEGREES * turn, 2)}°")
+    return f" Forecasts over {first:g} s, from what a filter knew at their start: {', '.join(told)}."

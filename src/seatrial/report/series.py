@@ -1,0 +1,456 @@
+"""The report of a series of fits: Table 9 of Wakita 2022 and what goes with it, for any model."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.files import write_whole
+from ..data import UNITS, DataError
+from ..study.series import FULL, Claim, Series
+from ..validate import Comparison
+from ..validate.coverage import Coverage, Reference, coverage
+from ..validate.metrics import segments
+from ..validate.series import BASELINE, TOGETHER, Found, Standing, Table, Validity, compositions
+from ..validate.spread import WIDE
+from . import figures
+from .figures import canvas, legend_below, svg
+from .page import bullets, figure, number, page, table, text
+
+
+def section(titles: Mapping[str, str], found: Validity) -> str:
+    """A table of the verdicts; empty where no model has members.
+
+    Args:
+        titles: of the models, by key.
+    """
+    if not found:
+        return ""
+    tests = list(next(iter(found.values())))
+    rows = [[test, *(f"{one[test].verdict}, {number(one[test].ratio, 2)}" for one in found.values())] for test in tests]
+    note = (
+        "Beside each fitted hybrid lie ships that its training trials allow as well (spread.npz). How far these drift "
+        "apart on a test, over what nine in ten training trials do not exceed, ranks the tests by what the data leave "
+        f"open; it is no error bar. Above {WIDE:g}, or with a fifth of its samples novel, a trial leaves the training "
+        "data. 'seatrial predict' and 'seatrial validate' say the same of any other trial."
+    )
+    head = ["test trial", *(titles[key] for key in found)]
+    body = table(head, rows, words=range(1, len(head)))
+    return f'<h3>What the hybrids say of the tests</h3>{body}<p class="soft">{text(note)}</p>'
+
+
+_MINUTE = 60.0
+_MEANT = {
+    "holds": "holds", "holds without residual": "holds for the physics alone, no residual,",
+    "does not hold": "does not hold", "not run": "not run yet",
+    "within the spread of the seeds": "cannot be told from chance",
+}  # fmt: skip
+
+
+def write(
+    path: str | Path, series: Series, found: Table, *, provenance: Mapping[str, str], failed: Sequence[str] = ()
+) -> Path:
+    """Write the page, and its numbers beside it as .json; whole or not at all.
+
+    Args:
+        failed: cells whose fit failed, with the reason.
+    """
+    here = Path(path)
+    here.parent.mkdir(parents=True, exist_ok=True)
+    cover = covered(series)
+    write_whole(here.with_suffix(".json"), to_json({**numbers(series, found, cover), "failed": list(failed),
+                                                     "provenance": dict(provenance)}))  # fmt: skip
+    write_whole(here, document(series, found, cover, provenance=provenance, failed=failed))
+    return here
+
+
+def document(
+    series: Series, found: Table, cover: Mapping[str, Mapping[str, Coverage]], *, provenance: Mapping[str, str],
+    failed: Sequence[str] = (),
+) -> str:  # fmt: skip
+    """The whole page; arguments as in `write`, and the cover of each test trial by composition."""
+    entries = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in provenance.items())
+    titles = {one.key: one.title for one in found.standings}
+    parts = (
+        _head(series, found, failed), _scores(series, found), _claims(found), _curves(found), _tracks(series, found),
+        _cover(cover), section(titles, found.validity), _cost(found),
+        f"<h2>Provenance</h2><dl>{entries}</dl>",
+    )  # fmt: skip
+    return page(series.title, "".join(parts))
+
+
+def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
+    run = [one for one in found.standings if one.members and math.isfinite(one.mean(TOGETHER))]
+    best = min(run, key=lambda one: one.mean(TOGETHER), default=None)
+    outcomes = [f.verdict for _, rows in found.claims for f in rows if f.verdict != "not run"]
+    trained = [m for one in found.standings for m in one.members if m.summary]
+    tiles: list[tuple[str, str]] = []
+    if best is not None:
+        tiles.append((number(best.mean(TOGETHER)), f"least error, all test trials together: {best.name}"))
+    tiles += [
+        (number(found.standings[-1].mean(TOGETHER)), f"the same for {BASELINE}"),
+        (f"{outcomes.count('holds')} of {len(outcomes)}", "rows in which an expected order holds"),
+        (f"{len(trained)}", f"fits, {number(sum(m.seconds for m in trained) / _MINUTE, 2)} minutes in all"),
+    ]
+    shown = "".join(
+        f'<div class="tile{" main" if k == 0 else ""}"><b>{text(value)}</b><span>{text(what)}</span></div>'
+        for k, (value, what) in enumerate(tiles)
+    )
+    care = [f"failed: {line}" for line in failed]
+    if series.budget != FULL:
+        what = "it shows that everything runs; its figures mean nothing"
+        care.append(f"A rehearsal in the budget '{series.budget}': {what}.")
+    waiting = [one.key for one in found.standings[:-1] if len(one.members) < max(len(series.row(one.key).cells), 1)]
+    if waiting:
+        care.append(f"Not complete: {', '.join(waiting)} {'is' if len(waiting) == 1 else 'are'} still to be fitted.")
+    warned = f'<div class="note"><strong>What to be careful of</strong>{bullets(care)}</div>' if care else ""
+    about = f'<p class="lead">{text(series.about)}</p>' if series.about else ""
+    return f'<h1>{text(series.title)}</h1>{about}<div class="tiles">{shown}</div>{warned}'
+
+
+def _scores(series: Series, found: Table) -> str:
+    """Mean and standard deviation over the seeds, and beneath each what a publication has."""
+    published = series.published
+    more = [row for row in dict.fromkeys(r for column in published.rows.values() for r in column)
+            if row not in found.tests]  # fmt: skip
+    tests = (*found.tests, *more)
+    least = {test: _least(found, test) for test in found.tests}
+    rows: list[list[str]] = []
+    for one in found.standings:
+        cells = [_cell(one, test, least[test]) if test in found.tests else "–" for test in tests]
+        several = f", {len(one.members)} seeds" if len(one.members) > 1 else ""
+        rows.append([one.name + several, *cells])
+        if one.published in published.rows:
+            column = published.rows[one.published]
+            rows.append(["↳ paper, protocol not confirmed",
+                         *(_pair(*column[test]) if test in column else "–" for test in tests)])  # fmt: skip
+    drawn = [one for one in found.standings if one.members]
+    caption = "Mean error of each model by trial"
+    marks = bars(
+        [one.title for one in drawn], {test: [one.mean(test) for one in drawn] for test in found.tests},
+        "standardised error (Eq. 25) [-]",
+    ) if drawn else ""  # fmt: skip
+    restart = "predictions run through" if series.restart is None else f"restarts every {series.restart:g} s"
+    scale = ", ".join(f"{name} {number(value, 4)} {UNITS[name]}" for name, value in found.sigma.items())
+    chosen = any(math.isfinite(one.width) for one in found.standings)
+    note = (
+        f"Wakita 2022 Eq. 25: sum over six states of the mean squared error over sigma squared; {restart} from the "
+        f"measured state, measured controls and true wind held from sample to sample, Euler's rule. sigma: {scale}. "
+        "Mean ± standard deviation over the seeds; of a single one, its error. Bold: least of its column."
+        + (" Residual width: of its prior, over the one declared; left-out trials chose it." if chosen else "")
+    )
+    paper = f'<p class="soft">{text(published.source)}. {text(published.note)}</p>' if published.source else ""
+    files = bullets(f"{label}: {trial.name}, {trial.duration:.0f} s" for label, trial in series.tests.items())
+    return (
+        f"<h2>The models on trials that no fit has seen</h2>{table(['model', *tests], rows)}"
+        f'<p class="soft">{text(note)}</p>{paper}<div class="figures">{figure(marks, caption)}</div>'
+        f"<h3>The test trials</h3>{files}"
+    )
+
+
+def _least(found: Table, test: str) -> float:
+    return min((one.mean(test) for one in found.standings if one.members), default=math.inf)
+
+
+def _cell(one: Standing, test: str, least: float) -> str:
+    mean = one.mean(test)
+    if math.isnan(mean):
+        return "–"
+    if math.isinf(mean):
+        return "no number"
+    return ("*" if mean <= least else "") + _pair(mean, one.deviation(test))
+
+
+def _pair(mean: float, deviation: float = math.nan) -> str:
+    """Mean ± standard deviation, as many decimals as the paper prints."""
+    decimals = 3 if mean < 10.0 else 1 if mean < 100.0 else 0
+    return f"{mean:.{decimals}f}" + (f" ± {deviation:.{decimals}f}" if math.isfinite(deviation) else "")
+
+
+def _claims(found: Table) -> str:
+    if not found.claims:
+        return ""
+    said = bullets(_words(found, claim, rows) for claim, rows in found.claims)
+    rows = [
+        [f"{k}. {_name(found, claim.better)} against {_name(found, claim.worse)}", f.test, _number(f.better),
+         _number(f.worse), _number(f.ratio), f"{claim.factor:g}", f.verdict]
+        for k, (claim, outcome) in enumerate(found.claims, start=1) for f in outcome if f.verdict != "not run"
+    ]  # fmt: skip
+    head = ["order", "in", "first", "second", "ratio", "at least", "verdict"]
+    note = (
+        "The ratio is the second error over the first, and an order asks for a least ratio: 1 for better, less for no "
+        "worse than by a margin (0.9: the first error may be 1/0.9 = 1.11 times the second). It holds, or does not, "
+        "where the mean errors are two standard errors over the seeds away from that; nearer it is within the spread "
+        "of the seeds. One seed tells nothing about that spread, so with one on either side a ratio is only what it is."
+    )
+    body = f'{table(head, rows, words=(1, 6))}<p class="soft">{text(note)}</p>' if rows else ""
+    return f"<h2>What was expected, and what is found</h2>{said}{body}"
+
+
+def _words(found: Table, claim: Claim, rows: Sequence[Found]) -> str:
+    """One sentence on a claim: whether it holds, where, and by how much."""
+    by_verdict: dict[str, list[str]] = {}
+    for f in rows:
+        by_verdict.setdefault(f.verdict, []).append(f"{f.test} ({_number(f.worse)} against {_number(f.better)}, "
+                                                    f"{_number(f.ratio)} times)")  # fmt: skip
+    told = (_MEANT[verdict] + (f" in {', '.join(names)}" if verdict != "not run" else "")
+            for verdict, names in by_verdict.items())  # fmt: skip
+    return f"{claim.says}: {_credit(found, claim)}{'; '.join(told)}."
+
+
+def _name(found: Table, key: str) -> str:
+    one = found.standing(key)
+    return key if one is None else one.name
+
+
+def _credit(found: Table, claim: Claim) -> str:
+    """Who earns it, where left-out trials chose no residual for a hybrid."""
+    bare = [one.title for key in (claim.better, claim.worse) if (one := found.standing(key)) and one.width == 0.0]
+    return "".join(f"{name} has no residual (left-out trials chose none) and stands for its physics; " for name in bare)
+
+
+def _number(value: float) -> str:
+    return "no number" if math.isinf(value) else number(value)
+
+
+def _curves(found: Table) -> str:
+    some = [one for one in found.standings if one.weights and all(len(m.history) for m in one.members)]
+    drawn = "".join(figure(validation(one), one.title) for one in some)
+    note = ("Loss of the windows of the validation trials, which decides the weights that are kept (circle). Losses of "
+            "different kinds and of different validation trials cannot be compared.")  # fmt: skip
+    if not drawn:
+        return ""
+    return f'<h2>While they learned</h2><p class="soft">{text(note)}</p><div class="figures">{drawn}</div>'
+
+
+def _tracks(series: Series, found: Table) -> str:
+    chosen = [one for key in series.draw if (one := found.standing(key)) is not None and one.drawn]
+    if not chosen or not series.tracks:
+        return ""
+    baseline = chosen[-1].title if len(chosen) > 1 and not chosen[-1].members[0].summary else ""
+    several = [one for key in series.seeds if (one := found.standing(key)) is not None and len(one.members) > 1]
+    styles = figures.line_styles([one.title for one in chosen], baseline)
+    parts: list[str] = []
+    for test in series.tracks:
+        some = [one.drawn[test] for one in chosen if test in one.drawn]
+        if not some:
+            continue
+        spread = figure(seeds(several, test), f"{test}: every seed of each model") if several else ""
+        parts.append(
+            f'<h3>{text(test)}: {text(series.tests[test].name)}</h3><div class="figures">'
+            f"{figure(figures.track(some, styles, test), f'{test}: track, north up, at equal scale, from the start')}"
+            f"{figure(figures.series(some, styles, test), f'{test}: heading, speeds, rate of turn; lines as beside')}"
+            f"{spread}</div>"
+        )
+    note = "Of several seeds, the one that the validation trials prefer."
+    if series.restart is not None:
+        note += f" Every {series.restart:g} s a prediction begins anew from the measured state."
+    return f'<h2>Tracks</h2><p class="soft">{text(note)}</p>{"".join(parts)}'
+
+
+def _cover(cover: Mapping[str, Mapping[str, Coverage]]) -> str:
+    if not cover:
+        return ""
+    tests = list(next(iter(cover.values())))
+    rows = [[test, *(_covered(found[test]) for found in cover.values())] for test in tests]
+    note = (
+        "Share of samples whose nearest training samples, in speeds, controls and apparent wind, are farther than "
+        "those of 99 in 100 training samples are in the other training files; 1 % is usual. Above 5 % a trial touches "
+        "the edge of the training data, above 20 % it leaves them; the channels that do so are named. "
+        "Each composition sets its own limit: the denser its files cover each other, the sooner a trial is novel."
+    )
+    head = ["test trial", *(f"trained on {name}" for name in cover)]
+    body = table(head, rows, words=range(1, len(head)))
+    return f'<h2>Does the training cover the tests?</h2>{body}<p class="soft">{text(note)}</p>'
+
+
+def _covered(found: Coverage) -> str:
+    where = f" ({', '.join(found.channels)})" if found.channels else ""
+    return f"{found.verdict}, {100 * found.share:.1f} %{where}"
+
+
+def _cost(found: Table) -> str:
+    rows = [
+        [one.name, str(m.seed) if m.seed is not None else "–", str(one.weights) if one.weights else "–",
+         str(len(m.history)), str(m.summary.get("evaluations", "–")), number(m.seconds / _MINUTE, 2),
+         number(m.objective), str(m.summary.get("status", ""))]
+        for one in found.standings for m in one.members if m.summary
+    ]  # fmt: skip
+    head = ["model", "seed", "weights", "epochs", "updates", "minutes", "loss that decided", "ended"]
+    note = "Of a fit of physics: iterations and evaluations in place of epochs and updates, its objective as the loss."
+    body = f'<div class="wrap">{table(head, rows, words=(7,))}</div>'
+    return f'<h2>What each fit took</h2>{body}<p class="soft">{text(note)}</p>' if rows else ""
+
+
+# Okabe and Ito's palette, with a dash for each, so that print without colour tells them apart.
+_LINES: tuple[tuple[str, Any], ...] = (
+    ("#0072B2", "-"), ("#D55E00", (0, (6, 2))), ("#009E73", (0, (3, 1.5))), ("#CC79A7", (0, (1, 1))),
+    ("#E69F00", (0, (6, 1.5, 1, 1.5))), ("#56B4E9", (0, (2, 2))),
+)  # fmt: skip
+_SMALL = (4.6, 3.0)
+# Along a logarithmic axis: up to which ratio of its ends every tick has a number, and up to which these have.
+_SHORT, _LONG, _ROUND = 2.5, 100.0, ("2.0", "3.0", "5.0")
+_GREY = "#8a8a8a"
+
+
+def validation(standing: Standing) -> str:
+    """Loss of the validation windows over the epochs, a line for each seed; the circle is what was kept."""
+    figure, (ax,) = canvas(1, _SMALL)
+    for k, member in enumerate(standing.members):
+        colour, dashes = _LINES[k % len(_LINES)]
+        epochs, loss, watched = member.history[:, 0], member.history[:, 1], member.history[:, 2]
+        seen = watched if np.isfinite(watched).any() else loss
+        ax.plot(epochs, seen, color=colour, ls=dashes, lw=1.4,
+                label="validation" if member.seed is None else f"seed {member.seed}")  # fmt: skip
+        best = int(np.nanargmin(seen))
+        ax.plot(epochs[best], seen[best], "o", color=colour, mfc="white", ms=5)
+    ax.set_yscale("log")
+    _in_digits(ax.yaxis)
+    ax.set_xlabel("epoch")
+    ax.xaxis.get_major_locator().set_params(integer=True)
+    ax.set_ylabel("validation loss [-]")
+    ax.legend(loc="best", ncols=2, frameon=False)
+    return svg(figure, f"validation {standing.key}")
+
+
+def seeds(standings: Sequence[Standing], test: str) -> str:
+    """North over east of one trial at equal scale: measured, and every seed of each model."""
+    figure, (ax,) = canvas(1)
+    for k, standing in enumerate(standings):
+        colour, dashes = _LINES[k % len(_LINES)]
+        runs = [one[test] for one in standing.every if one.get(test) is not None]
+        for k_run, run in enumerate(runs):
+            if run is not None:
+                label = f"{standing.title}, {len(runs)} seeds" if len(runs) > 1 else standing.title
+                east, north = _broken(run)
+                ax.plot(east, north, color=colour, ls=dashes, lw=1.1, label="_" if k_run else label)
+    measured = _measured(standings, test)
+    ax.plot(measured["y"], measured["x"], color="#111", lw=1.6, label="measured", zorder=2.5)
+    ax.plot(measured["y"][:1], measured["x"][:1], "o", color="#111", mfc="white", ms=6, zorder=3)
+    middle = [0.5 * float(np.nanmin(measured[n]) + np.nanmax(measured[n])) for n in ("y", "x")]
+    half = 0.75 * max(float(np.ptp(measured[n])) for n in ("y", "x"))
+    ax.set_xlim(middle[0] - 1.15 * half, middle[0] + 1.15 * half)
+    ax.set_ylim(middle[1] - half, middle[1] + half)
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_xlabel("east y [m]")
+    ax.set_ylabel("north x [m]")
+    legend_below(figure, ax)
+    return svg(figure, f"seeds {test}")
+
+
+def bars(names: Sequence[str], values: Mapping[str, Sequence[float]], what: str) -> str:
+    """One mark for each name and label along a logarithmic axis; what is not finite is left out."""
+    figure, (ax,) = canvas(1, (5.2, 0.34 * len(names) + 1.2))
+    places = np.arange(len(names))
+    for k, (label, found) in enumerate(values.items()):
+        colour, _ = _LINES[k % len(_LINES)]
+        ax.plot(found, places, "osD^vP"[k % 6], color=colour, ms=5, ls="none", label=label, alpha=0.9)
+    ax.set_xscale("log")
+    _in_digits(ax.xaxis)
+    ax.set_yticks(places, names)
+    ax.set_ylim(len(names) - 0.5, -0.5)
+    ax.set_xlabel(what)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, handletextpad=0.1,
+                  frameon=False)  # fmt: skip
+    return svg(figure, f"bars {what}")
+
+
+def _in_digits(axis: Any) -> None:
+    """Numbers along a drawn logarithmic axis as one reads them; between the powers of ten where these are few."""
+    from matplotlib.ticker import FuncFormatter
+
+    low, high = axis.get_view_interval()
+
+    def digits(value: float, _: object = None) -> str:
+        return f"{value:.6g}"
+
+    def between(value: float, _: object = None) -> str:
+        told = high < _SHORT * low or (high < _LONG * low and f"{value:e}"[:3] in _ROUND)
+        return digits(value) if told else ""
+
+    axis.set_major_formatter(FuncFormatter(digits))
+    axis.set_minor_formatter(FuncFormatter(between))
+
+
+def _measured(standings: Sequence[Standing], test: str) -> Any:
+    found = (one[test] for standing in standings for one in standing.every)
+    return next(run for run in found if run is not None).measured
+
+
+def _broken(run: Comparison) -> tuple[Any, Any]:
+    """The predicted track, interrupted where it begins anew."""
+    gaps = np.flatnonzero(np.diff(segments(run.measured.t, run.restart))) + 1
+    return tuple(np.insert(run.predicted[name], gaps, np.nan) for name in ("y", "x"))  # type: ignore[return-value]
+
+
+SCHEMA = "seatrial-networks/1"
+
+
+def covered(series: Series) -> dict[str, dict[str, Coverage]]:
+    """How each test trial lies within each composition; one without the channels that it takes is left out."""
+    found: dict[str, dict[str, Coverage]] = {}
+    for name, trials in compositions(series).items():
+        try:
+            reference = Reference.of(trials)
+            found[name] = {label: coverage(reference, trial) for label, trial in series.tests.items()}
+        except DataError:
+            continue
+    return found
+
+
+def numbers(series: Series, found: Table, cover: Mapping[str, Mapping[str, Coverage]]) -> dict[str, Any]:
+    """All of it, SI units and radians; a prediction that is no number is null."""
+    published = series.published
+    return {
+        "schema": SCHEMA, "series": series.name, "title": series.title, "budget": series.budget,
+        "restart": series.restart, "sigma": dict(found.sigma),
+        "tests": {label: trial.name for label, trial in series.tests.items()},
+        "validation": {label: trial.name for label, trial in series.watched.items()},
+        "models": {one.key: _of(series, one, found.tests) for one in found.standings},
+        "claims": [
+            {"says": claim.says, "better": claim.better, "worse": claim.worse, "factor": claim.factor,
+             "rows": [asdict(f) for f in rows]}
+            for claim, rows in found.claims
+        ],
+        "coverage": {name: {test: c.numbers() for test, c in some.items()} for name, some in cover.items()},
+        "spread": {key: {test: s.numbers() for test, s in some.items()} for key, some in found.validity.items()},
+        "published": {"source": published.source, "note": published.note, "protocol": "not confirmed",
+                      "rows": {k: {row: list(v) for row, v in column.items()} for k, column in published.rows.items()}},
+    }  # fmt: skip
+
+
+def _of(series: Series, one: Standing, tests: Iterable[str]) -> dict[str, Any]:
+    row = next((row for row in series.rows if row.key == one.key), None)
+    return {
+        "title": one.title, "train": [] if row is None else list(row.train), "published": one.published,
+        "trained_on": [t.name for t in row.cells[0].problem.trials] if row is not None and row.cells else [],
+        "weights": one.weights, "width": one.width,
+        "seeds": [
+            {"seed": m.seed, "objective": m.objective, "seconds": m.seconds, "status": m.summary.get("status", ""),
+             "updates": m.summary.get("evaluations"), "digest": m.summary.get("digest", ""),
+             "errors": {test: float(one.errors[test][k]) for test in tests}, "history": m.history.tolist()}
+            for k, m in enumerate(one.members)
+        ],
+        "mean": {test: one.mean(test) for test in tests},
+        "standard_deviation": {test: one.deviation(test) for test in tests},
+    }  # fmt: skip
+
+
+def to_json(document: Mapping[str, Any]) -> str:
+    """As text; a number that is not finite becomes null."""
+    return json.dumps(_plain(document), indent=1) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        items: Iterable[tuple[Any, Any]] = value.items()
+        return {str(key): _plain(item) for key, item in items}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,389 @@
+"""The report of a fine-tuning: what was chosen and why, both methods, every range, and what to be careful of.
+
+The figures of Suyama 2023 for any fine-tuning: search, objective over range, places in the range, tracks.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.files import write_whole
+from ..core.parameters import read
+from ..data import Trial, unwrapped
+from ..engine import SimulationError
+from ..identify.tuning.tuned import Method, Range, Tuning, findings
+from ..simulate.replay import replay
+from .figures import canvas, svg
+from .page import bullets, figure, number, page, table, text
+
+SCHEMA = "seatrial-tuning/1"
+_DEGREES = math.degrees(1.0)
+
+Section = tuple[str, str]
+"""A heading, as plain text, and what stands beneath it, as HTML."""
+
+
+def write(
+    path: str | Path, tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
+    sections: Sequence[Section] = (),
+) -> Path:  # fmt: skip
+    """Write the page, and its numbers beside it as .json; whole or not at all.
+
+    Args:
+        method: integrator of the predictions drawn, as that of the fit.
+        sections: more of them, made elsewhere, to stand before the provenance.
+    """
+    here = Path(path)
+    here.parent.mkdir(parents=True, exist_ok=True)
+    html = document(tuning, title=title, provenance=provenance, method=method, sections=sections)
+    found = json.dumps(_plain({**numbers(tuning), "title": title, "provenance": dict(provenance)}), indent=1)
+    write_whole(here.with_suffix(".json"), found + "\n")
+    write_whole(here, html)
+    return here
+
+
+def document(
+    tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
+    sections: Sequence[Section] = (),
+) -> str:  # fmt: skip
+    """The whole page; arguments as in `write`."""
+    predicted = {trial.name: _predictions(tuning, trial, method) for trial in tuning.tests}
+    more = "".join(f"<h2>{text(heading)}</h2>{body}" for heading, body in sections)
+    entries = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in provenance.items())
+    parts = (
+        _head(tuning, title), _methods(tuning), _objectives(tuning), _left_out(tuning), _parameters(tuning),
+        _tests(tuning, predicted), _residuals(tuning), more, f"<h2>Provenance</h2><dl>{entries}</dl>",
+    )  # fmt: skip
+    return page(title, "".join(parts))
+
+
+def _head(tuning: Tuning, title: str) -> str:
+    best, told = tuning.best, findings(tuning)
+    before, after = (sum(losses.values()) for losses in (tuning.untuned_test, best.test))
+    kind = "unseen" if tuning.tests else "tuning"
+    if not tuning.tests:
+        before, after = sum(tuning.untuned_tune.values()), sum(best.tune.values())
+    tiles = (
+        (f"{best.ratio:g}", "range a_r, chosen by leaving tuning trials out"),
+        (number(after / before) if before > 0 else "–", f"loss on the {kind} trials, tuned over untuned"),
+        (f"{len(best.at_bound)} of {len(best.free)}", "parameters at an end of their range"),
+        (number(max(r.apart for r in tuning.ranges), 2), "largest difference of the two methods, relative"),
+    )
+    shown = "".join(
+        f'<div class="tile{" main" if k == 0 else ""}"><b>{text(value)}</b><span>{text(what)}</span></div>'
+        for k, (value, what) in enumerate(tiles)
+    )
+    names = [", ".join(t.name for t in trials) for trials in (tuning.problem.trials, tuning.tests)]
+    ship, judged = tuning.problem.ship.name, f"judged on {names[1]}" if names[1] else "not judged on any other"
+    lead = f"{len(best.free)} parameters of {ship}, tuned to {names[0]}; {judged}."
+    care = bullets(f"{f.where}: {f.text}" for f in told if f.severity == "warning")
+    good = bullets(f"{f.where}: {f.text}" for f in told if f.severity != "warning")
+    warned = f'<div class="note"><strong>What to be careful of</strong>{care}</div>' if "<li>" in care else ""
+    return f'<h1>{text(title)}</h1><p class="lead">{text(lead)}</p><div class="tiles">{shown}</div>{warned}{good}'
+
+
+def _methods(tuning: Tuning) -> str:
+    rows: list[list[str]] = []
+    for r in tuning.ranges:
+        evolution, gradient = r.methods["evolution"], r.methods["gradient"]
+        rows.append([
+            f"{r.ratio:g}", number(evolution.objective, 6), number(gradient.objective, 6), number(r.apart, 2), r.kept,
+            str(evolution.evaluations), str(gradient.evaluations), number(evolution.seconds), number(gradient.seconds),
+            f"{_found(evolution.ends, tuning.agreement)} of {len(evolution.ends)}",
+            f"{_found(gradient.ends, tuning.agreement)} of {len(gradient.ends)}",
+        ])  # fmt: skip
+    head = ["a_r", "J, CMA-ES", "J, gradient", "apart", "kept", "evals, C", "evals, g", "s, C", "s, g",
+            "runs agreed, C", "starts agreed, g"]  # fmt: skip
+    shown = {r.ratio: r for r in (tuning.ranges[0], tuning.best)}
+    figures = "".join(
+        figure(
+            search(r.methods["evolution"], f"{ratio:g}"),
+            f"CMA-ES at a_r = {ratio:g}: the objective jumps where a run ends and the next begins, with a "
+            "larger population",
+        )
+        for ratio, r in shown.items()
+    )  # fmt: skip
+    note = (
+        "Both methods, CMA-ES (C) and bounded Gauss-Newton from many starts (g), solve the same problem. Seconds are "
+        "those of a fit while others ran beside it. Of the gradient method the evaluations are those of its best "
+        "start; about one in two comes with exact derivatives."
+    )
+    return (
+        f'<h2>Two methods, side by side</h2>{table(head, rows, words=(4,))}<p class="soft">{text(note)}</p>'
+        f'<div class="figures">{figures}</div>'
+    )
+
+
+def _found(ends: Any, agreement: float) -> int:
+    """How many runs ended at the best of them."""
+    costs = np.asarray(ends)[:, 0]
+    return int((costs <= costs.min() + agreement * abs(costs.min())).sum())
+
+
+def _objectives(tuning: Tuning) -> str:
+    drawing = figure(objectives(tuning), "Loss over the range, on the tuning and on the test trials")
+    note = (
+        "A wider range must fit the tuning trials better; whether it predicts better is seen on trials that it was "
+        "not fitted to. Soft: a Gaussian about the untuned values in place of the box."
+    )
+    return f'<h2>The range</h2><p>{text(note)}</p><div class="figures">{drawing}</div>'
+
+
+def _left_out(tuning: Tuning) -> str:
+    names = [t.name for t in tuning.problem.trials]
+    least = [min(r.left_out[n] for r in tuning.ranges) for n in names]
+    totals = [sum(r.left_out.values()) for r in tuning.ranges]
+    rows = [
+        [f"{r.ratio:g}", *(_starred(r.left_out[n], low) for n, low in zip(names, least, strict=True)),
+         _starred(total, min(totals)), number(sum(r.soft_left_out.values()), 4)]
+        for r, total in zip(tuning.ranges, totals, strict=True)
+    ]  # fmt: skip
+    head = ["a_r", *(f"J of {n}" for n in names), "together", "soft, together"]
+    note = "Each tuning trial predicted from a fit to the others. The range is chosen here. Bold: least of its column."
+    return f'<h2>Cross-validation</h2>{table(head, rows)}<p class="soft">{text(note)}</p>'
+
+
+def _starred(value: float, best: float) -> str:
+    return ("*" if value <= best else "") + number(value, 4)
+
+
+def _parameters(tuning: Tuning) -> str:
+    rows: list[list[str]] = []
+    for k, f in enumerate(tuning.problem.free):
+        value = float(read(tuning.problem.ship.model, f.path))
+        tuned = [("*" if f.path in r.at_bound else "") + number(float(r.fit.values[k]), 4) for r in tuning.ranges]
+        rows.append([f.path, number(value, 4), *tuned])
+    head = ["parameter", "untuned", *(f"a_r {r.ratio:g}" for r in tuning.ranges)]
+    caption = "Place of each parameter in its range; filled marks are at its end"
+    drawing = figure(positions(tuning.ranges), caption)
+    return (
+        f'<h2>The parameters</h2><div class="figures">{drawing}</div>{table(head, rows)}'
+        '<p class="soft">SI units; bold: at an end of the range.</p>'
+    )
+
+
+def _predictions(tuning: Tuning, trial: Trial, method: str) -> dict[str, Trial]:
+    """The trial as the untuned ship and each tuned one predict it; one that blows up is left out."""
+    ships = {UNTUNED: tuning.problem.ship} | {f"a_r {r.ratio:g}": r.fit.ship for r in tuning.ranges}
+    found: dict[str, Trial] = {}
+    for label, ship in ships.items():
+        try:
+            found[label] = replay(ship, trial, method=method)
+        except SimulationError:
+            continue
+    return found
+
+
+def _tests(tuning: Tuning, predicted: Mapping[str, Mapping[str, Trial]]) -> str:
+    if not tuning.tests:
+        return ""
+    labels = [UNTUNED, *(f"a_r {r.ratio:g}" for r in tuning.ranges)]
+    losses = [tuning.untuned_test, *(r.test for r in tuning.ranges)]
+    rows = [[n, *_bolded([loss[n] for loss in losses])] for n in predicted]
+    rows.append(["together", *_bolded([sum(loss.values()) for loss in losses])])
+    away = [[t.name, *_bolded([_away(t, predicted[t.name].get(label)) for label in labels])] for t in tuning.tests]
+    drawn = "".join(
+        f'<h3>{text(t.name)}</h3><div class="figures">'
+        f"{figure(tracks(t, predicted[t.name]), 'Track, north up, at equal scale; the circle is the start')}"
+        f"{figure(motions(t, predicted[t.name]), 'Heading, speeds and rate of turn; lines as beside')}</div>"
+        for t in tuning.tests
+    )
+    return (
+        f"<h2>Trials that decided nothing</h2><h3>Loss J</h3>{table(['trial', *labels], rows)}"
+        f"<h3>Distance from the measured track, root mean square [m]</h3>{table(['trial', *labels], away)}{drawn}"
+    )
+
+
+def _bolded(values: Sequence[float]) -> list[str]:
+    return [_starred(value, min(values)) if math.isfinite(value) else "–" for value in values]
+
+
+def _away(measured: Trial, predicted: Trial | None) -> float:
+    if predicted is None:
+        return math.inf
+    first = int(measured.t.searchsorted(predicted.t[0]))
+    rows = slice(first, first + len(predicted))
+    squares = (measured["x"][rows] - predicted["x"]) ** 2 + (measured["y"][rows] - predicted["y"]) ** 2
+    return math.sqrt(float(np.nanmean(squares)))
+
+
+def _residuals(tuning: Tuning) -> str:
+    left, names = tuning.residuals, [t.name for t in tuning.problem.trials]
+    rows: list[list[str]] = []
+    for channel, rms in left.rms.items():
+        factor, unit = (_DEGREES, "°") if channel in ("psi", "r") else (1.0, "m")
+        biases = [number(factor * left.bias[channel][n], 2) for n in names]
+        rows.append([f"{channel} [{unit}]", number(factor * rms), number(factor * left.noise[channel]),
+                     number(left.correlation[channel]), *biases])  # fmt: skip
+    head = ["state", "RMS", "noise of the sensor", "correlation of neighbours", *(f"bias, {n}" for n in names)]
+    note = (
+        "What the chosen fit leaves of the tuning trials. Noise is read off the second differences of the "
+        "measurement. Where the model is complete, RMS and noise agree and neighbours are not correlated."
+    )
+    return f'<h2>What is left</h2>{table(head, rows)}<p class="soft">{text(note)}</p>'
+
+
+def numbers(tuning: Tuning) -> dict[str, Any]:
+    """Everything the page says in numbers, SI units and radians."""
+    return {
+        "schema": SCHEMA, "ship": tuning.problem.ship.name, "chosen": tuning.best.ratio,
+        "tuning_trials": [t.name for t in tuning.problem.trials], "test_trials": [t.name for t in tuning.tests],
+        "untuned": {"tune": dict(tuning.untuned_tune), "test": dict(tuning.untuned_test)},
+        "ranges": [_of_range(r) for r in tuning.ranges],
+        "residuals": {**asdict(tuning.residuals), "flat_directions": tuning.flat},
+        "findings": [asdict(f) for f in findings(tuning)],
+    }  # fmt: skip
+
+
+def _of_range(r: Range) -> dict[str, Any]:
+    return {
+        "ratio": r.ratio, "kept": r.kept, "apart": r.apart,
+        "methods": {
+            name: {"objective": m.objective, "evaluations": m.evaluations, "seconds": m.seconds, "status": m.status,
+                   "ends": m.ends[:, 0].tolist(), "values": m.values.tolist()}
+            for name, m in r.methods.items()
+        },
+        "parameters": {
+            f.path: {"value": float(v), "low": f.low, "high": f.high, "position": float(p),
+                     "at_bound": f.path in r.at_bound}
+            for f, v, p in zip(r.free, r.fit.values, r.position, strict=True)
+        },
+        "tune": dict(r.tune), "test": dict(r.test), "left_out": dict(r.left_out),
+        "soft": {"tune": dict(r.soft_tune), "test": dict(r.soft_test), "left_out": dict(r.soft_left_out),
+                 "values": r.soft.tolist()},
+    }  # fmt: skip
+
+
+def _plain(value: Any) -> Any:
+    """The same in what JSON knows; a number that is not finite becomes null."""
+    if isinstance(value, Mapping):
+        items: Iterable[tuple[Any, Any]] = value.items()
+        return {str(key): _plain(item) for key, item in items}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+MEASURED, UNTUNED = "measured", "untuned"
+# Okabe and Ito's palette, with a dash and a mark for each, so that print without colour tells them apart.
+_LINES: tuple[tuple[str, Any, str], ...] = (
+    ("#56B4E9", (0, (1, 1)), "o"), ("#CC79A7", (0, (3, 1.5)), "s"), ("#D55E00", (0, (6, 2)), "^"),
+    ("#009E73", (0, (6, 1.5, 1, 1.5)), "D"), ("#0072B2", "-", "v"), ("#E69F00", (0, (8, 3)), "P"),
+)  # fmt: skip
+_STATES = (("psi", "ψ [°]"), ("u", "u [m/s]"), ("v_m", "v_m [m/s]"), ("r", "r [°/s]"))
+_LEAST = 1e-14
+
+
+def search(method: Method, name: str) -> str:
+    """Best objective of each generation, and what it is above the best of all (Suyama 2023 Fig. 4)."""
+    figure, (above, below) = canvas(2)
+    rows = method.history
+    above.plot(rows[:, 0], rows[:, 1], color="#0072B2", lw=1.0)
+    above.set_yscale("log")
+    above.set_ylabel("J, best of generation")
+    least = float(rows[:, 1].min())
+    over = np.maximum(rows[:, 1] - least, _LEAST * max(abs(least), 1e-300))
+    below.plot(rows[:, 0], over, color="#0072B2", lw=1.0)
+    below.set_yscale("log")
+    below.set_ylabel("J − best J")
+    below.set_xlabel("generation, all runs one after the other")
+    figure.align_ylabels((above, below))
+    return svg(figure, f"search {name}")
+
+
+def objectives(tuning: Tuning) -> str:
+    """Loss of the tuning and of the test trials over the range (Suyama 2023 Figs. 5 and 6)."""
+    figure, axes = canvas(2 if tuning.tests else 1)
+    ratios, ranges = [r.ratio for r in tuning.ranges], tuning.ranges
+    curves = [
+        ("tuning trials", (("box", [r.tune for r in ranges]), ("each left out, box", [r.left_out for r in ranges]),
+                           ("soft", [r.soft_tune for r in ranges]),
+                           ("each left out, soft", [r.soft_left_out for r in ranges])), tuning.untuned_tune),
+        ("test trials", (("box", [r.test for r in ranges]), ("soft", [r.soft_test for r in ranges])),
+         tuning.untuned_test),
+    ]  # fmt: skip
+    styles = {"box": 4, "soft": 2, "each left out, box": 3, "each left out, soft": 1}
+    for ax, (title, drawn, untuned) in zip(axes, curves, strict=False):
+        for label, losses in drawn:
+            colour, dashes, mark = _LINES[styles[label]]
+            total = [sum(loss.values()) for loss in losses]
+            ax.plot(ratios, total, color=colour, ls=dashes, marker=mark, ms=5, lw=1.4, label=label)
+        ax.axhline(sum(untuned.values()), color="#8a8a8a", ls=(0, (1, 1.5)), lw=1.2, label="untuned")
+        ax.axvline(tuning.best.ratio, color="#f0d9a8", lw=6, zorder=0.5)
+        ax.set_yscale("log")
+        ax.set_ylabel(f"J, {title}")
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    axes[-1].set_xticks(ratios, [f"{r:g}" for r in ratios])
+    axes[-1].set_xlabel("range a_r (the chosen one shaded)")
+    return svg(figure, "objectives")
+
+
+def positions(ranges: Sequence[Range]) -> str:
+    """Place of each parameter in its range, -1 to +1 (Suyama 2023 Fig. 7); filled marks are at an end."""
+    figure, (ax,) = canvas(1, (5.2, 0.42 * len(ranges[0].free) + 1.2))
+    paths = [f.path for f in ranges[0].free]
+    for k, r in enumerate(ranges):
+        colour, _, mark = _LINES[k % len(_LINES)]
+        rows = np.arange(len(paths)) + 0.6 * ((k + 0.5) / len(ranges) - 0.5)
+        stuck = np.array([path in r.at_bound for path in paths])
+        for filled in (True, False):
+            some = stuck == filled
+            ax.plot(r.position[some], rows[some], mark, color=colour, ms=6, mfc=colour if filled else "white",
+                    ls="none", label=f"a_r {r.ratio:g}" if not filled else None, clip_on=False)  # fmt: skip
+    for end in (-1.0, 1.0):
+        ax.axvline(end, color="#555", lw=1.0)
+    ax.axvline(0.0, color="#b5bcc2", lw=1.0)
+    for edge in range(1, len(paths)):
+        ax.axhline(edge - 0.5, color="#e4e7ea", lw=0.8)
+    ax.grid(False)
+    ax.set_yticks(range(len(paths)), paths)
+    ax.set_ylim(len(paths) - 0.5, -0.5)
+    ax.set_xlim(-1.05, 1.05)
+    ax.set_xlabel("place in the range (filled: at its end)")
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=5, handletextpad=0.1,
+                  columnspacing=1.0, frameon=False)  # fmt: skip
+    return svg(figure, "positions")
+
+
+def tracks(measured: Trial, predicted: Mapping[str, Trial]) -> str:
+    """North over east at equal scale: measured, untuned and each range (Suyama 2023 Figs. 8 to 11, left)."""
+    figure, (ax,) = canvas(1)
+    for label, trial in predicted.items():
+        ax.plot(trial["y"], trial["x"], label=label, **_style(label, predicted))
+    ax.plot(measured["y"], measured["x"], color="#111", lw=1.8, label=MEASURED, zorder=2.5)
+    ax.plot(measured["y"][:1], measured["x"][:1], "o", color="#111", mfc="white", ms=6, zorder=3)
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set_xlabel("east y [m]")
+    ax.set_ylabel("north x [m]")
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    return svg(figure, f"tracks {measured.name}")
+
+
+def motions(measured: Trial, predicted: Mapping[str, Trial]) -> str:
+    """Heading, speeds and rate of turn over time (Suyama 2023 Figs. 8 to 11, right)."""
+    figure, axes = canvas(len(_STATES))
+    for ax, (channel, label) in zip(axes, _STATES, strict=True):
+        factor = math.degrees(1.0) if channel in ("psi", "r") else 1.0
+        for name, trial in predicted.items():
+            ax.plot(trial.t, factor * trial[channel], **_style(name, predicted))
+        truth = unwrapped(measured[channel]) if channel == "psi" else measured[channel]
+        ax.plot(measured.t, factor * truth, color="#111", lw=1.5, zorder=2.5)
+        ax.set_ylabel(label)
+    axes[-1].set_xlabel("time t [s]")
+    figure.align_ylabels(axes)
+    return svg(figure, f"motions {measured.name}")
+
+
+def _style(label: str, all_: Mapping[str, Trial]) -> dict[str, Any]:
+    if label == UNTUNED:
+        return {"color": "#8a8a8a", "ls": (0, (1, 1.5)), "lw": 1.4}
+    others = [name for name in all_ if name != UNTUNED]
+    colour, dashes, _ = _LINES[others.index(label) % len(_LINES)]
+    return {"color": colour, "ls": dashes, "lw": 1.3}

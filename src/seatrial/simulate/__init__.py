@@ -1,0 +1,1 @@
+"""Simulation: a ship and a policy in, a trial out."""

@@ -1,0 +1,143 @@
+"""How a ship comes to a manoeuvre: the steady straight run, and the time step that suits her."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..environment import CALM
+from ..models import Sampled, Stepped, follows
+from ..models.settled import settled
+from ..ships import Ship, ShipError
+
+# A step this fraction of L/U keeps RK4 errors of a turn far below its indices' last digit.
+_STEP = 1.0 / 250.0
+# RK4 is stable up to 2.8; a fifth of that keeps the fastest motion accurate as well.
+_STIFF = 0.5
+# Above 25 such fractions, or above `_STIFF`, the indices of a turn are off by more than some 0.05 %.
+_ROUGH = 1.0 / 10.0
+_UNSTABLE = 2.8
+# Between two rows of a log what acts is known and constant, so that RK4's own error is all: at half the step that
+# `step_doubt` tells, it stays below a twentieth of what ordinary sensors leave of any parameter (a test).
+_BETWEEN = 0.4
+# A search may begin with next to no mass: stiffness asks for this many times the steps of size and speed at most.
+_STIFFEST = 16.0
+
+
+def time_step(ship: Ship) -> float:
+    """A step that suits the ship's size, speed and stiffness [s].
+
+    1, 2 or 5 times a power of ten, at most L/(250 U), and so short that the fastest motion of the ship at
+    its approach decays by less than `_STIFF` within a step; a model in discrete time has its own.
+    """
+    if isinstance(ship.model, Sampled):
+        return float(ship.model.dt)
+    wanted = min(_STEP * ship.L_pp / max(ship.speed, 1e-3), _STIFF / max(fastest(ship), 1e-9))
+    decade = 10.0 ** math.floor(math.log10(wanted))
+    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= wanted * (1 + 1e-9))
+
+
+def step_doubt(ship: Ship, dt: float) -> str | None:
+    """What is doubtful about a time step [s] that somebody wants for this ship; None where it is fine."""
+    if isinstance(ship.model, Sampled | Stepped):
+        return None
+    rate = max(fastest(ship), 1e-9)
+    most = min(_ROUGH * ship.L_pp / max(ship.speed, 1e-3), _STIFF / rate)
+    if dt <= most:
+        return None
+    unstable = dt > _UNSTABLE / rate
+    what = f"unstable above some {_UNSTABLE / rate:.2g} s" if unstable else f"inaccurate above some {most:.2g} s"
+    return f"a step of {dt:g} s is too long for {ship.name}: its integration is {what}; {time_step(ship):g} s suits her"
+
+
+def substeps(ship: Ship, dt: float, method: str = "rk4") -> int:
+    """Equal steps of the integrator between two rows of a log, `dt` [s] apart, with what acts held.
+
+    By the rule of `time_step`, the ship's size, speed and stiffness; but no order and no ramp has to be resolved
+    between rows, so the steps may be longer.  Euler's method steps from row to row, as who asks for it by name
+    expects; so do models in discrete time, and networks.
+    """
+    if method != "rk4" or isinstance(ship.model, Sampled | Stepped):
+        return 1
+    rate = fastest(ship)
+    longest = _BETWEEN * _ROUGH * ship.L_pp / max(ship.speed, 1e-3)
+    if math.isfinite(rate):
+        longest = max(min(longest, _BETWEEN * _STIFF / max(rate, 1e-9)), longest / _STIFFEST)
+    return max(math.ceil(dt / longest * (1.0 - 1e-9)), 1)
+
+
+def fastest(ship: Ship) -> float:
+    """Greatest magnitude of the eigenvalues of (u, v_m, r) at the approach speed, rudder midships [1/s]."""
+    control, h = straight(ship, ship.n_P or 0.0), 1e-6 * max(ship.speed, 1e-3)
+    state = np.array(_ahead(ship, ship.speed, control))
+    matrix = np.empty((state.size - 3, state.size - 3))
+    for k in range(3, state.size):
+        aside = np.zeros(state.size)
+        aside[k] = h
+        up, down = (ship.model.derivative(tuple((state + s * aside).tolist()), control, CALM) for s in (1, -1))
+        matrix[:, k - 3] = (np.array(up[3:], dtype=float) - np.array(down[3:], dtype=float)) / (2 * h)
+    return float(np.abs(np.linalg.eigvals(matrix)).max())
+
+
+def straight(ship: Ship, n_P: float) -> tuple[float, ...]:
+    """Controls of a straight run: what follows n_P turns at it, all else rests."""
+    return tuple(factor * n_P if order == "n_P" else 0.0 for order, factor in follows(ship.model))
+
+
+def surge_balance(ship: Ship, u: float, n_P: float) -> float:
+    """Surge acceleration straight ahead in calm at `u` [m/s] and `n_P` [1/s]; [m/s^2]."""
+    control = straight(ship, n_P)
+    state = _ahead(ship, u, control)
+    if isinstance(ship.model, Sampled):
+        return float(ship.model.advance(state, control, CALM, ship.model.begin(state, control))[0][0])
+    return float(ship.model.derivative(state, control, CALM)[3])
+
+
+def _ahead(ship: Ship, u: float, control: tuple[float, ...]) -> tuple[float, ...]:
+    """The state straight ahead in calm, settled to the controls."""
+    rest = settled(ship.model, np.array([[*control, *CALM]], dtype=np.float64))[0]
+    return (0.0, 0.0, 0.0, u, 0.0, 0.0, *rest.tolist())
+
+
+def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -> tuple[float, float]:
+    """Speed [m/s] and revolutions [1/s] of a steady straight run.
+
+    Without either, the ship file's speed and the revolutions that hold it; with one, the other that
+    goes with it; with both, both as given.
+
+    Raises:
+        ShipError: the model finds no balance in the range searched.
+    """
+    if speed is not None and n_P is not None:
+        return speed, n_P
+    if n_P is not None:
+
+        def by_speed(u: float) -> float:
+            return surge_balance(ship, u, n_P)
+
+        if by_speed(0.5 * ship.speed) == by_speed(ship.speed) == 0.0:
+            return ship.speed, n_P  # a response model keeps whatever speed it is given
+        return _balance(by_speed, 1e-3, 5 * ship.speed, ship), n_P
+    U = ship.speed if speed is None else speed
+    if ship.n_P is not None and speed is None:
+        return U, ship.n_P
+    if surge_balance(ship, U, 0.0) >= 0.0:
+        return U, ship.n_P or 0.0  # a response model: nothing to hold
+
+    def by_revolutions(n: float) -> float:
+        return surge_balance(ship, U, n)
+
+    return U, _balance(by_revolutions, 0.1 * U / ship.L_pp, 2000 * U / ship.L_pp, ship)
+
+
+def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -> float:
+    from scipy.optimize import brentq
+
+    if f(low) * f(high) > 0:
+        raise ShipError(f"{ship.name}: no steady run between {low:g} and {high:g}; "
+                        "give n_P in [approach] of her file, or speed and revolutions where a command asks for both")
+    found: Any = brentq(f, low, high, xtol=1e-14, rtol=1e-14)  # type: ignore[arg-type]
+    return float(found)

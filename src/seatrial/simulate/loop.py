@@ -1,0 +1,284 @@
+"""What the engine integrates: a ship under given controls, or ship, actuators and policy in one step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..actuators import Servo, queue_length, queued, table
+from ..core.parameters import Scalar, unknown, update, values
+from ..data import Array
+from ..engine import Scalars, System
+from ..environment import CHANNELS, Environment
+from ..manoeuvres import Policy, Scheduled
+from ..models import Sampled, Stepped, follows, kinematics
+from ..ships import Ship, ShipError
+
+STEERING = ("n_P", "delta")
+_VELOCITIES = ("rate_u", "rate_v_m", "rate_r")
+_OFFSETS = ("current_x", "current_y")
+
+
+def _split(names: tuple[str, ...], given: Scalars, prefix: str) -> dict[str, Any]:
+    return {n[len(prefix):]: v for n, v in zip(names, given, strict=True) if n.startswith(prefix)}  # fmt: skip
+
+
+def _rates(model: Any, state: Scalars, acting: Scalars) -> Scalars:
+    """Rates of any model: a sampled one has its own among what acts, behind controls and environment."""
+    n = len(model.controls)
+    if isinstance(model, Sampled):
+        return (*kinematics(state[2], *state[3:6]), *acting[n + len(CHANNELS) :])
+    return model.derivative(state, acting[:n], Environment(*acting[n:]))
+
+
+def open_loop(ship: Ship) -> System:
+    """The ship under given controls and environment; parameters are those of its model."""
+    if isinstance(ship.model, Stepped):
+        return _stepped(ship)
+    names, n = tuple(_free_values(ship.model)), len(ship.model.controls)
+    sampled = ship.model if isinstance(ship.model, Sampled) else None
+
+    def model_of(parameters: Scalars) -> Any:
+        return update(ship.model, dict(zip(names, parameters[: len(names)], strict=True)))
+
+    def drifting(acting: Scalars, parameters: Scalars) -> Scalars:
+        """The environment with an unmeasured current on top."""
+        around = Environment(*acting[n : n + len(CHANNELS)])
+        east, north = around.current_y + parameters[-1], around.current_x + parameters[-2]
+        around = around._replace(current_x=north, current_y=east)
+        return (*acting[:n], *around, *acting[n + len(CHANNELS) :])
+
+    def derivative(state: Scalars, acting: Scalars, parameters: Scalars) -> Scalars:
+        return _rates(model_of(parameters), state, drifting(acting, parameters))
+
+    def before(
+        t: Any, dt: Any, state: Scalars, memory: Scalars, series: Scalars, parameters: Scalars
+    ) -> tuple[Scalars, Scalars, Scalars]:
+        acting = drifting(series, parameters)
+        rates, memory = model_of(parameters).advance(state, acting[:n], Environment(*acting[n:]), memory)
+        return (*series, *rates), memory, ()
+
+    series = (*ship.model.controls, *CHANNELS)
+    return System(
+        states=ship.model.states, series=series, derivative=derivative,
+        parameters=names + tuple(f"environment.{name}" for name in _OFFSETS),
+        memory=sampled.memory if sampled else (), acting=series + _VELOCITIES if sampled else (),
+        before=before if sampled else None,
+    )  # fmt: skip
+
+
+def _stepped(ship: Ship) -> System:
+    """The open loop of a model that moves on arrays."""
+    model: Any = ship.model
+    return System(
+        states=model.states, series=(*model.controls, *CHANNELS), plant=model.plant, hidden=model.memory,
+        parameters=tuple(f"environment.{name}" for name in _OFFSETS),
+        derivative=lambda state, acting, parameters: _rates(model, state, acting),
+    )  # fmt: skip
+
+
+def open_loop_parameters(ship: Ship) -> Array:
+    """Values of `open_loop(ship).parameters`."""
+    return np.array([*_free_values(ship.model).values(), 0.0, 0.0], dtype=np.float64)
+
+
+def _free_values(model: Any) -> dict[str, float]:
+    """Parameters of a model; the step of one in discrete time is the engine's own and none of them."""
+    return {path: v for path, v in values(model).items() if not (path == "dt" and isinstance(model, Sampled))}
+
+
+def orders(policy: Policy) -> tuple[str, ...]:
+    """What a policy orders."""
+    return tuple(getattr(policy, "orders", STEERING))
+
+
+def _servos(ship: Ship) -> dict[str, Servo]:
+    return {table(control): ship.actuators.of(control) for control in ship.model.controls}
+
+
+def loop_values(ship: Ship, policy: Policy) -> dict[str, float]:
+    """Parameters of `closed_loop` by name; what shapes the compiled step itself is not among them.
+
+    A dead time sets how long the queue of orders is, and no lag at all spares the exponential.
+    """
+    out = {f"ship.{path}": value for path, value in _free_values(ship.model).items()}
+    for name, servo in _servos(ship).items():
+        own = {k: v for k, v in values(servo).items() if k != "dead_time" and not (k == "lag" and v == 0.0)}
+        out |= {f"{name}.{limit}": value for limit, value in own.items()}
+    return out | {f"policy.{path}": value for path, value in values(policy).items()}
+
+
+def _memory(ship: Ship, dt: float) -> tuple[tuple[str, ...], ...]:
+    """Names of the memory of each control's actuator: actual value, what it remembers, waiting orders."""
+    found: list[tuple[str, ...]] = []
+    for control in ship.model.controls:
+        servo = ship.actuators.of(control)
+        waiting = range(queue_length(float(servo.dead_time), dt))
+        found.append((control, *(f"{control}.{e}" for e in servo.extra), *(f"{control}.order_{k}" for k in waiting)))
+    return tuple(found)
+
+
+def _sources(ship: Ship, policy: Policy) -> tuple[tuple[int, float], ...]:
+    """For each control, which order of the policy it obeys (-1: none) and with which factor.
+
+    An order by the control's own name comes before the conventional one that it follows.
+    """
+    given, controls = orders(policy), ship.model.controls
+    pairs = [
+        (control, 1.0) if control in given else pair
+        for control, pair in zip(controls, follows(ship.model), strict=True)
+    ]
+    known = {*controls, *(name for name, _ in follows(ship.model))}
+    for name in given:
+        if name not in known:
+            raise ShipError(f"{ship.name}: {unknown(name, sorted(known), 'control')}")
+    return tuple((given.index(name) if name in given else -1, factor) for name, factor in pairs)
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """One closed loop, taken apart: who obeys whom, and where each one's memory lies."""
+
+    ship: Ship
+    policy: Policy
+    dt: float
+    names: tuple[str, ...]
+    sources: tuple[tuple[int, float], ...]
+    held: tuple[tuple[str, ...], ...]
+
+    @property
+    def sampled(self) -> Sampled | None:
+        return self.ship.model if isinstance(self.ship.model, Sampled) else None
+
+    @property
+    def stepped(self) -> Stepped | None:
+        return self.ship.model if isinstance(self.ship.model, Stepped) else None
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        return self.policy.given if isinstance(self.policy, Scheduled) else ()
+
+    @property
+    def lags(self) -> tuple[str, ...]:
+        return self.sampled.memory if self.sampled and not self.stepped else ()
+
+    def model(self, p: Scalars) -> Any:
+        return update(self.ship.model, _split(self.names, p, "ship."))
+
+    def orders(self, t: Any, state: Scalars, memory: Scalars, given: Scalars, p: Scalars) -> tuple[Scalars, Scalars]:
+        """The order for each control, and what the policy remembers."""
+        steer: Any = update(self.policy, _split(self.names, p, "policy."))
+        wanted, memory = steer.command(t, state[:6], memory, *((given,) if self.given else ()))
+        return (*(factor * wanted[k] if k >= 0 else 0.0 for k, factor in self.sources), *self.own(wanted)), memory
+
+    def own(self, wanted: Scalars) -> Scalars:
+        """Orders under their own names, for those that are no control of the ship."""
+        return tuple(order for name, order in zip(orders(self.policy), wanted, strict=True)
+                     if name not in self.ship.model.controls)  # fmt: skip
+
+    def actuate(self, k: int, memory: Scalars, order: Any, step: Any, p: Scalars) -> tuple[Any, Scalars]:
+        """What control number `k` does over the step: its mean, and its memory afterwards."""
+        control = self.ship.model.controls[k]
+        usual = self.ship.actuators.of(control)
+        servo: Servo = update(usual, _split(self.names, p, f"{table(control)}."))
+        own = 1 + len(usual.extra)
+        state, mean = memory[:own], 0.0
+        pieces, queue = queued(memory[own:], order, float(usual.dead_time), self.dt)
+        for share, piece in pieces:
+            part, state = servo.advance(state, piece, share * step)
+            mean = mean + share * part
+        return mean, (*state, *queue)
+
+    def before(
+        self, t: Any, step: Any, state: Scalars, memory: Scalars, series: Scalars, p: Scalars
+    ) -> tuple[Scalars, Scalars, Scalars]:
+        """One time step of everything but the ship's own motion."""
+        around, given = series[: len(CHANNELS)], series[len(CHANNELS) :]
+        at = sum(len(group) for group in self.held)
+        lags, remembered = memory[at : at + len(self.lags)], memory[at + len(self.lags) :]
+        ordered, remembered = self.orders(t, state, remembered, given, p)
+        acting: list[Any] = []
+        after: list[Any] = []
+        at = 0
+        for k, (group, order) in enumerate(zip(self.held, ordered, strict=False)):
+            mean, end = self.actuate(k, memory[at : at + len(group)], order, step, p)
+            # A model in discrete time is fitted to what stood at its samples, not to means between them.
+            at_sample = self.sampled is not None and not self.ship.actuators.of(self.ship.model.controls[k]).at_once
+            acting.append(memory[at] if at_sample else mean)
+            after += end
+            at += len(group)
+        rates: Scalars = ()
+        if self.sampled and not self.stepped:
+            rates, lags = self.model(p).advance(state, tuple(acting), Environment(*around), lags)
+        return (*acting, *around, *rates), (*after, *lags, *remembered), ordered
+
+    def derivative(self, state: Scalars, acting: Scalars, parameters: Scalars) -> Scalars:
+        return _rates(self.model(parameters), state, acting)
+
+
+def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
+    """Ship, actuators and policy as one system; its memory is the actuators', the model's and the policy's.
+
+    Parameters are named ``ship.<path>``, ``propeller.<limit>``, ``rudder.<limit>`` (other actuators by their
+    control, ``alpha_1.rate``) and ``policy.<name>``.
+
+    Args:
+        dt: the time step it will be run with [s]; a dead time is a queue of orders of that length.
+
+    Raises:
+        ShipError: the policy orders what the ship has not.
+    """
+    loop = _Loop(ship, policy, dt, tuple(loop_values(ship, policy)), _sources(ship, policy), _memory(ship, dt))
+    controls = ship.model.controls
+    flat = tuple(name for group in loop.held for name in group)
+    return System(
+        states=ship.model.states, memory=(*flat, *loop.lags, *policy.memory), series=(*CHANNELS, *loop.given),
+        acting=(*controls, *CHANNELS, *(_VELOCITIES if loop.sampled and not loop.stepped else ())),
+        logged=logged(ship, policy), parameters=loop.names, derivative=loop.derivative, before=loop.before,
+        hidden=loop.stepped.memory if loop.stepped else (), plant=loop.stepped.plant if loop.stepped else None,
+    )  # fmt: skip
+
+
+def logged(ship: Ship, policy: Policy) -> tuple[str, ...]:
+    """Names of the orders that a closed loop records: of each control, then the policy's own beyond them."""
+    controls = ship.model.controls
+    return tuple(f"{name}_cmd" for name in (*controls, *(o for o in orders(policy) if o not in controls)))
+
+
+def loop_memory(
+    ship: Ship, policy: Policy, dt: float, given: Mapping[str, Scalar], state: tuple[float, ...]
+) -> tuple[Scalar, ...]:
+    """Memory of `closed_loop` at the start: shafts turn at the policy's revolutions, all else rests.
+
+    What a stepped model remembers comes last, as the engine takes it.
+
+    Args:
+        given: parameters of the policy by the names of `closed_loop`; numbers or symbols.
+        state: initial state of the ship.
+    """
+    steer = update(policy, {n[7:]: v for n, v in given.items() if n.startswith("policy.")})
+    turning = {"n_P": given.get("policy.n_P", 0.0)}
+    start = tuple(factor * turning.get(order, 0.0) for order, factor in follows(ship.model))
+    found: list[Scalar] = []
+    for control, group, value in zip(ship.model.controls, _memory(ship, dt), start, strict=True):
+        extra = len(ship.actuators.of(control).extra)
+        found += [value, *([0.0] * extra), *([value] * (len(group) - 1 - extra))]
+    lags = ship.model.begin(state, start) if isinstance(ship.model, Sampled) else ()
+    steering = steer.begin(state[:6])
+    return (*found, *steering, *lags) if isinstance(ship.model, Stepped) else (*found, *lags, *steering)
+
+
+def open_loop_memory(ship: Ship, state: Array, controls: Array) -> Array | None:
+    """What a sampled model remembers at each start, as if it had been in that state for ever; else None.
+
+    Args:
+        state: shape (lanes, states).
+        controls: shape (lanes, controls).
+    """
+    if not isinstance(ship.model, Sampled):
+        return None
+    rows = zip(state.tolist(), controls.tolist(), strict=True)
+    return np.array([ship.model.begin(tuple(x), tuple(c)) for x, c in rows], dtype=np.float64)

@@ -1,0 +1,349 @@
+"""Free-run prediction of a measured trial from its own controls and wind.
+
+The state in which a prediction starts, from the readings up to that moment and none after it.
+
+A single reading carries the sensor's noise into the whole prediction.  Over the last few seconds x, y
+and psi are parabolas in time; positions and velocities are fitted together, each as its own noise counts,
+and the fit is read off at its end.  Nothing looks ahead: noise, too, is read off the same stretch.
+
+What of the controls and the environment a trial did not log, row by row: where a prediction has to fill in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data import Array, DataError, Trial, unwrapped
+from ..data.prepare import resampling
+from ..engine import SimulationError
+from ..engine.rollout import simulator
+from ..environment import CHANNELS, to_body, to_earth
+from ..models import STATES, Model, Sampled, Stepped, follows
+from ..models.settled import unseen
+from ..ships import Ship
+from .approach import substeps
+from .loop import open_loop, open_loop_memory, open_loop_parameters
+from .run import SIMULATED
+
+
+def inputs(trial: Trial, model: Model) -> Array:
+    """What acts from each row to the next, shape (rows, controls + 8): controls and environment.
+
+    Controls act with the mean of the two rows, which is exact for the ramp of an actuator; those that the
+    trial's `meta["held"]` names, and the environment, hold from row to row.  Gaps hold the last value
+    before them (`replay_gaps` tells where).  A control that the trial lacks is taken from the order it follows
+    (alpha_1 from delta).  A wind that was logged as apparent only is turned into the true one by the measured
+    motion.  Wind, waves and current that were not logged, or without a value in any row, are
+    none, and water without a depth is deep.
+
+    Raises:
+        DataError: the trial lacks a control, or the wind that a network takes.
+    """
+    n = len(model.controls)
+    wind = wind_of(trial)
+    lacking = [name for name in getattr(model, "needed", ()) if not logged(trial, name)] if wind is None else []
+    if lacking and trial.meta.get("source") != SIMULATED:  # which says so where there was any wind
+        wanted = "the network takes the wind; log it, or take a network without (wind = false)"
+        raise DataError(f"{trial.name}: no values of {', '.join(lacking)}; {wanted}")
+    series = np.zeros((len(trial), n + len(CHANNELS)))
+    for k, (name, (order, factor)) in enumerate(zip(model.controls, follows(model), strict=True)):
+        if name not in trial and order not in trial:
+            raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(model.controls)}")
+        source, factor = (name, 1.0) if name in trial else (order, factor)
+        if not logged(trial, source):
+            raise DataError(f"{trial.name}: {source} has no value in any row; the model is steered by it")
+        series[:, k] = factor * trial[source]
+    around = {name: n + k for k, name in enumerate(CHANNELS)}
+    for first, (size, direction) in VECTORS.items():
+        if first != "wind_x" and logged(trial, size) and logged(trial, direction):
+            at = around[first]
+            series[:, at] = trial[size] * np.cos(trial[direction])
+            series[:, at + 1] = trial[size] * np.sin(trial[direction])
+    if wind is not None:
+        series[:, n], series[:, n + 1] = wind
+    if logged(trial, "T_W"):
+        series[:, around["wave_T"]] = trial["T_W"]
+    if logged(trial, "depth"):
+        series[:, around["per_depth"]] = 1.0 / trial["depth"]
+    series = held(series)
+    kept = trial.meta.get("held", ())
+    ramps = [k for k, name in enumerate(model.controls) if name not in kept and not isinstance(model, Sampled)]
+    series[:-1, ramps] = 0.5 * (series[:-1, ramps] + series[1:, ramps])
+    return series
+
+
+def held(series: Array) -> Array:
+    """Each gap filled with the last value before it (the first after it, at the start)."""
+    out = series.copy()
+    for column in out.T:
+        good = np.flatnonzero(np.isfinite(column))
+        if good.size and good.size < column.size:
+            before = np.searchsorted(good, np.arange(column.size), "right") - 1
+            column[:] = column[good[np.clip(before, 0, None)]]
+    return out
+
+
+def replay(
+    ship: Ship, trial: Trial, *, restart: float | None = None, method: str = "rk4",
+    smooth_start: float | None = None, threads: int | None = None,
+) -> Trial:  # fmt: skip
+    """Free-run prediction of `trial` from its own controls and wind, on its own rows.
+
+    By the Runge-Kutta method unless Euler's is asked for, in as many steps from row to row as the ship needs
+    (`approach.substeps`).  Every `restart` seconds the state is set back to the measured one (at the first
+    complete sample from there on).  Rows run from the first complete sample to the last.  Inputs hold between rows;
+    uneven time is predicted on an even grid of the median step and read off at the rows.  A network starts
+    with what it remembers of the measured rows before; where there are none, as if the first had held.
+    With `smooth_start` each start is estimated from the readings of so many seconds up to it (`replay_start`).
+
+    Raises:
+        DataError: a channel is missing, no row is complete, or there are fewer than a network looks back on.
+        SimulationError: the prediction blows up; names time and state.
+    """
+    measured = trial.stack(*STATES)
+    measured[:, 2] = unwrapped(measured[:, 2])
+    good = np.asarray(np.isfinite(measured).all(axis=1))
+    if good.sum() < 2:
+        found = f"{int(good.sum())} complete rows of {', '.join(STATES)}"
+        raise DataError(f"{trial.name}: {found}; two are needed")
+    rows = slice(int(np.argmax(good)), int(len(good) - np.argmax(good[::-1])))
+    t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial, ship.model)[rows]
+    dt = _step(ship, t, trial)
+    starts = _starts(t, good, restart, dt)
+    remembered = _recalled(ship, trial, t, dt, np.column_stack([state, series]), good, starts)
+    ends = [*starts[1:], t.size]
+    spans = [t[min(b, t.size - 1)] - t[a] for a, b in zip(starts, ends, strict=True)]
+    steps = round(max(spans) / dt) + 1
+    lanes = np.empty((len(starts), steps, series.shape[1]))
+    for lane, a in enumerate(starts):
+        at = np.searchsorted(t, t[a] + dt * np.arange(steps) + 1e-6 * dt, "right") - 1
+        lanes[lane] = series[np.clip(at, 0, t.size - 1)]
+    system = open_loop(ship)
+    first = state[starts] if smooth_start is None else smoothed_starts(t, state, starts, smooth_start)
+    begun = np.hstack([first, unseen(ship.model, series, dt)[starts]])
+    each = substeps(ship, dt, method)
+    run = simulator(system).run(
+        begun, np.repeat(lanes, each, axis=1), open_loop_parameters(ship), dt=dt / each, every=each,
+        steps=(steps - 1) * each + 1, method=method, threads=threads,
+        memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])
+        if remembered is None else remembered,
+    )  # fmt: skip
+    out = np.empty_like(state)
+    for lane, (a, b) in enumerate(zip(starts, ends, strict=True)):
+        for k in range(out.shape[1]):
+            out[a:b, k] = np.interp(t[a:b] - t[a], run.t, run.values[lane, :, k])
+        if not np.isfinite(out[a:b]).all():
+            failed = next(f for f in run.failures if f.lane == lane)
+            raise SimulationError(
+                f"{trial.name}: {failed.state} = {failed.value:g} at t = {t[a] + failed.time:g} s; "
+                "the model blows up"
+            )
+    meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
+    return Trial(trial.name, t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+
+
+def _step(ship: Ship, t: Array, trial: Trial) -> float:
+    """Time step of the prediction [s]: the trial's median one, which a sampled model must share."""
+    dt = float(np.median(np.diff(t)))
+    if isinstance(ship.model, Sampled) and abs(dt / ship.model.dt - 1) > 0.01:
+        raise DataError(
+            f"{trial.name}: sampled every {dt:g} s; {ship.name} runs at {ship.model.dt:g} s only; "
+            f"fit the model at that step, or {resampling(float(ship.model.dt), trial)}"
+        )
+    return ship.model.dt if isinstance(ship.model, Sampled) else dt
+
+
+def _recalled(
+    ship: Ship, trial: Trial, t: Array, dt: float, rows: Array, good: NDArray[np.bool_], starts: list[int]
+) -> Array | None:
+    """What a stepped model remembers at each start, from the complete rows just before it; else None.
+
+    Args:
+        rows: states, controls and environment per row.
+    """
+    model = ship.model
+    if not isinstance(model, Stepped):
+        return None
+    if len(t) < model.look_back + 2:
+        needs = f"{ship.name} looks {model.look_back * dt:g} s back and needs {model.look_back + 2}"
+        raise DataError(f"{trial.name}: {len(t)} rows are too short a record; {needs}")
+    found: list[tuple[float, ...]] = []
+    for a in starts:
+        before = t[a] - dt * np.arange(model.look_back, 0, -1) + 1e-6 * dt
+        at = np.searchsorted(t, before, "right") - 1
+        broken = np.flatnonzero((at < 0) | ~good[at])
+        at = at[broken[-1] + 1 :] if broken.size else at
+        past = rows[at]
+        found.append(model.recall(past[:, :6], past[:, 6:]) if at.size else model.begin((), ()))
+    return np.array(found)
+
+
+def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float) -> list[int]:
+    """Rows at which the prediction starts anew: the first, then the first good one of each interval."""
+    if restart is None:
+        return [0]
+    number = np.floor((t - t[0] + 1e-6 * dt) / restart)
+    edges = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist()]
+    found: list[int] = []
+    for a in edges:
+        later = np.flatnonzero(good[a:])
+        row = a + int(later[0]) if later.size else a
+        if row not in found and row < t.size - 1:
+            found.append(row)
+    return found
+
+
+_ORDER = 2
+# A fit needs a few more rows than coefficients; a shorter past is no past.
+_FEWEST = 2 * (_ORDER + 1)
+
+
+def smoothed_starts(t: Array, state: Array, rows: Sequence[int], span: float, order: int = _ORDER) -> Array:
+    """States at `rows`, each from the readings of the last `span` seconds, shape (rows, 6).
+
+    Args:
+        t: times [s], shape (samples,).
+        state: x, y, psi, u, v_m, r, psi unwrapped, shape (samples, 6); NaN is no reading.
+        rows: where predictions start.
+        span: length of the past that counts [s].
+        order: degree of the polynomials in time.
+
+    Returns:
+        The reading itself where fewer than six complete rows lie within the past, as at the first row.
+
+    Raises:
+        DataError: `span` is not above zero.
+    """
+    if not span > 0:
+        raise DataError(f"the past of a start is {span:g} s; it must be above zero")
+    good = np.asarray(np.isfinite(state).all(axis=1))
+    found = state[list(rows)].copy()
+    for k, row in enumerate(rows):
+        past = np.flatnonzero(good[: row + 1] & (t[: row + 1] > t[row] - span * (1.0 + 1e-9)))
+        if past.size >= _FEWEST and past[-1] == row:
+            found[k] = _read_off(t, state, past, order)
+    return found
+
+
+def _read_off(t: Array, state: Array, past: NDArray[np.intp], order: int) -> Array:
+    tau, rows = t[past] - t[past[-1]], state[past]
+    psi, r = _end(tau, rows[:, 2], rows[:, 5], order)
+    north, east = to_earth(rows[:, 3], rows[:, 4], np.cos(rows[:, 2]), np.sin(rows[:, 2]))
+    x, dx = _end(tau, rows[:, 0], np.asarray(north), order)
+    y, dy = _end(tau, rows[:, 1], np.asarray(east), order)
+    u, v_m = to_body(dx, dy, np.cos(psi), np.sin(psi))
+    return np.array([x, y, psi, u, v_m, r])
+
+
+def _end(tau: Array, place: Array, rate: Array, order: int) -> tuple[float, float]:
+    """Value and slope at tau = 0 of the polynomial that fits places and rates best.
+
+    Both count by the scatter each has about a polynomial of its own.
+    """
+    powers = np.arange(order + 1)
+    value = tau[:, None] ** powers
+    slope = np.where(powers > 0, powers * tau[:, None] ** np.maximum(powers - 1, 0), 0.0)
+    a, b = _scatter(value, place), _scatter(slope[:, 1:], rate)
+    both = np.vstack([value / a, slope / b])
+    fitted, *_ = np.linalg.lstsq(both, np.concatenate([place / a, rate / b]), rcond=None)
+    return float(fitted[0]), float(fitted[1])
+
+
+def _scatter(columns: Array, readings: Array) -> float:
+    """Standard deviation of readings about their own polynomial; not nil, so that a perfect one may be divided by."""
+    fitted, *_ = np.linalg.lstsq(columns, readings, rcond=None)
+    left = readings - columns @ fitted
+    freedom = max(readings.size - columns.shape[1], 1)
+    size = float(np.max(np.abs(readings), initial=0.0))
+    return max(float(np.sqrt(left @ left / freedom)), 1e-9 * size, 1e-12)
+
+
+VECTORS: Mapping[str, tuple[str, str]] = {
+    "wind_x": ("U_T", "gamma_T"), "current_x": ("U_C", "gamma_C"), "wave_x": ("H_S", "gamma_W"),
+}  # fmt: skip
+"""Size and direction, as logged, of what stands at a channel of the environment and the one behind it."""
+APPARENT = ("U_A", "gamma_A")
+
+
+def logged(trial: Trial, name: str) -> bool:
+    """Whether a trial has a channel, and a value of it in some row."""
+    return name in trial and bool(np.isfinite(trial[name]).any())
+
+
+def from_apparent(trial: Trial) -> bool:
+    """Whether the true wind is known by the apparent one (U_A, gamma_A) and the measured motion only."""
+    told = all(logged(trial, name) for name in VECTORS["wind_x"])
+    return not told and all(logged(trial, name) for name in (*APPARENT, "psi", "u", "v_m"))
+
+
+def wind_of(trial: Trial) -> tuple[Array, Array] | None:
+    """North and east components of where the true wind comes from [m/s], shape (samples,); None without a wind.
+
+    An apparent wind is turned into the true one by heading and velocity over ground at midship; the lever of the
+    mast, which is not known, is left out.
+    """
+    if not from_apparent(trial):
+        if not all(logged(trial, name) for name in VECTORS["wind_x"]):
+            return None
+        return trial["U_T"] * np.cos(trial["gamma_T"]), trial["U_T"] * np.sin(trial["gamma_T"])
+    ahead = trial["U_A"] * np.cos(trial["gamma_A"]) - trial["u"]
+    aside = trial["U_A"] * np.sin(trial["gamma_A"]) - trial["v_m"]
+    c, s = np.cos(trial["psi"]), np.sin(trial["psi"])
+    return ahead * c - aside * s, ahead * s + aside * c
+
+
+def wind_words(trial: Trial, felt: bool) -> str:
+    """What is done with an apparent wind, in one line; empty where there is none, or a true one.
+
+    Args:
+        felt: whether the wind moves the ship.
+    """
+    blows = logged(trial, "U_A") and float(np.nanmax(np.abs(trial["U_A"]))) > 0.0
+    if not blows or all(logged(trial, name) for name in VECTORS["wind_x"]):
+        return ""
+    if not felt:
+        return "its apparent wind (U_A) is left out: the model has no force of wind"
+    if from_apparent(trial):
+        return "its true wind is reckoned from U_A, gamma_A and the measured motion"
+    return ""
+
+
+def gaps(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
+    """Where `replay.inputs` fills in what acts: rows without a value, shape (samples,), by channel."""
+    steering = (name if name in trial else order for name, (order, _) in zip(
+        model.controls, follows(model), strict=True))  # fmt: skip
+    pairs = (*VECTORS.values(), *((APPARENT,) if from_apparent(trial) else ()))
+    around = (name for pair in pairs if all(logged(trial, one) for one in pair) for name in pair)
+    acting = [name for name in (*steering, *around, "T_W", "depth") if logged(trial, name)]
+    missing = {name: np.asarray(~np.isfinite(trial[name])) for name in acting}
+    return {name: rows for name, rows in missing.items() if rows.any()}
+
+
+def no_wind(trial: Trial, model: Model) -> bool:
+    """Whether a trial is taken as in still air for want of wind; a model that needs it refuses (`replay.inputs`)."""
+    refused = bool(getattr(model, "needed", ())) and trial.meta.get("source") != SIMULATED
+    return not refused and wind_of(trial) is None
+
+
+def gap_words(trial: Trial, missing: Mapping[str, NDArray[np.bool_]]) -> str:
+    """Channels with gaps, how many of the rows they are, and the longest stretch [s] of each."""
+    return ", ".join(
+        f"{name} has no value in {int(rows.sum())} of {rows.size} rows (up to {_longest(rows) * trial.dt:.3g} s on end)"
+        for name, rows in missing.items()
+    )
+
+
+def predicted(trial: Trial) -> slice:
+    """Rows that are predicted: from the first complete state to the last; all, where there is none."""
+    if not all(name in trial for name in STATES):
+        return slice(None)
+    good = np.flatnonzero(np.isfinite(trial.stack(*STATES)).all(axis=1))
+    return slice(int(good[0]), int(good[-1]) + 1) if good.size else slice(None)
+
+
+def _longest(rows: NDArray[np.bool_]) -> int:
+    return max((sum(1 for _ in run) for missing, run in groupby(rows.tolist()) if missing), default=0)

@@ -1,0 +1,257 @@
+"""From a ship and a way of steering it to a trial: the only door to the engine for whole runs.
+
+`simulate` closes the loop (policy, actuators and ship in one compiled step), `campaign` runs one
+manoeuvre over many lanes with parameters that differ from lane to lane.  `replay` (its own module)
+feeds a trial's own controls and wind to the model.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from ..core.parameters import unknown, values
+from ..data import UNITS, Array, Trial
+from ..engine import Failure, Rollout, Scalars, SimulationError, System
+from ..engine.rollout import simulator
+from ..engine.trace import over_rows
+from ..environment import CHANNELS, Environment, Uniform, Weather, through_water
+from ..manoeuvres import Policy, Scheduled
+from ..models import STATES, Sampled, follows, unit
+from ..models.settled import settled
+from ..ships import Ship, ShipError
+from .approach import approach, fastest, straight, surge_balance, time_step
+from .loop import closed_loop, logged, loop_memory, loop_values, open_loop, open_loop_parameters
+
+__all__ = ["approach", "campaign", "closed_loop", "fastest", "open_loop", "open_loop_parameters", "simulate",
+           "straight", "surge_balance", "time_step"]  # fmt: skip
+
+SIMULATED = "simulated by seatrial"
+"""What a simulated trial names as its source; it holds every channel of what surrounded the ship that was not nil."""
+
+_ROWS = 2e6
+"""Rows of one run that are kept in memory at most."""
+
+
+def surroundings(environment: Weather | Array | None, dt: float, steps: int) -> Array:
+    """Environment channels as series, shape (steps or 1, 8).
+
+    Raises:
+        ShipError: an array of another shape.
+    """
+    if isinstance(environment, np.ndarray):
+        if environment.ndim != 2 or environment.shape[1] != len(CHANNELS) or len(environment) not in (1, steps):
+            wanted = f"(1 or {steps}, {len(CHANNELS)})"
+            raise ShipError(f"environment: an array of shape {environment.shape}; {steps} samples take {wanted}")
+        return environment
+    return (environment or Uniform()).series(dt, steps)
+
+
+def _series(policy: Policy, environment: Weather | Array | None, dt: float, steps: int) -> Array:
+    """What is given per step: the environment, then what the policy has fixed beforehand."""
+    around = surroundings(environment, dt, steps)
+    if not isinstance(policy, Scheduled):
+        return around
+    rows = np.broadcast_to(around, (steps, around.shape[1])) if len(around) == 1 else around[:steps]
+    return np.hstack([rows, policy.schedule(dt, steps)])
+
+
+def campaign(
+    ship: Ship, policy: Policy, vary: Mapping[str, Array], *, speed: float, duration: float,
+    environment: Weather | Array | None = None, dt: float | None = None, every: int = 1,
+    method: str = "rk4", threads: int | None = None, start: tuple[float, ...] | None = None,
+) -> Rollout:  # fmt: skip
+    """Run `policy` over many lanes at once, one compiled kernel for all.
+
+    Args:
+        vary: value per lane of each parameter that differs, by the names of `systems.closed_loop`.
+        speed: initial speed straight ahead through the water [m/s]; other arguments as in `simulate`.
+
+    Returns:
+        The stored rows; a lane that fails is named in `failures`, the others go on.
+
+    Raises:
+        ShipError: a policy that orders what the ship has not; a step that the model does not run at.
+    """
+    step = _checked_step(ship, dt)
+    steps, shared = _checked_steps(ship, duration, step, every), loop_values(ship, policy)
+    for name in vary:
+        if name not in shared:
+            raise ShipError(f"{ship.name}: {unknown(name, shared, 'parameter')}")
+        if name.startswith("ship.") and _steers(ship, name[5:]):
+            raise ShipError(f"{ship.name}: {name} decides how orders are followed; it cannot differ from lane to lane")
+    system = closed_loop(ship, policy, step)
+    lanes = len(next(iter(vary.values()))) if vary else 1
+    around = _series(policy, environment, step, steps)
+    six = _under_way(speed, around[0]) if start is None else start
+    if len(six) != len(STATES):
+        raise ShipError(f"start: {len(six)} numbers; give x, y, psi, u, v_m, r")
+    rest = (*six, *([0.0] * (len(system.states) - 6)))
+    columns = {name: np.asarray(column, dtype=np.float64) for name, column in vary.items()}
+    memory = _begin(ship, policy, step, {n: v for n, v in columns.items() if n.startswith("policy.")}, rest)
+    state = _settled(ship, system, rest, memory, around[0])
+    return simulator(system, tuple(vary)).run(
+        np.tile(state, (lanes // len(state), 1)), np.broadcast_to(around, (lanes, *around.shape)),
+        np.array(list(shared.values()), dtype=np.float64),
+        memory0=np.broadcast_to(memory, (lanes, memory.shape[1])),
+        lanewise=np.column_stack(list(columns.values())) if vary else None,
+        dt=step, steps=steps, every=every, method=method, threads=threads,
+        validity={k: v for k, v in ship.validity.items() if k in system.states}, judged=_in_water(around, every),
+    )  # fmt: skip
+
+
+def _in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array]] | None:
+    """What of the stored values [validity] speaks of: where there is a current, the velocity through the water."""
+    north, east = (around[::every, CHANNELS.index(name)] for name in ("current_x", "current_y"))
+    if not (north.any() or east.any()):
+        return None
+
+    def judged(values: Array) -> Mapping[str, Array]:
+        psi, u, v_m = (values[:, :, STATES.index(name)] for name in ("psi", "u", "v_m"))
+        return dict(zip(("u", "v_m"), through_water(u, v_m, north, east, np.cos(psi), np.sin(psi)), strict=True))
+
+    return judged
+
+
+def _under_way(speed: float, around: Array) -> tuple[float, ...]:
+    """Heading north at `speed` through the water: over ground the current comes on top."""
+    here = Environment(*around[: len(CHANNELS)].tolist())
+    return (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0)
+
+
+def _settled(ship: Ship, system: System, state: tuple[float, ...], memory: Array, around: Array) -> Array:
+    """The first state per lane, shape (lanes or 1, states): what a model remembers as if all had long been so."""
+    controls = memory[:, [system.memory.index(control) for control in ship.model.controls]]
+    rest = settled(ship.model, np.hstack([controls, np.tile(around[: len(CHANNELS)], (len(controls), 1))]))
+    return np.hstack([np.tile(state[: len(STATES)], (len(rest), 1)), rest])
+
+
+_VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
+
+
+def _surrounded(around: Array, rows: int) -> dict[str, Array]:
+    """Wind, current, waves and depth as channels of a trial, those that are not nil."""
+    columns = dict(zip(CHANNELS, np.broadcast_to(around, (rows, len(CHANNELS))).T, strict=True))
+    found: dict[str, Array] = {}
+    for name, size, direction in _VECTORS:
+        north, east = columns[f"{name}_x"], columns[f"{name}_y"]
+        if np.any(north) or np.any(east):
+            found |= {size: np.hypot(north, east), direction: np.arctan2(east, north)}
+    if "H_S" in found:
+        found["T_W"] = columns["wave_T"].copy()
+    if np.any(columns["per_depth"]):
+        with np.errstate(divide="ignore"):
+            found["depth"] = 1.0 / columns["per_depth"]
+    return found
+
+
+def _averaged(rows: Array, every: int, angle: bool = False) -> Array:
+    """Mean from each stored row up to the next one; of directions the shorter way round from that row."""
+    starts = np.arange(0, len(rows), every)
+    count = np.diff(np.append(starts, len(rows)))
+    beyond = rows - np.repeat(rows[starts], count, axis=0)
+    if angle:
+        beyond = np.arctan2(np.sin(beyond), np.cos(beyond))
+    return rows[starts] + np.add.reduceat(beyond, starts, axis=0) / count.reshape(-1, *([1] * (rows.ndim - 1)))
+
+
+def _told(failure: Failure, ship: Ship) -> str:
+    water = " through the water" if failure.state in ("u", "v_m") and math.isfinite(failure.value) else ""
+    text = f"{failure.state} = {failure.value:.4g}{water} at t = {failure.time:g} s"
+    if not math.isfinite(failure.value):
+        return f"{text}; the model blows up"
+    low, high = ship.validity[failure.state]
+    return f"{text} is outside [{low:g}, {high:g}], where its file says that the model holds ([validity])"
+
+
+def _begin(
+    ship: Ship, policy: Policy, dt: float, vary: Mapping[str, Array], state: tuple[float, ...]
+) -> Array:  # fmt: skip
+    """Memory at the start, shape (lanes or 1, memory); `vary` holds what differs in how lanes are steered."""
+    shared = {name: value for name, value in loop_values(ship, policy).items() if name.startswith("policy.")}
+    if not vary:
+        return np.array([loop_memory(ship, policy, dt, shared, state)], dtype=np.float64)
+
+    def begin(row: Scalars) -> Scalars:
+        return loop_memory(ship, policy, dt, shared | dict(zip(vary, row, strict=True)), state)
+
+    return over_rows(begin, np.column_stack(list(vary.values())))
+
+
+def _checked_steps(ship: Ship, duration: float, step: float, every: int) -> int:
+    """Samples of a run; one without a step, or with more rows than memory holds, is refused."""
+    steps = duration / step
+    if not 0.5 <= steps < math.inf:
+        raise ShipError(f"{ship.name}: a run of {duration:g} s has no step of {step:g} s in it")
+    if steps / every > _ROWS:
+        wanted = f"store fewer than {_ROWS:.0e}, by a longer step or a shorter run"
+        raise ShipError(f"{ship.name}: {steps / every:.3g} rows; {wanted}")
+    return round(steps) + 1
+
+
+def _steers(ship: Ship, path: str) -> bool:
+    """Whether a parameter changes which order a control follows, or by which factor."""
+    value = values(ship.model)[path]
+    others = (ship.having({path: other}).model for other in (2.0 * value + 1.0, -value))
+    return any(follows(other) != follows(ship.model) for other in others)
+
+
+def _checked_step(ship: Ship, dt: float | None) -> float:
+    if dt is not None and isinstance(ship.model, Sampled) and abs(dt / ship.model.dt - 1) > 1e-9:
+        raise ShipError(f"{ship.name}: runs at its own step of {ship.model.dt:g} s only; got {dt:g} s")
+    return time_step(ship) if dt is None else dt
+
+
+def simulate(
+    ship: Ship, policy: Policy, *, speed: float | None = None, duration: float,
+    environment: Weather | Array | None = None, dt: float | None = None, every: int = 1,
+    method: str = "rk4", name: str | None = None, start: tuple[float, ...] | None = None,
+) -> Trial:  # fmt: skip
+    """Run `ship` under `policy` and return what a logger would have recorded.
+
+    Args:
+        policy: a manoeuvre or any other policy.
+        speed: initial speed straight ahead through the water, heading north [m/s]; None takes the ship's.
+        duration: length of the run [s].
+        environment: steady wind, current and waves, any other `Weather`, or series of the channels of
+            `environment.CHANNELS` per step, shape (steps, 8); None is still air and still, deep water.
+        dt: time step [s]; None chooses one by `time_step`.
+        every: record every so many steps.
+        start: initial (x, y, psi, u, v_m, r) over ground, in place of `speed`.
+
+    Returns:
+        The states, each control as it acts and as it was ordered (``<control>_cmd``), and what surrounded
+        the ship where it was not calm.  What surrounds it, and a control that obeys at once, is the mean from a row
+        to the next.
+
+    Raises:
+        SimulationError: the state blows up or leaves the ship's validity; names time and state.
+    """
+    step, controls = _checked_step(ship, dt), ship.model.controls
+    at_once = tuple(control for control in controls if ship.actuators.of(control).at_once)
+    # An order may change between stored rows: then every step is kept, so that what acted can be averaged.
+    held = at_once if every == 1 or duration / step <= _ROWS else ()
+    stride = every if held else 1
+    run = campaign(
+        ship, policy, {}, speed=ship.speed if speed is None else speed, duration=duration,
+        environment=environment, dt=dt, every=every // stride, method=method, threads=1, start=start,
+    )  # fmt: skip
+    if run.failures:
+        raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}", run.failures[0].time)
+    columns = closed_loop(ship, policy, step).stored
+    kept = (*STATES, *controls, *logged(ship, policy))
+    channels = {n: run.values[0, ::stride, columns.index(n)].copy() for n in kept}
+    for control in held:  # what acts from a row on, not what acted before it
+        servo, ordered = ship.actuators.of(control), run.values[0, :, columns.index(f"{control}_cmd")]
+        acted = np.clip(ordered, getattr(servo, "low", -math.inf), getattr(servo, "high", math.inf))
+        channels[control] = _averaged(acted, stride, angle=unit(control) == "rad")
+    kind = getattr(policy, "kind", type(policy).__name__.lower())
+    meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
+            "set_points": dict(values(policy)), "source": SIMULATED,
+            **({"held": list(held)} if held else {})}  # fmt: skip
+    around, t = surroundings(environment, step, round(duration / step) + 1), run.t[::stride]
+    channels |= _surrounded(_averaged(around, every), len(t))
+    units = {n: unit(n) for n in kept if n not in UNITS}
+    return Trial(name or f"{ship.name}_{kind}", t, channels, units=units, meta=meta)

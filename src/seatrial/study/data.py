@@ -1,0 +1,326 @@
+"""The table [data] of a study: files into trials, from one folder or from several sets.
+
+A set of another scale is brought to the ship's only where it says so.
+
+Named compositions of a data set: which recordings a publication trained on, kind by kind.
+
+A file of sets says in one place what several studies refer to: ``"@TZRB"`` stands for every recording of
+the composition TZRB, ``"@TZRB.R"`` for its random manoeuvres.  Nothing is read here but names.
+
+The table [data.smoother] of a study: motion from raw positions and headings, before anything is fitted.
+"""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import os
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+from ..core.parameters import Free, ParameterError, read, specs, unknown
+from ..data import DataError, Trial
+from ..data.check.track import own_samples
+from ..data.documents import read_toml
+from ..identify import StudyError
+from ..identify.filters.filtering import Kalman
+from ..identify.filters.measurement import Antenna, Heading
+from ..ships import Ship
+
+DATA = "SEATRIAL_DATA"
+"""Variable that names the folder of the public data sets; unset, it is ../shared/data beside the
+root of the repository (a folder with a pyproject.toml) that holds the study, or the working folder."""
+
+_KINDS = ("test", "validation", "train")
+
+Split = tuple[tuple[Trial, ...], tuple[Trial, ...], tuple[Trial, ...]]
+"""Trials of training, validation and test."""
+
+
+def read_data(path: Path, data: Any, ship: Ship) -> Split:
+    """Trials of training, validation and test; what is listed for the later is taken out of the earlier.
+
+    Args:
+        path: the study file; folders are relative to it, and errors begin with it.
+        data: its table [data], checked: one folder with its lists, or `set`, several of those.
+        ship: whose scale ``scale_to = "ship"`` means.
+
+    Raises:
+        StudyError, DataError: naming file and key, or trial, and what would be right.
+    """
+    sets: Sequence[Any] = data.set
+    if not sets:
+        if not data.train:
+            raise StudyError(f"{path}: data.train is missing")
+        found = _one(path, "data", data, ship)
+    else:
+        alone = [key for key in type(data).model_fields
+                 if key not in ("set", "extrapolate") and key in data.model_fields_set]  # fmt: skip
+        if alone:
+            raise StudyError(f"{path}: data.{alone[0]} stands beside [[data.set]]; write it in each set")
+        parts = [_one(path, f"data.set {k}", one, ship) for k, one in enumerate(sets, start=1)]
+        found = tuple(tuple(t for part in parts for t in part[k]) for k in range(3))
+    if not found[2]:
+        raise StudyError(f"{path}: data.train: nothing is left to train on")
+    return found[2], found[1], found[0]
+
+
+def read_raw(path: Path, data: Any, ship: Ship) -> tuple[tuple[Any, Trial], ...]:
+    """Trials of test and validation of every set that has a smoother, before it: the table and the trial."""
+    found: list[tuple[Any, Trial]] = []
+    for one in data.set or (data,):
+        if one.smoother is not None:
+            test, validation, _ = _one(path, "data", one.model_copy(update={"smoother": None, "train": []}), ship)
+            found += [(one.smoother, trial) for trial in (*validation, *test)]
+    return tuple(found)
+
+
+def chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) -> list[str]:
+    """Names that fit the patterns of `key`, in the order of the patterns; each fits at least one."""
+    every = list(names)
+    found: dict[str, None] = {}
+    for pattern in patterns:
+        fits = [n for n in every if fnmatch.fnmatchcase(n, pattern) or n.rpartition(".")[0] == pattern]
+        if not fits:
+            near = difflib.get_close_matches(pattern, every, n=3, cutoff=0.3) or every[:3]
+            hint = f"near: {', '.join(near)}" if near else "there is none"
+            raise StudyError(f"{path}: {key}: '{pattern}' fits no file; {hint}")
+        found.update(dict.fromkeys(fits))
+    return list(found)
+
+
+def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ...], ...]:
+    """Test, validation and training of one folder: a pattern gives way to the later list, a name is refused in two."""
+    root = _root(path, where, data.root)
+    sets = read_compositions(path.parent / data.sets) if data.sets else {}
+    read = _reader(path, where, data.format, data.mapping)
+    names = _recordings(path, where, root, data.format)
+    lists = {key: expanded(f"{path}: {where}.{key}", getattr(data, key), sets) for key in (*_KINDS, "exclude")}
+    taken = set(chosen(path, f"{where}.exclude", lists["exclude"], names))
+    parts: list[tuple[Trial, ...]] = []
+    held: dict[str, str] = {}
+    for kind in _KINDS:
+        found = [name for name in chosen(path, f"{where}.{kind}", lists[kind], names) if name not in taken]
+        outright = [p for p in getattr(data, kind) if not (set(p) & set("*?[") or p.startswith(MARK))]
+        plain = chosen(path, f"{where}.{kind}", outright, names)
+        twice = [name for name in plain if name in held]
+        if twice:
+            raise StudyError(f"{path}: {where}.{kind}: {twice[0]} is in {held[twice[0]]} too; keep it in one")
+        held |= dict.fromkeys(found, kind)
+        taken |= set(found)
+        made = (_prepared(path, where, read(names[name]), data.scale_to, ship) for name in found)
+        parts.append(tuple(_moving(path, where, trial, data.smoother, ship) for trial in made))
+    return tuple(parts)
+
+
+def _root(path: Path, where: str, root: str) -> Path:
+    """Folder of the data: variables expanded, relative to the study file."""
+    around = (*path.resolve().parents, Path.cwd(), *Path.cwd().parents)
+    home = next((p for p in around if (p / "pyproject.toml").exists()), path.resolve().parent)
+    known = {DATA: str(home.parent / "shared" / "data"), **os.environ}
+    for name in re.findall(r"\$\{?(\w+)", root):
+        if name not in known:
+            raise StudyError(f"{path}: {where}.root: the variable {name} is not set")
+    text = re.sub(r"\$(?:\{(\w+)\}|(\w+))", lambda m: known[m[1] or m[2]], root)
+    found = path.parent / Path(text).expanduser()
+    if not found.is_dir():
+        public = f"set {DATA} to the folder of the public data sets (README.md, Data, says where each can be had)"
+        remedy = public if DATA in root else "make it, or name another; a root is relative to the folder of the file"
+        raise StudyError(f"{path}: {where}.root: no folder {found}; {remedy}")
+    return found
+
+
+def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> Callable[[Path], Trial]:
+    from ..data.formats.importing import reader
+    from ..data.trialfile import read_trial
+
+    if format is None:
+        if mapping is not None:
+            raise StudyError(f"{path}: {where}.mapping is of no use without a format; write format = \"csv\"")
+        return read_trial
+    if format == "csv" and mapping is None:
+        raise StudyError(f"{path}: {where}.mapping is missing; the format csv needs it")
+    try:
+        return reader(format, None if mapping is None else path.parent / mapping)
+    except DataError as error:
+        raise StudyError(f"{path}: {where}.{'format' if mapping is None else 'mapping'}: {error}") from None
+
+
+def _recordings(path: Path, where: str, root: Path, format: str | None) -> dict[str, Path]:
+    """Recordings below the root, by their names in patterns."""
+    from ..data.formats.importing import FORMATS, recordings
+    from ..data.trialfile import SUFFIXES
+
+    if format is not None and format in FORMATS:
+        try:
+            found = recordings(format, root)
+        except DataError as error:
+            raise StudyError(f"{path}: {where}.root: {error}") from None
+    else:
+        found = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in SUFFIXES)
+    if not found:
+        raise StudyError(f"{path}: {where}.root: {root} holds no trial file ({', '.join(SUFFIXES)}); set a format")
+    return {f.relative_to(root).as_posix(): f for f in found}
+
+
+def _moving(path: Path, where: str, trial: Trial, said: Any, ship: Ship) -> Trial:
+    """The trial as it is, or with its motion from a smoother where the study asks for one."""
+    if said is None:
+        return trial
+
+    try:
+        return smoothed(said, ship, trial)
+    except (StudyError, ParameterError) as error:
+        raise StudyError(f"{path}: {where}.smoother: {error}") from None
+
+
+def _prepared(path: Path, where: str, trial: Trial, scale_to: str | None, ship: Ship) -> Trial:
+    """The trial without its empty end, at the scale of the ship where the set says so."""
+    from ..data.prepare import drop_trailing_gaps, froude_scaled
+
+    whole = drop_trailing_gaps(trial)
+    if scale_to is None:
+        return whole
+    length = whole.meta.get("L_pp")
+    if isinstance(length, bool) or not isinstance(length, int | float) or not length > 0:
+        raise StudyError(
+            f"{path}: {where}.scale_to: {trial.name} does not say of what length its ship is; give L_pp in its sidecar"
+        )
+    scaled = froude_scaled(whole, ship.L_pp / length)
+    lost = [name for name in whole.channels if name not in scaled]
+    if lost:
+        scaled = scaled.noting(f"left out, as the density of the water would scale them too: {', '.join(lost)}")
+    recorded = f"recorded as of {whole.meta.get('ship', 'a ship')}, L_pp {length:g} m"
+    # From here on it is a trial of the study's ship; what it was is in its processing.
+    renamed = replace(scaled, meta={**scaled.meta, "ship": ship.name})
+    return renamed.noting(f"taken as a trial of {ship.name}, L_pp {ship.L_pp:g} m; {recorded}")
+
+
+SCHEMA = "seatrial-sets/1"
+MARK = "@"
+
+
+@dataclass(frozen=True)
+class Composition:
+    """The recordings of one set, by the kind of manoeuvre.
+
+    Attributes:
+        name: its name in the file of sets.
+        parts: names of recordings (below the root of the data, without suffix) by the letter of their kind.
+    """
+
+    name: str
+    parts: Mapping[str, tuple[str, ...]]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """All recordings, kind by kind."""
+        return tuple(name for part in self.parts.values() for name in part)
+
+
+def read_compositions(path: str | Path) -> dict[str, Composition]:
+    """Read a file of sets.
+
+    Raises:
+        DataError: no such file, another schema, a list that holds no names, or a recording named twice in one set.
+    """
+    here = Path(path)
+    if not here.exists():
+        raise DataError(f"{here}: no such file of sets")
+    document = read_toml(here)
+    if document.get("schema") != SCHEMA:
+        raise DataError(f"{here}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
+    stray = [key for key in document if key not in ("schema", "source", "sets")]
+    if stray:
+        raise DataError(f"{here}: {unknown(stray[0], ('schema', 'source', 'sets'), 'key')}")
+    sets = document.get("sets")
+    if not isinstance(sets, dict) or not sets:
+        raise DataError(f"{here}: no set; write [sets.NAME] with a list of recordings for each kind")
+    return {name: _composition(here, name, table) for name, table in cast("dict[str, Any]", sets).items()}
+
+
+def _composition(path: Path, name: str, table: Any) -> Composition:
+    if not isinstance(table, dict) or not table:
+        raise DataError(f"{path}: sets.{name} must be a table with a list of recordings for each kind")
+    parts: dict[str, tuple[str, ...]] = {}
+    seen: dict[str, str] = {}
+    for kind, value in cast("dict[str, Any]", table).items():
+        names = cast("list[Any]", value) if isinstance(value, list) else [value]
+        if not isinstance(value, list) or not all(isinstance(one, str) for one in names):
+            raise DataError(f"{path}: sets.{name}.{kind} must be a list of names")
+        for one in names:
+            if one in seen:
+                raise DataError(f"{path}: sets.{name}.{kind}: {one} is in {seen[one]} already; name it once")
+            seen[one] = kind
+        parts[kind] = tuple(names)
+    return Composition(name, parts)
+
+
+def expanded(where: str, entries: Iterable[str], sets: Mapping[str, Composition]) -> list[str]:
+    """The entries of a list with each ``@NAME`` or ``@NAME.KIND`` replaced by what it stands for, in order.
+
+    Args:
+        where: what an error begins with.
+        entries: names, patterns and references.
+        sets: known compositions.
+
+    Raises:
+        DataError: a reference to an unknown composition or kind.
+    """
+    out: list[str] = []
+    for entry in entries:
+        out += _resolved(where, entry[len(MARK) :], sets) if entry.startswith(MARK) else [entry]
+    return list(dict.fromkeys(out))
+
+
+def _resolved(where: str, name: str, sets: Mapping[str, Composition]) -> Sequence[str]:
+    if not sets:
+        raise DataError(f"{where}: '{MARK}{name}' needs a file of sets; name one with sets = \"...\"")
+    if name in sets:
+        return sets[name].files
+    outer, _, kind = name.rpartition(".")
+    if outer not in sets:
+        raise DataError(f"{where}: {unknown(name, sets, 'set')}")
+    if kind not in sets[outer].parts:
+        raise DataError(f"{where}: {MARK}{outer}: {unknown(kind, sets[outer].parts, 'kind')}")
+    return sets[outer].parts[kind]
+
+
+# Of the innovation test [s]: the usual 2 L/U hangs on a length that may be assumed.
+_WINDOW = 10.0
+
+
+def kalman(said: Any, ship: Ship) -> Kalman:
+    """The filter that a table asks for; disturbances are its parameters.
+
+    Raises:
+        StudyError, ParameterError: a noise of zero, or a path that the ship has not.
+    """
+    known, free = specs(ship.model), []
+    for path, sd in said.parameters.items():
+        if path not in known:
+            raise StudyError(unknown(path, known))
+        value = float(read(ship.model, path))
+        free.append(Free(path, value, known[path].low, known[path].high, value, sd))
+    walk = {name: sd for name, sd in said.process.items() if name != "current"}
+    if said.current:
+        walk["current"] = said.current
+    x, y = said.antenna
+    return Kalman(
+        measurement={"gnss": Antenna(said.position, x=x, y=y, delay=said.delay),
+                     "compass": Heading(said.heading, delay=said.delay)},
+        process=walk, parameters=tuple(free), current=bool(said.current), window=_WINDOW,
+    )  # fmt: skip
+
+
+def smoothed(said: Any, ship: Ship, trial: Trial) -> Trial:
+    """The trial with motion from a Kalman smoother on the ship; what repeats a fix is no reading.
+
+    The current that the filter finds is not handed on: the fit has its own, and a forecast must not know it.
+    """
+    found = kalman(said, ship).run(ship, own_samples(trial)).smoothed().trial()
+    own = {name: v for name, v in found.channels.items() if name not in ("U_C", "gamma_C") or name in trial}
+    return replace(found, channels={name: trial[name] if name in ("U_C", "gamma_C") else v for name, v in own.items()})

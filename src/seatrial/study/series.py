@@ -1,0 +1,393 @@
+"""Many fits in one file: models that are trained on different trials, with several seeds, and judged on the same.
+
+A `Series` is the table of a publication to be: its rows are models, its columns are trials that no fit has
+seen.  Each fit with each of its seeds is a `Cell`, a problem of its own that can be run by itself.
+
+The keys of a file of many fits and their types; imported only when one is read.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from ..core.files import is_plain, read_toml
+from ..core.parameters import unknown
+from ..data import Trial
+from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
+from ..identify.digest import digest
+from ..ships import Ship
+from ..ships.classes import Trust, trusting
+from .data import read_data
+from .freedom import freedom
+from .schema import LossTable, NuisanceTable
+from .study import read_estimator, read_ship
+
+SCHEMA = "seatrial-series/1"
+FULL, QUICK = "full", "quick"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One fit with one seed.
+
+    Attributes:
+        seed: None where the estimator draws nothing.
+        problem: what is fitted to what.
+        estimator: who searches, with this seed alone.
+    """
+
+    seed: int | None
+    problem: Problem
+    estimator: Estimator
+
+    @property
+    def name(self) -> str:
+        """Name of its folder."""
+        return "one" if self.seed is None else f"seed-{self.seed}"
+
+    @property
+    def digest(self) -> str:
+        """Fingerprint of everything that decides its numbers."""
+        return digest(self.problem, self.estimator)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One model of the table.
+
+    Attributes:
+        key: its name in the file.
+        title: what it is, for people.
+        ship: as it is before any fit; the model itself where nothing is fitted.
+        train: composition or files as the study names them.
+        cells: one for each seed; none where the ship is judged as it is.
+        published: column of a publication that it stands for, or empty.
+    """
+
+    key: str
+    title: str
+    ship: Ship
+    train: tuple[str, ...]
+    cells: tuple[Cell, ...]
+    published: str = ""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """An order that is expected; the error of `worse` is at least `factor` times that of `better` in every row.
+
+    Who is to be no worse gets a margin by a factor below one.
+    """
+
+    says: str
+    better: str
+    worse: str
+    rows: tuple[str, ...]
+    factor: float
+
+
+@dataclass(frozen=True)
+class Published:
+    """What a publication found, by column and row: mean and, where there is one, standard deviation."""
+
+    source: str = ""
+    note: str = ""
+    rows: Mapping[str, Mapping[str, tuple[float, ...]]] = field(
+        default_factory=dict[str, Mapping[str, tuple[float, ...]]]
+    )
+
+
+@dataclass(frozen=True)
+class Series:
+    """A file of many fits, read and ready to run.
+
+    Attributes:
+        tests: trials that no fit sees, by the label of their row.
+        watched: trials that decide when a training stops, by label.
+        budget: name of the size it was read in.
+        sigma: scale of each state; empty where the report has to find one.
+        draw, seeds: keys of the models whose tracks are drawn, the best seed or all, of every test in `tracks`.
+    """
+
+    name: str
+    path: Path
+    title: str
+    about: str
+    rows: tuple[Row, ...]
+    tests: Mapping[str, Trial]
+    watched: Mapping[str, Trial]
+    claims: tuple[Claim, ...]
+    published: Published
+    restart: float | None
+    sigma: Mapping[str, float]
+    draw: tuple[str, ...]
+    seeds: tuple[str, ...]
+    tracks: tuple[str, ...]
+    budget: str = FULL
+
+    def row(self, key: str) -> Row:
+        """The model of that name."""
+        return next(row for row in self.rows if row.key == key)
+
+
+def is_series(path: str | Path) -> bool:
+    """Whether a file is one of this kind; what cannot be read is none."""
+    try:
+        return read_toml(Path(path)).get("schema") == SCHEMA
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return False
+
+
+def read_series(path: str | Path, budget: str = FULL, *, trust: Trust = False) -> Series:
+    """Read a file of many fits and all that it names.
+
+    Args:
+        budget: "full", or one of its [budgets].
+        trust: modules outside the package whose classes it may name, and so run; True for any.
+
+    Raises:
+        StudyError: naming the file, the key and what would be right.
+        ShipError, DataError, ParameterError: from what the file names.
+    """
+    here = Path(path)
+    said = _checked(here, read_toml(here))
+    if budget != FULL and budget not in said.budgets:
+        raise StudyError(f"{here}: {unknown(budget, (FULL, *said.budgets), 'budget')}")
+    _check_names(here, said)
+    size = said.budgets.get(budget)
+    reader = _Reader(here, said, size)
+    with trusting(trust):
+        rows = tuple(reader.row(key) for key in said.fits if size is None or not size.fits or key in size.fits)
+    held = [row.key for row in rows]
+    tests, watched = reader.kept_apart(rows[0].ship)
+    source = said.published
+    return Series(
+        here.stem, here, said.title or here.stem, said.about, rows, tests, watched,
+        tuple(Claim(c.says, c.better, c.worse, tuple(c.rows), c.factor) for c in said.claims
+              if c.better in held and c.worse in held),
+        Published() if source is None else Published(
+            source.source, source.note,
+            {column: {row: tuple(found) for row, found in table.items()} for column, table in source.rows.items()},
+        ),
+        said.report.restart, said.report.sigma or said.loss.sigma, tuple(k for k in said.report.draw if k in held),
+        tuple(k for k in said.report.seeds if k in held),
+        tuple(said.report.tracks), budget,
+    )  # fmt: skip
+
+
+def _checked(path: Path, document: Mapping[str, Any]) -> Any:
+    """The document with its keys and types checked, each fit completed by the one that it is like."""
+    from pydantic import ValidationError
+
+    from .schema import told
+
+    try:
+        found = SeriesFile.model_validate({**document, "fits": _completed(path, document.get("fits", {}))})
+    except ValidationError as error:
+        raise told(path, SeriesFile, error) from None
+    for key, fit in found.fits.items():
+        if not is_plain(key):
+            raise StudyError(f"{path}: fits: '{key}' names a folder of the run; take letters, digits, spaces, '-', '_'")
+        if not fit.ship:
+            raise StudyError(f"{path}: fits.{key}.ship is missing")
+        if bool(fit.train) != bool(fit.estimator):
+            lacking = "estimator" if fit.train else "train"
+            raise StudyError(f"{path}: fits.{key}.{lacking} is missing; without both, the ship is judged as it is")
+    return found
+
+
+def _completed(path: Path, fits: Any) -> Any:
+    """Each fit with what it leaves to the one it is like; its estimator and its [free] setting by setting."""
+    if not isinstance(fits, dict) or not all(isinstance(fit, dict) for fit in fits.values()):
+        return fits
+    out: dict[str, Any] = {}
+    for key, fit in fits.items():
+        base = fit.get("like", "")
+        if base and base not in out:
+            raise StudyError(f"{path}: fits.{key}.like: {unknown(base, out, 'fit before it')}")
+        other = out.get(base, {})
+        merged = {name: {**other.get(name, {}), **fit.get(name, {})} for name in ("estimator", "free")}
+        out[key] = {**other, **fit, **{name: table for name, table in merged.items() if table}}
+    return out
+
+
+def _check_names(path: Path, said: Any) -> None:
+    """Claims, drawings and validation name what there is."""
+    places = [(f"claims {k}", name, said.fits, "fit") for k, claim in enumerate(said.claims, start=1)
+              for name in (claim.better, claim.worse)]  # fmt: skip
+    places += [(f"claims {k}", row, said.data.test, "row") for k, claim in enumerate(said.claims, start=1)
+               for row in claim.rows]  # fmt: skip
+    places += [(f"budgets.{key}.fits", name, said.fits, "fit")
+               for key, size in said.budgets.items() for name in size.fits]  # fmt: skip
+    places += [(f"budgets.{key}.settings", kind, types, "estimator among its fits")
+               for key, size in said.budgets.items() for kind in size.settings
+               for types in [{str(fit.estimator["type"]) for name, fit in said.fits.items()
+                              if "type" in fit.estimator and (not size.fits or name in size.fits)}]]  # fmt: skip
+    places += [("report", name, said.fits, "fit") for name in (*said.report.draw, *said.report.seeds)]
+    places += [("report.tracks", name, said.data.test, "row") for name in said.report.tracks]
+    places += [(f"fits.{key}.validation", name, said.data.validation, "trial of data.validation")
+               for key, fit in said.fits.items() for name in fit.validation or ()]  # fmt: skip
+    titles = [fit.title or key for key, fit in said.fits.items()]
+    for key, title in zip(said.fits, titles, strict=True):
+        if titles.count(title) > 1:
+            raise StudyError(f"{path}: fits.{key}.title: two fits are called '{title}'; tell them apart")
+    for where, name, known, what in places:
+        if name not in known:
+            raise StudyError(f"{path}: {where}: {unknown(name, known, what)}")
+
+
+class _Reader:
+    """Problems of one file; trials that several fits share are read once."""
+
+    def __init__(self, path: Path, said: Any, size: Any) -> None:
+        self.path, self.said, self.size = path, said, size
+        self._read: dict[tuple[tuple[str, ...], ...], tuple[tuple[Trial, ...], ...]] = {}
+
+    def row(self, key: str) -> Row:
+        fit = self.said.fits[key]
+        ship = read_ship(self.path, fit.ship)
+        cells: tuple[Cell, ...] = ()
+        if fit.train:
+            problem = self._problem(key, fit, ship)
+            cells = tuple(Cell(seed, problem, who) for seed, who in self._estimators(key, fit))
+        return Row(key, fit.title or key, ship, tuple(fit.train), cells, fit.published)
+
+    def kept_apart(self, ship: Ship) -> tuple[dict[str, Trial], dict[str, Trial]]:
+        """Trials of test and of validation, by label."""
+        data = self.said.data
+        _, watched, tests = self._trials(tuple(data.test.values())[:1], (), tuple(data.validation), ship, alone=True)
+        return dict(zip(data.test, tests, strict=True)), dict(zip(data.validation, watched, strict=True))
+
+    def _problem(self, key: str, fit: Any, ship: Ship) -> Problem:
+        labels = tuple(self.said.data.validation) if fit.validation is None else tuple(fit.validation)
+        train, validation, _ = self._trials(tuple(fit.train), tuple(fit.exclude), labels, ship)
+        try:
+            free, _ = freedom(ship.model, fit.free) if fit.free else ((), ())
+        except StudyError as error:
+            raise StudyError(f"{self.path}: fits.{key}: {error}") from None
+        loss, nuisance = fit.loss or self.said.loss, fit.nuisance
+        return Problem(
+            ship, train, free, Loss(loss.sigma, loss.correlation, loss.weights),
+            Nuisance(nuisance.initial, nuisance.current, nuisance.bias), validation,
+        )  # fmt: skip
+
+    def _estimators(self, key: str, fit: Any) -> list[tuple[int | None, Estimator]]:
+        kind = str(fit.estimator.get("type", ""))
+        table = {**fit.estimator, **({} if self.size is None else self.size.settings.get(kind, {}))}
+        who: Any = read_estimator(self.path, table, f"fits.{key}.estimator")
+        if not hasattr(who, "seeds"):
+            return [(None, who)]
+        seeds = fit.seeds or self.said.seeds
+        if self.size is not None and self.size.seeds is not None:
+            seeds = self.size.seeds
+        return [(seed, replace(who, seeds=(seed,))) for seed in dict.fromkeys(seeds)]
+
+    def _trials(
+        self, train: tuple[str, ...], exclude: tuple[str, ...], labels: tuple[str, ...], ship: Ship,
+        alone: bool = False,
+    ) -> tuple[tuple[Trial, ...], ...]:  # fmt: skip
+        """Training, validation and test; `alone` asks for what is kept apart only."""
+        from .schema import DataTable
+
+        data = self.said.data
+        if (train, exclude, labels) not in self._read:
+            # What is watched by another fit is left out of this one too: no model has more to learn from.
+            watched = [data.validation[label] for label in labels]
+            apart = [name for name in data.validation.values() if name not in watched]
+            self._read[train, exclude, labels] = read_data(self.path, DataTable(
+                root=data.root, sets=data.sets, format=data.format, mapping=data.mapping,
+                train=["*"] if alone else list(train), validation=watched, test=list(data.test.values()),
+                exclude=[*exclude, *apart],
+            ), ship)  # fmt: skip
+        return self._read[train, exclude, labels]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=False)
+
+
+class TrialsTable(_Table):
+    """Where the trials are, and which are kept apart from every fit; labels of `test` are the rows of the table."""
+
+    root: str = "."
+    sets: str | None = None
+    format: str | None = None
+    mapping: str | None = None
+    test: dict[str, str] = Field(min_length=1)
+    validation: dict[str, str] = {}
+
+
+class FitTable(_Table):
+    """One model; what it does not say is that of the fit named in `like`."""
+
+    title: str = ""
+    like: str = ""
+    ship: str = ""
+    train: list[str] = []
+    exclude: list[str] = []
+    validation: list[str] | None = None
+    free: dict[str, Any] = {}
+    loss: LossTable | None = None
+    nuisance: NuisanceTable = NuisanceTable()
+    estimator: dict[str, Any] = {}
+    seeds: list[int] | None = None
+    published: str = ""
+
+
+class ClaimTable(_Table):
+    """An order that is expected: the error of `worse` over that of `better` is at least `factor` in every row.
+
+    1 asks for better or equal, 10 for ten times better, 0.9 for no worse than by a margin (1/0.9, eleven per cent).
+    """
+
+    says: str
+    better: str
+    worse: str
+    rows: list[str] = Field(min_length=1)
+    factor: float = Field(default=1.0, gt=0.0)
+
+
+class BudgetTable(_Table):
+    """Another size of the same: which fits, their seeds, and settings that replace those of an estimator by type."""
+
+    fits: list[str] = []
+    seeds: list[int] | None = None
+    settings: dict[str, dict[str, Any]] = {}
+
+
+class PublishedTable(_Table):
+    """What a paper found: by column, then by row, the mean and the standard deviation over its seeds."""
+
+    source: str
+    note: str = ""
+    rows: dict[str, dict[str, list[float]]] = {}
+
+
+class ReportTable(_Table):
+    restart: float | None = Field(default=None, gt=0.0)
+    sigma: dict[str, float] = {}
+    draw: list[str] = []
+    seeds: list[str] = []
+    tracks: list[str] = []
+
+
+class SeriesFile(_Table):
+    """One file of many fits."""
+
+    schema_: str = Field(alias="schema")
+    title: str = ""
+    about: str = ""
+    seeds: list[int] = Field(default=[0], min_length=1)
+    data: TrialsTable
+    loss: LossTable = LossTable()
+    fits: dict[str, FitTable] = Field(min_length=1)
+    claims: list[ClaimTable] = []
+    budgets: dict[str, BudgetTable] = {}
+    published: PublishedTable | None = None
+    report: ReportTable = ReportTable()

@@ -1,0 +1,207 @@
+"""Running the cells of a series, each in a folder of its own: what is done stays, what was killed goes on."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.parameters import unknown
+from ..data import Array
+from ..identify import Fit, FitError, Issue, Progress, StudyError
+from ..identify.lint import lines, lint, raise_on_errors
+from ..identify.networks.training import NoTorchError
+from ..identify.resume import forget
+from ..identify.watch import part
+from ..ships import Ship
+from ..ships.classes import foreign
+from ..ships.files import load
+from .series import Cell, Row, Series
+from .store import HISTORY, MODEL, SUMMARY, claim, kept, load_fit_summary, save_fit
+
+FITS, CHECKPOINT = "fits", "checkpoint.npz"
+
+Told = Callable[[str], None]
+"""Called with a line about each cell that begins or fails."""
+
+Beside = Callable[[Cell, Fit, Path], None]
+"""Writes what goes beside a fitted ship into the folder of its cell, before the ship is there and the cell done."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """A fitted ship, or one that is judged as it is.
+
+    Attributes:
+        seed: None where nothing was drawn.
+        history: rows (iteration, objective, validation or NaN, seconds), shape (iterations, 4).
+        objective: what decided: the least loss on the validation trials, where the estimator watches them.
+        summary: what `fit.json` holds; empty for a ship as it is.
+    """
+
+    seed: int | None
+    ship: Ship
+    history: Array
+    objective: float
+    summary: dict[str, Any]
+
+    @property
+    def seconds(self) -> float:
+        """Time of the fit [s]."""
+        return float(self.summary.get("seconds", 0.0))
+
+
+def folder(out: Path, row: Row, cell: Cell) -> Path:
+    """Where a cell is run."""
+    return out / FITS / row.key / cell.name
+
+
+def check(cells: Sequence[tuple[Row, Cell]], series: Series) -> list[str]:
+    """Warnings on every problem, each said once, with the places where it is found.
+
+    Raises:
+        StudyError: a problem that cannot be run.
+    """
+    found: list[Issue] = []
+    seen: set[object] = set()
+    for _, cell in cells:
+        problem = cell.problem
+        trials = (tuple(t.name for t in some) for some in (problem.trials, problem.validation))
+        mark = problem.ship.name, problem.free, getattr(cell.estimator, "starts_remedy", None), *trials
+        if mark in seen:
+            continue
+        seen.add(mark)
+        issues = lint(problem, tuple(series.tests.values()), cell.estimator)
+        raise_on_errors(issues)
+        found += issues
+    return list(lines(found))
+
+
+def asked(series: Series, only: Sequence[str] = ()) -> list[tuple[Row, Cell]]:
+    """The cells of a table, in the order of the file.
+
+    Args:
+        only: keys of the models that count; none counts all.
+
+    Raises:
+        StudyError: no such model.
+    """
+    for name in only:
+        if name not in (row.key for row in series.rows):
+            raise StudyError(f"{series.path}: {unknown(name, [row.key for row in series.rows], 'fit')}")
+    return [(row, cell) for row in series.rows if not only or row.key in only for cell in row.cells]
+
+
+def left(series: Series, out: Path, only: Sequence[str] = ()) -> list[tuple[Row, Cell]]:
+    """Those of the cells that are still to be fitted; see `asked`."""
+    return [(row, cell) for row, cell in asked(series, only) if not _done(series, out, row, cell)]
+
+
+def _done(series: Series, out: Path, row: Row, cell: Cell) -> bool:
+    """Whether the fit of this very cell is in its folder.
+
+    Raises:
+        StudyError: the folder holds the fit of another problem.
+    """
+    where = folder(out, row, cell)
+    if not (where / SUMMARY).exists():
+        return False
+    _claimed(where, series, row, cell)
+    return True
+
+
+def _claimed(where: Path, series: Series, row: Row, cell: Cell) -> bool:
+    """Whether the folder of a cell was free until now."""
+    try:
+        return claim(where, cell.digest, f"{series.name}: {row.key}")
+    except StudyError as error:
+        raise StudyError(f"{error}, or remove this one, and it is fitted anew") from None
+
+
+def run(
+    cells: Sequence[tuple[Row, Cell]], series: Series, out: Path, *, told: Told, progress: Progress | None = None,
+    beside: Beside | None = None, scale: Mapping[str, float] | None = None,
+    done: int = 0,
+) -> list[str]:  # fmt: skip
+    """Fit cells, one after the other; `scale` is what their errors will be divided by, kept with each.
+
+    The first of them is told as the one after the `done` that were made before.
+
+    Returns:
+        The cells whose fit failed, with the reason; the others are done.  Those that lack PyTorch are told together.
+
+    Raises:
+        StudyError: a cell cannot be run, or its folder holds the fit of another problem.
+    """
+    failed: list[str] = []
+    untrained: dict[str, list[str]] = {}
+    for number, (row, cell) in enumerate(cells, start=1):
+        where = folder(out, row, cell)
+        told(f"{done + number} of {done + len(cells)}: {row.key}, {cell.name}")
+        try:
+            with _swept(where, out):
+                fresh = _claimed(where, series, row, cell)
+                with kept(where, fresh):
+                    seen = part(progress, f"{row.key}, {cell.name}", cell.problem, progress)
+                    fit = cell.estimator.fit(cell.problem, progress=seen, checkpoint=where / CHECKPOINT)
+        except NoTorchError as error:
+            untrained.setdefault(str(error), []).append(row.key)
+            continue
+        except FitError as error:
+            failed.append(f"{row.key}, {cell.name}: {error}")
+            told(f"error: {failed[-1]}")
+            continue
+        if beside is not None:
+            beside(cell, fit, where)
+        save_fit(fit, where, cell.problem, study=f"{series.name}: {row.key}", scale=scale)
+        forget(where / CHECKPOINT)
+    for reason, keys in untrained.items():
+        failed.append(f"{', '.join(dict.fromkeys(keys))}: {reason}")
+        told(f"error: {failed[-1]}")
+    return failed
+
+
+@contextmanager
+def _swept(where: Path, out: Path) -> Generator[None, None, None]:
+    """Take the folders above a cell away again where they were made for it and it was refused."""
+    above = [path for path in (where.parent, out / FITS, out) if not path.exists()]
+    try:
+        yield
+    except StudyError:
+        with suppress(OSError):  # something is in it
+            for path in above:
+                path.rmdir()
+        raise
+
+
+def members(series: Series, row: Row, out: Path) -> tuple[Member, ...]:
+    """What is done of a row, in the order of its seeds.
+
+    Raises:
+        StudyError: a folder holds the fit of another problem.
+    """
+    if not row.cells:
+        return (Member(None, row.ship, np.zeros((0, 4)), math.nan, {}),)
+    found: list[Member] = []
+    for cell in row.cells:
+        where = folder(out, row, cell)
+        if _done(series, out, row, cell):
+            summary = load_fit_summary(where)
+            objective = summary["objective"]
+            found.append(Member(
+                cell.seed, load(where / MODEL, trust=foreign(row.ship.model)), _history(where / HISTORY),
+                math.nan if objective is None else float(objective), summary,
+            ))  # fmt: skip
+    return tuple(found)
+
+
+def _history(path: Path) -> Array:
+    with path.open(encoding="utf-8", newline="") as stream:
+        rows = [[float(value) if value else math.nan for value in row] for row in list(csv.reader(stream))[1:]]
+    return np.array(rows).reshape(-1, 4)

@@ -1,0 +1,184 @@
+"""A fit on disk: the ship (model.toml), the numbers (fit.json) and the way there (history.csv)."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from ..core.files import write_whole
+from ..core.parameters import read
+from ..data import DataError
+from ..identify import Fit, Problem, StudyError
+from ..models import STATES
+from ..ships import Entry, Ship
+from ..ships.writing import save
+
+MODEL, SUMMARY, HISTORY, RUN = "model.toml", "fit.json", "history.csv", "run.json"
+# How a caution begins that speaks of parameters which are zero until a fit has moved them.
+_UNFITTED = "As it stands"
+
+
+def save_fit(
+    fit: Fit, folder: str | Path, problem: Problem, *, study: str, text: str = "",
+    scale: Mapping[str, float] | None = None,
+) -> Path:  # fmt: skip
+    """Write model.toml, fit.json and history.csv to `folder`, each whole or not at all.
+
+    Args:
+        problem: what was fitted, for the provenance: the ship it began from and the trials used.
+        study: name of the study.
+        text: the study as written, kept in fit.json.
+        scale: what the error of each state is divided by where this fit is judged, kept in fit.json.
+
+    Returns:
+        The path of model.toml.
+    """
+    where = Path(folder)
+    provenance: dict[str, Any] = {
+        "study": study, "digest": fit.digest, "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "ship": problem.ship.name, "trained_on": [trial.name for trial in problem.trials],
+        "validated_on": [trial.name for trial in problem.validation], "status": fit.status,
+        "sigma": {f.path: float(s) for f, s in zip(fit.free, fit.sigma, strict=True)},
+        "began": {f.path: float(read(problem.ship.model, f.path)) for f in fit.free},
+    }  # fmt: skip
+    write_whole(where / HISTORY, _history(fit))
+    model = save(_sourced(fit, study), where / MODEL, provenance)
+    summary = {**_summary(fit, study, text, provenance), "scale": None if scale is None else dict(scale)}
+    write_whole(where / SUMMARY, json.dumps(_plain(summary), indent=1) + "\n")
+    return model
+
+
+def load_fit_summary(path: str | Path) -> dict[str, Any]:
+    """What `save_fit` wrote to fit.json, from the file or its folder.
+
+    Raises:
+        StudyError: no such file, or not one of ours.
+    """
+    where = Path(path)
+    where = where / SUMMARY if where.is_dir() else where
+    return _read(where, "seatrial-fit/1")
+
+
+def fitted_scale(model: str | Path) -> dict[str, float]:
+    """What the errors of a fitted model were divided by where it was judged; empty where no fit beside it says so."""
+    found = _beside(model).get("scale")
+    return found if isinstance(found, dict) and set(found) == set(STATES) and all(found.values()) else {}
+
+
+def fitted_nuisances(model: str | Path) -> dict[str, dict[str, float]]:
+    """Currents and biases that were estimated with a fitted model, by trial and name; empty where no fit is beside."""
+    found = _beside(model).get("nuisances")
+    return found if isinstance(found, dict) else {}
+
+
+def _beside(model: str | Path) -> dict[str, Any]:
+    where = Path(model).with_name(SUMMARY)
+    return load_fit_summary(where) if Path(model).name == MODEL and where.is_file() else {}
+
+
+def claim(folder: str | Path, digest: str, study: str) -> bool:
+    """Mark `folder` as the run of one problem, so that another cannot go on in it by mistake.
+
+    Returns:
+        Whether the folder was free until now.
+
+    Raises:
+        StudyError: the folder holds the run of another problem.
+    """
+    where = Path(folder) / RUN
+    if where.exists():
+        held = _read(where, "seatrial-run/1")
+        if held.get("digest") != digest:
+            raise StudyError(
+                f"{folder}: holds a run of study '{held.get('study')}' with other settings or data, or by another "
+                f"version of seatrial ({held.get('digest')}, this is {digest}); choose another folder with -o"
+            )
+        return False
+    document = {"schema": "seatrial-run/1", "study": study, "digest": digest}
+    where.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(where, json.dumps(document) + "\n")
+    return True
+
+
+@contextmanager
+def kept(folder: str | Path, fresh: bool) -> Generator[None, None, None]:
+    """Give a folder that was only just claimed free again where the estimator refuses the study."""
+    try:
+        yield
+    except (StudyError, DataError):
+        if fresh:
+            (Path(folder) / RUN).unlink(missing_ok=True)
+            with suppress(OSError):  # something else is in it
+                Path(folder).rmdir()
+        raise
+
+
+def _read(path: Path, schema: str) -> dict[str, Any]:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: cannot be read: {error}") from None
+    if not isinstance(document, dict) or document.get("schema") != schema:
+        raise StudyError(f"{path}: is not of schema '{schema}'")
+    return document
+
+
+def _sourced(fit: Fit, study: str) -> Ship:
+    """The fitted ship with the study as the source of each fitted number, less the cautions that it has overtaken."""
+    entries = dict(fit.ship.entries)
+    for i, free in enumerate(fit.free):
+        source = f"fitted in study {study}, from {free.start:.6g}"
+        entries[free.path] = Entry(source, float(fit.values[i]), sigma=_finite(float(fit.sigma[i])))
+    return replace(fit.ship, entries=entries, notes=_outgrown(fit))
+
+
+def _outgrown(fit: Fit) -> Mapping[str, Any]:
+    notes = dict(fit.ship.notes)
+    if "cautions" in notes and any(f.start == 0.0 != v for f, v in zip(fit.free, fit.values, strict=True)):
+        notes["cautions"] = [line for line in notes["cautions"] if not str(line).startswith(_UNFITTED)]
+    return notes
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _history(fit: Fit) -> str:
+    rows = [",".join(f"{v:.17g}" if math.isfinite(v) else "" for v in row) for row in fit.history.tolist()]
+    return "\n".join(["iteration,objective,validation,seconds", *rows, ""])
+
+
+def _summary(fit: Fit, study: str, text: str, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "schema": "seatrial-fit/1", "study": study, "digest": fit.digest, "status": fit.status,
+        "objective": fit.objective, "seconds": fit.seconds, "evaluations": fit.evaluations,
+        "parameters": {
+            free.path: {
+                "value": float(fit.values[i]), "sigma": float(fit.sigma[i]),
+                "shrinkage": float(fit.shrinkage[i]), "start": free.start, "low": free.low,
+                "high": free.high, "prior": free.prior, "prior_sigma": free.sigma,
+                "at_bound": free.path in fit.at_bound,
+            }
+            for i, free in enumerate(fit.free)
+        },
+        "covariance": fit.covariance.tolist(),
+        "verdicts": [asdict(verdict) for verdict in fit.verdicts],
+        "nuisances": fit.nuisances,
+        "provenance": {k: v for k, v in provenance.items() if k not in ("sigma", "began")},
+        "study_text": text,
+    }  # fmt: skip
+
+
+def _plain(value: Any) -> Any:
+    """The same in what JSON knows; a number that is not finite becomes null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,255 @@
+"""A series judged: every model on every trial kept apart, over its seeds (Wakita 2022 Eq. 25, Table 9)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..data import Array, Trial
+from ..engine import SimulationError
+from ..identify.networks.widths import Widths
+from ..models import STATES
+from ..ships.classes import foreign
+from ..ships.files import load
+from ..simulate.replay import replay
+from ..study.series import Claim, Row, Series
+from ..study.series_run import Member, folder, members
+from ..study.store import MODEL, SUMMARY
+from . import Comparison
+from .comparison import compare, constant_velocity, pooled
+from .metrics import ESSO_OSAKA_SIGMA, spread
+from .spread import NAME, Spread, load_members, spreads
+
+TOGETHER = "together"
+"""Label of the column in which all samples of all test trials count alike."""
+
+BASELINE = "constant velocity"
+
+# Standard errors of a mean over seeds within which two models are not told apart.
+_APART = 2.0
+
+Validity = Mapping[str, Mapping[str, Spread]]
+"""How far the members drift apart, by key of the model and label of the test."""
+
+
+def validity(series: Series, out: Path) -> dict[str, dict[str, Spread]]:
+    """The spread of every fit in `out` that has members beside it, on each test trial; the first seed of a row.
+
+    Raises:
+        ShipError: members that cannot be read, or of another fit.
+        DataError: a test trial lacks what the ship needs.
+    """
+    found: dict[str, dict[str, Spread]] = {}
+    for row in series.rows:
+        for cell in row.cells[:1]:
+            where = folder(out, row, cell)
+            if not ((where / NAME).is_file() and (where / SUMMARY).is_file()):
+                continue
+            ship = load(where / MODEL, trust=foreign(row.ship.model))
+            told = spreads(load_members(where / NAME, ship), ship, tuple(series.tests.values()))
+            found[row.key] = dict(zip(series.tests, told, strict=True))
+    return found
+
+
+@dataclass(frozen=True)
+class Standing:
+    """One model and how it did.
+
+    Attributes:
+        key, title, published: as in the file of the series.
+        members: one for each seed that is done.
+        errors: by test, the standardised error of each member; infinite where a prediction is no number.
+            The last is `TOGETHER`.
+        drawn: comparisons by test of the member that the validation trials prefer.
+        every: comparisons by test of each member; None where a prediction is no number.
+        width: of the prior of its correction, as left-out trials chose it; 0: none, NaN: nothing was to be chosen.
+    """
+
+    key: str
+    title: str
+    published: str
+    members: tuple[Member, ...]
+    errors: Mapping[str, Array]
+    drawn: Mapping[str, Comparison]
+    every: tuple[Mapping[str, Comparison | None], ...] = ()
+    width: float = math.nan
+
+    @property
+    def name(self) -> str:
+        """Its title, and how much residual it has where that was to be chosen."""
+        if math.isnan(self.width):
+            return self.title
+        return f"{self.title}: " + (f"residual width {self.width:g}" if self.width > 0 else "no residual")
+
+    def mean(self, test: str) -> float:
+        """Mean over the seeds."""
+        return float(np.mean(self.errors[test])) if self.errors[test].size else math.nan
+
+    def deviation(self, test: str) -> float:
+        """Standard deviation over the seeds (n - 1); NaN of a single one."""
+        found = self.errors[test]
+        return float(np.std(found, ddof=1)) if found.size > 1 and np.isfinite(found).all() else math.nan
+
+    @property
+    def weights(self) -> int:
+        """Numbers of a network that were trained; 0 for other models."""
+        network = getattr(self.members[0].ship.model, "network", None) if self.members else None
+        return 0 if network is None else int(network.count)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What came of a claim in one row of the table.
+
+    Attributes:
+        better, worse: mean errors.
+        ratio: of the two.
+        verdict: "holds", "holds without residual" (credit to the physics alone: left-out trials chose no residual for
+            the better), "does not hold", "within the spread of the seeds", or "not run".
+    """
+
+    test: str
+    better: float
+    worse: float
+    ratio: float
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """All of it.
+
+    Attributes:
+        tests: labels of the columns, `TOGETHER` the last.
+        standings: one for each model, in the order of the file.
+        claims: each with what came of it.
+        sigma: scale of each state.
+        validity: how far the members of each fitted hybrid drift apart on each test trial.
+    """
+
+    tests: tuple[str, ...]
+    standings: tuple[Standing, ...]
+    claims: tuple[tuple[Claim, tuple[Found, ...]], ...]
+    sigma: Mapping[str, float]
+    validity: Validity = field(default_factory=dict[str, Mapping[str, Spread]])
+
+    def standing(self, key: str) -> Standing | None:
+        """The model of that name; None where it was left out."""
+        return next((one for one in self.standings if one.key == key), None)
+
+
+def judged(series: Series, out: Path) -> Table:
+    """Predict every test trial with every model that is done in `out`, and look at the claims."""
+    scale = sigma(series)
+    standings = tuple(_standing(series, row, members(series, row, out), scale) for row in series.rows)
+    found = Table((*series.tests, TOGETHER), (*standings, _baseline(series, scale)), (), scale)
+    claims = tuple((c, tuple(outcomes(found, c))) for c in series.claims)
+    return replace(found, claims=claims, validity=validity(series, out))
+
+
+def sigma(series: Series) -> Mapping[str, float]:
+    """Scale of each state: as the file says, that of the common evaluator, or the spread of the test trials."""
+    if set(series.sigma) == set(STATES):
+        return series.sigma
+    tests = tuple(series.tests.values())
+    known = all("FRT-DS-ESSO" in str(trial.meta.get("source", "")) for trial in tests)
+    return ESSO_OSAKA_SIGMA if known else spread(tests)
+
+
+def _standing(series: Series, row: Row, found: tuple[Member, ...], scale: Mapping[str, float]) -> Standing:
+    every = [_predicted(series, member, row.title, scale) for member in found]
+    errors = {test: np.array([math.inf if one[test] is None else _error(one[test]) for one in every])
+              for test in series.tests}  # fmt: skip
+    errors[TOGETHER] = np.array([_together(tuple(one.values())) for one in every])
+    # One that nothing was watched for, or that has no rival, is the first.
+    best = min(range(len(found)), key=lambda k: (math.isnan(found[k].objective), found[k].objective), default=0)
+    drawn = {test: one for test, one in every[best].items() if one is not None} if every else {}
+    return Standing(row.key, row.title, row.published, found, errors, drawn, tuple(every), _width(row, found))
+
+
+def _width(row: Row, found: Sequence[Member]) -> float:
+    """How wide a prior left-out trials chose; NaN where there was no choice."""
+    estimator = row.cells[0].estimator if row.cells else None
+    if not found or not isinstance(estimator, Widths):
+        return math.nan
+    priors = {path: float(told["prior_sigma"]) for path, told in found[0].summary["parameters"].items()
+              if told["prior_sigma"] is not None}  # fmt: skip
+    return estimator.chosen(row.cells[0].problem, priors)
+
+
+def _predicted(
+    series: Series, member: Member, label: str, scale: Mapping[str, float]
+) -> dict[str, Comparison | None]:  # fmt: skip
+    out: dict[str, Comparison | None] = {}
+    for test, trial in series.tests.items():
+        try:
+            guess = replay(member.ship, trial, restart=series.restart, method="euler")
+        except SimulationError:
+            out[test] = None
+            continue
+        out[test] = compare(trial, guess, label=label, restart=series.restart, sigma=scale)
+    return out
+
+
+def _baseline(series: Series, scale: Mapping[str, float]) -> Standing:
+    drawn = {test: compare(trial, constant_velocity(trial, series.restart), label=BASELINE, restart=series.restart,
+                           sigma=scale) for test, trial in series.tests.items()}  # fmt: skip
+    errors = {test: np.array([one.standardised]) for test, one in drawn.items()}
+    errors[TOGETHER] = np.array([_together(tuple(drawn.values()))])
+    return Standing(BASELINE, BASELINE, "", (), errors, drawn)
+
+
+def _error(comparison: Comparison | None) -> float:
+    return math.inf if comparison is None or not math.isfinite(comparison.standardised) else comparison.standardised
+
+
+def _together(found: Sequence[Comparison | None]) -> float:
+    whole = [one for one in found if one is not None]
+    return pooled(whole) if len(whole) == len(found) else math.inf
+
+
+def outcomes(table: Table, claim: Claim) -> list[Found]:
+    """A claim in each of its rows: what `factor` asks for is met, or missed, by two standard errors; else undecided.
+
+    The same for all: "better" has a factor of one or more, "no worse" says its margin by a smaller one.
+    Without a spread over seeds the means decide.
+    """
+    out: list[Found] = []
+    better, worse = table.standing(claim.better), table.standing(claim.worse)
+    for test in claim.rows:
+        low, high = (math.nan if one is None else one.mean(test) for one in (better, worse))
+        # One that cannot be predicted at all is infinitely worse than one that can.
+        ratio = 0.0 if math.isinf(low) else high / low if low > 0 else math.nan
+        if better is None or worse is None or math.isnan(ratio):
+            out.append(Found(test, low, high, ratio, "not run"))
+            continue
+        error = math.hypot(_uncertain(better, test) * claim.factor, _uncertain(worse, test))
+        away = -math.inf if math.isinf(low) else high - claim.factor * low
+        if error > 0.0 and abs(away) <= _APART * error:
+            verdict = "within the spread of the seeds"
+        elif ratio < claim.factor:
+            verdict = "does not hold"
+        else:
+            verdict = "holds without residual" if better.width == 0.0 else "holds"
+        out.append(Found(test, low, high, ratio, verdict))
+    return out
+
+
+def _uncertain(standing: Standing, test: str) -> float:
+    """Standard error of the mean over the seeds; 0 where there is one."""
+    spread_ = standing.deviation(test)
+    return spread_ / math.sqrt(standing.errors[test].size) if math.isfinite(spread_) else 0.0
+
+
+def compositions(series: Series) -> dict[str, tuple[Trial, ...]]:
+    """The training trials of each composition that some model was trained on, by what the file calls it."""
+    found: dict[str, tuple[Trial, ...]] = {}
+    for row in series.rows:
+        if row.cells:
+            name = ", ".join(one.removeprefix("@") for one in row.train)
+            found.setdefault(name, row.cells[0].problem.trials)
+    return found
