@@ -51,14 +51,12 @@ class _Chains:
 
         self.done += 1
         if self.memory == 0:
-            grown = seen if self.under_way is None else self._on(self.under_way).add_(seen)
-            self.under_way = grown.sigmoid_()
+            self.under_way = (seen if self.under_way is None else self._on(self.under_way, seen)).sigmoid_()
             return self.under_way
-        windows, units = seen.shape
-        parts = [torch.zeros_like(seen)] if self.done + self.memory <= self.steps + 1 else []
+        windows, parts = len(seen), [seen] if self.done + self.memory <= self.steps + 1 else []
         if self.under_way is not None:
-            parts.append(self._on(self.under_way))
-        grown = torch.cat(parts).view(-1, windows, units).add_(seen).sigmoid_().view(-1, units)
+            parts.append(self._on(self.under_way, seen))
+        grown = torch.cat(parts).sigmoid_()
         if self.done < self.memory:
             self.under_way = grown
             return None
@@ -68,10 +66,8 @@ class _Chains:
             self.under_way = None
         return ended
 
-    def _on(self, before: Tensor) -> Tensor:
-        import torch
-
-        return torch.addmm(self.further, before, self.recurrent)
+    def _on(self, before: Tensor, seen: Tensor) -> Tensor:
+        return (before @ self.recurrent).view(-1, *seen.shape).add_(seen + self.further).view(-1, seen.shape[1])
 
 
 def simulated(w: Folded, batch: Batch, *, memory: int, known: int, simulate: bool = True) -> Path:
