@@ -138,3 +138,9 @@ def test_smoother_beats_differences(made, with_gap):
     assert sensor_noise(noisy["y"]) == pytest.approx(0.02, rel=0.15)
     with pytest.raises(DataError, match="above zero"):
         smooth(noisy, {"x": 0.0})
+
+
+@pytest.mark.parametrize("noise", [{"psi": 6.0}, {"r": 2.0}])
+def test_noise_that_was_meant_in_degrees_is_refused(made, noise):
+    with pytest.raises(DataError, match=r"no instrument is so poor, 0\.5 is the most: is it in degrees"):
+        smooth(made, noise)

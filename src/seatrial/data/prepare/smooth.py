@@ -28,6 +28,10 @@ class _Axis:
     variance: Array
 
 
+_WILD = {"psi": 0.5, "r": 0.5}
+"""Standard deviations of angles and rates beyond which they were meant in degrees [rad, rad/s]."""
+
+
 def smooth(trial: Trial, noise: Mapping[str, float] | None = None, velocities: bool = False) -> Trial:
     """Smooth `x, y, psi` and derive `u, v_m, r`, each with its standard deviation ``<name>_sd``.
 
@@ -49,6 +53,12 @@ def smooth(trial: Trial, noise: Mapping[str, float] | None = None, velocities: b
     bad = [name for name, sd in given.items() if not (sd > 0 and math.isfinite(sd))]
     if bad:
         raise DataError(f"{trial.name}: noise of {bad[0]} is {given[bad[0]]:g}; it must be above zero")
+    wild = [name for name, most in _WILD.items() if given.get(name, 0.0) > most]
+    if wild:
+        raise DataError(
+            f"{trial.name}: noise of {wild[0]} is {given[wild[0]]:g} {trial.unit(wild[0])}; no instrument is so poor, "
+            f"{_WILD[wild[0]]:g} is the most: is it in degrees?"
+        )
     none = np.full(len(trial), np.nan)
     measured_r = trial["r"] if velocities and "r" in trial else none
     heading = _axis(trial.t, unwrapped(trial["psi"]), measured_r, given.get("psi"), given.get("r"))
