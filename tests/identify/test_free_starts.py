@@ -48,7 +48,7 @@ def problem(seed: int = 2, duration: float = 600.0, count: int = 3) -> Problem:
     """Four derivatives of the hull, sought from a ship whose own are up to 20 % off."""
     start = TRUTH.having({path: factor * float(read(TRUTH.model, path)) for path, factor in WRONG.items()})
     free = near(start.model, *PATHS, ratio=0.6)
-    return Problem(start, trials(seed, duration)[:count], free, Loss(correlation=0.0))
+    return Problem(start, trials(seed, duration)[:count], free, Loss(SENSORS, correlation=0.0))
 
 
 def away(fit: Fit, path: str = "hull.N_r") -> float:
@@ -69,13 +69,19 @@ def test_the_noise_of_the_first_row_does_not_pass_for_a_coefficient() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
-def test_the_band_of_a_fine_tuning_covers_the_truth(seed: int) -> None:
-    """Once -.038, 95 % -.0388 to -.0372, for a truth of -.049: every trial from its first row as read."""
-    tuning = SMALL.tune(problem(seed))
-    assert max(r.apart for r in tuning.ranges) < 1e-4
-    assert max(abs(away(tuning.fit, path)) for path in PATHS) < 2.5
-    assert abs(away(tuning.fit)) < 1.96
+def test_the_bands_of_fine_tunings_cover_the_truth() -> None:
+    """Once -.038, 95 % -.0388 to -.0372, for a truth of -.049: every trial from its first row as read.
+
+    Of 16 intervals of 95 % three or more miss the truth by chance in one of 23 draws.
+    """
+    missed = 0
+    for seed in (1, 2, 3, 4):
+        tuning = SMALL.tune(problem(seed))
+        assert max(r.apart for r in tuning.ranges) < 1e-4
+        off = [abs(away(tuning.fit, path)) for path in PATHS]
+        assert max(off) < 2.5
+        missed += sum(z > 1.96 for z in off)
+    assert missed <= 2
 
 
 def test_starts_are_eliminated_alike_for_one_problem_and_for_many(short: Problem) -> None:

@@ -101,9 +101,9 @@ def _scales(problem: Problem) -> Iterator[Issue]:
         for name, value in table.items():
             if name not in STATES:
                 yield Issue("error", where, unknown(name, STATES, "channel"))
-            elif not 0 < value < float("inf"):
+            elif not 0 < value < math.inf and not (value == math.inf and where == "nuisance.initial"):  # a free start
                 yield Issue("error", f"{where}.{name}", f"is {value:g}; it must be above zero")
-            elif name == "psi" and value > math.pi:
+            elif name == "psi" and math.pi < value < math.inf:
                 in_radians = f"{value:g} deg is {math.radians(value):.3g} rad"
                 yield Issue("error", f"{where}.psi", f"is {value:g} rad, more than half a turn; {in_radians}")
     if problem.loss.correlation < 0:
