@@ -22,6 +22,8 @@ from ..ships.writing import save
 MODEL, SUMMARY, HISTORY, RUN = "model.toml", "fit.json", "history.csv", "run.json"
 # How a caution begins that speaks of parameters which are zero until a fit has moved them.
 _UNFITTED = "As it stands"
+# Magnitudes beyond are no measure of anything; see `core.files.REACH`.
+_MOST = 1e30
 
 
 def save_fit(
@@ -66,15 +68,40 @@ def load_fit_summary(path: str | Path) -> dict[str, Any]:
 
 
 def fitted_scale(model: str | Path) -> dict[str, float]:
-    """What the errors of a fitted model were divided by where it was judged; empty where no fit beside it says so."""
+    """Scale of each state in the report of a fitted model; empty where no fit beside it has one.
+
+    Raises:
+        StudyError: a scale that is no number above zero.
+    """
     found = _beside(model).get("scale")
-    return found if isinstance(found, dict) and set(found) == set(STATES) and all(found.values()) else {}
+    if not isinstance(found, dict) or set(found) != set(STATES):
+        return {}
+    where = Path(model).with_name(SUMMARY)
+    return {name: _number(value, f"{where}: scale.{name}", positive=True) for name, value in found.items()}
 
 
 def fitted_nuisances(model: str | Path) -> dict[str, dict[str, float]]:
-    """Currents and biases that were estimated with a fitted model, by trial and name; empty where no fit is beside."""
+    """Currents and biases that were estimated with a fitted model, by trial and name; empty where no fit is beside.
+
+    Raises:
+        StudyError: an entry that is no finite number.
+    """
     found = _beside(model).get("nuisances")
-    return found if isinstance(found, dict) else {}
+    where = Path(model).with_name(SUMMARY)
+    if not isinstance(found, dict):
+        return {}
+    return {
+        str(trial): {name: _number(value, f"{where}: nuisances.{trial}.{name}") for name, value in own.items()}
+        for trial, own in found.items() if isinstance(own, dict)
+    }  # fmt: skip
+
+
+def _number(value: object, where: str, positive: bool = False) -> float:
+    """A number of a file of a fit, which people may have edited."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if number and abs(value) <= _MOST and (not positive or value >= 1.0 / _MOST):
+        return float(value)
+    raise StudyError(f"{where} is {str(value)[:40]}; it must be a {'positive' if positive else 'finite'} number")
 
 
 def _beside(model: str | Path) -> dict[str, Any]:
