@@ -98,10 +98,12 @@ def fitted_nuisances(model: str | Path) -> dict[str, dict[str, float]]:
 
 def _number(value: object, where: str, positive: bool = False) -> float:
     """A number of a file of a fit, which people may have edited."""
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if number and abs(value) <= _MOST and (not positive or value >= 1.0 / _MOST):
-        return float(value)
-    raise StudyError(f"{where} is {str(value)[:40]}; it must be a {'positive' if positive else 'finite'} number")
+    what = f"{where} is {str(value)[:40]}; it must be a {'positive' if positive else 'finite'} number"
+    if not isinstance(value, int | float) or isinstance(value, bool) or not abs(value) <= _MOST:
+        raise StudyError(what)
+    if positive and not value >= 1.0 / _MOST:
+        raise StudyError(what)
+    return float(value)
 
 
 def _beside(model: str | Path) -> dict[str, Any]:
