@@ -25,7 +25,7 @@ from discovery import (
 import seatrial.models
 from seatrial.core.parameters import update, walk
 from seatrial.environment import CHANNELS, Environment
-from seatrial.models import STATES, Model, Sampled, Stepped, follows, unit
+from seatrial.models import STATES, Model, Sampled, Stepped, unit
 
 every_ship = pytest.mark.parametrize("name", list(SHIPS))
 SIDES = (1, -1, -1, 1, -1, -1)
@@ -69,9 +69,9 @@ def test_every_family_is_flown_by_some_ship() -> None:
 def test_states_controls_and_what_they_follow(name: str) -> None:
     model: Model = SHIPS[name].model
     assert model.states[:6] == STATES
-    assert len(set(model.controls)) == len(model.controls) == len(follows(model))
+    assert len(set(model.controls)) == len(model.controls) == len(model.follows)
     assert all(unit(control) != "-" for control in model.controls)
-    assert all(np.isfinite(factor) for _, factor in follows(model))
+    assert all(np.isfinite(factor) for _, factor in model.follows)
 
 
 @every_ship
