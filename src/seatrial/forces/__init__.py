@@ -4,7 +4,7 @@ A force module is a frozen dataclass that declares its numbers with `spec` and t
 a `Force`.  It sees velocities *through the water* at midship, never the ground, the trial or the
 integrator.  Modules that feed one another hand over a value: the propeller leaves a `Slipstream`.
 
-Conformance (tests/conformance): silent at rest, mirrored under (v_m, r, delta) -> -(v_m, r, delta)
+Conformance (`seatrial.testing`): silent at rest, mirrored under (v_m, r, delta) -> -(v_m, r, delta)
 where `mirror_symmetric` (its port and starboard coefficients being equal), finite with finite
 Jacobians at rest and astern, floats = symbols.
 """

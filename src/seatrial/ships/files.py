@@ -101,7 +101,7 @@ class _Reading:
 
     def ship(self) -> Ship:
         family = find_class(self.document.get("family"), "models", f"{self.path}: family")
-        if not issubclass(family, Model):
+        if Model not in family.__mro__:
             raise ShipError(f"{self.path}: family: {family.__name__} is not derived from seatrial.models.Model")
         parts = [f.name for f in fields(family) if "spec" not in f.metadata]
         for key in self.document:

@@ -254,7 +254,7 @@ def _policy(name: str, one: Any, ship: Ship, speed: float, n_P: float) -> Manoeu
         cls: Any = find_class(one.type, "manoeuvres", f"{where}.type")
     except ShipError as error:
         raise StudyError(str(error)) from None
-    if not issubclass(cls, Manoeuvre):
+    if Manoeuvre not in cls.__mro__:
         raise StudyError(f"{where}.type: {cls.__name__} is no manoeuvre")
     limit = float(ship.actuators.rudder.high)
     rudder = None if one.rudder is None else math.radians(abs(one.rudder))
