@@ -6,7 +6,7 @@ import math
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE, PURPOSES, 
 from seatrial.choosing.survey import Assessment, assess, nanoseconds, survey
 from seatrial.environment import CALM, Environment
 from seatrial.identify.design.excitation import TABLE_1
-from seatrial.models import STATES
+from seatrial.models import Model
 from seatrial.models.common import Surroundings
 from seatrial.models.linear import straight
 from seatrial.ships.files import library, load
@@ -117,14 +117,8 @@ def test_a_declaration_lowers_an_answer_and_never_raises_one(kt) -> None:
 
 
 @dataclass(frozen=True)
-class Deaf:
+class Deaf(Model):
     """A ship that nothing moves."""
-
-    states: ClassVar[tuple[str, ...]] = STATES
-
-    @property
-    def controls(self) -> tuple[str, ...]:
-        return ("n_P", "delta")
 
     def derivative(self, state, control, environment):
         return Surroundings.of(state, environment).rates((0.0, 0.0, 0.0))
@@ -140,7 +134,7 @@ def test_a_deaf_model_represents_nothing() -> None:
 
 @dataclass(frozen=True)
 class Sick(Deaf):
-    """A ship that divides by her speed."""
+    """A ship that divides by its speed."""
 
     def derivative(self, state, control, environment):
         return Surroundings.of(state, environment).rates((0.0, 0.0, control[1] / state[3] - state[5]))

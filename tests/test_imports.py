@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1] / "src" / "seatrial"
 ROOMS = (
     "core", "engine", "data", "environment", "forces", "actuators", "models", "ships", "sensors", "manoeuvres",
     "simulate", "identify", "study", "validate", "report", "choosing", "exchange", "realtime", "envs", "bench",
-    "workflow", "cli",
+    "testing", "workflow", "cli",
 )
 """From left to right: a room may import those before it and itself."""
 

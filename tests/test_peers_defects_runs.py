@@ -17,8 +17,9 @@ from seatrial.core.parameters import Scalar, spec
 from seatrial.core.symbolic import where
 from seatrial.data import Trial
 from seatrial.environment import CALM
+from seatrial.manoeuvres import Policy
 from seatrial.manoeuvres.turning import Turning
-from seatrial.models import Sampled, follows
+from seatrial.models import Sampled
 from seatrial.ships.files import library, load
 from seatrial.simulate.run import approach, simulate, straight
 
@@ -58,7 +59,7 @@ def test_rudder_to_starboard_turns_to_starboard_and_the_ship_goes_on(name: str) 
     And MARIS ends its own turning example at 0.08 deg and 0.01 m/s after 60 s, which nothing there remarks.
     """
     ship = load(name)
-    if "delta" not in {order for order, _ in follows(ship.model)}:
+    if "delta" not in {order for order, _ in ship.model.follows}:
         pytest.skip("obeys no rudder order")
     U, n_P = approach(ship)
     angle = math.radians(10.0 if name == "qiuxin5_6" else 15.0)  # from 12 on she spins, and her file says so
@@ -112,7 +113,7 @@ def test_cost_of_a_step_does_not_grow_with_the_run() -> None:
 
 
 @dataclass(frozen=True)
-class AfterAWhile:
+class AfterAWhile(Policy):
     """Rudder over after 100 s: what has grown of the bias of the screw by then is in the heading."""
 
     memory: ClassVar[tuple[str, ...]] = ()

@@ -26,6 +26,21 @@ class Servo(Protocol):
     extra: ClassVar[tuple[str, ...]]
 
     @property
+    def low(self) -> Scalar:
+        """Least value; minus infinity without a limit."""
+        ...
+
+    @property
+    def high(self) -> Scalar:
+        """Greatest value; infinite without a limit."""
+        ...
+
+    @property
+    def rate(self) -> Scalar:
+        """Greatest rate of change; infinite without a limit."""
+        ...
+
+    @property
     def dead_time(self) -> Scalar:
         """Time before an order begins to act [s]."""
         ...
@@ -106,6 +121,16 @@ class Azimuth(Paced):
     You 2023 Eq. 9, d alpha/dt = K e/sqrt(e^2 + epsilon^2), whose epsilon is 0 there; under a fixed step
     that sign function chatters, so the rate is clipped to what the step needs.
     """
+
+    @property
+    def low(self) -> float:
+        """Minus infinity: it turns all the way round."""
+        return -math.inf
+
+    @property
+    def high(self) -> float:
+        """Infinite: it turns all the way round."""
+        return math.inf
 
     def target(self, actual: Scalar, order: Scalar) -> Scalar:
         """The angle of the order that is nearest the actual one."""

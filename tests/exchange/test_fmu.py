@@ -14,7 +14,7 @@ import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -28,6 +28,7 @@ from seatrial.exchange.fmi.hull import FORCES, hull_of
 from seatrial.exchange.fmi.layout import Layout
 from seatrial.exchange.fmi.source import sources
 from seatrial.exchange.fmi.xml import exponents, osp_description
+from seatrial.manoeuvres import Policy
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
 from seatrial.ships import Ship, ShipError
@@ -290,12 +291,14 @@ def test_a_parameter_can_be_set(whole: Made, run: Run, host: Host, model: Ship) 
 
 
 @dataclass(frozen=True)
-class Pushes:
+class Pushes(Policy):
     """Forces from outside that change with time."""
 
     X: float
-    orders: ClassVar[tuple[str, ...]] = FORCES
-    memory: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def orders(self) -> tuple[str, ...]:
+        return FORCES
 
     def begin(self, state: Any) -> tuple[Any, ...]:
         return ()

@@ -23,6 +23,7 @@ from seatrial.identify.regression.arx_fit import (
     yule_walker,
 )
 from seatrial.identify.regression.regression import Regression, least_squares
+from seatrial.manoeuvres import Policy
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models.arx import Arx
@@ -120,7 +121,7 @@ def test_ar_by_both_ways_and_its_order() -> None:
 
 
 @dataclass(frozen=True)
-class Waves:
+class Waves(Policy):
     """Rudder and revolutions that never hold still."""
 
     memory: tuple[str, ...] = ()

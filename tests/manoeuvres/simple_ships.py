@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from seatrial.actuators import Actuators
 from seatrial.core.parameters import Scalar, spec
 from seatrial.core.symbolic import magnitude
 from seatrial.manoeuvres import Settings
+from seatrial.models import Model
 from seatrial.models.nomoto import Nomoto
 from seatrial.ships import Ship
 
@@ -19,11 +20,8 @@ SETTINGS = Settings(n_P=1.0, speed=U, L_pp=L, rudder_limit=float("inf"))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surge:
+class Surge(Model):
     """u' = b n |n| - c u |u|, straight ahead; with b = 0.02 and c = 0.002 one turn per second holds 3.16 m/s."""
-
-    states: ClassVar[tuple[str, ...]] = ("x", "y", "psi", "u", "v_m", "r")
-    controls: ClassVar[tuple[str, ...]] = ("n_P", "delta")
 
     b: Scalar = spec("m", "thrust over mass")
     c: Scalar = spec("1/m", "resistance over mass")

@@ -191,7 +191,7 @@ def test_a_start_with_less_than_its_memory_before_it() -> None:
     model: Any = ship.model
     found = replay(ship, trial.having(u=u), restart=10.0)
     acting = np.array([[trial["n_P"][k], trial["delta"][k], *WIND.now()] for k in range(96, 100)])
-    known = model.recall(trial.stack(*STATES)[96:100], acting)
+    known = model.recall_memory(trial.stack(*STATES)[96:100], acting)
     one = simulator(open_loop(ship)).run(
         trial.stack(*STATES)[100:101], np.array([[trial["n_P"][100], trial["delta"][100], *WIND.now()]])[:, None],
         open_loop_parameters(ship), memory0=np.array([known]), dt=0.1, steps=2)  # fmt: skip

@@ -11,8 +11,8 @@ import pytest
 from seatrial.choosing.probing import Probe
 from seatrial.cli.support import feels
 from seatrial.environment import CALM
-from seatrial.envs.course import Course
 from seatrial.envs.lanes import Lanes, Settings
+from seatrial.envs.tasks import Course
 from seatrial.models.linear import linearise
 from seatrial.models.settled import begun, settled, unseen
 from seatrial.models.trim import point

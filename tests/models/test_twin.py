@@ -14,7 +14,7 @@ from seatrial.core.parameters import update
 from seatrial.environment import CALM, Environment, Uniform
 from seatrial.forces.waves import MeanDrift
 from seatrial.manoeuvres.turning import Turning
-from seatrial.models import follows, unit
+from seatrial.models import unit
 from seatrial.models.common import Surroundings
 from seatrial.models.twin import TwinMmg, mirrored, mirrored_flow
 from seatrial.ships.files import load
@@ -141,7 +141,7 @@ def test_current_is_a_moving_frame() -> None:
 def test_controls_are_numbered_from_port_and_obey_the_conventional_orders() -> None:
     model = load("twin_virtual").model
     assert model.controls == ("n_P_1", "n_P_2", "delta_1", "delta_2")
-    assert follows(model) == (("n_P", 1.0), ("n_P", 1.0), ("delta", 1.0), ("delta", 1.0))
+    assert model.follows == (("n_P", 1.0), ("n_P", 1.0), ("delta", 1.0), ("delta", 1.0))
     assert [unit(name) for name in model.controls] == ["1/s", "1/s", "rad", "rad"]
 
 

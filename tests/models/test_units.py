@@ -11,7 +11,7 @@ from seatrial.core.parameters import ParameterError, Terms, values
 from seatrial.environment import Environment
 from seatrial.forces import Flow
 from seatrial.identify.posterior.freer import with_units
-from seatrial.models.units import inward, network, outward
+from seatrial.models.residual import inward, network, outward
 from seatrial.ships import Ship
 from seatrial.ships.files import load, save
 

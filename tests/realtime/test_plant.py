@@ -15,6 +15,7 @@ import pytest
 from seatrial.engine import SimulationError
 from seatrial.environment import Environment, Uniform
 from seatrial.environment.weather import Gust
+from seatrial.manoeuvres import Policy
 from seatrial.models import STATES
 from seatrial.realtime.plant import CommandError, Compiled, Plant
 from seatrial.ships import ShipError
@@ -28,7 +29,7 @@ DT = 0.1
 
 
 @dataclass(frozen=True)
-class Hard:
+class Hard(Policy):
     """Rudder and revolutions that hold."""
 
     memory: ClassVar[tuple[str, ...]] = ()

@@ -60,12 +60,12 @@ def _said(section: str, **answers: tuple[str, str]) -> dict[str, Finding]:
 
 
 def _cubic(ship: Ship) -> bool:
-    return bool(getattr(ship.model, "alpha", 0.0)) or not isinstance(ship.model, Nomoto)
+    return not isinstance(ship.model, Nomoto) or bool(ship.model.alpha)
 
 
 def _low_speed(ship: Ship) -> bool:
     """A hull of cross-flow drag: forces without a division by the speed."""
-    return type(getattr(ship.model, "hull", None)).__name__ == "CrossFlow"
+    return type(ship.model.part("hull")).__name__ == "CrossFlow"
 
 
 def _equations(ship: Ship) -> int:

@@ -18,7 +18,8 @@ from ..environment import CALM, Environment
 from ..forces import Flow, Force
 from ..forces.shallow import ShallowPolynomial
 from ..forces.thruster import Tunnel
-from ..models import STATES, Sampled, follows
+from ..models import STATES, Sampled
+from ..models.fossen import Fossen
 from ..models.linear import linearise
 from ..models.settled import begun
 from ..models.trim import Trim, trim
@@ -61,7 +62,7 @@ def findings(probe: Probe) -> dict[str, Finding]:
 def _beyond(ship: Ship, able: set[str]) -> dict[str, tuple[str, str]]:
     """What the ship's file holds for outside of the model's validity, whatever the numbers give there."""
     u = ship.validity.get("u", (-math.inf, math.inf))[0]
-    turning = [ship.validity[name][0] for name, (order, _) in zip(ship.model.controls, follows(ship.model), strict=True)
+    turning = [ship.validity[name][0] for name, (order, _) in zip(ship.model.controls, ship.model.follows, strict=True)
                if order == "n_P" and name in ship.validity]  # fmt: skip
     out: dict[str, tuple[str, str]] = {}
     if turning and min(turning) >= 0.0:
@@ -124,7 +125,7 @@ def _propulsion(probe: Probe) -> dict[str, tuple[str, str]]:
         "reversing": _says(brake < -_NOTHING, f"surge acceleration {brake:.2g} by half revolutions astern"),
         "reversing_turns": _says(side > _NOTHING, f"sway or yaw acceleration {side:.2g} by revolutions astern"),
     }  # fmt: skip
-    if getattr(probe.ship.model, "rudder", probe) is None:
+    if probe.has("rudder") and probe.ship.model.part("rudder") is None:
         place = "part", "has a place for a propeller and a rudder of the MMG family"
         return {key: place if answer == "no" else (answer, how) for key, (answer, how) in found.items()}
     return found
@@ -181,14 +182,13 @@ def _feels(probe: Probe, key: str) -> tuple[str, str]:
         pushed = probe.having(**{key: _Push()})
         if _changed(pushed.rates(**move, environment=around), pushed.rates(**move, environment=other)):
             return "part", f"with a [{key}] table in the ship file"
-    if key == "shallow" and issubclass(ShallowPolynomial, type(getattr(probe.ship.model, "hull", None))):
+    if key == "shallow" and issubclass(ShallowPolynomial, type(probe.ship.model.part("hull"))):
         return "part", "with the hull shallow:ShallowPolynomial"
     return "no", "does not reach the motion"
 
 
 def _draught(ship: Ship) -> float:
-    given: Any = getattr(ship.model, "body", None)
-    return float(getattr(given, "d", 0.0) or 0.05 * ship.L_pp)
+    return float(ship.model.draught or 0.05 * ship.L_pp)
 
 
 def _form(probe: Probe) -> dict[str, tuple[str, str]]:
@@ -207,7 +207,7 @@ def _form(probe: Probe) -> dict[str, tuple[str, str]]:
         rates = [probe.under(state, control) for control in (base, once, twice)]
         curved = max(curved, *(abs(a - 2 * b + c) for a, b, c in zip(*rates, strict=True)))
     affine = _says(curved < _NOTHING, f"departs from it by up to {curved:.2g}")
-    if curved >= _NOTHING and hasattr(probe.ship.model, "affine"):
+    if curved >= _NOTHING and isinstance(probe.ship.model, Fossen):
         affine = "yes", "in the thrusts along and across, by its method `affine`"
     return {"linear": _says(bent < _NOTHING, f"departs from it by up to {bent:.2g}"), "input_affine": affine}
 
@@ -215,13 +215,13 @@ def _form(probe: Probe) -> dict[str, tuple[str, str]]:
 def _drives(probe: Probe) -> dict[str, tuple[str, str]]:
     """Thrusters and more than one screw."""
     ship, controls = probe.ship, probe.ship.model.controls
-    own = [name for name, (order, _) in zip(controls, follows(ship.model), strict=True) if name != order or not order]
+    own = [name for name, (order, _) in zip(controls, ship.model.follows, strict=True) if name != order or not order]
     several = ("yes", f"controls {', '.join(controls)}") if len(own) > 1 else ("no", "one propeller and one rudder")
     if several[0] == "no" and probe.has("thrusters"):
         several = "part", "with a [thrusters.*] table in the ship file"
     if not probe.has("thrusters"):
         return {"several_drives": several, "side_thrusters": ("no", "has no place for thrusters")}
-    given: Parts = getattr(ship.model, "thrusters", Parts())
+    given: Any = ship.model.part("thrusters")
     L = ship.L_pp
     tunnel = Tunnel(x=0.4 * L, D=0.01 * L, K_T=0.4, loss_form="jet", c_Y=1.0, c_N=1.0)
     moved = probe.having(thrusters=Parts((*given.names, "probe"), (*given.components, tunnel)))
@@ -279,7 +279,7 @@ class Probe:
         base = self.at.orders
         given = {"n_P": n * (base.get("n_P", 0.0) or 1.0), "delta": delta + base.get("delta", 0.0),
                  TUNNEL: tunnel}  # fmt: skip
-        return tuple(factor * given.get(order, 0.0) for order, factor in follows(self.ship.model))
+        return tuple(factor * given.get(order, 0.0) for order, factor in self.ship.model.follows)
 
     def rates(
         self, u: float = 1.0, v_m: float = 0.0, r: float = 0.0, n: float = 1.0, delta: float = 0.0,

@@ -114,7 +114,7 @@ def _judged(family: Family, key: str, measured: Sequence[Finding]) -> Finding:
 
 def count(ship: Ship, patterns: Sequence[str]) -> int:
     """Numbers of the model at paths that fit the patterns and are not left at their default; weights of a network."""
-    usual, network = _defaults(ship.model), getattr(ship.model, "network", None)
+    usual, network = _defaults(ship.model), ship.model.learned
     if network is not None:
         return network.count
     return sum(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..manoeuvres import Manoeuvre
-from ..models import follows, unit
+from ..models import unit
 from ..realtime.bridge.deck import Deck, Outfit
 from ..realtime.bridge.ghost import Ghost
 from ..realtime.bridge.view import OWN
@@ -129,11 +129,11 @@ def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
 
 def cannot(ship: Ship) -> dict[str, str]:
     """Buttons of what the ship cannot do, and why not."""
-    steering = [name for name, (of, _) in zip(ship.model.controls, follows(ship.model), strict=True) if of == "delta"]
+    steering = [name for name, (of, _) in zip(ship.model.controls, ship.model.follows, strict=True) if of == "delta"]
     turns = any(unit(name) == "rad" for name in steering)
     found: dict[str, str] = {}
     for text, (kind, _) in _BUTTONS.items():
-        engine = getattr(known()[kind], "by_engine", False)
+        engine = known()[kind].by_engine
         why = lacks(ship, known()[kind]) if engine or turns else f"{ship.name} has nothing that is steered by an angle"
         if why is not None:
             found[text] = why

@@ -111,7 +111,7 @@ def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
     before = fitted_from or _began(ship, made)
     if before is None:  # fitted by a version that kept no start
         return {"fitted": ship} | ({"published": read_ship(str(base))} if _of_the_library(ship, str(base)) else {})
-    if not getattr(getattr(before.model, "network", None), "trained", True):
+    if not before.model.trained:
         return {"fitted": ship}
     return {"fitted": ship, "published" if _published(before) else "untuned": before}
 
@@ -119,7 +119,7 @@ def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
 def _began(ship: Ship, made: Mapping[str, Any]) -> Ship | None:
     """The ship that a fit started from, rebuilt from its provenance; None where that is not told."""
     began = made.get("began")
-    if not isinstance(began, Mapping) or not began or getattr(ship.model, "network", None) is not None:
+    if not isinstance(began, Mapping) or not began or ship.model.learned is not None:
         return None
     return replace(ship.having({str(path): float(value) for path, value in began.items()}), name=str(made["ship"]))
 

@@ -17,12 +17,11 @@ import typer
 
 from .. import manoeuvres
 from ..core.files import in_reach
-from ..core.parameters import unknown
+from ..core.parameters import unknown, values
 from ..data import Trial
 from ..engine import SimulationError
 from ..environment import Weather
 from ..manoeuvres import Manoeuvre, Settings
-from ..models import follows
 from ..ships import Ship
 from ..ships.felt import driven
 from ..simulate.run import surge_balance
@@ -53,7 +52,7 @@ def known() -> dict[str, type[Manoeuvre]]:
     for module in pkgutil.iter_modules(manoeuvres.__path__, f"{manoeuvres.__name__}."):
         members: list[tuple[str, Any]] = inspect.getmembers(importlib.import_module(module.name), inspect.isclass)
         for _, cls in members:
-            if cls.__module__ == module.name and isinstance(getattr(cls, "kind", None), str):
+            if cls.__module__ == module.name and issubclass(cls, Manoeuvre) and cls.kind:
                 found[cls.kind] = cls
     return dict(sorted(found.items()))
 
@@ -72,14 +71,14 @@ def find(name: str) -> type[Manoeuvre]:
 
 def rudder_limit(ship: Ship) -> float:
     """Greatest angle of what obeys the order delta [rad]; infinite without a limit."""
-    servos = [ship.actuators.of(c) for c, (order, _) in zip(ship.model.controls, follows(ship.model), strict=True)
+    servos = [ship.actuators.of(c) for c, (order, _) in zip(ship.model.controls, ship.model.follows, strict=True)
               if order == "delta"]  # fmt: skip
-    return min((abs(float(getattr(servo, "high", math.inf))) for servo in servos), default=math.inf)
+    return min((abs(float(servo.high)) for servo in servos), default=math.inf)
 
 
 def lacks(ship: Ship, cls: type[Manoeuvre]) -> str | None:
     """What of a ship is missing for a manoeuvre; None where nothing is."""
-    if getattr(cls, "by_engine", False) and not driven(ship):
+    if cls.by_engine and not driven(ship):
         return f"no revolutions move {ship.name}; her model has no engine"
     return None
 
@@ -113,7 +112,7 @@ def order(name: str, ship: Ship, U: float, n_P: float, given: dict[str, Any]) ->
 
 
 def _greatest(ship: Ship) -> dict[str, float]:
-    found = {name: float(getattr(ship.actuators.of(name), "high", math.inf)) for name in ship.model.controls}
+    found = {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
     return {name: high if math.isfinite(high) else 0.0 for name, high in found.items()}
 
 
@@ -151,21 +150,16 @@ def run_manoeuvre(
 
     length = duration or _FIRST * ship.L_pp / max(speed, 1e-3)
     limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
-    begin = 0.0 if getattr(policy, "from_rest", False) else speed
+    begin = 0.0 if policy.from_rest else speed
     while True:
         try:
             run = simulate(ship, policy, speed=begin, duration=length, environment=around, dt=dt)
         except SimulationError as error:
             return _until(ship, policy, begin, around, dt, duration, error)
-        complete = policy.complete(run) or (duration is not None and _timed(policy))
+        complete = policy.complete(run) or (duration is not None and policy.timed)
         if complete or 2 * length > limit:
             return Ran(run, complete, None if complete else f"not over after {run.duration:g} s")
         length *= 2
-
-
-def _timed(policy: Manoeuvre) -> bool:
-    """Whether the clock alone ends the manoeuvre, so that any length of it is whole."""
-    return bool(getattr(policy, "timed", False))
 
 
 def _until(
@@ -184,7 +178,7 @@ def _until(
     if end < 2.0 * step:
         raise error
     run = simulate(ship, policy, speed=speed, duration=end, environment=around, dt=dt)
-    whole = duration is None and not _timed(policy) and policy.complete(run)
+    whole = duration is None and not policy.timed and policy.complete(run)
     return Ran(run, whole, None if whole else str(error))
 
 
@@ -284,9 +278,9 @@ def _tested(ship: Ship, rps: float | None) -> None:
 
 def _set_points(policy: Any, side: str | None) -> dict[str, Any]:
     found: dict[str, Any] = {}
-    if isinstance(getattr(policy, "delta", None), float):
+    if isinstance(values(policy).get("delta"), float):
         found["rudder"] = abs(policy.delta / DEGREE)
-    if isinstance(getattr(policy, "psi", None), float):
+    if isinstance(values(policy).get("psi"), float):
         found["heading"] = policy.psi / DEGREE
     return {**found, "side": side or "starboard"} if "side" in policy.takes else found
 

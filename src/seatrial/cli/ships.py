@@ -67,7 +67,7 @@ def show(
 
 def _network(ship: Ship) -> dict[str, dict[str, Any]]:
     """The form of a network, where the ship moves by one."""
-    net: Any = getattr(ship.model, "network", None)
+    net = ship.model.learned
     if net is None:
         return {}
     return {"network": {

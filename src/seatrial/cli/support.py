@@ -133,9 +133,7 @@ def read_ship(name: str) -> Ship:
 
 def doubts(ship: Ship) -> list[str]:
     """What is physically doubtful about the mass matrix of a ship that has one, in lines."""
-    ask = getattr(getattr(ship.model, "inertia", None), "doubts", None)
-    displaced = float(getattr(getattr(ship.model, "body", None), "m", 0.0))
-    return [] if ask is None else [f"{ship.name}: {text}" for text in ask(displaced, float(ship.L_pp))]
+    return [f"{ship.name}: {text}" for text in ship.model.mass_doubts(float(ship.L_pp))]
 
 
 def positive(**options: float | None) -> None:
@@ -242,7 +240,7 @@ def around_ship(
     for option, given, channel, what in needs:
         if given and not feels(ship, channel):
             raise UsageError(f"{option}: {ship.name} has no force of {what}; see seatrial show {ship.name}")
-    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0))
+    draught = float(ship.model.draught)
     if depth is not None and depth <= draught:
         raise UsageError(f"--depth is {depth:g} m; {ship.name} draws {draught:g} m and would be aground")
     if depth is not None and depth < SHALLOWEST * draught:

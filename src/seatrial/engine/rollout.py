@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..core.parameters import ParameterError, unknown
-from . import Array, EngineNotice, Failure, Rollout, System, simd, stepped, virtual
+from . import Array, EngineNotice, Failure, Rollout, System, simd, virtual
 from .cache import CompilerError
 
 
@@ -157,7 +157,7 @@ def simulator(system: System, lanewise: Sequence[str] = (), *, back_end: str = "
     """Compile `system`; `back_end` is "auto", "simd" or "virtual"."""
     names = _checked(system, lanewise)
     if system.plant is not None:
-        return Simulator(system, names, stepped.SteppedRollout.compile(system, names), True)
+        return Simulator(system, names, virtual.SteppedRollout.compile(system, names), True)
     if back_end != "virtual":
         try:
             return Simulator(system, names, simd.SimdRollout.compile(system, names), False)

@@ -20,13 +20,9 @@ try:
 except ImportError:
     raise ImportError("environments for learning need the extra 'gym': pip install 'seatrial[gym]'") from None
 
-from .berth import Berth
-from .course import Course
+from .environments import ShipEnv, ShipVectorEnv
 from .lanes import Settings
-from .single import ShipEnv
-from .tasks import Task, TaskError
-from .track import Track
-from .vector import ShipVectorEnv
+from .tasks import Berth, Course, Task, TaskError, Track
 
 __all__ = ["IDS", "Berth", "Course", "Settings", "ShipEnv", "ShipVectorEnv", "Task", "TaskError", "Track"]
 
@@ -37,6 +33,6 @@ IDS = {"seatrial/Course-v0": ("kvlcc2_l7", Course()), "seatrial/Track-v0": ("kvl
 for _id, (_ship, _task) in IDS.items():
     if _id not in gymnasium.registry:
         gymnasium.register(
-            _id, entry_point="seatrial.envs.single:ShipEnv", vector_entry_point="seatrial.envs.vector:ShipVectorEnv",
+            _id, entry_point="seatrial.envs:ShipEnv", vector_entry_point="seatrial.envs:ShipVectorEnv",
             kwargs={"ship": _ship, "task": _task}, order_enforce=True,
         )  # fmt: skip

@@ -16,7 +16,7 @@ from ..core.parameters import Scalar, unknown
 from ..core.symbolic import clip, cos, sin, where
 from ..engine import System
 from ..environment import CHANNELS, Environment, through_water
-from ..models import Sampled, Stepped, follows
+from ..models import Sampled, Stepped
 from ..realtime.helm import Helm, limits, obeying
 from ..ships import Ship
 from ..simulate.loop import closed_loop
@@ -77,7 +77,7 @@ def _range(ship: Ship, control: str, turns: float) -> tuple[float, float]:
         return low, high
     if control in ship.validity:
         return ship.validity[control]
-    follow = dict(zip(ship.model.controls, follows(ship.model), strict=True))[control][0]
+    follow = dict(zip(ship.model.controls, ship.model.follows, strict=True))[control][0]
     if follow == "n_P":
         return -abs(turns), abs(turns)
     if control.startswith("delta"):
@@ -129,7 +129,7 @@ class Work:
         """An order for each control; what no action moves holds the approach."""
         given = {
             name: factor * self.turns if order == "n_P" else 0.0
-            for name, (order, factor) in zip(self.ship.model.controls, follows(self.ship.model), strict=True)
+            for name, (order, factor) in zip(self.ship.model.controls, self.ship.model.follows, strict=True)
         }
         obeys = obeying(self.ship)
         for order, share in zip(self.orders, action, strict=True):
@@ -220,7 +220,7 @@ def refused(ship: Ship) -> None:
 
 def scale_of(ship: Ship, period: float) -> Scale:
     """Measures of a ship; a breadth that her file does not tell is taken as a sixth of her length."""
-    breadth = float(getattr(getattr(ship.model, "body", ship.model), "B", 0.0))
+    breadth = float(ship.model.breadth)
     return Scale(ship.L_pp, breadth or ship.L_pp / 6.0, ship.speed, period)
 
 

@@ -216,9 +216,9 @@ def _state(ship: Ship, name: str) -> Variable:
 
 
 def _control(ship: Ship, name: str) -> Variable:
-    servo: Any = ship.actuators.of(name)
+    servo = ship.actuators.of(name)
     holds = ship.validity.get(name, _ANY)
-    low, high = max(float(getattr(servo, "low", -math.inf)), holds[0]), min(getattr(servo, "high", math.inf), holds[1])
+    low, high = max(float(servo.low), holds[0]), min(float(servo.high), holds[1])
     return Variable(name, unit(name), "actual value of the control", low, high)
 
 

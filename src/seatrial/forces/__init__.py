@@ -4,13 +4,15 @@ A force module is a frozen dataclass that declares its numbers with `spec` and t
 a `Force`.  It sees velocities *through the water* at midship, never the ground, the trial or the
 integrator.  Modules that feed one another hand over a value: the propeller leaves a `Slipstream`.
 
-Conformance (tests/conformance): silent at rest, mirrored under (v_m, r, delta) -> -(v_m, r, delta)
+Conformance (`seatrial.testing`): silent at rest, mirrored under (v_m, r, delta) -> -(v_m, r, delta)
 where `mirror_symmetric` (its port and starboard coefficients being equal), finite with finite
 Jacobians at rest and astern, floats = symbols.
 """
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
 from typing import ClassVar, NamedTuple, Protocol
 
 from ..core.parameters import Scalar
@@ -105,22 +107,31 @@ class RudderModule(Protocol):
         ...
 
 
-class ThrusterModule(Protocol):
-    """A thruster with controls of its own (tunnel, azimuth).
+class ThrusterModule(ABC):
+    """A thruster with controls of its own (tunnel, azimuth): the base of every thruster."""
 
-    `prefixes` name its controls: a part called ``bow`` with the prefixes ("n",) has the control ``n_bow``.
-    `follows` says, for each, which order of a conventional ship it obeys and with which factor
-    (("n_P", 1.0), ("delta", -1.0) for a stern azimuth); ("", 0.0) for none.
-    """
+    mirror_symmetric: ClassVar[bool] = True
 
-    mirror_symmetric: ClassVar[bool]
     prefixes: ClassVar[tuple[str, ...]]
+    """Names of its controls: a part called ``bow`` with the prefixes ("n",) has the control ``n_bow``."""
 
     @property
     def follows(self) -> tuple[tuple[str, float], ...]:
-        """Order and factor of each control."""
-        ...
+        """For each control the order of a conventional ship that it obeys and the factor; ("", 0.0) for none.
 
+        A stern azimuth has (("n_P", 1.0), ("delta", -1.0)).
+        """
+        return (("", 0.0),) * len(self.prefixes)
+
+    @property
+    def tested(self) -> tuple[float, float]:
+        """Range of the first control for which the thrust is known; infinite without a limit."""
+        return -math.inf, math.inf
+
+    def loss(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
+        """Surge, sway and yaw force lost per velocity ahead [N s/m, N s/m, N s]; by default none."""
+        return 0.0, 0.0, 0.0
+
+    @abstractmethod
     def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
         """Force of the thruster under its own actual controls."""
-        ...

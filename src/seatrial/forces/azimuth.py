@@ -7,15 +7,18 @@ the second lever is misprinted in You 2023 Eq. 8.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import clip, cos, magnitude, sin, tanh, where
-from . import Flow, Force
+from . import Flow, Force, ThrusterModule
 
 # Revolutions [1/s] over which the offset of a thrust polynomial fades out, so that a still propeller is silent.
 _FADE = 0.01
+# A polynomial with this limit [1/s] holds without one.
+_UNLIMITED = 1e6
 
 Columns = tuple[tuple[Scalar, Scalar, Scalar], ...]
 
@@ -31,7 +34,7 @@ def steered(x: Scalar) -> tuple[str, float]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Azimuth:
+class Azimuth(ThrusterModule):
     """Thruster whose thrust is a polynomial in the revolutions, less what forward speed takes from it.
 
     T = c_0 + c_1 n + c_2 n^2 + ... + c_5 n^5 ahead (You 2023 Eq. 20); c_2 alone is T_|n|n |n| n (Sawada 2024
@@ -39,7 +42,6 @@ class Azimuth:
     `astern`.  c_0, a fit's error at rest, fades out below some 0.03 1/s; beyond `n_max` the thrust holds.
     """
 
-    mirror_symmetric: ClassVar[bool] = True
     prefixes: ClassVar[tuple[str, ...]] = ("n", "alpha")
 
     x: Scalar = spec("m", "position ahead of midship")
@@ -50,7 +52,9 @@ class Azimuth:
     c_3: Scalar = spec("N s^3", "thrust polynomial, n^3", default=0.0)
     c_4: Scalar = spec("N s^4", "thrust polynomial, n^3 |n|", default=0.0)
     c_5: Scalar = spec("N s^5", "thrust polynomial, n^5", default=0.0)
-    n_max: Scalar = spec("1/s", "greatest revolutions for which the polynomial holds", (0.0, 1e6), default=1e6)
+    n_max: Scalar = spec(
+        "1/s", "greatest revolutions for which the polynomial holds", (0.0, _UNLIMITED), default=_UNLIMITED
+    )  # fmt: skip
     astern: Scalar = spec("", "thrust astern over that ahead at the same |n|", (0.0, 2.0), default=1.0)
     t: Scalar = spec("", "thrust deduction factor", (-0.5, 1.0), default=0.0)
     T_nu: Scalar = spec("N s^2/m", "thrust lost per |n| and velocity along the shaft", (0.0, 1e9), default=0.0)
@@ -64,6 +68,12 @@ class Azimuth:
     def effect(self) -> Columns:
         """Columns of B (Sawada 2024 Eq. 28)."""
         return columns(self.x, self.y)
+
+    @property
+    def tested(self) -> tuple[float, float]:
+        """Revolutions [1/s] for which the polynomial holds; infinite where `n_max` is left at its limit."""
+        most = float(self.n_max)
+        return (-most, most) if most < _UNLIMITED else (-math.inf, math.inf)
 
     def thrust(self, n: Scalar) -> Scalar:
         """Thrust at bollard pull [N] at `n` [1/s]."""
@@ -94,13 +104,12 @@ class Azimuth:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThrustAzimuth:
+class ThrustAzimuth(ThrusterModule):
     """Thruster that is told its thrust in newtons, for ships whose thrust map is unknown.
 
     `f_per_n` lets it obey an order of revolutions: so many newtons per 1/s, a convention and no physics.
     """
 
-    mirror_symmetric: ClassVar[bool] = True
     prefixes: ClassVar[tuple[str, ...]] = ("f", "alpha")
 
     x: Scalar = spec("m", "position ahead of midship")
@@ -121,10 +130,6 @@ class ThrustAzimuth:
         """Force ahead and to starboard [N]."""
         f, alpha = control
         return f * cos(alpha), f * sin(alpha)
-
-    def loss(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
-        """None: the order is the thrust delivered."""
-        return 0.0, 0.0, 0.0
 
     def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
         """Force of the thruster under its thrust [N] and direction [rad]."""

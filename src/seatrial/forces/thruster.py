@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from ..core.parameters import ParameterError, Scalar, choice, spec
 from ..core.symbolic import exp, is_symbol, larger, magnitude, root, where
-from . import Flow, Force
+from . import Flow, Force, ThrusterModule
 
 GRAVITY = 9.80665
 # Squared revolutions [1/s^2] below which a jet is as good as none: its velocity never divides by zero.
@@ -16,7 +16,7 @@ _STILL = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tunnel:
+class Tunnel(ThrusterModule):
     """A side thruster: T = K_T rho D^4 n |n|, or T_0 (n/n_0)|n/n_0| from its rated thrust; n > 0 to starboard.
 
     Ahead or astern the jet bends along the hull and its suction takes side force and moment; they fade
@@ -32,9 +32,7 @@ class Tunnel:
     No published set of these numbers is general; a ship file states its own.
     """
 
-    mirror_symmetric: ClassVar[bool] = True
     prefixes: ClassVar[tuple[str, ...]] = ("n",)
-    follows: ClassVar[tuple[tuple[str, float], ...]] = (("", 0.0),)
     effect: ClassVar[tuple[tuple[float, float, float], ...]] = ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
     loss_form: str = choice("how forward speed takes side force", ("none", "jet", "froude"), "none")
@@ -84,10 +82,6 @@ class Tunnel:
         side, turn = self.left(flow, control[0])
         return T * side, self.x * T * turn
 
-    def loss(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
-        """None that is proportional to u_r."""
-        return 0.0, 0.0, 0.0
-
     def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
         """Force of the thruster under its revolutions [1/s]."""
         Y, N = self.inputs(flow, control)
@@ -95,14 +89,13 @@ class Tunnel:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Direct:
+class Direct(ThrusterModule):
     """Forces ordered directly, X [N], Y [N] and N [N m], as the controllers of model ships in a basin do.
 
     `X_per_n` and `N_per_delta` let it obey orders of revolutions and rudder, a convention and no physics;
     at zero they obey none.
     """
 
-    mirror_symmetric: ClassVar[bool] = True
     prefixes: ClassVar[tuple[str, ...]] = ("X", "Y", "N")
     effect: ClassVar[tuple[tuple[float, float, float], ...]] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -119,10 +112,6 @@ class Direct:
     def inputs(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
         """The forces themselves."""
         return control
-
-    def loss(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
-        """None: the order is the force delivered."""
-        return 0.0, 0.0, 0.0
 
     def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
         """The forces as ordered [N, N, N m]."""

@@ -10,21 +10,19 @@ from typing import ClassVar
 
 from ..core.parameters import ParameterError, Scalar, spec
 from ..core.symbolic import clip, is_symbol, magnitude, where
-from . import Flow, Force
+from . import Flow, Force, ThrusterModule
 from .azimuth import columns
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fixed:
+class Fixed(ThrusterModule):
     """Thrust ahead by the command s from -1 (full astern) to 1 (full ahead): T_1 s + T_2 |s| s.
 
     `astern` multiplies it for s < 0.  The map holds from `low` to `high`; beyond, the thrust stays as it is
-    there, and a trial that goes there is told of.
+    there, and `lint` reports a trial that goes there.
     """
 
-    mirror_symmetric: ClassVar[bool] = True
     prefixes: ClassVar[tuple[str, ...]] = ("throttle",)
-    follows: ClassVar[tuple[tuple[str, float], ...]] = (("", 0.0),)
 
     x: Scalar = spec("m", "position ahead of midship", default=0.0)
     y: Scalar = spec("m", "position to starboard of the centreline")
@@ -39,6 +37,11 @@ class Fixed:
             raise ParameterError("a fixed thruster needs T_1 or T_2 above zero; without them it does not push")
 
     @property
+    def tested(self) -> tuple[float, float]:
+        """Commands for which the map holds."""
+        return float(self.low), float(self.high)
+
+    @property
     def effect(self) -> tuple[tuple[Scalar, Scalar, Scalar], ...]:
         """Column of B: what a force ahead does at its place."""
         return columns(self.x, self.y)[:1]
@@ -51,10 +54,6 @@ class Fixed:
     def inputs(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
         """Thrust ahead [N]."""
         return (self.thrust(control[0]),)
-
-    def loss(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
-        """None: what speed takes from the thrust is in the damping of the hull."""
-        return 0.0, 0.0, 0.0
 
     def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
         """Force of the thruster under its command."""

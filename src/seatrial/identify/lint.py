@@ -11,7 +11,6 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from ..core.parameters import specs, unknown
 from ..data import DataError, Trial
 from ..data.check import check, check_set
 from ..models import STATES, Sampled, unit
-from ..models.common import thruster_controls
 from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
 from . import Estimator, Issue, Nuisance, Problem, StudyError
@@ -78,7 +76,7 @@ def raise_on_errors(issues: Iterable[Issue]) -> None:
 
 def _free(problem: Problem) -> Iterator[Issue]:
     known = specs(problem.ship.model)
-    if not problem.free and not hasattr(problem.ship.model, "network"):  # whose weights are what moves
+    if not problem.free and problem.ship.model.learned is None:  # a network is fitted by its weights
         yield Issue("error", "free", f"no free parameter; name some of {', '.join(list(known)[:6])}, ...")
     for path, count in Counter(free.path for free in problem.free).items():
         if path not in known:
@@ -145,7 +143,7 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
         yield Issue("error", trial.name, f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m; {remedy}")
     elif name is not None and name not in ship.names:
         yield Issue("warning", trial.name, f"is of ship '{name}', the study is of '{ship.name}'")
-    windy = getattr(ship.model, "wind", None) is not None or bool(getattr(ship.model, "needed", ()))
+    windy = ship.model.feels_wind
     if windy and no_wind(trial, ship.model):
         yield Issue("warning", trial.name, "has no wind (U_T, gamma_T), which the model could use; taken as still air")
     if told := wind_words(trial, windy):
@@ -216,26 +214,19 @@ _UNEVEN = 0.02
 
 def mass(problem: Problem) -> Iterator[Issue]:
     """What is doubtful about the mass matrix that the fit begins with; accepted, as fitted ones often are so."""
-    model = problem.ship.model
-    doubts = getattr(getattr(model, "inertia", None), "doubts", None)
-    displaced = float(getattr(getattr(model, "body", None), "m", 0.0))
-    for text in () if doubts is None else doubts(displaced, float(problem.ship.L_pp)):
+    for text in problem.ship.model.mass_doubts(float(problem.ship.L_pp)):
         yield Issue("warning", "inertia", f"{text}; the fit begins there all the same")
 
 
 def tested(ship: Ship) -> dict[str, tuple[float, float]]:
     """Revolutions [1/s], or throttle, for which the thrust map of each thruster holds, by control; unlimited, none."""
-    parts = getattr(ship.model, "thrusters", None)
     found: dict[str, tuple[float, float]] = {}
-    for name, part in () if parts is None else parts.items():
-        if part.prefixes[0] == "throttle":
-            found[f"throttle_{name}"] = float(part.low), float(part.high)
-            continue
-        n_max, control = float(getattr(part, "n_max", math.inf)), f"n_{name}"
-        if n_max < 1e6 and control in ship.model.controls:
-            servo: Any = ship.actuators.of(control)
-            low, high = (float(getattr(servo, key, end)) for key, end in (("low", -n_max), ("high", n_max)))
-            found[control] = max(low, -n_max), min(high, n_max)
+    for name, part in ship.model.thrusters_by_name.items():
+        (low, high), control = part.tested, f"{part.prefixes[0]}_{name}"
+        if math.isfinite(high - low):
+            servo = ship.actuators.of(control)
+            throttled = part.prefixes[0] == "throttle"
+            found[control] = (low, high) if throttled else (max(float(servo.low), low), min(float(servo.high), high))
     return found
 
 
@@ -262,15 +253,14 @@ def commands(problem: Problem, trial: Trial) -> Iterator[Issue]:
                         "extrapolate = true in [data]")  # fmt: skip
     spare = [name for name in _thrusting(ship, trial) if np.nanmax(np.abs(trial[name]), initial=0.0) > 0]
     if spare:
-        names = ", ".join(ship.model.thrusters.names)  # type: ignore[attr-defined]
+        names = ", ".join(ship.model.thrusters_by_name)
         yield Issue("error", trial.name, f"commands thrusters by {', '.join(spare)} that {ship.name} has not (it has "
                     f"{names}); add them to the ship, rename the columns, or take them out")  # fmt: skip
 
 
 def _thrusting(ship: Ship, trial: Trial) -> list[str]:
     """Channels named like controls of thrusters that the ship has not."""
-    parts = getattr(ship.model, "thrusters", None)
-    own = () if parts is None else thruster_controls(parts)
+    own = [f"{prefix}_{name}" for name, part in ship.model.thrusters_by_name.items() for prefix in part.prefixes]
     stems = {control.partition("_")[0] for control in own}
     return [
         name for name in trial.channels

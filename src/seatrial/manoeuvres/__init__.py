@@ -4,17 +4,21 @@ A policy is a frozen dataclass whose numbers are declared with `spec` (so a camp
 lane by lane).  `command` is element-wise like physics and keeps its memory in a tuple that is
 handed through, so ship + actuators + environment + policy compile into one step.
 
-To add a manoeuvre, write a module here: the command line finds every class with a `kind`.
+To add a manoeuvre, write a module here: the command line finds every `Manoeuvre` with a `kind`.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, Self, runtime_checkable
 
 from ..core.parameters import Scalar
 from ..data import Array, Trial
+from ..models import STEERING
+
+__all__ = ["Index", "Manoeuvre", "Policy", "Scheduled", "Settings"]
 
 
 @dataclass(frozen=True)
@@ -61,25 +65,41 @@ class Settings:
         return usual if self.heading is None else self.heading
 
 
-class Policy(Protocol):
-    """Steers the ship, once per time step.
+class Policy(ABC):
+    """What steers the ship, once per time step: the base of every policy and manoeuvre."""
 
-    It orders (n_P [1/s], delta [rad]) unless an attribute `orders` names others; each control of the
-    ship takes the order that `models.follows` says, and rests where nobody orders it.
-    """
+    kind: ClassVar[str] = ""
+    """Name in trial files; empty for that of the class."""
 
-    memory: ClassVar[tuple[str, ...]]
+    memory: ClassVar[tuple[str, ...]] = ()
     """Names of what it remembers between steps."""
+
+    from_rest: ClassVar[bool] = False
+    """Whether a run begins with the ship at rest."""
+
+    by_engine: ClassVar[bool] = False
+    """Whether it needs an engine that obeys orders."""
+
+    timed: ClassVar[bool] = False
+    """Whether the clock alone ends it, so that a run of any length is complete."""
+
+    @property
+    def orders(self) -> tuple[str, ...]:
+        """What `command` orders, by default (n_P [1/s], delta [rad]).
+
+        Each control of the ship takes the order that `Model.follows` gives, and rests where it is not ordered.
+        """
+        return STEERING
 
     def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
         """Memory at the execute point, from the initial (x, y, psi, u, v_m, r)."""
-        ...
+        return ()
 
+    @abstractmethod
     def command(
         self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
     ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-        """Orders for the actuators (n_P [1/s], delta [rad]) and the memory of the next step."""
-        ...
+        """Orders for the actuators, as `orders` names them, and the memory of the next step."""
 
 
 @runtime_checkable
@@ -99,29 +119,24 @@ class Scheduled(Protocol):
         ...
 
 
-class Manoeuvre(Policy, Protocol):
-    """A policy with a purpose: it knows when it is over and which figures it yields.
+class Manoeuvre(Policy):
+    """A policy with a purpose: it determines when it is over and which figures it yields.
 
-    Attributes:
-        kind: its name on the command line and in trial files.
-        takes: which of rudder, heading, side, seed it can be told.
-
-    A manoeuvre that begins with the ship at rest says so by an attribute `from_rest = True`, and one that is nothing
-    without an engine that obeys by `by_engine = True`.
+    Its `kind` is the name on the command line.
     """
 
-    kind: ClassVar[str]
-    takes: ClassVar[tuple[str, ...]]
+    takes: ClassVar[tuple[str, ...]] = ()
+    """Which of rudder, heading, side, seed a user can set."""
 
     @classmethod
+    @abstractmethod
     def ordered(cls, settings: Settings) -> Self:
-        """The manoeuvre that a user asks for."""
-        ...
+        """The manoeuvre for the settings of a user."""
 
+    @abstractmethod
     def complete(self, trial: Trial) -> bool:
         """Whether the run holds all that the indices need."""
-        ...
 
+    @abstractmethod
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
         """Figures of the run by their standard names, SI units and radians."""
-        ...

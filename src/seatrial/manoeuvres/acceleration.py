@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.parameters import Scalar, own, spec
 from ..data import Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import at, complete_rows, in_lengths, path_length, reached, track, turned
 
 # The speed has settled when it changes by this fraction of itself over the last fifth of the run.
@@ -23,12 +23,10 @@ _SETTLED, _LAST = 2e-3, 5
 
 
 @dataclass(frozen=True)
-class Acceleration:
+class Acceleration(Manoeuvre):
     """Revolutions `n_ahead` ordered at t = 0 on a ship whose shaft turns at `n_P`."""
 
     kind: ClassVar[str] = "acceleration"
-    takes: ClassVar[tuple[str, ...]] = ()
-    memory: ClassVar[tuple[str, ...]] = ()
     by_engine: ClassVar[bool] = True
     from_rest: ClassVar[bool] = True
     """The run starts at rest unless a speed is asked for."""
@@ -44,10 +42,6 @@ class Acceleration:
     def ordered(cls, settings: Settings) -> Self:
         """From a shaft at rest to the revolutions of the approach."""
         return cls(0.0, settings.n_P)
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """Nothing to remember."""
-        return ()
 
     def command(
         self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]

@@ -12,7 +12,7 @@ import numpy as np
 from ..core.parameters import ParameterError, Scalar, own, spec
 from ..core.symbolic import atan2, clip, cos, magnitude, sin, where
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import at, reached, turned
 
 # A middling merchant ship (K' 1.3-2.5, T' 1.5-6): assumed where nobody says what the ship's are.
@@ -71,7 +71,7 @@ def wrapped(angle: Scalar) -> Scalar:
 
 
 @dataclass(frozen=True)
-class CourseKeeping:
+class CourseKeeping(Manoeuvre):
     """Keep the course of the approach, or that plus `change` from t = 0 on."""
 
     kind: ClassVar[str] = "course-keeping"

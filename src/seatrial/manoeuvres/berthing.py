@@ -18,7 +18,7 @@ import numpy as np
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import clip, cos, root, sin, smaller
 from ..data import Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .autopilot import usual_gains, wrapped
 from .reading import in_lengths, track, turned
 from .track import Leg, los_heading
@@ -34,7 +34,7 @@ _STOPPED = 0.03
 
 
 @dataclass(frozen=True)
-class Berthing:
+class Berthing(Manoeuvre):
     """Stop at the pose `along` ahead and `across` to starboard of the start, turned by `turn`."""
 
     kind: ClassVar[str] = "berthing"

@@ -16,7 +16,7 @@ import numpy as np
 from ..core.parameters import ParameterError, Scalar, spec
 from ..core.symbolic import clip, cos, magnitude, root, sign, sin, where
 from ..data import Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .autopilot import wrapped
 from .reading import at, in_lengths, reached, track, turned
 
@@ -28,7 +28,7 @@ _HOLD, _DAMP, _TRIM = 3.0, 3.0, 0.3
 
 
 @dataclass(frozen=True)
-class Crabbing:
+class Crabbing(Manoeuvre):
     """Drive to one side for `distance`, then let the way run out; the heading is held by the difference fore and aft.
 
     Controls that begin with n are revolutions, whose thrust goes with the square; others are thrusts.

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from ..core.parameters import Scalar
 from ..data import Array
+from . import Policy
 
 
 @dataclass(frozen=True)
-class Given:
+class Given(Policy):
     """A policy that passes on what whoever calls the step hands it, one order for each name in `given`."""
 
-    memory: ClassVar[tuple[str, ...]] = ()
 
     given: tuple[str, ...] = ()
 
@@ -23,10 +22,6 @@ class Given:
     def orders(self) -> tuple[str, ...]:
         """What it orders: what it is given."""
         return self.given
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """It remembers nothing."""
-        return ()
 
     def command(
         self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...], given: tuple[Scalar, ...] = ()

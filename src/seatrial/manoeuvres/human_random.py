@@ -18,7 +18,7 @@ import numpy as np
 from ..core.parameters import ParameterError, Scalar, own, spec
 from ..core.symbolic import larger, smaller
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .pseudo_random import liveliness
 
 # Shares of the moves that end at zero and at a limit, after the heaps of Wakita 2022 Fig. 3.
@@ -29,7 +29,7 @@ _LENGTH = 100.0
 
 
 @dataclass(frozen=True)
-class HumanRandom:
+class HumanRandom(Manoeuvre):
     """Random rudder and revolutions, each stick on its own, from the run's seed.
 
     Attributes:
@@ -42,7 +42,6 @@ class HumanRandom:
     kind: ClassVar[str] = "random"
     takes: ClassVar[tuple[str, ...]] = ("rudder", "side", "seed")
     timed: ClassVar[bool] = True  # whatever its length, it is whole
-    memory: ClassVar[tuple[str, ...]] = ()
     given: ClassVar[tuple[str, ...]] = ("rudder_level", "revolution_level")
 
     n_P: Scalar = spec("1/s", "greatest propeller revolutions ahead")
@@ -66,10 +65,6 @@ class HumanRandom:
         delta, unit = settings.side * settings.rudder_or(math.radians(35.0)), settings.L_pp / settings.speed
         astern = 1.0 if settings.astern else 0.0
         return cls(settings.n_P, delta, astern, _HOLD * unit, _TRAVEL * unit, _LENGTH * unit, settings.seed)
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """Nothing to remember."""
-        return ()
 
     def schedule(self, dt: float, steps: int) -> Array:
         """Places of the sticks in [-1, 1] per step, shape (steps, 2); the same at every call.

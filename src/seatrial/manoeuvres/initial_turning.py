@@ -15,19 +15,18 @@ import numpy as np
 
 from ..core.parameters import Scalar, own, spec
 from ..data import Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import after, at, in_lengths, path_length, reached, track, turned
 
 _TEN = math.radians(10.0)
 
 
 @dataclass(frozen=True)
-class InitialTurning:
+class InitialTurning(Manoeuvre):
     """Rudder to `delta` and held until the heading has changed by `psi`, both magnitudes."""
 
     kind: ClassVar[str] = "initial-turning"
     takes: ClassVar[tuple[str, ...]] = ("rudder", "heading", "side")
-    memory: ClassVar[tuple[str, ...]] = ()
 
     n_P: Scalar = spec("1/s", "propeller revolutions, held")
     delta: Scalar = spec("rad", "rudder angle, magnitude", (0.0, math.pi))
@@ -41,10 +40,6 @@ class InitialTurning:
     def ordered(cls, settings: Settings) -> Self:
         """10 deg of rudder to starboard until 10 deg of heading unless told otherwise."""
         return cls(settings.n_P, settings.rudder_or(_TEN), settings.heading_or(_TEN), settings.side)
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """Nothing to remember."""
-        return ()
 
     def command(
         self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]

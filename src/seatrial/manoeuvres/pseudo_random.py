@@ -18,7 +18,7 @@ import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, own, spec
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import in_lengths
 
 LEVELS = (2, 3, 5, 7)
@@ -32,7 +32,7 @@ _CELLS = 5
 
 
 @dataclass(frozen=True)
-class PseudoRandom:
+class PseudoRandom(Manoeuvre):
     """Rudder, and if wanted revolutions, held at random levels for `hold` seconds each.
 
     Switches fall on multiples of `hold`, whatever the time step.  The revolutions run through the same
@@ -48,7 +48,6 @@ class PseudoRandom:
     kind: ClassVar[str] = "pseudo-random"
     takes: ClassVar[tuple[str, ...]] = ("rudder", "side", "seed")
     timed: ClassVar[bool] = True  # whatever its length, it is whole
-    memory: ClassVar[tuple[str, ...]] = ()
     given: ClassVar[tuple[str, ...]] = ("rudder_level", "revolution_level")
 
     n_P: Scalar = spec("1/s", "propeller revolutions about which they vary")
@@ -82,10 +81,6 @@ class PseudoRandom:
     def period(self) -> float:
         """Time after which the orders repeat [s]."""
         return self.hold * (self.levels**self.degree - 1)
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """Nothing to remember."""
-        return ()
 
     def schedule(self, dt: float, steps: int) -> Array:
         """Levels of rudder and revolutions in [-1, 1] per step, shape (steps, 2); the same at every call."""

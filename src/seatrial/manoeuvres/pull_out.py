@@ -16,7 +16,7 @@ import numpy as np
 from ..core.parameters import Scalar, own, spec
 from ..core.symbolic import smaller, where
 from ..data import Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
 from .steady import MEMORY, TOLERANCE, WINDOW, pace, waited
 
@@ -28,7 +28,7 @@ _SIDES = {1.0: "starboard", -1.0: "port"}
 
 
 @dataclass(frozen=True)
-class PullOut:
+class PullOut(Manoeuvre):
     """A steady turn, rudder midships until the yaw rate is steady, then the same to the other side."""
 
     kind: ClassVar[str] = "pull-out"

@@ -12,7 +12,7 @@ import numpy as np
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import both, clip, where
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import after, in_lengths, track, turned
 from .steady import pace
 
@@ -102,7 +102,7 @@ def _furthest(across: Array) -> float:
 
 
 @dataclass(frozen=True)
-class Recovery:
+class Recovery(Manoeuvre):
     """Rudder `delta` to `side`, against it from a heading change of `swing` on, until the course is reciprocal.
 
     Attributes:

@@ -16,7 +16,7 @@ import numpy as np
 from ..core.parameters import Scalar, own, spec
 from ..core.symbolic import clip, where
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
 from .steady import MEMORY, WINDOW, pace, waited
 
@@ -32,7 +32,7 @@ _LAST = 6.0
 
 
 @dataclass(frozen=True)
-class ReverseSpiral:
+class ReverseSpiral(Manoeuvre):
     """Yaw rate from `rate` on one side to `rate` on the other, held by the rudder, a step per steady turn."""
 
     kind: ClassVar[str] = "reverse-spiral"

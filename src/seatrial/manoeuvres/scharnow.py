@@ -17,7 +17,7 @@ import numpy as np
 from ..core.parameters import Scalar, own, spec
 from ..core.symbolic import larger, where
 from ..data import Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import after, at, in_lengths, reached, track, turned
 from .recovery import Recovery, miss
 
@@ -34,7 +34,7 @@ class Scharnow(Recovery):
 
 
 @dataclass(frozen=True)
-class SingleTurn:
+class SingleTurn(Manoeuvre):
     """Rudder `delta` to `side` for a heading change of `swing`, then midships and engine stopped."""
 
     kind: ClassVar[str] = "single-turn"

@@ -17,7 +17,7 @@ import numpy as np
 from ..core.parameters import Scalar, own, spec
 from ..core.symbolic import both, clip, smaller, where
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
 from .steady import MEMORY, TOLERANCE, WINDOW, pace, waited
 
@@ -31,7 +31,7 @@ _RATE = "rad/s"
 
 
 @dataclass(frozen=True)
-class Spiral:
+class Spiral(Manoeuvre):
     """Rudder from `delta` on one side to `delta` on the other and back, a step per steady turn."""
 
     kind: ClassVar[str] = "spiral"

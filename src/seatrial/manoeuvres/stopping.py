@@ -16,7 +16,7 @@ import numpy as np
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import larger, where
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import at, complete_rows, in_lengths, path_length, track, turned
 
 _SHAFTS = ("n_P_cmd", "n_P", "n_P_1_cmd", "n_P_1")
@@ -26,7 +26,7 @@ _COASTED, _DEAD = 0.2, 0.01
 
 
 @dataclass(frozen=True)
-class Stopping:
+class Stopping(Manoeuvre):
     """Engine stopped at t = 0; the run is over at the fraction `end` of the approach speed.
 
     The resistance fades with the speed, so a coasting ship never comes to rest: the trial ends at a
@@ -34,8 +34,6 @@ class Stopping:
     """
 
     kind: ClassVar[str] = "stopping"
-    takes: ClassVar[tuple[str, ...]] = ()
-    memory: ClassVar[tuple[str, ...]] = ()
     by_engine: ClassVar[bool] = True
 
     n_P: Scalar = spec("1/s", "propeller revolutions of the approach")
@@ -45,10 +43,6 @@ class Stopping:
     def ordered(cls, settings: Settings) -> Self:
         """From the approach."""
         return cls(settings.n_P)
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """Nothing to remember."""
-        return ()
 
     def command(
         self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
@@ -72,7 +66,7 @@ class Stopping:
 
 
 @dataclass(frozen=True)
-class CrashAstern:
+class CrashAstern(Manoeuvre):
     """Engine reversed at t = 0 until the ship lies dead in the water, then stopped.
 
     Dead in the water is the fraction `end` of the approach speed: under reverse thrust hardly any way
@@ -80,7 +74,6 @@ class CrashAstern:
     """
 
     kind: ClassVar[str] = "crash-astern"
-    takes: ClassVar[tuple[str, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ("stopped", "u_0")
     by_engine: ClassVar[bool] = True
 

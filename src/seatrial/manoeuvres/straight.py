@@ -11,18 +11,16 @@ import numpy as np
 
 from ..core.parameters import Scalar, own, spec
 from ..data import Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, in_lengths, path_length, track, turned
 
 
 @dataclass(frozen=True)
-class Straight:
+class Straight(Manoeuvre):
     """Constant revolutions and rudder."""
 
     kind: ClassVar[str] = "straight"
-    takes: ClassVar[tuple[str, ...]] = ()
     timed: ClassVar[bool] = True  # whatever its length, it is whole
-    memory: ClassVar[tuple[str, ...]] = ()
 
     n_P: Scalar = spec("1/s", "propeller revolutions, held")
     delta: Scalar = spec("rad", "rudder angle, held", (-math.pi, math.pi), default=0.0)
@@ -34,10 +32,6 @@ class Straight:
     def ordered(cls, settings: Settings) -> Self:
         """Rudder midships."""
         return cls(settings.n_P)
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """Nothing to remember."""
-        return ()
 
     def command(
         self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]

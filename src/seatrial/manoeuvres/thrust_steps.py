@@ -17,7 +17,7 @@ import numpy as np
 from ..core.parameters import ParameterError, Scalar, spec
 from ..core.symbolic import atan2, speed
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .autopilot import wrapped
 from .pseudo_random import liveliness
 
@@ -30,7 +30,7 @@ _SHARE = 0.4
 
 
 @dataclass(frozen=True)
-class ThrustSteps:
+class ThrustSteps(Manoeuvre):
     """Forces held at random levels; the heading is held where `K_p` or `K_d` are above zero.
 
     Switches fall on whole seconds, whatever the time step.

@@ -18,7 +18,7 @@ import numpy as np
 from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
 from ..core.symbolic import atan2, both, clip, cos, sin, where
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .autopilot import usual_gains, wrapped
 from .reading import in_lengths
 
@@ -79,7 +79,7 @@ def waypoints(points: Sequence[tuple[float, float]]) -> Terms:
 
 
 @dataclass(frozen=True)
-class TrackFollowing:
+class TrackFollowing(Manoeuvre):
     """Follow straight legs between waypoints, the first of which is passed already."""
 
     kind: ClassVar[str] = "track"

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..core.parameters import Scalar, own, spec
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import after, at, in_lengths, reached, through_water, track, turned
 
 _QUARTER = 0.5 * math.pi
@@ -25,12 +25,11 @@ _COMPLETE = 3.0 * math.pi
 
 
 @dataclass(frozen=True)
-class Turning:
+class Turning(Manoeuvre):
     """Rudder over at t = 0 and held there; the sign of `delta` is the side."""
 
     kind: ClassVar[str] = "turning"
     takes: ClassVar[tuple[str, ...]] = ("rudder", "side")
-    memory: ClassVar[tuple[str, ...]] = ()
 
     n_P: Scalar = spec("1/s", "propeller revolutions, held")
     delta: Scalar = spec("rad", "rudder angle, positive to starboard", (-math.pi, math.pi))
@@ -42,10 +41,6 @@ class Turning:
     def ordered(cls, settings: Settings) -> Self:
         """35 deg to starboard unless told otherwise."""
         return cls(settings.n_P, settings.side * settings.rudder_or(math.radians(35.0)))
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """Nothing to remember."""
-        return ()
 
     def command(
         self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]

@@ -16,7 +16,7 @@ import numpy as np
 from ..core.parameters import Scalar, own, spec
 from ..core.symbolic import where
 from ..data import Array, Trial
-from . import Index, Settings
+from . import Index, Manoeuvre, Settings
 from .reading import after, at, in_lengths, path_length, reached, turned
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth")
@@ -26,7 +26,7 @@ _BACK = 0.1
 
 
 @dataclass(frozen=True)
-class Zigzag:
+class Zigzag(Manoeuvre):
     """Zigzag with rudder `delta` and heading change `psi`, both magnitudes; `side` is the first."""
 
     kind: ClassVar[str] = "zigzag"

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar
 
 from ..core.parameters import PRIME, ParameterError, Scalar, Spec, Terms, choice, spec, terms
 from ..core.symbolic import larger, speed
 from ..environment import Environment
-from . import STATES
+from . import Model
 from .common import Surroundings
 
 INFINITE = float("inf")
@@ -96,7 +95,7 @@ class Body:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Abkowitz:
+class Abkowitz(Model):
     """X, Y, N as polynomials in u' = (u - U_0)/U, v' = v_m/U, r' = r L_pp/U and delta (Sawada 2024 Eqs. 15 to 17).
 
     Forces over 0.5 rho L^2 U^2, the moment over 0.5 rho L^3 U^2, U the speed through the water at the instant.
@@ -107,9 +106,6 @@ class Abkowitz:
     stopping engine, nor wind.  Below U_low the polynomial is held at its value there (u' and the divisor
     no longer fall) and fades with U^2, so that it is finite and silent at rest; it is no physics there.
     """
-
-    states: ClassVar[tuple[str, ...]] = STATES
-    controls: ClassVar[tuple[str, ...]] = ("n_P", "delta")
 
     body: Body
     U_0: Scalar = spec("m/s", "speed of the straight run that the derivatives belong to", (1e-3, 100.0))

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ..core.parameters import PRIME, Scalar, spec
 from ..core.symbolic import larger, magnitude, root, sign, speed
 from ..environment import Environment
-from . import STATES
+from . import Model
 from .abkowitz import Body
 from .common import Surroundings
 
@@ -83,7 +82,7 @@ class Derivatives:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModifiedAbkowitz:
+class ModifiedAbkowitz(Model):
     """Sawada 2024 Eqs. 21 to 23 (Abkowitz 1980; Hwang 1980), with the dimensions put right.
 
     Forces over 0.5 rho L^2, the moment over 0.5 rho L^3; masses as in the Abkowitz model, with the terms of the
@@ -95,14 +94,15 @@ class ModifiedAbkowitz:
     and r, of the same sense in both rows; c_0 is proportional to U, one number for every speed.
     """
 
-    states: ClassVar[tuple[str, ...]] = STATES
-    controls: ClassVar[tuple[str, ...]] = ("n_P", "delta")
-    asymmetries: ClassVar[tuple[str, ...]] = ("derivatives.Y_0", "derivatives.N_0")
-
     body: Body
     race: Race
     derivatives: Derivatives
     c_0: Scalar = spec(PRIME, "c over U in a steady straight run", (0.0, INFINITE))
+
+    @property
+    def asymmetries(self) -> tuple[str, ...]:
+        """The bias of a single screw."""
+        return "derivatives.Y_0", "derivatives.N_0"
 
     def derivative(
         self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment

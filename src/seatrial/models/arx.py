@@ -13,11 +13,11 @@ from typing import ClassVar, NamedTuple
 from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
 from ..core.symbolic import cos, sin
 from ..environment import Environment, to_body
-from . import STATES, UNITS, kinematics
+from . import STATES, STEERING, UNITS, Sampled
 from .common import Surroundings
 
 OUTPUTS = STATES[3:]
-INPUTS = ("n_P", "delta")
+INPUTS = STEERING
 CONSTANT = "constant"
 _NAME = re.compile(r"^(u|v_m|r)_(u|v_m|r|n_P|delta)_([1-9][0-9]*)$|^(u|v_m|r)_constant$")
 
@@ -58,7 +58,7 @@ def coefficient(name: str) -> Spec:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Arx:
+class Arx(Sampled):
     """x(t) = sum a_i x(t - i) + sum b_j c(t - j) + constant, one equation per velocity that has a coefficient.
 
     x are velocities through the water, c the controls.  A velocity without an equation is held.  The
@@ -67,8 +67,6 @@ class Arx:
     """
 
     valid_at_rest: ClassVar[bool] = False
-    states: ClassVar[tuple[str, ...]] = STATES
-    controls: ClassVar[tuple[str, ...]] = INPUTS
 
     dt: Scalar = spec("s", "sample time; the model runs at no other", (1e-6, 1e4))
     coefficients: Terms = terms(coefficient)
@@ -123,12 +121,6 @@ class Arx:
         ground = (after["u"] + u_C, after["v_m"] + v_C, after["r"])
         rates = tuple((b - a) / self.dt for a, b in zip(state[3:6], ground, strict=True))
         return rates, self._remembered(now, after, memory)
-
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Kinematics with held velocities: rates of `state` [SI/s] between samples."""
-        return (*kinematics(*state[2:6]), *(0.0 * x for x in state[3:6]))
 
     def _past(self, now: dict[str, Scalar], memory: tuple[Scalar, ...]) -> dict[str, list[Scalar]]:
         """Values of each velocity and control, this sample's first."""

@@ -1,13 +1,34 @@
-"""What the hydrodynamic families share: from ground to water and back, and sets of thrusters."""
+"""Base of the hydrodynamic families: velocities over ground and through the water, sets of thrusters."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol
 
 from ..core.parameters import Parts, Scalar
 from ..core.symbolic import cos, sin
 from ..environment import Environment, through_water, to_body, to_earth
-from ..forces import Flow, Force
+from ..forces import Flow, Force, ForceModule, ThrusterModule
+from . import Model
+
+
+class Afloat(Protocol):
+    """Density of the water [kg/m^3], length [m] and draught [m] of a ship."""
+
+    @property
+    def rho(self) -> Scalar:
+        """Density of the water [kg/m^3]."""
+        ...
+
+    @property
+    def L_pp(self) -> Scalar:
+        """Length between perpendiculars [m]."""
+        ...
+
+    @property
+    def d(self) -> Scalar:
+        """Draught [m]."""
+        ...
 
 
 class Surroundings(NamedTuple):
@@ -37,8 +58,8 @@ class Surroundings(NamedTuple):
         u_r, v_r = through_water(u, v_m, environment.current_x, environment.current_y, c, s)
         return cls(u, v_m, r, u_r, v_r, c, s, environment)
 
-    def flow(self, body: Any, n_P: Scalar = 0.0, delta: Scalar = 0.0) -> Flow:
-        """The flow that force modules feel; `body` has rho, L_pp and d."""
+    def flow(self, body: Afloat, n_P: Scalar = 0.0, delta: Scalar = 0.0) -> Flow:
+        """The flow that force modules feel."""
         around = self.environment
         u_W, v_W = to_body(around.wind_x, around.wind_y, self.cos_psi, self.sin_psi)
         wave_u, wave_v = to_body(around.wave_x, around.wave_y, self.cos_psi, self.sin_psi)
@@ -59,24 +80,64 @@ class Surroundings(NamedTuple):
         return north, east, self.r, du + self.r * v_C, dv - self.r * u_C, dr
 
 
-def thruster_controls(thrusters: Parts) -> tuple[str, ...]:
-    """Names of the controls of a set of thrusters: prefix and part, such as n_bow, alpha_1."""
-    return tuple(f"{prefix}_{name}" for name, part in thrusters.items() for prefix in part.prefixes)
 
+class Composed(Model):
+    """Base of the families made of a body, force modules and thrusters; the fields are those of the family."""
 
-def thruster_orders(thrusters: Parts) -> tuple[tuple[str, float], ...]:
-    """For each of those controls the order it obeys; itself where it obeys no conventional one."""
-    return tuple(
-        (order, factor) if order else (f"{prefix}_{name}", 1.0)
-        for name, part in thrusters.items()
-        for prefix, (order, factor) in zip(part.prefixes, part.follows, strict=True)
-    )
+    body: Any
+    wind: ForceModule | None
+    thrusters: Parts
 
+    @property
+    def conventional(self) -> tuple[tuple[str, str], ...]:
+        """Controls that are no thruster's, each with the order that it obeys."""
+        return ("n_P", "n_P"), ("delta", "delta")
 
-def thruster_force(thrusters: Parts, flow: Flow, control: tuple[Scalar, ...]) -> Force:
-    """Sum of the thrusters' forces under their own controls, in the order of `thruster_controls`."""
-    total, at = Force(0.0, 0.0, 0.0), 0
-    for part in thrusters.components:
-        total = total + part.force(flow, control[at : at + len(part.prefixes)])
-        at += len(part.prefixes)
-    return total
+    @property
+    def controls(self) -> tuple[str, ...]:
+        """The conventional controls, then those of the thrusters: prefix and part, such as n_bow, alpha_1."""
+        own = (f"{prefix}_{name}" for name, part in self.thrusters.items() for prefix in part.prefixes)
+        return (*(control for control, _ in self.conventional), *own)
+
+    @property
+    def follows(self) -> tuple[tuple[str, float], ...]:
+        """For each control the order that it obeys; a thruster's own where it obeys no conventional one."""
+        own = (
+            (order, factor) if order else (f"{prefix}_{name}", 1.0)
+            for name, part in self.thrusters.items()
+            for prefix, (order, factor) in zip(part.prefixes, part.follows, strict=True)
+        )
+        return (*((order, 1.0) for _, order in self.conventional), *own)
+
+    @property
+    def draught(self) -> Scalar:
+        """Draught [m]; 0 where unknown."""
+        return self.body.d
+
+    @property
+    def breadth(self) -> Scalar:
+        """Breadth [m]; 0 where unknown."""
+        return self.body.B
+
+    @property
+    def displaced(self) -> Scalar:
+        """Mass of the displaced water [kg]; 0 where unknown."""
+        return self.body.m
+
+    @property
+    def thrusters_by_name(self) -> Mapping[str, ThrusterModule]:
+        """Thrusters by the name of the part, in the order of their controls."""
+        return dict(self.thrusters.items())
+
+    @property
+    def feels_wind(self) -> bool:
+        """Whether the family has a wind force."""
+        return self.wind is not None
+
+    def thrust(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
+        """Sum of the thrusters' forces under their own controls, in the order of `controls`."""
+        total, at = Force(0.0, 0.0, 0.0), 0
+        for part in self.thrusters.components:
+            total = total + part.force(flow, control[at : at + len(part.prefixes)])
+            at += len(part.prefixes)
+        return total

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from ..core.parameters import ParameterError, Parts, Scalar, choice, parts, spec
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
-from . import STATES
-from .common import Surroundings, thruster_controls, thruster_force, thruster_orders
+from .common import Composed, Surroundings
 
 Row = tuple[Scalar, Scalar, Scalar]
 
@@ -127,13 +126,11 @@ class Affine(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fossen:
+class Fossen(Composed):
     """A ship by its matrices M, C and D, driven by thrusters, or by a propeller and rudder, or both.
 
     How many parameters it has (6, 22, 30) follows from the numbers that `inertia` and `damping` are given.
     """
-
-    states: ClassVar[tuple[str, ...]] = STATES
 
     body: Particulars
     inertia: Inertia
@@ -149,24 +146,19 @@ class Fossen:
             raise ParameterError("a rudder works in the slipstream of a propeller; give [propeller] as well")
 
     @property
-    def _conventional(self) -> tuple[str, ...]:
-        return ("n_P", "delta")[: (self.propeller is not None) + (self.rudder is not None)]
+    def conventional(self) -> tuple[tuple[str, str], ...]:
+        """n_P [1/s] with a propeller, delta [rad] with a rudder."""
+        return super().conventional[: (self.propeller is not None) + (self.rudder is not None)]
 
-    @property
-    def controls(self) -> tuple[str, ...]:
-        """n_P [1/s] with a propeller, delta [rad] with a rudder, then the controls of the thrusters."""
-        return (*self._conventional, *thruster_controls(self.thrusters))
-
-    @property
-    def follows(self) -> tuple[tuple[str, float], ...]:
-        """The order that each control obeys."""
-        return (*((name, 1.0) for name in self._conventional), *thruster_orders(self.thrusters))
+    def mass_doubts(self, L_pp: float) -> tuple[str, ...]:
+        """What is physically doubtful about the mass matrix, a sentence each; L_pp [m] is that of the ship."""
+        return self.inertia.doubts(float(self.displaced), L_pp)
 
     def derivative(
         self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
     ) -> tuple[Scalar, ...]:
         """Time derivative of `state` [SI/s] under the actual controls and the environment."""
-        around, fixed = Surroundings.of(state, environment), len(self._conventional)
+        around, fixed = Surroundings.of(state, environment), len(self.conventional)
         flow = around.flow(self.body, *control[:fixed])
         force = self.force(flow, control[fixed:])
         return around.rates(self.inertia.acceleration(force, flow.u, flow.v_m, flow.r))
@@ -179,7 +171,7 @@ class Fossen:
             total = total + pull if self.rudder is None else total + pull + self.rudder.force(flow, slipstream)
         for module in (self.wind, self.waves):
             total = total if module is None else total + module.force(flow)
-        return total + thruster_force(self.thrusters, flow, control) if control else total
+        return total + self.thrust(flow, control) if control else total
 
     def affine(self, flow: Flow, control: tuple[Scalar, ...]) -> Affine:
         """The thrusters, affine in their inputs (Sawada 2024 Eqs. 26-28), for control design.

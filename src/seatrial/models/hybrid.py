@@ -1,4 +1,4 @@
-"""Hybrids: the MMG family, and what trials show beyond it as a bounded polynomial with a short memory."""
+"""Hybrids: the MMG family with a bounded residual force, a wind-driven surface current and a short memory."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from ..forces.shallow import afloat
 from . import STATES
 from .common import Surroundings
 from .mmg import Mmg
-from .residual import Scale, meaning, odd
-from .units import inward, network, outward
+from .residual import Scale, inward, meaning, network, odd, outward
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +27,7 @@ class Hybrid(Mmg):
     The residual is linear in its weights `residual_X`, `residual_Y` and `residual_N` (see `residual`), so that
     `shooting:Trajectory` fits them with the coefficients of the physics, through the trajectory; all zero, the
     ship is the MMG ship.  Hidden tanh units of those terms, `unit_in` and `unit_out`, make a small network beside it
-    (see `units`).  All of it is silent at rest in still air and bounded everywhere.
+    (see `residual`).  All of it is silent at rest in still air and bounded everywhere.
 
     The water at the surface drifts with the wind that blew over it in the last minutes: `drift_along` times that wind
     downwind and `drift_across` to the right of it, both after a first-order lag `tau_wind`.  A logged current comes
@@ -41,7 +40,6 @@ class Hybrid(Mmg):
     """
 
     states: ClassVar[tuple[str, ...]] = (*STATES, "slow_wind_x", "slow_wind_y", "slow_n")
-    sides: ClassVar[tuple[int, ...]] = (1, -1, 1)
 
     scale: Scale
     residual_X: Terms = terms(meaning)
@@ -53,6 +51,11 @@ class Hybrid(Mmg):
     drift_across: Scalar = spec("", "surface drift to the right of it, likewise", (-0.1, 0.1), default=0.0)
     tau_wind: Scalar = spec("s", "time in which the drift follows the wind", (1.0, 1e5), default=60.0)
     tau_shaft: Scalar = spec("s", "time in which the water at the stern follows the shaft", (0.5, 1e3), default=8.0)
+
+    @property
+    def sides(self) -> tuple[int, ...]:
+        """Sign in the mirror image of each state beyond the six."""
+        return 1, -1, 1
 
     @property
     def asymmetries(self) -> tuple[str, ...]:
@@ -112,7 +115,7 @@ class Hybrid(Mmg):
 
 def _lagged(x: Array, tau: float, dt: float) -> Array:
     """First-order lag of a series, held from row to row, that begins settled."""
-    if x.size == 1:  # asked for by the thousand, where many ships begin at once
+    if x.size <= 1:  # called by the thousand, where many ships begin at once
         return x.copy()
     share = -math.expm1(-dt / tau)
     later, _ = lfilter([share], [1.0, share - 1.0], x, zi=np.array([(1.0 - share) * x[0]]))

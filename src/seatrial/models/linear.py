@@ -16,7 +16,7 @@ import numpy as np
 from ..core.parameters import ParameterError, unknown
 from ..data import Array
 from ..environment import CALM, CHANNELS, Environment
-from . import Model, Sampled, follows
+from . import Model, Sampled
 from .nomoto2 import SecondOrder, time_constants
 from .trim import Trim, next_sample, trim
 
@@ -194,7 +194,7 @@ class Linear:
 
 
 def linearise(
-    model: Model | Sampled, at: Trim, states: Sequence[str] | None = None, side: float | None = None
+    model: Model, at: Trim, states: Sequence[str] | None = None, side: float | None = None
 ) -> Linear:
     """Jacobians of a model at a trim point, by automatic differentiation.
 
@@ -209,13 +209,12 @@ def linearise(
     """
     import casadi as ca
 
-    anything: Any = model
     x = ca.SX.sym("x", len(at.state))
     c, e = ca.SX.sym("c", len(at.control)), ca.SX.sym("e", len(CHANNELS))
     here, acting = tuple(ca.vertsplit(x)), tuple(ca.vertsplit(c))
     around = Environment(*ca.vertsplit(e))
     sampled = model if isinstance(model, Sampled) else None
-    after = next_sample(sampled, here, acting, around) if sampled else anything.derivative(here, acting, around)
+    after = next_sample(sampled, here, acting, around) if sampled else model.derivative(here, acting, around)
     y = ca.vertcat(*(ca.SX(value) for value in after))
     jacobians = ca.Function("jacobians", [x, c, e], [ca.jacobian(y, v) for v in (x, c, e)])
     tilt = np.zeros(len(at.state))
@@ -226,18 +225,18 @@ def linearise(
     ]
     A, B, E = (np.mean(group, axis=0) for group in zip(*found, strict=True))
     dt = None if sampled is None else float(sampled.dt)
-    full = Linear(at.states, tuple(anything.controls), A, B, E, at, follows(anything), dt)
+    full = Linear(at.states, tuple(model.controls), A, B, E, at, model.follows, dt)
     return full.reduced(states or [name for name in at.states if name not in ("x", "y", "psi")])
 
 
 def straight(
-    model: Model | Sampled, speed: float, environment: Environment = CALM, side: float | None = None
+    model: Model, speed: float, environment: Environment = CALM, side: float | None = None
 ) -> Linear:
     """`linearise` at the straight run of `trim` at a speed [m/s]."""
     return linearise(model, trim(model, speed=speed, environment=environment), side=side)
 
 
-def course_stability(model: Model | Sampled, at: Trim) -> tuple[str, str]:
+def course_stability(model: Model, at: Trim) -> tuple[str, str]:
     """`Linear.stability` of a trim point where the two sides of a kink may disagree: the worse word, and both."""
     starboard, port = (linearise(model, at, side=side).stability() for side in (1.0, -1.0))
     if starboard[0] == port[0]:

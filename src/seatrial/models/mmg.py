@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ..core.parameters import Parts, Scalar, choice, parts
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body
 from ..forces.shallow import afloat
-from . import STATES
-from .common import Surroundings, thruster_controls, thruster_force, thruster_orders
+from .common import Composed, Surroundings
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mmg:
+class Mmg(Composed):
     """A single-propeller, single-rudder ship in the horizontal plane.
 
     `extras` are further forces of one's own, such as a skeg.
@@ -27,8 +25,6 @@ class Mmg:
     Forces see the velocities through the water; the body turns within a uniform current, so the motion
     in current is the motion in still water plus the drift.
     """
-
-    states: ClassVar[tuple[str, ...]] = STATES
 
     body: Body
     hull: ForceModule
@@ -42,16 +38,6 @@ class Mmg:
         "whether the wind force holds the drag of still air, or the hull's resistance does",
         ("wind", "resistance"), "wind",
     )  # fmt: skip
-
-    @property
-    def controls(self) -> tuple[str, ...]:
-        """n_P [1/s] and delta [rad], then those of the thrusters."""
-        return ("n_P", "delta", *thruster_controls(self.thrusters))
-
-    @property
-    def follows(self) -> tuple[tuple[str, float], ...]:
-        """The order that each control obeys."""
-        return (("n_P", 1.0), ("delta", 1.0), *thruster_orders(self.thrusters))
 
     def derivative(
         self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
@@ -71,4 +57,4 @@ class Mmg:
             total = total if module is None else total + module.force(flow)
         if self.wind is not None and self.still_air == "resistance":
             total = total - self.wind.force(flow._replace(u_A=flow.u, v_A=flow.v_m))
-        return total + thruster_force(self.thrusters, flow, control) if control else total
+        return total + self.thrust(flow, control) if control else total

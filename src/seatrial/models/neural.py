@@ -15,11 +15,11 @@ from ..core.parameters import ParameterError, Scalar, spec
 from ..core.symbolic import is_symbol
 from ..data import Array
 from ..environment import CHANNELS, Environment
-from . import STATES, kinematics
+from . import STEERING, Stepped
 from .network import INPUTS, Network, recurrent
 from .network_pass import Pass
 
-CONTROLS = ("n_P", "delta")
+CONTROLS = STEERING
 _TRUE_WIND, _CURRENT = (
     slice(len(CONTROLS) + CHANNELS.index(name), len(CONTROLS) + CHANNELS.index(name) + 2)
     for name in ("wind_x", "current_x")
@@ -27,7 +27,7 @@ _TRUE_WIND, _CURRENT = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Neural:
+class Neural(Stepped):
     """Accelerations of u, v_m and r through the water from a network of velocities, controls and apparent wind.
 
     Between samples the accelerations hold, and position and heading go on by Euler's rule.  The network is
@@ -35,17 +35,20 @@ class Neural:
     have it, so no physics is claimed there.
     """
 
-    traced: ClassVar[bool] = False
     valid_at_rest: ClassVar[bool] = False
-    states: ClassVar[tuple[str, ...]] = STATES
 
     dt: Scalar = spec("s", "sample time; the model runs at no other", (1e-6, 1e4))
     network: Network = field(metadata={"network": True})
 
     @property
-    def controls(self) -> tuple[str, ...]:
-        """Names of the controls."""
-        return CONTROLS
+    def learned(self) -> Network:
+        """The network."""
+        return self.network
+
+    @property
+    def feels_wind(self) -> bool:
+        """Whether the apparent wind is among the inputs."""
+        return self.network.wind
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -73,7 +76,7 @@ class Neural:
         """Memory that lets the first sample, wind and all, have held over the look-back."""
         return (0.0,) * len(self.memory)
 
-    def recall(self, state: Array, acting: Array) -> tuple[float, ...]:
+    def recall_memory(self, state: Array, acting: Array) -> tuple[float, ...]:
         """Memory after measured samples before a start, the oldest first.
 
         Where fewer than the look-back are known, the first of them stands for those before it.
@@ -113,12 +116,6 @@ class Neural:
         flight = Flight(self, np.array([memory]))
         rates = flight.rates(now, acting)[0, 3:6].tolist()
         return tuple(rates), flight.memory_after(np.array([memory]), now, acting)
-
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Kinematics with held velocities: rates of `state` [SI/s] between samples."""
-        return (*kinematics(*state[2:6]), *(0.0 * x for x in state[3:6]))
 
 
 class Flight:

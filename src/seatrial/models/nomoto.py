@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar
 
 from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
 from ..core.symbolic import clip, magnitude
 from ..environment import Environment
-from . import STATES
+from . import Model
 from .common import Surroundings
 
 
@@ -28,7 +27,7 @@ def from_prime(K_prime: Scalar, T_prime: Scalar, L: Scalar, U: Scalar) -> tuple[
 
 
 @dataclass(frozen=True, kw_only=True)
-class Nomoto:
+class Nomoto(Model):
     """T r' + n_1 r + alpha r^3 = K (delta + delta_r) at a held speed through the water, without drift.
 
     Sawada 2024 Eqs. 6 and 8; alpha is c_3 there and n_3 elsewhere.  A ship that is unstable on a
@@ -36,9 +35,6 @@ class Nomoto:
     rudder amidships.  K and T hold at the speed U; at another one K grows with it and T falls with it,
     as their non-dimensional forms K L/U and T U/L stay.  alpha is taken as it is given.
     """
-
-    states: ClassVar[tuple[str, ...]] = STATES
-    controls: ClassVar[tuple[str, ...]] = ("n_P", "delta")
 
     K: Scalar = spec("1/s", "steady yaw rate over rudder angle at U")
     T: Scalar = spec("s", "time constant of the answer to the rudder at U; negative if unstable")
@@ -71,14 +67,11 @@ def _T(name: str) -> Spec:
 
 
 @dataclass(frozen=True, kw_only=True)
-class NomotoTable:
+class NomotoTable(Model):
     """`Nomoto` with K and T tabulated over speed: linear in between, held beyond the ends.
 
     The three tables name the same speeds, slowest first, such as [speed] slow, full.
     """
-
-    states: ClassVar[tuple[str, ...]] = STATES
-    controls: ClassVar[tuple[str, ...]] = ("n_P", "delta")
 
     speed: Terms = terms(_speed)
     K: Terms = terms(_K)

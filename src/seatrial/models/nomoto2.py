@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 from ..core.parameters import ParameterError, Scalar, spec
 from ..core.symbolic import magnitude
 from ..environment import Environment
-from . import STATES
+from . import STATES, Model
 from .common import Surroundings
 
 
@@ -92,7 +92,7 @@ def time_constants(total: float, product: float) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Nomoto2:
+class Nomoto2(Model):
     """T_1 T_2 r'' + (T_1 + T_2) r' + n_1 r + alpha r^3 = K (delta + delta_r) + K T_3 delta'.
 
     Sawada 2024 Eq. 5a with the cubic term of Eq. 8, at a held speed through the water, without drift.
@@ -102,7 +102,6 @@ class Nomoto2:
     """
 
     states: ClassVar[tuple[str, ...]] = (*STATES, "lead")
-    controls: ClassVar[tuple[str, ...]] = ("n_P", "delta")
 
     K: Scalar = spec("1/s", "steady yaw rate over rudder angle at U")
     T_1: Scalar = spec("s", "slow time constant at U; negative if unstable")

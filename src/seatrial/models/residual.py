@@ -1,8 +1,18 @@
-"""What a polynomial adds to physics: products of scaled velocities, controls and wind, fitted to trials.
+"""Residual force of a hybrid: a polynomial in scaled velocities, controls and wind, and a small network.
 
 A term is named by its factors: ``u_U`` is u|u|, ``d_n_N`` is delta n|n|.  Each factor is a quantity over its
 typical size, held within the range of the data, so every term is bounded: beyond the data the residual stays
-what it was at their edge, and the physics below it, which grows with the square of the speed, decides.
+what it was at their edge, and the physics below it, which grows with the square of the speed, dominates.
+
+A small network of hidden tanh units of those terms may stand beside the polynomial, zero at rest and bounded.
+Unit h1 looks at the ship and at its mirror image about the centre plane: with z = b + e + o, the sum of a bias, of
+terms that stay as they are in the mirror and of terms that change sign, and z' = b + e - o,
+
+    X_0 W_X ((tanh z + tanh z') / 2 - tanh b),   Y_0 W_Y (tanh z - tanh z') / 2,   N_0 W_N (tanh z - tanh z') / 2,
+
+so the network is symmetric by construction (what tells port from starboard is left to the polynomial), silent where
+all its terms are, and never more than 2 |W_X|, |W_Y| and |W_N| of the typical force: the zero output at the origin
+of Wakita 2022 Eq. 9 and the bound of its tanh, for a force in place of an acceleration.
 """
 
 from __future__ import annotations
@@ -11,7 +21,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec
-from ..core.symbolic import clip, magnitude, speed
+from ..core.symbolic import clip, magnitude, speed, tanh
 from ..forces import Flow, Force
 
 FACTORS = {
@@ -23,6 +33,8 @@ FACTORS = {
 
 ODD = "vrdb"
 _HIGHEST = 5
+BIAS = "0"
+"""Name of the bias of a hidden unit."""
 
 
 def meaning(name: str) -> Spec:
@@ -109,3 +121,50 @@ def _sum(terms: Terms, factors: Mapping[str, Scalar]) -> Scalar:
     for name, weight in terms.items():
         total = total + weight * product(name, factors)
     return total
+
+
+def inward(name: str) -> Spec:
+    """The `Spec` of a weight into a unit: ``h1_u_U`` of the term u|u| into h1, ``h1_0`` its bias.
+
+    Raises:
+        ParameterError: no unit before the term, or a term that cannot be.
+    """
+    unit, term = _split(name, "its terms, such as h1_u or h1_d_N, and h1_0 for its bias")
+    return Spec("", f"bias of unit {unit}" if term == BIAS else f"{meaning(term).about}, into unit {unit}")
+
+
+def outward(name: str) -> Spec:
+    """The `Spec` of what a unit gives: ``h1_X``, ``h1_Y`` or ``h1_N``, over the typical force.
+
+    Raises:
+        ParameterError: any other name.
+    """
+    unit, axis = _split(name, "X, Y or N, such as h1_Y")
+    if axis not in ("X", "Y", "N"):
+        raise ParameterError(f"'{name}' goes to no force; a unit gives X, Y or N, such as {unit}_Y")
+    return Spec("", f"what unit {unit} adds to {axis}, over its typical size")
+
+
+def _split(name: str, what: str) -> tuple[str, str]:
+    unit, _, rest = name.partition("_")
+    if not (unit[:1] == "h" and unit[1:].isdigit() and rest):
+        raise ParameterError(f"'{name}' names no hidden unit; units are h1, h2, ..., followed by _ and {what}")
+    return unit, rest
+
+
+def network(inwards: Terms, outwards: Terms, factors: Mapping[str, Scalar]) -> Force:
+    """Force of all units over the typical sizes; `factors` are those of the residual by letter."""
+    sums: dict[str, list[Scalar]] = {}
+    for name, weight in inwards.items():
+        unit, _, term = name.partition("_")
+        place = 0 if term == BIAS else 2 if odd(term) else 1
+        own = sums.setdefault(unit, [0.0, 0.0, 0.0])
+        own[place] = own[place] + (weight if term == BIAS else weight * product(term, factors))
+    total: dict[str, Scalar] = {"X": 0.0, "Y": 0.0, "N": 0.0}
+    for unit, (bias, even, uneven) in sums.items():
+        one, other = tanh(bias + even + uneven), tanh(bias + even - uneven)
+        for axis in total:
+            weight = outwards.get(f"{unit}_{axis}")
+            given = 0.5 * (one + other) - tanh(bias) if axis == "X" else 0.5 * (one - other)
+            total[axis] = total[axis] + weight * given
+    return Force(total["X"], total["Y"], total["N"])

@@ -1,28 +1,25 @@
-"""How the states of a model beyond the six begin, after what a log tells of before, or as if it had long been so."""
+"""Initial values of the states beyond the six: from the log before, or settled to what acts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from ..data import Array
-from . import STATES, Model, Stepped
+from . import STATES, Model
 
 
 def unseen(model: Model, series: Array, dt: float) -> Array:
     """States beyond the six at each row of a log, as the rows before it leave them; shape (rows, states - 6).
 
-    A model that remembers says so by a method `recall`, as `Hybrid` does; states that nothing tells of begin at rest.
+    A model that remembers has its own `recall`, as `Hybrid` does; states without it begin at rest.
 
     Args:
         series: controls and environment per row, shape (rows, controls + 8), without gaps.
         dt: time between the rows [s].
     """
-    recall = _recall(model)
-    if recall is None or not len(series):
-        return np.zeros((len(series), len(model.states) - len(STATES)))
-    return np.asarray(recall(series, dt), dtype=np.float64)
+    return np.asarray(model.recall(series, dt), dtype=np.float64)
 
 
 def settled(model: Model, acting: Array) -> Array:
@@ -31,10 +28,9 @@ def settled(model: Model, acting: Array) -> Array:
     Args:
         acting: controls and environment of each row by itself, shape (rows, controls + 8).
     """
-    recall = _recall(model)
-    if recall is None or not len(acting):
+    if len(model.states) == len(STATES) or not len(acting):
         return np.zeros((len(acting), len(model.states) - len(STATES)))
-    return np.concatenate([np.asarray(recall(row[None], 1.0), dtype=np.float64)[:1] for row in acting])
+    return np.concatenate([unseen(model, row[None], 1.0) for row in acting])
 
 
 def begun(
@@ -43,8 +39,3 @@ def begun(
     """The whole state in a motion (x, y, psi, u, v_m, r), the rest settled to what acts."""
     acting = np.array([[*control, *environment]], dtype=np.float64)
     return (*motion, *settled(model, acting)[0].tolist())
-
-
-def _recall(model: Model) -> Callable[[Array, float], Array] | None:
-    """How a model recalls its states, if it does; a stepped one recalls memory, not states."""
-    return None if isinstance(model, Stepped) else getattr(model, "recall", None)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ..core.parameters import PRIME, Scalar, spec
 from ..core.symbolic import atan2, larger, magnitude, smaller, where
 from ..environment import Environment
-from . import STATES
+from . import Model
 from .common import Surroundings
 
 INFINITE = float("inf")
@@ -58,7 +57,7 @@ class Screw:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tanker:
+class Tanker(Model):
     """A tanker of one screw with the terms of van Berlekom and Goddard (1972).
 
     X, Y over the ship's weight per unit of g, N over that times L.  `z` in a name marks a shallow-water term, over
@@ -66,10 +65,6 @@ class Tanker:
     `d` its angle, all by their signs and magnitudes as printed.  It was made for running ahead; astern, where it
     was never fitted, resistance and damping turn round with u, so that it stays finite and at rest silent.
     """
-
-    states: ClassVar[tuple[str, ...]] = STATES
-    controls: ClassVar[tuple[str, ...]] = ("n_P", "delta")
-    asymmetries: ClassVar[tuple[str, ...]] = ("Y_T", "N_T")
 
     body: Body
     screw: Screw
@@ -103,6 +98,16 @@ class Tanker:
     N_uvz: Scalar = spec(PRIME, "yaw moment by u v_m z", default=0.0)
     N_vrz: Scalar = spec(PRIME, "yaw moment by |v_m| r z", default=0.0)
     N_ccbbdz: Scalar = spec(PRIME, "yaw moment by c^2 beta |beta| |delta| z", default=0.0)
+
+    @property
+    def asymmetries(self) -> tuple[str, ...]:
+        """Side force and moment of the single screw."""
+        return "Y_T", "N_T"
+
+    @property
+    def draught(self) -> Scalar:
+        """Draught [m]."""
+        return self.body.d
 
     def derivative(
         self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment

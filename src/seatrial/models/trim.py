@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, unknown
 from ..data import Array
 from ..environment import CALM, Environment
-from . import STATES, Model, Sampled, Stepped, follows, unit
+from . import STATES, STEERING, Model, Sampled, Stepped, unit
 from .settled import begun
 
-STEERING = ("n_P", "delta")
 _ITERATIONS = 60
 _SHORTEST = 1e-9
 _ROUNDING = 1e-12
@@ -56,7 +54,7 @@ class Trim:
 
 
 def trim(
-    model: Model | Sampled, *, speed: float | None = None, orders: Mapping[str, float] | None = None,
+    model: Model, *, speed: float | None = None, orders: Mapping[str, float] | None = None,
     vary: Sequence[str] | None = None, heading: float = 0.0, environment: Environment = CALM,
 ) -> Trim:  # fmt: skip
     """The steady straight run at a speed, or under given orders.
@@ -78,7 +76,7 @@ def trim(
         ParameterError: an unknown order, neither speed nor orders, or no steady run there.
     """
     given = dict(orders or {})
-    known = tuple(dict.fromkeys(name for name, _ in follows(_any(model))))
+    known = tuple(dict.fromkeys(name for name, _ in model.follows))
     usual = [name for name in known if name in STEERING] or list(known)
     wanted = [name for name in (usual if vary is None else vary) if name not in given]
     for name in (*given, *wanted):
@@ -102,20 +100,20 @@ def trim(
 
 
 def point(
-    model: Model | Sampled, state: Sequence[float], orders: Mapping[str, float], environment: Environment = CALM
+    model: Model, state: Sequence[float], orders: Mapping[str, float], environment: Environment = CALM
 ) -> Trim:
     """Any point, steady or not: its states (those behind the first six settled where left out), and orders.
 
     Raises:
         ParameterError: an unknown order.
     """
-    known = tuple(dict.fromkeys(name for name, _ in follows(_any(model))))
+    known = tuple(dict.fromkeys(name for name, _ in model.follows))
     for name in orders:
         if name not in known:
             raise ParameterError(unknown(name, known, "order"))
     search = _Search(model, known, dict(orders), (), state[3], state[2], environment)
     given = tuple(float(x) for x in state)
-    control = tuple(factor * orders.get(order, 0.0) for order, factor in follows(search.model))
+    control = tuple(factor * orders.get(order, 0.0) for order, factor in search.model.follows)
     whole = begun(search.model, given[: len(STATES)], control, environment)
     return search.told((*given, *whole[len(given) :]), dict(orders))
 
@@ -124,27 +122,22 @@ def next_sample(
     model: Sampled, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
 ) -> tuple[Scalar, ...]:
     """State of the next sample, memory behind it; heading by the mean of r, position by the rates now."""
-    anything: Any = model
-    n = len(anything.states)
+    n = len(model.states)
     x, memory = state[:n], state[n:]
     rates, remembered = model.advance(x, control, environment, memory)
     dt = model.dt
     u, v_m, r = (a + dt * b for a, b in zip(x[3:6], rates, strict=True))
-    slow = anything.derivative(x, control, environment)
+    slow = model.derivative(x, control, environment)
     psi = x[2] + 0.5 * dt * (x[5] + r)
     own = (a + dt * b for a, b in zip(x[6:], slow[6:], strict=True))
     return (x[0] + dt * slow[0], x[1] + dt * slow[1], psi, u, v_m, r, *own, *remembered)
-
-
-def _any(model: Any) -> Any:
-    return model
 
 
 @dataclass(frozen=True)
 class _Search:
     """Newton's method on the accelerations; unknown are v_m, the model's own states, orders, and u where it is free."""
 
-    model: Any
+    model: Model
     known: tuple[str, ...]
     given: Mapping[str, float]
     wanted: tuple[str, ...]
@@ -175,7 +168,7 @@ class _Search:
 
     def rates(self, state: tuple[Scalar, ...], orders: Mapping[str, Scalar]) -> tuple[Scalar, ...]:
         """Rates of u, v_m, r and the model's own states; what nobody orders rests."""
-        control = tuple(factor * orders.get(name, 0.0) for name, factor in follows(self.model))
+        control = tuple(factor * orders.get(name, 0.0) for name, factor in self.model.follows)
         slow = self.model.derivative(state, control, self.environment)[3:]
         if isinstance(self.model, Sampled):
             memory = self.model.begin(state, control)
@@ -236,7 +229,7 @@ class _Search:
 
     def told(self, state: tuple[float, ...], orders: Mapping[str, float]) -> Trim:
         """The trim point, memory of a sampled model included."""
-        control = tuple(float(factor * orders.get(name, 0.0)) for name, factor in follows(self.model))
+        control = tuple(float(factor * orders.get(name, 0.0)) for name, factor in self.model.follows)
         names, full = tuple(self.model.states), tuple(float(x) for x in state)
         residual = max(abs(float(rate)) for rate in self.rates(full, orders))
         if isinstance(self.model, Sampled):

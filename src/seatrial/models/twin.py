@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ..core.parameters import Parts, Scalar, choice, parts, spec
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body
 from ..forces.shallow import afloat
-from . import STATES
-from .common import Surroundings, thruster_controls, thruster_force, thruster_orders
+from .common import Composed, Surroundings
 
 
 @dataclass(frozen=True, kw_only=True)
-class TwinMmg:
+class TwinMmg(Composed):
     """A ship with two propellers, each with a rudder behind it, y_P and y_R off the centre line.
 
     `propeller` and `rudder` are those of the port side.  The screws of a pair usually turn opposite
@@ -26,8 +24,6 @@ class TwinMmg:
     Each side meets the surge velocity of its own place, u - y r; sway, yaw and with them the drift
     angles are those of midship.  A surge force off the centre line turns the ship: N = -y X.
     """
-
-    states: ClassVar[tuple[str, ...]] = STATES
 
     body: Body
     hull: ForceModule
@@ -41,15 +37,9 @@ class TwinMmg:
     thrusters: Parts = parts("thruster")
 
     @property
-    def controls(self) -> tuple[str, ...]:
-        """n_P [1/s] and delta [rad] of port (1) and starboard (2), then those of the thrusters."""
-        return ("n_P_1", "n_P_2", "delta_1", "delta_2", *thruster_controls(self.thrusters))
-
-    @property
-    def follows(self) -> tuple[tuple[str, float], ...]:
-        """The order that each control obeys."""
-        own = (("n_P", 1.0), ("n_P", 1.0), ("delta", 1.0), ("delta", 1.0))
-        return (*own, *thruster_orders(self.thrusters))
+    def conventional(self) -> tuple[tuple[str, str], ...]:
+        """n_P [1/s] and delta [rad] of port (1) and starboard (2)."""
+        return ("n_P_1", "n_P"), ("n_P_2", "n_P"), ("delta_1", "delta"), ("delta_2", "delta")
 
     def derivative(
         self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
@@ -72,7 +62,7 @@ class TwinMmg:
         total = self.hull.force(flow) + port + starboard
         for module in (self.wind, self.waves):
             total = total if module is None else total + module.force(flow)
-        return total + thruster_force(self.thrusters, flow, control[4:])
+        return total + self.thrust(flow, control[4:])
 
     def _side(self, flow: Flow, side: float) -> Force:
         """Propeller and rudder of one side (-1 port, +1 starboard)."""

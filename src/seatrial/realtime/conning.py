@@ -22,7 +22,6 @@ from ..data.nmea.ship import MILE, Fittings
 from ..manoeuvres import Settings
 from ..manoeuvres.autopilot import Gains, usual_gains, wrapped
 from ..manoeuvres.track import los_heading
-from ..models import follows
 from ..ships import Ship
 from ..ships.felt import idle
 from .helm import limits, obeying, ranges
@@ -48,7 +47,7 @@ def rudders(ship: Ship) -> tuple[str, ...]:
 
 def shafts(ship: Ship) -> tuple[str, ...]:
     """Controls that are propellers or thrusters which drive her ahead, in revolutions, port to starboard."""
-    pairs, dead = zip(ship.model.controls, follows(ship.model), strict=True), idle(ship)
+    pairs, dead = zip(ship.model.controls, ship.model.follows, strict=True), idle(ship)
     return tuple(name for name, (order, _) in pairs
                  if order == "n_P" and name.partition("_")[0] == "n" and name not in dead)  # fmt: skip
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ..core.parameters import Scalar, spec
 from ..manoeuvres.given import Given
-from ..models import follows
 from ..ships import Ship, ShipError
 from ..ships.felt import idle
 from ..simulate.approach import approach
@@ -66,7 +64,7 @@ def ranges(ship: Ship, turns: float | None = None) -> dict[str, Range]:
         turns: revolutions that count as full where the gear ends beyond them [1/s]; by default those of the approach.
     """
     full = abs(_turns(ship) if turns is None else turns)
-    dead, following = idle(ship), dict(zip(ship.model.controls, follows(ship.model), strict=True))
+    dead, following = idle(ship), dict(zip(ship.model.controls, ship.model.follows, strict=True))
     own = {control: _range(ship, control, *following[control], full) for control in following}
     found: dict[str, Range] = {}
     for order, moves in obeying(ship).items():
@@ -115,7 +113,7 @@ def obeying(ship: Ship) -> dict[str, tuple[tuple[str, float], ...]]:
     A control obeys its own name; n_P and delta, where they are no controls, all that follow them.
     """
     found: dict[str, tuple[tuple[str, float], ...]] = {name: ((name, 1.0),) for name in ship.model.controls}
-    pairs = list(zip(ship.model.controls, follows(ship.model), strict=True))
+    pairs = list(zip(ship.model.controls, ship.model.follows, strict=True))
     for order in dict.fromkeys(order for _, (order, _) in pairs):
         if order not in found:
             found[order] = tuple((control, factor) for control, (of, factor) in pairs if of == order)
@@ -124,5 +122,5 @@ def obeying(ship: Ship) -> dict[str, tuple[tuple[str, float], ...]]:
 
 def limits(ship: Ship, control: str) -> tuple[float, float]:
     """Least and greatest value that the actuator of a control takes."""
-    servo: Any = ship.actuators.of(control)
-    return float(getattr(servo, "low", -math.inf)), float(getattr(servo, "high", math.inf))
+    servo = ship.actuators.of(control)
+    return float(servo.low), float(servo.high)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from ..models import follows, unit
+from ..models import unit
 from ..ships import Ship
 from .helm import obeying
 
@@ -54,7 +54,7 @@ def sided(name: str, ship: Ship) -> bool:
 
 def sideways(ship: Ship) -> frozenset[str]:
     """Revolutions of thrusters in a tunnel across the ship: they neither turn nor obey what drives it ahead."""
-    pairs = zip(ship.model.controls, follows(ship.model), strict=True)
+    pairs = zip(ship.model.controls, ship.model.follows, strict=True)
     return frozenset(
         name for name, (order, _) in pairs
         if name.startswith("n_") and order != "n_P" and f"alpha_{name[2:]}" not in ship.model.controls

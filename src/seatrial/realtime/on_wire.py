@@ -19,10 +19,9 @@ from .wire import ANYBODY, Authority, Wire, WireError
 
 def fitted(ship: Ship, fittings: Fittings) -> Fittings:
     """The same fittings with the rudders and shafts of this ship, its name and its size."""
-    body = getattr(ship.model, "body", ship.model)
     return replace(
         fittings, rudders=rudders(ship), shafts=shafts(ship), name=ship.name, length=ship.L_pp,
-        breadth=float(getattr(body, "B", 0.0)), draught=float(getattr(body, "d", 0.0)),
+        breadth=float(ship.model.breadth), draught=float(ship.model.draught),
     )  # fmt: skip
 
 

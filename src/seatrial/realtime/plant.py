@@ -28,7 +28,7 @@ from ..engine.rollout import Simulator, simulator
 from ..engine.single import Stepper, stepper
 from ..environment import CHANNELS, Environment, Uniform, Weather, through_water
 from ..environment.weather import Gust, Together
-from ..models import STATES, Sampled, Stepped, follows
+from ..models import STATES, Sampled, Stepped
 from ..models.settled import settled
 from ..ships import Ship, ShipError
 from ..simulate.approach import approach
@@ -122,7 +122,7 @@ class Plant:
         self._stepper = self._made(compiled, loop_values(ship, policy))
         self._stepper.load(np.array([*six, *rest, *memory]))
         self._stepper.surround(self._around.at(0))
-        for (order, factor), control in zip(follows(ship.model), self.controls, strict=True):
+        for (order, factor), control in zip(ship.model.follows, self.controls, strict=True):
             low, high = gear[control]  # she holds the speed of the start, whatever is usual
             self._give(control, min(max(factor * turns if order == "n_P" else 0.0, low), high))
         self._first = self.snapshot()

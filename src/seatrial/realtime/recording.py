@@ -41,7 +41,7 @@ def orders_path(path: Path) -> Path:
 def digest(ship: Ship) -> str:
     """What tells a ship from one of the same name with other numbers."""
     servos = {control: repr(ship.actuators.of(control)) for control in ship.model.controls}
-    network = getattr(getattr(ship.model, "network", None), "weights", {})
+    network = {} if ship.model.learned is None else ship.model.learned.weights
     weights = {name: hashlib.sha256(array.tobytes()).hexdigest() for name, array in network.items()}
     said = json.dumps([type(ship.model).__name__, values(ship.model), servos, weights], sort_keys=True, default=repr)
     return hashlib.sha256(said.encode()).hexdigest()[:16]

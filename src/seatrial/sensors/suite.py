@@ -120,4 +120,4 @@ def usual(ship: Ship, antenna: tuple[float, float] | None = None) -> Suite:
 
 def draught(ship: Ship) -> float:
     """Draught of a ship [m]; 0 where her file has none."""
-    return float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0))
+    return float(ship.model.draught)

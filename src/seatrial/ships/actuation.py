@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, replace
 from typing import Any, Protocol
@@ -10,7 +9,7 @@ from typing import Any, Protocol
 from .. import actuators
 from ..actuators import Actuators, table
 from ..core.parameters import Spec, unknown
-from ..models import Model, follows, unit
+from ..models import Model, unit
 from . import Ship, ShipError
 
 KINDS = {"Actuator": actuators.Actuator, "Azimuth": actuators.Azimuth, "Shaft": actuators.Shaft}
@@ -48,7 +47,7 @@ def read_actuators(reading: Reading, model: Model) -> Actuators:
     """
     controls = {table(name): name for name in model.controls}
     # Rudder and propeller may stand for numbered ones and for what follows their orders.
-    shared = {table(order): order for order, _ in follows(model) if order in ("n_P", "delta")}
+    shared = {table(order): order for order, _ in model.follows if order in ("n_P", "delta")}
     known = {**shared, **controls}
     found: dict[str, actuators.Servo] = {}
     for key in reading.table("actuators"):
@@ -60,7 +59,7 @@ def read_actuators(reading: Reading, model: Model) -> Actuators:
             raise ShipError(f"{spot}.{key}: {unknown(str(kind), KINDS, 'type')}")
         cls: Any = KINDS[kind]
         found[key] = cls(**reading.numbers(f"actuators.{key}", meanings(cls, known[key]), set()))
-        low, high = getattr(found[key], "low", -math.inf), getattr(found[key], "high", math.inf)
+        low, high = found[key].low, found[key].high
         if not low < high:
             raise ShipError(f"{spot}.{key}: low {low:g} is not below high {high:g}")
     return Actuators(found)

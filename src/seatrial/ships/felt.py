@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from ..environment import Environment
-from ..models import STATES, Sampled, Stepped, follows
+from ..models import STATES, Sampled, Stepped
 from ..models.settled import begun
 from . import Ship
 
@@ -18,7 +18,7 @@ def feels(ship: Ship, channel: str) -> bool:
     if isinstance(ship.model, Sampled):
         return False
     around = _about(ship)
-    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0)) or 0.05 * ship.L_pp
+    draught = float(ship.model.draught) or 0.05 * ship.L_pp
     size = {"per_depth": 0.5 / draught}
     other = around._replace(**{channel: size.get(channel, 0.01 * ship.L_pp)})
     control = tuple(0.1 for _ in ship.model.controls)
@@ -41,7 +41,7 @@ def idle(ship: Ship) -> frozenset[str]:
 
 def driven(ship: Ship) -> bool:
     """Whether the order n_P moves anything of her."""
-    dead, pairs = idle(ship), zip(ship.model.controls, follows(ship.model), strict=True)
+    dead, pairs = idle(ship), zip(ship.model.controls, ship.model.follows, strict=True)
     return any(order == "n_P" and control not in dead for control, (order, _) in pairs)
 
 

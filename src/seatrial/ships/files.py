@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from ..core.files import read_toml
-from ..core.parameters import ParameterError, Parts, Spec, Terms, unknown
-from ..models import unit
+from ..core.parameters import ParameterError, Parts, Spec, Terms, unknown, values
+from ..forces import ThrusterModule
+from ..models import Model, unit
 from . import Entry, Ship, ShipError
 from .actuation import read_actuators
 from .classes import Trust, find_class, trusting
@@ -86,7 +87,7 @@ def role_of(cls: type) -> str:
     if "slipstream" in signature.parameters:
         return "rudder"
     if "control" in signature.parameters:
-        return "thruster"
+        return "thruster" if issubclass(cls, ThrusterModule) else "class not derived from forces.ThrusterModule"
     return "propeller" if "Slipstream" in str(signature.return_annotation) else "force"
 
 
@@ -100,6 +101,8 @@ class _Reading:
 
     def ship(self) -> Ship:
         family = find_class(self.document.get("family"), "models", f"{self.path}: family")
+        if Model not in family.__mro__:
+            raise ShipError(f"{self.path}: family: {family.__name__} is not derived from seatrial.models.Model")
         parts = [f.name for f in fields(family) if "spec" not in f.metadata]
         for key in self.document:
             if key not in (*TOP, *parts):
@@ -108,7 +111,7 @@ class _Reading:
         scale = self.yardsticks(particulars)
         model = self.model(family, scale)
         speed, n_P = self.approach()
-        length = getattr(getattr(model, "body", None), "L_pp", particulars.get("L_pp"))
+        length = values(model).get("body.L_pp", particulars.get("L_pp"))
         if length is None:
             raise ShipError(f"{self.path}: particulars.L_pp is missing; every report is in lengths")
         if "provenance" not in self.table("notes"):  # what a fit found is told by its report, not refused

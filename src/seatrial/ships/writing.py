@@ -11,6 +11,7 @@ from typing import Any
 
 from ..core.files import write_whole
 from ..core.parameters import PRIME, Parts, Terms
+from ..core.parameters import values as parameters
 from ..models.network import Network
 from . import Entry, Ship, ShipError
 from .actuation import USUAL, listed
@@ -26,8 +27,8 @@ def save(ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = No
     """
     target = Path(path)
     weights = target.with_name(weights_name(target))
-    text, network = to_toml(ship, provenance, weights.name), getattr(ship.model, "network", None)
-    waiting = write_weights(network, weights) if isinstance(network, Network) and network.trained else None
+    text, network = to_toml(ship, provenance, weights.name), ship.model.learned
+    waiting = write_weights(network, weights) if network is not None and network.trained else None
     try:
         write_whole(target, text)
     except BaseException:
@@ -81,8 +82,8 @@ def _scale(ship: Ship) -> Yardsticks:
     }
     units = {"rho": "kg/m^3", "L_pp": "m", "d": "m"}
     values = {key: resolve(entry, units[key], None) for key, entry in found.items()}
-    body = getattr(ship.model, "body", None)
-    values |= {key: getattr(body, key) for key in values if body is not None}
+    body = parameters(ship.model)
+    values |= {key: body[f"body.{key}"] for key in values if f"body.{key}" in body}
     return Yardsticks(**{key: float(value) for key, value in values.items() if value is not None})
 
 
@@ -111,7 +112,7 @@ def _particulars(ship: Ship) -> Iterator[str]:
         for key, meaning in PARTICULARS.items()
         if f"particulars.{key}" in ship.entries
     }
-    if not hasattr(ship.model, "body"):
+    if not ship.model.takes("body"):
         known["L_pp"] = ship.L_pp
     if known:
         yield from ("", "[particulars]")

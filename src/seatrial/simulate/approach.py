@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..environment import CALM
-from ..models import Sampled, Stepped, follows
+from ..models import Sampled, Stepped
 from ..models.settled import settled
 from ..ships import Ship, ShipError
 
@@ -84,7 +84,7 @@ def fastest(ship: Ship) -> float:
 
 def straight(ship: Ship, n_P: float) -> tuple[float, ...]:
     """Controls of a straight run: what follows n_P turns at it, all else rests."""
-    return tuple(factor * n_P if order == "n_P" else 0.0 for order, factor in follows(ship.model))
+    return tuple(factor * n_P if order == "n_P" else 0.0 for order, factor in ship.model.follows)
 
 
 def surge_balance(ship: Ship, u: float, n_P: float) -> float:

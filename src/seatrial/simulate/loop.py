@@ -14,10 +14,9 @@ from ..data import Array
 from ..engine import Scalars, System
 from ..environment import CHANNELS, Environment
 from ..manoeuvres import Policy, Scheduled
-from ..models import Sampled, Stepped, follows, kinematics
+from ..models import Sampled, Stepped, kinematics
 from ..ships import Ship, ShipError
 
-STEERING = ("n_P", "delta")
 _VELOCITIES = ("rate_u", "rate_v_m", "rate_r")
 _OFFSETS = ("current_x", "current_y")
 
@@ -92,7 +91,7 @@ def _free_values(model: Any) -> dict[str, float]:
 
 def orders(policy: Policy) -> tuple[str, ...]:
     """What a policy orders."""
-    return tuple(getattr(policy, "orders", STEERING))
+    return policy.orders
 
 
 def _servos(ship: Ship) -> dict[str, Servo]:
@@ -129,9 +128,9 @@ def _sources(ship: Ship, policy: Policy) -> tuple[tuple[int, float], ...]:
     given, controls = orders(policy), ship.model.controls
     pairs = [
         (control, 1.0) if control in given else pair
-        for control, pair in zip(controls, follows(ship.model), strict=True)
+        for control, pair in zip(controls, ship.model.follows, strict=True)
     ]
-    known = {*controls, *(name for name, _ in follows(ship.model))}
+    known = {*controls, *(name for name, _ in ship.model.follows)}
     for name in given:
         if name not in known:
             raise ShipError(f"{ship.name}: {unknown(name, sorted(known), 'control')}")
@@ -261,7 +260,7 @@ def loop_memory(
     """
     steer = update(policy, {n[7:]: v for n, v in given.items() if n.startswith("policy.")})
     turning = {"n_P": given.get("policy.n_P", 0.0)}
-    start = tuple(factor * turning.get(order, 0.0) for order, factor in follows(ship.model))
+    start = tuple(factor * turning.get(order, 0.0) for order, factor in ship.model.follows)
     found: list[Scalar] = []
     for control, group, value in zip(ship.model.controls, _memory(ship, dt), start, strict=True):
         extra = len(ship.actuators.of(control).extra)

@@ -22,7 +22,7 @@ from ..data.prepare import resampling
 from ..engine import SimulationError
 from ..engine.rollout import simulator
 from ..environment import CHANNELS, to_body, to_earth
-from ..models import STATES, Model, Sampled, Stepped, follows
+from ..models import STATES, Model, Sampled, Stepped
 from ..models.settled import unseen
 from ..ships import Ship
 from .approach import substeps
@@ -45,12 +45,12 @@ def inputs(trial: Trial, model: Model) -> Array:
     """
     n = len(model.controls)
     wind = wind_of(trial)
-    lacking = [name for name in getattr(model, "needed", ()) if not logged(trial, name)] if wind is None else []
+    lacking = [name for name in model.needed if not logged(trial, name)] if wind is None else []
     if lacking and trial.meta.get("source") != SIMULATED:  # which says so where there was any wind
         wanted = "the network takes the wind; log it, or take a network without (wind = false)"
         raise DataError(f"{trial.name}: no values of {', '.join(lacking)}; {wanted}")
     series = np.zeros((len(trial), n + len(CHANNELS)))
-    for k, (name, (order, factor)) in enumerate(zip(model.controls, follows(model), strict=True)):
+    for k, (name, (order, factor)) in enumerate(zip(model.controls, model.follows, strict=True)):
         if name not in trial and order not in trial:
             raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(model.controls)}")
         source, factor = (name, 1.0) if name in trial else (order, factor)
@@ -178,7 +178,7 @@ def _recalled(
         broken = np.flatnonzero((at < 0) | ~good[at])
         at = at[broken[-1] + 1 :] if broken.size else at
         past = rows[at]
-        found.append(model.recall(past[:, :6], past[:, 6:]) if at.size else model.begin((), ()))
+        found.append(model.recall_memory(past[:, :6], past[:, 6:]) if at.size else model.begin((), ()))
     return np.array(found)
 
 
@@ -315,7 +315,7 @@ def wind_words(trial: Trial, felt: bool) -> str:
 def gaps(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
     """Where `replay.inputs` fills in what acts: rows without a value, shape (samples,), by channel."""
     steering = (name if name in trial else order for name, (order, _) in zip(
-        model.controls, follows(model), strict=True))  # fmt: skip
+        model.controls, model.follows, strict=True))  # fmt: skip
     pairs = (*VECTORS.values(), *((APPARENT,) if from_apparent(trial) else ()))
     around = (name for pair in pairs if all(logged(trial, one) for one in pair) for name in pair)
     acting = [name for name in (*steering, *around, "T_W", "depth") if logged(trial, name)]
@@ -325,7 +325,7 @@ def gaps(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
 
 def no_wind(trial: Trial, model: Model) -> bool:
     """Whether a trial is taken as in still air for want of wind; a model that needs it refuses (`replay.inputs`)."""
-    refused = bool(getattr(model, "needed", ())) and trial.meta.get("source") != SIMULATED
+    refused = bool(model.needed) and trial.meta.get("source") != SIMULATED
     return not refused and wind_of(trial) is None
 
 

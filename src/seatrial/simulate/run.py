@@ -19,7 +19,7 @@ from ..engine.rollout import simulator
 from ..engine.trace import over_rows
 from ..environment import CHANNELS, Environment, Uniform, Weather, through_water
 from ..manoeuvres import Policy, Scheduled
-from ..models import STATES, Sampled, follows, unit
+from ..models import STATES, Sampled, unit
 from ..models.settled import settled
 from ..ships import Ship, ShipError
 from .approach import approach, fastest, straight, surge_balance, time_step
@@ -195,7 +195,7 @@ def _steers(ship: Ship, path: str) -> bool:
     """Whether a parameter changes which order a control follows, or by which factor."""
     value = values(ship.model)[path]
     others = (ship.having({path: other}).model for other in (2.0 * value + 1.0, -value))
-    return any(follows(other) != follows(ship.model) for other in others)
+    return any(other.follows != ship.model.follows for other in others)
 
 
 def _checked_step(ship: Ship, dt: float | None) -> float:
@@ -245,9 +245,9 @@ def simulate(
     channels = {n: run.values[0, ::stride, columns.index(n)].copy() for n in kept}
     for control in held:  # what acts from a row on, not what acted before it
         servo, ordered = ship.actuators.of(control), run.values[0, :, columns.index(f"{control}_cmd")]
-        acted = np.clip(ordered, getattr(servo, "low", -math.inf), getattr(servo, "high", math.inf))
+        acted = np.clip(ordered, servo.low, servo.high)
         channels[control] = _averaged(acted, stride, angle=unit(control) == "rad")
-    kind = getattr(policy, "kind", type(policy).__name__.lower())
+    kind = policy.kind or type(policy).__name__.lower()
     meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
             "set_points": dict(values(policy)), "source": SIMULATED,
             **({"held": list(held)} if held else {})}  # fmt: skip

@@ -32,7 +32,7 @@ import math
 import numpy as np
 
 from ..data.prepare import unbroken
-from ..models import STATES, follows
+from ..models import STATES
 
 SCHEMA = "seatrial-study/1"
 # A trial fills a window with this share of its length.
@@ -364,7 +364,7 @@ def filled(path: Path, ship: Ship, trials: Iterable[Trial]) -> None:
     Raises:
         StudyError: naming trial and channel.
     """
-    orders = follows(ship.model)
+    orders = ship.model.follows
     for trial in trials:
         needed = [c if c in trial else order for c, (order, _) in zip(ship.model.controls, orders, strict=True)]
         for name in (*STATES, *needed):

@@ -205,7 +205,7 @@ def _flowing(table: Any) -> tuple[float, float] | None:
 def _bench(table: Any, ship: Ship) -> Bench | None:
     if table is None:
         return None
-    if not hasattr(ship.model, "thrusters"):
+    if not ship.model.takes("thrusters"):
         raise StudyError(f"virtual.bench: {ship.name} has no thrusters to pull at")
     bench = Bench(tuple(table.revolutions), table.repeats, table.noise)
     ahead = {n for n in bench.revolutions if n > 0}
@@ -217,11 +217,11 @@ def _bench(table: Any, ship: Ship) -> Bench | None:
 def _truth(table: Any) -> Ship:
     ship = load(table.ship)
     if table.wind_force:
-        if not hasattr(ship.model, "wind"):
+        if not ship.model.takes("wind"):
             raise StudyError(f"virtual.wind_force: the model of {ship.name} takes no force of wind")
         model: Any = ship.model
         ship = replace(ship, model=replace(model, wind=_wind_force(dict(table.wind_force))))
-    elif table.wind.speed and getattr(ship.model, "wind", None) is None:
+    elif table.wind.speed and ship.model.part("wind") is None:
         raise StudyError(f"virtual.wind: {ship.name} has no force of wind; give [virtual.wind_force]")
     servos: dict[str, Any] = dict(ship.actuators.by_name)
     for name, seconds in table.lag.items():
@@ -254,9 +254,9 @@ def _policy(name: str, one: Any, ship: Ship, speed: float, n_P: float) -> Manoeu
         cls: Any = find_class(one.type, "manoeuvres", f"{where}.type")
     except ShipError as error:
         raise StudyError(str(error)) from None
-    if not hasattr(cls, "ordered"):
+    if Manoeuvre not in cls.__mro__:
         raise StudyError(f"{where}.type: {cls.__name__} is no manoeuvre")
-    limit = float(getattr(ship.actuators.rudder, "high", math.inf))
+    limit = float(ship.actuators.rudder.high)
     rudder = None if one.rudder is None else math.radians(abs(one.rudder))
     if rudder is not None and rudder > limit * (1 + 1e-9):
         most = math.degrees(limit)
@@ -264,7 +264,7 @@ def _policy(name: str, one: Any, ship: Ship, speed: float, n_P: float) -> Manoeu
     heading = None if one.heading is None else math.radians(one.heading)
     side = -1.0 if (one.rudder or 0.0) < 0 else 1.0
     n_P = n_P if one.revolutions is None else one.revolutions
-    most = {name: float(getattr(ship.actuators.of(name), "high", math.inf)) for name in ship.model.controls}
+    most = {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
     if one.revolutions is not None:
         for name, (low, high) in tested(ship).items():
             if not low <= one.revolutions <= high * (1 + 1e-9):

@@ -24,7 +24,7 @@ from ..manoeuvres.initial_turning import InitialTurning
 from ..manoeuvres.stopping import CrashAstern
 from ..manoeuvres.turning import Turning
 from ..manoeuvres.zigzag import Zigzag
-from ..models import Sampled, follows
+from ..models import Sampled
 from ..models.settled import settled
 from ..ships import Ship
 from ..simulate.run import approach, simulate, straight, surge_balance
@@ -140,7 +140,7 @@ def _steering(ship: Ship, settings: Settings) -> Iterator[Criterion]:
     ten, twenty = 10.0 / _DEGREE, 20.0 / _DEGREE
     hard = Turning.ordered(settings)
     angle = f"{abs(hard.delta) * _DEGREE:.3g} deg"
-    steered = any(order == "delta" for order, _ in follows(ship.model))
+    steered = any(order == "delta" for order, _ in ship.model.follows)
     for side, word in _SIDES.items():
         runs: tuple[tuple[Manoeuvre, tuple[tuple[str, str, str, float], ...]], ...] = (
             (replace(hard, delta=side * hard.delta),
@@ -206,7 +206,7 @@ def _judged(
 
 def _astern(ship: Ship, n_P: float) -> float:
     """Revolutions of full astern [1/s]: those of the approach, reversed, as far as the shaft goes."""
-    return max(-abs(n_P), float(getattr(ship.actuators.of("n_P"), "low", -math.inf)))
+    return max(-abs(n_P), float(ship.actuators.of("n_P").low))
 
 
 def _stop(ship: Ship, settings: Settings, astern: float) -> Criterion:
@@ -269,9 +269,9 @@ _LIKE = "propeller:{}, whose reversed thrust is its curve for ahead turned round
 
 def rudder_limit(ship: Ship) -> float:
     """Greatest angle of what obeys the rudder order [rad]; infinite without a limit."""
-    pairs = zip(ship.model.controls, follows(ship.model), strict=True)
+    pairs = zip(ship.model.controls, ship.model.follows, strict=True)
     servos = [ship.actuators.of(control) for control, (order, _) in pairs if order == "delta"]
-    return min((abs(float(getattr(servo, "high", math.inf))) for servo in servos), default=math.inf)
+    return min((abs(float(servo.high)) for servo in servos), default=math.inf)
 
 
 def held_speed(ship: Ship, V: float, n_P: float) -> bool:
@@ -290,7 +290,7 @@ def held_speed(ship: Ship, V: float, n_P: float) -> bool:
 
 def no_stop(ship: Ship, V: float, n_P: float, astern: float) -> str:
     """Why the ship cannot be stopped by its engine at all; empty where it can."""
-    if not any(order == "n_P" for order, _ in follows(ship.model)):
+    if not any(order == "n_P" for order, _ in ship.model.follows):
         return "nothing of this ship obeys an order of revolutions"
     scale = _NOTHING * V * V / ship.L_pp
     ahead, stopped, back = (surge_balance(ship, V, n) for n in (n_P or 1.0, 0.0, astern or -1.0))
@@ -311,7 +311,7 @@ def unreliable_stop(ship: Ship, astern: float, ranges: Mapping[str, tuple[float,
         ranges: least and greatest value of each channel of the run.
     """
     doubts: list[str] = []
-    propeller = getattr(ship.model, "propeller", None)
+    propeller = ship.model.part("propeller")
     if isinstance(propeller, Standard | KoseWake):
         doubts.append(_LIKE.format(type(propeller).__name__))
     low = ship.validity.get("n_P", (-math.inf, math.inf))[0]

@@ -97,7 +97,7 @@ class Standing:
     @property
     def weights(self) -> int:
         """Numbers of a network that were trained; 0 for other models."""
-        network = getattr(self.members[0].ship.model, "network", None) if self.members else None
+        network = self.members[0].ship.model.learned if self.members else None
         return 0 if network is None else int(network.count)
 
 

@@ -145,15 +145,15 @@ def _sailed(study: Study, virtual: VirtualTrials) -> tuple[tuple[Trial, ...], tu
 def _blown(ship: Ship, virtual: VirtualTrials) -> Ship:
     model: Any = ship.model
     truth: Any = virtual.ship.model
-    return replace(ship, model=replace(model, wind=truth.wind)) if hasattr(model, "wind") else ship
+    return replace(ship, model=replace(model, wind=truth.wind)) if ship.model.takes("wind") else ship
 
 
 def _becalmed(ship: Ship, studied: Ship) -> Ship:
     """Without force of wind, unless the model has it too: in a calm it is that of the ship's own motion."""
     model: Any = ship.model
-    if getattr(studied.model, "wind", None) is not None:
+    if studied.model.part("wind") is not None:
         return ship
-    still: Model = replace(model, wind=None) if hasattr(model, "wind") else model
+    still: Model = replace(model, wind=None) if ship.model.takes("wind") else model
     return replace(ship, model=still)
 
 

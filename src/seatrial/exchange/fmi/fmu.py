@@ -24,11 +24,10 @@ from ...simulate.approach import time_step
 from ..network_source import trained
 from ..plant import outline, plant
 from ..writing import write
-from . import xml3
 from .hull import hull_of
 from .layout import Layout, Real, layout
 from .source import compiled, sources
-from .xml import model_description, osp_description
+from .xml import build_description, model_description, model_description_3, osp_description, terminals
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
 """For any processor of the platform: no flag that looks at this one."""
@@ -88,9 +87,9 @@ def _told_2(made: Layout, name: str, guid: str) -> dict[str, str]:
 
 def _told_3(made: Layout, name: str, token: str) -> dict[str, str]:
     return {
-        "modelDescription.xml": xml3.model_description(made, name, token),
-        "sources/buildDescription.xml": xml3.build_description(made),
-        "terminalsAndIcons/terminalsAndIcons.xml": xml3.terminals(made),
+        "modelDescription.xml": model_description_3(made, name, token),
+        "sources/buildDescription.xml": build_description(made),
+        "terminalsAndIcons/terminalsAndIcons.xml": terminals(made),
     }
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 from ...core.parameters import Parts, Scalar, parts
 from ...environment import Environment
 from ...forces import Force, ForceModule
 from ...forces.body import Body
 from ...forces.shallow import afloat
-from ...models import STATES
+from ...models import Model
 from ...models.common import Surroundings
 from ...models.fossen import Fossen, Inertia, Particulars
 from ...models.mmg import Mmg
@@ -22,10 +22,8 @@ FORCES = ("X_outer", "Y_outer", "N_outer")
 
 
 @dataclass(frozen=True, kw_only=True)
-class MmgHull:
+class MmgHull(Model):
     """Hull and body of the MMG family; `extras` are what is fixed to the hull, such as a skeg."""
-
-    states: ClassVar[tuple[str, ...]] = STATES
 
     body: Body
     hull: ForceModule
@@ -50,10 +48,8 @@ class MmgHull:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FossenHull:
+class FossenHull(Model):
     """Inertia and damping of Fossen's family."""
-
-    states: ClassVar[tuple[str, ...]] = STATES
 
     body: Particulars
     inertia: Inertia
@@ -82,7 +78,7 @@ def hull_of(ship: Ship) -> Ship:
     """
     model: Any = ship.model
     if type(model) in (Mmg, TwinMmg):
-        hull: Any = MmgHull(body=model.body, hull=model.hull, extras=getattr(model, "extras", Parts()))
+        hull: Any = MmgHull(body=model.body, hull=model.hull, extras=model.part("extras") or Parts())
     elif type(model) is Fossen:
         hull = FossenHull(body=model.body, inertia=model.inertia, damping=model.damping)
     else:

@@ -26,7 +26,7 @@ def usual(ship: Ship, seeds: int = 2) -> tuple[Candidate, ...]:
         seeds: how many random runs of each kind.
     """
     U, n_P = approach(ship)
-    limit = float(getattr(ship.actuators.rudder, "high", math.inf))
+    limit = float(ship.actuators.rudder.high)
     settings = Settings(n_P, U, ship.L_pp, limit)
     found = [*_standard(settings, ""), *_random(settings, seeds)]
     if n_P > 0:

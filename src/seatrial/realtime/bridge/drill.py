@@ -39,7 +39,7 @@ class Drill:
         self.indices: Mapping[str, Index] = {}
         self._policy, self._begun = policy, plant.t
         self._memory = policy.begin(_state(plant))
-        self._orders: tuple[str, ...] = getattr(policy, "orders", ("n_P", "delta"))
+        self._orders = policy.orders
         self._columns = Columns(plant, usual_names(plant))
         self._rows: list[list[float]] = []
         self._length = plant.ship.L_pp / max(speed, 1e-3)

@@ -26,8 +26,7 @@ _TRAIL, _APART = 4000, 1.0 / 40.0
 
 def beam(plant: Plant) -> float:
     """Breadth of a ship [m]; a seventh of the length where her file has none."""
-    body = getattr(plant.ship.model, "body", plant.ship.model)
-    return float(getattr(body, "B", 0.0) or plant.ship.L_pp / 7.0)
+    return float(plant.ship.model.breadth or plant.ship.L_pp / 7.0)
 
 
 def outline(plant: Plant) -> dict[str, Any]:

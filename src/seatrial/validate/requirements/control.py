@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ...actuators import Azimuth
 from ...data import unwrapped
 from ...models import unit
 from . import Judgement, Plot, given
@@ -21,7 +22,7 @@ def side_thrusters(p: Probe) -> Judgement:
     evidence: dict[str, tuple[float, str]] = {}
     shares: list[float] = []
     for name in own:
-        high = float(getattr(p.ship.actuators.of(name), "high", math.inf))
+        high = float(p.ship.actuators.of(name).high)
         order = high if math.isfinite(high) else 1.0
         forces = [_sideways(p, u, name, order) for u in (0.0, 0.25 * p.U, 0.5 * p.U)]
         if abs(forces[0]) > 0:
@@ -126,14 +127,14 @@ def limits(p: Probe) -> Judgement:
     lacking: list[str] = []
     for name in p.steering:
         servo = p.ship.actuators.of(name)
-        turns = not hasattr(servo, "high")
+        turns = isinstance(servo, Azimuth)
         reached, rate = float(np.abs(run[name]).max()), float(np.abs(np.diff(run[name])).max() / run.dt)
         scale, of = (_DEGREE, "deg") if unit(name) == "rad" else (1.0, unit(name))
         evidence[f"{name}: greatest value when 120 deg of rudder are ordered"] = (reached / scale, of)
         evidence[f"{name}: greatest rate"] = (rate / scale, f"{of}/s")
-        if not turns and not math.isfinite(float(getattr(servo, "high", math.inf))):
+        if not turns and not math.isfinite(float(servo.high)):
             lacking.append(f"{name} has no greatest angle")
-        if not math.isfinite(float(getattr(servo, "rate", math.inf))):
+        if not math.isfinite(float(servo.rate)):
             lacking.append(f"{name} has no greatest rate")
     return given(not lacking, "angle and rate stay within their greatest values",
                  "; ".join(lacking) + " in the ship's file", evidence)  # fmt: skip

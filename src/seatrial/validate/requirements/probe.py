@@ -14,7 +14,8 @@ from ...core.parameters import Scalar, spec
 from ...data import Array, Trial
 from ...engine.rollout import simulator
 from ...environment import CALM, CHANNELS, Environment, Uniform, Weather
-from ...models import STATES, Sampled, follows
+from ...manoeuvres import Policy
+from ...models import STATES, Sampled
 from ...models.settled import settled
 from ...ships import Ship, ShipError
 from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
@@ -22,19 +23,14 @@ from ...simulate.run import approach, simulate, time_step
 
 
 @dataclass(frozen=True)
-class Held:
+class Held(Policy):
     """Orders that step at t = 0 and stay."""
 
     kind: ClassVar[str] = "held orders"
-    memory: ClassVar[tuple[str, ...]] = ()
 
     n_P: Scalar = spec("1/s", "revolutions before the step")
     n_order: Scalar = spec("1/s", "revolutions ordered")
     delta: Scalar = spec("rad", "rudder angle ordered")
-
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """Nothing to remember."""
-        return ()
 
     def command(
         self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
@@ -76,7 +72,7 @@ class Probe:
     @property
     def limit(self) -> float:
         """Greatest steering angle [rad], 35 deg where the ship has no limit."""
-        highs = [float(getattr(self.ship.actuators.of(name), "high", math.inf)) for name in self.steering]
+        highs = [float(self.ship.actuators.of(name).high) for name in self.steering]
         return min([*highs, math.radians(35.0)])
 
     @property
@@ -91,12 +87,12 @@ class Probe:
 
     def _following(self, order: str) -> tuple[str, ...]:
         model = self.ship.model
-        return tuple(c for c, (o, _) in zip(model.controls, follows(model), strict=True) if o == order)
+        return tuple(c for c, (o, _) in zip(model.controls, model.follows, strict=True) if o == order)
 
     def controls(self, n_P: float = 0.0, delta: float = 0.0) -> tuple[float, ...]:
         """What the controls settle at under the conventional orders."""
         orders = {"n_P": n_P, "delta": delta}
-        return tuple(factor * orders.get(order, 0.0) for order, factor in follows(self.ship.model))
+        return tuple(factor * orders.get(order, 0.0) for order, factor in self.ship.model.follows)
 
     def allows(self, state: str, value: float) -> bool:
         """Whether the ship's file claims to be valid there."""

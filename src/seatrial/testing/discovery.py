@@ -1,43 +1,58 @@
-"""What the contract is tested on, found by walking the rooms: force modules, ships, families."""
+"""Subjects of the conformance checks, found by walking the rooms: force modules, ships, families, manoeuvres."""
 
 from __future__ import annotations
 
 import inspect
 import itertools
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from fnmatch import fnmatchcase
+from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
 from typing import Any, NamedTuple
 
 import casadi as ca
-import examples
 import numpy as np
 
-from seatrial.core.parameters import ParameterError, Parts, update, walk
-from seatrial.core.symbolic import magnitude
-from seatrial.environment import CHANNELS, Environment
-from seatrial.forces import Flow, Force, Slipstream
-from seatrial.models import Sampled, unit
-from seatrial.ships import Ship
-from seatrial.ships.files import library, load
-from seatrial.simulate.run import approach, straight
-
-SHIPS: dict[str, Ship] = {name: load(name) for name in library()} | examples.SHIPS
-
+from ..core.parameters import ParameterError, Parts, update, walk
+from ..core.symbolic import magnitude
+from ..environment import CHANNELS, Environment
+from ..forces import Flow, Force, Slipstream, ThrusterModule
+from ..models import Model, Sampled, unit
+from ..ships import Ship
+from ..ships.files import library, load
+from ..simulate.run import approach, straight
+from . import examples
 
 
-def alternatives() -> dict[str, Ship]:
+class ContractError(AssertionError):
+    """A class that breaks the contract of its room; the text says which part of it, and where."""
+
+
+def require(kept: Any, text: str) -> None:
+    """Raise a ContractError with the text unless the condition holds."""
+    if not kept:
+        raise ContractError(text)
+
+
+@cache
+def ships() -> dict[str, Ship]:
+    """Ships of the library, examples of what none of them has, and one for each option of a family's choices."""
+    known = {name: load(name) for name in library()} | examples.SHIPS
+    return known | _alternatives(known)
+
+
+def _alternatives(known: Mapping[str, Ship]) -> dict[str, Ship]:
     """The first ship of a family for each option of its choices (not those of its force modules) that none has."""
     seen: set[tuple[type, str, str]] = set()
     found: dict[str, Ship] = {}
-    flown = [(name, ship, prefix, part) for name, ship in SHIPS.items() for prefix, part in components(ship.model)
+    flown = [(name, ship, prefix, part) for name, ship in known.items() for prefix, part in components(ship.model)
              if type(part).__module__.startswith("seatrial.models")]  # fmt: skip
     for _, _, _, part in flown:
-        seen |= {(type(part), field, getattr(part, field)) for field in choices(part)}
+        seen |= {(type(part), field, vars(part)[field]) for field in choices(part)}
     for name, ship, prefix, part in flown:
         for field, options in choices(part).items():
             for option in options:
@@ -66,6 +81,12 @@ BIASES = {
 }  # fmt: skip
 
 
+def biases(component: Any) -> tuple[str, ...]:
+    """Patterns of the numbers of a component that make port and starboard differ."""
+    own = component.asymmetries if hasattr(component, "asymmetries") else ()
+    return (*BIASES.get(type(component).__name__, ()), *own)
+
+
 def key_of(component: Any) -> str:
     """Its file and class, such as ``rudder:Standard``."""
     return f"{type(component).__module__.rsplit('.', 1)[-1]}:{type(component).__name__}"
@@ -75,7 +96,7 @@ def components(model: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
     """`model` and every component within it, with the prefix of its paths."""
     yield prefix, model
     for f in fields(model):
-        value = getattr(model, f.name)
+        value = vars(model)[f.name]
         if isinstance(value, Parts):
             for name, part in value.items():
                 yield from components(part, f"{prefix}{f.name}.{name}.")
@@ -88,16 +109,16 @@ def even(model: Any) -> Any:
     changes: dict[str, float] = {}
     for prefix, component in components(model):
         for a, b in PAIRS:
-            if hasattr(component, a):
-                changes[prefix + a] = getattr(component, b)
-        patterns = (*BIASES.get(type(component).__name__, ()), *getattr(component, "asymmetries", ()))
+            if a in vars(component):
+                changes[prefix + a] = vars(component)[b]
+        patterns = biases(component)
         known = [path for path, _, _ in walk(component)]
         if hasattr(component, "mirror_symmetric") or "." not in prefix:
             own = [path for path in known if any(fnmatchcase(path, p) for p in patterns)]
         else:
             own = [path for path in known if "." not in path and any(fnmatchcase(path, p) for p in patterns)]
         changes |= {prefix + path: 0.0 for path in own}
-        if hasattr(component, "to_port"):
+        if "to_port" in vars(component):
             changes[f"{prefix}to_port"] = 1.0
     return update(model, changes)
 
@@ -141,7 +162,7 @@ class Part(NamedTuple):
     @property
     def prefixes(self) -> tuple[str, ...]:
         """Controls of its own."""
-        return getattr(self.module, "prefixes", ())
+        return self.module.prefixes if isinstance(self.module, ThrusterModule) else ()
 
     @property
     def size(self) -> np.ndarray:
@@ -159,7 +180,7 @@ class Part(NamedTuple):
 
     def outputs(self, x: Any) -> tuple[Any, ...]:
         """X, Y, N and the slipstream where there is one, from flow and own controls."""
-        flow = Flow(*x[:7], self.rho, self.L_pp, self.d, *x[7:11])
+        flow = Flow._make((*x[:7], self.rho, self.L_pp, self.d, *x[7:11]))
         if self.prefixes:
             return tuple(self.module.force(flow, tuple(x[11:])))
         if len(inspect.signature(self.module.force).parameters) == 2:  # a rudder
@@ -176,16 +197,23 @@ def control_sign(prefix: str, beside: tuple[str, ...]) -> float:
     return -1.0 if across or prefix in ("alpha", "delta", "Y", "N") else 1.0
 
 
+def parts_of(ship: Ship) -> Iterator[tuple[str, Part]]:
+    """Every force module of a ship in each form for which it has the numbers, with a name."""
+    body: Any = ship.model.part("body")
+    U, L = ship.speed, ship.L_pp
+    for _, component in components(ship.model):
+        if hasattr(component, "force") and not type(component).__module__.startswith("seatrial.models."):
+            for name, module in variants(component):
+                yield name, Part(module, body.rho, body.L_pp, body.d, U, 40 * U / L)
+
+
+@cache
 def force_modules() -> dict[str, Part]:
     """Every force module of the library and of the examples, each class in each form once."""
     found: dict[str, Part] = {}
-    for ship in SHIPS.values():
-        body: Any = getattr(ship.model, "body", None)
-        U, L = ship.speed, ship.L_pp
-        for _, component in components(ship.model):
-            if type(component).__module__.startswith("seatrial.forces") and hasattr(component, "force"):
-                for name, module in variants(component):
-                    found.setdefault(name, Part(module, body.rho, body.L_pp, body.d, U, 40 * U / L))
+    for ship in ships().values():
+        for name, part in parts_of(ship):
+            found.setdefault(name, part)
     for module in examples.MODULES:
         for name, form in variants(module):
             found.setdefault(name, Part(form, 1000.0, 7.0, 0.46, 1.179, 7.0))
@@ -219,7 +247,7 @@ def rate_size(ship: Ship) -> np.ndarray:
 def environment_size(ship: Ship) -> tuple[float, ...]:
     """Usual size of each channel of the environment; water down to 1.1 draughts."""
     U, L = ship.speed, ship.L_pp
-    d = getattr(getattr(ship.model, "body", None), "d", 0.0) or L / 15
+    d = ship.model.draught or L / 15
     return (2 * U, 2 * U, 0.1 * U, 0.1 * U, 0.01 * L, 0.01 * L, L**0.5, 1 / (1.1 * d))
 
 
@@ -240,11 +268,10 @@ def flat(ship: Ship) -> tuple[Callable[[Any], tuple[Any, ...]], np.ndarray]:
     return rates, np.array([*state_size(ship), *control_size(ship), *environment_size(ship), *([0.1] * memory)])
 
 
-def mirrored_control(model: Any, control: tuple[Any, ...]) -> tuple[Any, ...]:
+def mirrored_control(model: Model, control: tuple[Any, ...]) -> tuple[Any, ...]:
     """Controls of the mirror image: sides change places, angles and lateral thrusts change sign."""
     given = dict(zip(model.controls, control, strict=True))
-    thrusters: Parts = getattr(model, "thrusters", Parts())
-    parts_ = dict(thrusters.items())
+    parts_ = model.thrusters_by_name
     out: list[Any] = []
     for name in model.controls:
         prefix, _, rest = name.partition("_")
@@ -258,13 +285,14 @@ def mirrored_control(model: Any, control: tuple[Any, ...]) -> tuple[Any, ...]:
     return tuple(out)
 
 
-def other_side(parts_: dict[str, Any], name: str) -> str:
+def other_side(parts_: Mapping[str, Any], name: str) -> str:
     """The thruster that is the mirror image of a thruster; itself on the centre line."""
     part = parts_[name]
-    if not getattr(part, "y", 0.0):
+    if not vars(part).get("y"):
         return name
     found = [other for other, x in parts_.items() if x == replace(part, y=-part.y)]
-    assert found, f"thruster {name} has no partner on the other side"
+    if not found:
+        raise ContractError(f"thruster {name} has no partner on the other side")
     return found[0]
 
 
@@ -274,5 +302,3 @@ def compiled(f: Callable[[Any], tuple[Any, ...]], n: int) -> tuple[ca.Function, 
     y = ca.vertcat(*(ca.SX(e) for e in f(tuple(x[i] for i in range(n)))))
     return ca.Function("f", [x], [y]), ca.Function("j", [x], [ca.densify(ca.jacobian(y, x))])
 
-
-SHIPS |= alternatives()

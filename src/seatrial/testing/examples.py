@@ -1,4 +1,4 @@
-"""Force modules and combinations that no ship of the library flies; plausible numbers, nobody's ship."""
+"""Force modules and combinations that no ship of the library has; plausible numbers of no real ship."""
 
 from __future__ import annotations
 
@@ -6,29 +6,30 @@ import math
 from dataclasses import fields, replace
 from typing import Any
 
-from seatrial.core.parameters import Parts, values
-from seatrial.forces import thruster, waves, wind_blendermann, wind_isherwood
-from seatrial.forces.azimuth import Azimuth, ThrustAzimuth
-from seatrial.forces.damping import CrossFlowDrag
-from seatrial.forces.hull import Polynomial
-from seatrial.forces.propeller import KoseWake
-from seatrial.forces.rudder_linear import Linear
-from seatrial.forces.rudder_neutral import OffCentre
-from seatrial.forces.shallow import ShallowPolynomial
-from seatrial.forces.thruster_fixed import Fixed
-from seatrial.identify.posterior.freer import with_units
-from seatrial.models.fossen import Fossen, Inertia, Particulars
-from seatrial.models.network import Network, initial
-from seatrial.models.neural import Neural
-from seatrial.ships import Ship
-from seatrial.ships.files import load
+from ..core.parameters import Parts, values
+from ..forces import thruster, waves, wind_blendermann, wind_isherwood
+from ..forces.azimuth import Azimuth, ThrustAzimuth
+from ..forces.damping import CrossFlowDrag
+from ..forces.hull import Polynomial
+from ..forces.propeller import KoseWake
+from ..forces.rudder_linear import Linear
+from ..forces.rudder_neutral import OffCentre
+from ..forces.shallow import ShallowPolynomial
+from ..forces.thruster_fixed import Fixed
+from ..identify.posterior.freer import with_units
+from ..models.fossen import Fossen, Inertia, Particulars
+from ..models.network import Network, initial
+from ..models.neural import Neural
+from ..ships import Ship
+from ..ships.files import load
 
 L7: Any = load("kvlcc2_l7")
 
 
-def numbers(cls: type, source: Any) -> dict[str, Any]:
+def numbers(cls: Any, source: Any) -> dict[str, Any]:
     """The numbers of `source` that `cls` has too."""
-    return {f.name: getattr(source, f.name) for f in fields(cls) if hasattr(source, f.name)}
+    known = vars(source)
+    return {f.name: known[f.name] for f in fields(cls) if f.name in known}
 
 
 TUNNEL: dict[str, Any] = {"x": 2.5, "D": 0.06}

@@ -1,0 +1,125 @@
+"""Checks of a force module, in each of its published forms, against the contract of `seatrial.forces`."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from .. import forces
+from ..core.parameters import walk
+from ..data import Array
+from .discovery import (
+    PAIRS,
+    Part,
+    biases,
+    choices,
+    classes_of,
+    compiled,
+    components,
+    even,
+    force_modules,
+    require,
+    ships,
+)
+
+
+def grid(part: Part) -> Array:
+    """At rest, ahead, astern, sideways; stopped, ahead and reversed; in weather; afloat, touching ground and beyond."""
+    own = len(part.prefixes)
+    moves = itertools.product(
+        (0.0, 0.4, -0.4), (0.0, 0.2, -0.2), (0.0, 0.3, -0.3), (0.0, 1.0, -1.0), (0.0, 0.5, 1.2),
+        ((0, 0), (-1, 0.5)), ((0, 0, 0), (0.8, 0.2, 0.9), (-0.8, 0.2, 0)), (0.0, 0.8, 1.25, 1.4),
+    )  # fmt: skip
+    rows = [(u, v, r, n, d, *wind, *waves, h, *([n, d, 0.4][:own])) for u, v, r, n, d, wind, waves, h in moves]
+    tiny = [(1e-9, 0, 0, 0, 0.3), (0, 1e-7, 1e-9, 1e-6, -0.3, 1e-8), (0.3, 0, 0, 0, math.pi / 1.4), (0, -1e-12)]
+    rows += [(*row, *([0.0] * (11 + own - len(row)))) for row in tiny]
+    return np.array(rows, dtype=float) * part.size
+
+
+def samples(part: Part) -> Array:
+    """Inputs at random, of the usual size."""
+    return np.random.default_rng(7).uniform(-1, 1, (150, len(part.size))) * part.size
+
+
+def untried_forces() -> list[str]:
+    """Classes of the package, and options of their choices, that neither a ship nor an example has."""
+    parts = force_modules().values()
+    flown = {type(part.module) for part in parts}
+    flown |= {type(component) for ship in ships().values() for _, component in components(ship.model)}
+    missing = [cls.__qualname__ for cls in classes_of(forces) if cls not in flown]
+    tried = {(type(p.module), field, vars(p.module)[field]) for p in parts for field in choices(p.module)}
+    wanted = {(type(p.module), field, option) for p in parts
+              for field, options in choices(p.module).items() for option in options}  # fmt: skip
+    return missing + [f"{cls.__qualname__}[{field}={option}]" for cls, field, option in wanted - tried]
+
+
+def declared(part: Part) -> None:
+    """Every number is declared with what it is, and lies within what physics allows."""
+    for path, meaning, value in walk(part.module):
+        require(meaning.about, f"{path}: no word on what it is")
+        require(meaning.low <= value <= meaning.high, f"{path} is {value:g}, outside its range")
+
+
+def silent_at_rest(part: Part) -> None:
+    """No force in still air and water with stopped propellers, whatever the rudder, the azimuth and the depth."""
+    for angle, depth in ((0.0, 0.0), (0.4, 0.6), (-1.0, 1.2)):
+        x = [0.0] * 4 + [angle] + [0.0] * 4 + [3.0, depth]
+        x += [angle if prefix == "alpha" else 0.0 for prefix in part.prefixes]
+        found = part.outputs(tuple(x))[:3]
+        require(all(abs(y) == 0 for y in found), f"at rest, angle {angle}, d/h {depth}: X, Y, N are {found}")
+
+
+def _reflected(part: Part, x: Array) -> tuple[Array, Array]:
+    """Outputs, and those of the mirror image (part and input) seen in the mirror."""
+    module = part.module
+    if "y" in vars(module):
+        module = replace(module, y=-module.y)
+    there = part._replace(module=module).outputs(tuple(map(float, x * part.mirror)))
+    here = part.outputs(tuple(map(float, x)))
+    return np.array(here, dtype=float), np.array((there[0], -there[1], -there[2], *there[3:]), dtype=float)
+
+
+def mirrored(part: Part) -> None:
+    """Port is the mirror image of starboard; where `mirror_symmetric` is False it is not, but for its side terms."""
+    name = type(part.module).__name__
+    if not part.module.mirror_symmetric:
+        pairs = [_reflected(part, x) for x in samples(part)]
+        differs = any((np.abs(a - b) > np.maximum(1e-6 * np.abs(b), 1e-12)).any() for a, b in pairs)
+        require(differs, f"{name} is its own mirror image: mirror_symmetric = True")
+        known = any(a in vars(part.module) for a, _ in PAIRS) or biases(part.module)
+        require(known, f"{name} is not symmetric, and names no `asymmetries`")
+    part = part._replace(module=even(part.module))
+    for x in samples(part):
+        here, there = _reflected(part, x)
+        bound = 1e-12 * np.abs(here).max()
+        require((np.abs(there - here) <= bound).all(), f"{name} at {x}: {here}, in the mirror {there}")
+
+
+def finite(part: Part) -> None:
+    """Outputs and their Jacobian are finite at rest, astern, sideways and in weather."""
+    x = grid(part)
+    f, j = compiled(part.outputs, len(part.size))
+    require(np.isfinite(f(x.T).full()).all(), "an output is not finite")
+    require(np.isfinite(j(x.T).full()).all(), "a derivative is not finite")
+
+
+def floats_equal_symbols(part: Part) -> None:
+    """Floats and symbols give the same, to 1e-12 of the largest entry of the outputs."""
+    x = np.vstack([samples(part), grid(part)[::17]])
+    symbols = compiled(part.outputs, len(part.size))[0](x.T).full().T
+    direct = np.array([part.outputs(tuple(row)) for row in x.tolist()], dtype=float)
+    scale = np.abs(direct).max(axis=1, keepdims=True)
+    require((np.abs(symbols - direct) <= 1e-12 * scale + 1e-300).all(), "floats and symbols differ")
+
+
+Check = Callable[[Part], Any]
+
+FORCE_CHECKS: Mapping[str, Check] = {
+    "declared": declared, "silent_at_rest": silent_at_rest, "mirrored": mirrored, "finite": finite,
+    "floats_equal_symbols": floats_equal_symbols,
+}  # fmt: skip
