@@ -10,15 +10,12 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from ..core.errors import TaskError as TaskError
 from ..core.parameters import Scalar
 from ..core.symbolic import clip, where
 from ..data import Array
 
 Scalars = tuple[Scalar, ...]
-
-
-class TaskError(ValueError):
-    """A task or a setting of an environment that cannot be; the text says what would be right."""
 
 
 def shown(value: object) -> str:

@@ -21,31 +21,18 @@ from dataclasses import dataclass
 from datetime import date
 from functools import cache
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any
 
+from ...core.errors import NmeaError
 from ...core.parameters import unknown
 from .. import DataError
 
 LONGEST = 82
 """Characters of a sentence, from the dollar to the line feed, both counted."""
 
-Reason = Literal["length", "form", "checksum", "kind", "field"]
-
 _FORM = re.compile(rb"\$([A-Z]{2})([A-Z]{3}),([ -)+-\[\]-}]*)\*([0-9A-Fa-f]{2})(?:\r?\n)?")
 _OTHER = re.compile(rb"[$!][A-Z0-9]{3,15}(?:,[ -)+-\[\]-}]*)?\*([0-9A-Fa-f]{2})(?:\r?\n)?")
 _TALKER = re.compile(r"[A-Z]{2}")
-
-
-class NmeaError(DataError):
-    """A sentence or a datagram that is not valid.
-
-    Attributes:
-        reason: "length", "form", "checksum", "kind" (valid, but not one that seatrial speaks) or "field".
-    """
-
-    def __init__(self, text: str, reason: Reason) -> None:
-        super().__init__(text)
-        self.reason: Reason = reason
 
 
 @dataclass(frozen=True)
