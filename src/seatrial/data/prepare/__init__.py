@@ -218,6 +218,27 @@ def froude_scaled(trial: Trial, ratio: float) -> Trial:
     return out.noting(f"scaled to a ship {ratio:g} times as long at equal Froude number")
 
 
+def nearest_rows(rows: Array, times: Array, values: Array, reach: float) -> tuple[Array, float]:
+    """Values at their nearest rows, and how far the farthest of them was moved.
+
+    Args:
+        rows, times: times of the rows and of the values, rising, in one unit.
+        values: of the shape of `times`; of several at one row the nearest counts.
+        reach: farthest that a value is moved.
+
+    Returns:
+        A value per row, NaN where none is within reach; the longest move, in the unit of the times.
+    """
+    row = np.clip(np.searchsorted(rows, times), 1, len(rows) - 1)
+    row = row - (times - rows[row - 1] < rows[row] - times)
+    away = np.abs(times - rows[row])
+    order = np.argsort(-away, kind="stable")  # the nearest value of a row is written last
+    order = order[away[order] <= reach]
+    out = np.full(len(rows), math.nan)
+    out[row[order]] = values[order]
+    return out, float(away[order].max()) if order.size else 0.0
+
+
 def _continuous(name: str, values: Array) -> Array:
     return unwrapped(values) if name in ANGLES else values
 
