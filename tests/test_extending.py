@@ -215,6 +215,16 @@ def test_a_requirement() -> None:
     assert item.check(Probe.of(load("kvlcc2_l7"))).verdict == "pass"
 
 
+def test_a_log_format(put: Put, tmp_path: Path) -> None:
+    put("data/formats/compass.py")
+    (tmp_path / "voyage.cmp").write_text("0 350\n1 10\n2 30\n", encoding="utf-8")
+    assert main(["import", "compass", str(tmp_path / "voyage.cmp"), "-o", str(tmp_path / "trials")]) == 0
+    trial = read_trial(tmp_path / "trials" / "voyage.csv")
+    assert np.degrees(trial["psi"]) == pytest.approx([350.0, 370.0, 390.0])
+    (tmp_path / "voyage.cmp").write_text("0 350\n1 north\n", encoding="utf-8")
+    assert main(["import", "compass", str(tmp_path / "voyage.cmp"), "-o", str(tmp_path / "trials")]) == 2
+
+
 def test_a_log_format_by_a_mapping(tmp_path: Path) -> None:
     """North-east velocities are rotated, a rudder that is positive to port changes its sign."""
     (block,) = (texts[0] for file, texts in BLOCKS.items() if file.startswith("seatrial import csv"))

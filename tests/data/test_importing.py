@@ -1,11 +1,15 @@
 from __future__ import annotations
 
+import importlib
+import sys
+
 import numpy as np
 import pytest
 
 from seatrial.data import DataError
-from seatrial.data.formats import frt_esso, mapping, simman
-from seatrial.data.formats.importing import FORMATS, import_log, read_log
+from seatrial.data.formats import csv as mapping
+from seatrial.data.formats import formats, frt_esso, simman
+from seatrial.data.importing import import_log, read_log
 from seatrial.data.trialfile import read_trial
 from seatrial.ships.files import load
 
@@ -130,7 +134,7 @@ def test_requests_that_are_wrong(tmp_path):
         import_log("csv", tmp_path, tmp_path / "o")
     with pytest.raises(DataError, match=r"no column 'Time'|no column"):
         import_log("frt-esso", tmp_path / "a.csv", tmp_path / "o")
-    assert tuple(FORMATS) == ("frt-esso", "simman", "usv-asw", "nmea", "mcap", "rosbag2", "csv")
+    assert set(formats()) == {"frt-esso", "simman", "usv-asw", "nmea", "mcap", "rosbag2", "csv"}
 
 
 def test_a_header_of_two_columns_of_one_name_is_refused(tmp_path):
@@ -188,3 +192,40 @@ def test_the_trials_of_the_tank_are_those_of_the_ship_in_the_library():
     assert frt_esso.META["L_pp"] == ship.L_pp
     assert frt_esso.META["water_density"] == ship.model.body.rho
     assert frt_esso.META["scale"] * ship.L_pp == pytest.approx(325.0, abs=0.01), "the tanker is 325 m long"
+
+
+def test_a_format_is_one_module_of_the_folder(tmp_path, monkeypatch):
+    """Imports and studies find it by its name; a suffix without a dot marks a folder as one recording."""
+    package = importlib.import_module("seatrial.data.formats")
+    (tmp_path / "rooms").mkdir()
+    (tmp_path / "rooms" / "boxed.py").write_text(
+        "import numpy as np\nfrom seatrial.data import Trial\nname, suffixes = 'boxed', ('box.txt',)\n"
+        "def read(source, mapping=None):\n    t = np.arange(3.0)\n    return Trial(source.stem, t, {'psi': 0.1 * t})\n"
+    )
+    monkeypatch.setattr(package, "__path__", [*package.__path__, str(tmp_path / "rooms")])
+    (tmp_path / "logs" / "run").mkdir(parents=True)
+    (tmp_path / "logs" / "run" / "box.txt").touch()
+    [path] = import_log("boxed", tmp_path / "logs", tmp_path / "out")
+    assert path.name == "run.csv"
+    assert read_trial(path)["psi"][2] == 0.2
+    with pytest.raises(DataError, match=r"out: .*box\.txt"):
+        import_log("boxed", tmp_path / "out", tmp_path / "o")
+    with pytest.raises(DataError, match="boxed takes no mapping"):
+        import_log("boxed", tmp_path / "logs", tmp_path / "o", tmp_path / "m.toml")
+    sys.modules.pop("seatrial.data.formats.boxed")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [("L_pp = 7.0", "L_pp = true", "L_pp is True"), ("L_pp = 7.0", "skip = 1.5", "skip is 1.5"),
+     ("L_pp = 7.0", "skip = -1", "skip"), ("L_pp = 7.0", "channels.v_m = 3\n", "channels.v_m"),
+     ('frame = { velocity = "earth" }', "frame = 3", "frame is 3"),
+     ('unit = "s" }', 'unit = "s", sign = -1 }', "time: "),
+     ('schema = "seatrial-mapping/1"\n', "", "schema"), ("L_pp = 7.0", 'delimiter = ""', "delimiter")],
+)  # fmt: skip
+def test_a_wrong_type_or_key_of_a_mapping_is_named(tmp_path, old, new, place):
+    text = MAPPING.replace(old, new)
+    (tmp_path / "m.toml").write_text(text.partition("[channels.v_m]")[0] if "channels.v_m = 3" in new else text)
+    with pytest.raises(DataError, match=place) as error:
+        mapping.read_mapping(tmp_path / "m.toml")
+    assert "m.toml" in str(error.value)

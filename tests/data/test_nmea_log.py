@@ -11,8 +11,8 @@ from exact_instruments import told_by_exact
 
 from seatrial.cli.app import main
 from seatrial.data import DataError
-from seatrial.data.formats.importing import import_log
 from seatrial.data.geodesy import Datum
+from seatrial.data.importing import import_log
 from seatrial.data.nmea.framing import Line, Tag, datagram
 from seatrial.data.nmea.sentences import checksum
 from seatrial.data.nmea.ship import SPOKEN, Fittings
@@ -265,7 +265,7 @@ def test_logs_that_cannot_be_used(tmp_path, text, message):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [("antenna", "antena", "no key 'antena'; near: antenna"), ("nmea/1", "nmea/2", "schema"),
-     ("forward = 2.5", "fwd = 2.5", "antenna.fwd"), ("59.43", "95.0", "datum.latitude"),
+     ("forward = 2.5", "fwd = 2.5", "antenna: no key 'fwd'"), ("59.43", "95.0", r"datum at latitude 95"),
      ("L_pp", "[L_pp", "not readable as TOML")],
 )  # fmt: skip
 def test_bad_mapping(tmp_path, old, new, message):

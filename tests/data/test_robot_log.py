@@ -13,12 +13,11 @@ import pytest
 
 from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
-from seatrial.data.formats.importing import import_log
-from seatrial.data.formats.robot_log import read
-from seatrial.data.formats.robot_schema import read_topics
 from seatrial.data.geodesy import Datum
+from seatrial.data.importing import import_log
 from seatrial.data.robot.files import Message, write_bag, write_mcap
 from seatrial.data.robot.messages import FIX, FRAMES, NUMBER, ODOMETRY, TWIST, packed, store, told
+from seatrial.data.robot.trial import read, read_topics
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.exchange.robot_log import messages, save_robot_log
 

@@ -12,8 +12,8 @@ from seatrial.cli.app import main
 from seatrial.data import DataError
 from seatrial.data.check import check
 from seatrial.data.check.track import fixes, own_samples, track_miss
-from seatrial.data.formats import usv_asw
-from seatrial.data.formats.importing import FORMATS, import_log
+from seatrial.data.formats import formats, usv_asw
+from seatrial.data.importing import import_log
 from seatrial.data.trialfile import read_trial
 
 
@@ -49,7 +49,7 @@ def test_the_track_tells_compass_from_course(book, swapped):
 
 
 def test_trial_file_and_back(book, tmp_path):
-    assert "usv-asw" in FORMATS
+    assert "usv-asw" in formats()
     [path] = import_log("usv-asw", book(), tmp_path / "out")
     again = read_trial(path)
     assert again["throttle_port"] == pytest.approx(0.5)

@@ -14,8 +14,8 @@ import mutations
 import pytest
 
 from seatrial.cli.app import main
-from seatrial.data.formats.importing import import_log
 from seatrial.data.geodesy import Datum
+from seatrial.data.importing import import_log
 from seatrial.data.nmea.framing import TOKEN, read_line, split
 from seatrial.data.nmea.reading import readings
 from seatrial.data.nmea.sentences import decode, encode

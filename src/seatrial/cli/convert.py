@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..core.parameters import unknown
-from ..data.formats.importing import import_log
+from ..data.importing import import_log
 from ..data.sidecar import read_sidecar, sidecar_path
 from ..data.trialfile import read_trials
 from ..exchange.robot_log import FORMATS, save_robot_log

@@ -14,21 +14,13 @@ from typing import Any
 
 import typer
 
-from ..core.files import BusyError
-from ..core.parameters import ParameterError
-from ..data import DataError
-from ..engine import SimulationError
-from ..environment.weather import WeatherError
-from ..identify import FitError, StudyError
-from ..ships import ShipError
-from .support import Stopped, UsageError, obeyed
+from ..core.errors import RunError, SeatrialError
+from .support import Stopped, obeyed
 from .terminal import note, note_warning
 
 WRONG, FAILED, INTERRUPTED, PIPE = 2, 1, 130, 141
 # How long an interrupt may be on its way before it is taken to be lost [s].
 _AGAIN = 0.5
-_WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, UsageError, WeatherError, BusyError)
-_FAILED_RUN = (SimulationError, FitError)
 # What a disk does to a request that was right: it is full, or fails.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
@@ -135,11 +127,11 @@ def _status(error: Exception) -> int:
         if error.filename is None and _no_room(error):
             _give_up_output()
         note(f"error: {error.filename or 'standard output'}: {error.strerror}")
-    elif isinstance(error, (*_WRONG_REQUEST, *_FAILED_RUN)):
+    elif isinstance(error, SeatrialError):
         note(f"error: {error}")
     else:
         raise error
-    return FAILED if isinstance(error, _FAILED_RUN) or _no_room(error) else WRONG
+    return FAILED if isinstance(error, RunError) or _no_room(error) else WRONG
 
 
 def _no_room(error: BaseException | None) -> bool:

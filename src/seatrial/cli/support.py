@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.errors import UsageError as UsageError
 from ..core.files import REACH, in_reach
 from ..data import DataError
 from ..environment import Uniform, Weather
@@ -32,10 +33,6 @@ if TYPE_CHECKING:
 DEGREE = math.pi / 180.0
 # Where nobody watches a terminal: a line for every so many rows of a history, or after a silence of so many seconds.
 _EVERY, _SILENCE = 10, 10.0
-
-
-class UsageError(ValueError):
-    """A request that cannot be carried out; the text names what, where and the alternatives."""
 
 
 class Stopped(KeyboardInterrupt):

@@ -23,6 +23,9 @@ from typing import Any
 
 import numpy as np
 
+from .errors import BusyError as BusyError
+from .errors import TomlError as TomlError
+
 try:
     import fcntl
 except ImportError:  # not on Windows; there nothing is held
@@ -36,17 +39,6 @@ _MODE = 0o666  # less what the umask takes
 _LONGEST = 180
 _NUMBERS = count()
 _LEFT = re.compile(r"\..+\.(?:(?P<host>[0-9a-f]{8})-)?(?P<pid>\d+)(?:-\d+)?\.tmp")
-
-
-class TomlError(tomllib.TOMLDecodeError):
-    """A TOML file that cannot be read; the text says why, in a line."""
-
-    def __init__(self, text: str) -> None:
-        ValueError.__init__(self, text)
-
-
-class BusyError(RuntimeError):
-    """A folder that another process works in; the text says which."""
 
 
 def is_plain(name: str) -> bool:

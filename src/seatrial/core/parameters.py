@@ -16,6 +16,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
+from .errors import ParameterError as ParameterError
+
 Scalar = Any
 """A Python float or a CasADi symbol: the one deliberate `Any` of the package."""
 
@@ -24,10 +26,6 @@ PRIME = "'"
 
 
 _PART = re.compile(r"\w+([ -]\w+)*")
-
-
-class ParameterError(ValueError):
-    """A parameter path, value or interval that cannot be used."""
 
 
 @dataclass(frozen=True)

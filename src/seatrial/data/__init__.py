@@ -18,19 +18,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.errors import DataError
 from ..core.parameters import unknown
 
 __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
 
 Array = NDArray[np.float64]
-
-class DataError(ValueError):
-    """A log or a trial that cannot be used: what, where and what would be right, in one line whatever the log holds."""
-
-    def __init__(self, text: str = "") -> None:
-        said = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
-        super().__init__(said if len(said) <= 1200 else f"{said[:800]} ... {said[-300:]}")
-
 
 @dataclass(frozen=True)
 class Trial:

@@ -7,15 +7,21 @@ a few lines become gigabytes.
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping
+from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, cast
+from types import MappingProxyType
+from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
+from ..core.parameters import unknown
 from . import DataError
 from .table import existing
+
+T = TypeVar("T")
 
 LARGEST = 1_000_000
 """Bytes of a document at most."""
@@ -175,3 +181,66 @@ def _wrong(what: str, node: Any) -> Exception:
     import yaml
 
     return yaml.constructor.ConstructorError(None, None, what, node.start_mark)
+
+
+def read_keys(path: str | Path, kind: type[T], schema: str) -> T:
+    """A TOML file as a frozen dataclass, its keys and types taken from the fields.
+
+    A field without a default is required; a field that is a dataclass is a table, one of ``dict[str, X]`` any number
+    of named entries.  Whole numbers are taken for floats; no number is infinite or NaN.
+
+    Args:
+        path: the file.
+        kind: dataclass of fields of type str, int, float, Literal, a dataclass, a dict of one of these, or None.
+        schema: what its key ``schema`` must be.
+
+    Raises:
+        DataError: not TOML, another schema, an unknown key (the near ones are named), a missing one, a wrong type.
+    """
+    here, said = Path(path), read_toml(path)
+    found = said.pop("schema", None)
+    try:
+        if found != schema:
+            raise DataError(f"schema is {found!r}; it must be '{schema}'")
+        return _filled(kind, said, "")
+    except DataError as error:
+        raise DataError(f"{here}: {error}") from None
+
+
+def _filled(kind: type[T], said: Mapping[str, Any], place: str) -> T:
+    """A dataclass from the table at a place of a file."""
+    inside = f"{place}: " if place else ""
+    known = {one.name: one for one in fields(cast("Any", kind))}
+    for key in said:
+        if key not in known:
+            raise DataError(f"{inside}{unknown(key, known, 'key')}")
+    for name, one in known.items():
+        if name not in said and one.default is MISSING and one.default_factory is MISSING:
+            raise DataError(f"{place}.{name} is missing" if place else f"{name} is missing")
+    hints = get_type_hints(kind)
+    values = {key: _typed(hints[key], value, f"{place}.{key}" if place else key) for key, value in said.items()}
+    return kind(**values)
+
+
+def _typed(hint: Any, value: Any, place: str) -> Any:
+    """A value of a file as the type of its field."""
+    options = get_args(hint)
+    if type(None) in options:
+        return _typed(next(one for one in options if one is not type(None)), value, place)
+    if is_dataclass(hint) or get_origin(hint) is dict:
+        if not isinstance(value, dict):
+            raise DataError(f"{place} is {value!r:.60}; it must be a table of keys with values")
+        table = cast("dict[str, Any]", value)
+        if is_dataclass(hint):
+            return _filled(cast("type[Any]", hint), table, place)
+        return {key: _typed(options[1], one, f"{place}.{key}") for key, one in table.items()}
+    if hint is float and type(value) is int:
+        value = float(value)
+    fits = value in options if options else type(value) is hint and (hint is not float or math.isfinite(value))
+    if not fits:
+        wanted = " or ".join(map(repr, options)) or _KINDS[hint]
+        raise DataError(f"{place} is {value!r:.60}; it must be {wanted}")
+    return value
+
+
+_KINDS: Mapping[type, str] = MappingProxyType({str: "a text", int: "a whole number", float: "a finite number"})

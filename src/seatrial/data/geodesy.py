@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from . import DataError
+import numpy as np
+
+from . import Array, DataError
 
 # Semi-axis [m] and squared eccentricity of WGS 84.
 _A, _E2 = 6378137.0, 0.00669437999014
@@ -42,6 +44,13 @@ class Datum:
         X0, _, Z0 = _earth_fixed(self.latitude, 0.0)
         s, c = math.sin(math.radians(self.latitude)), math.cos(math.radians(self.latitude))
         return c * (Z - Z0) - s * (X - X0), Y
+
+    def track(self, latitude: Array, longitude: Array) -> tuple[Array, Array]:
+        """Metres north and east of the datum for arrays of fixes; a fix with a gap gives gaps."""
+        x, y = np.full(latitude.shape, math.nan), np.full(latitude.shape, math.nan)
+        for k in np.flatnonzero(np.isfinite(latitude + longitude)).tolist():
+            x[k], y[k] = self.north_east(float(latitude[k]), float(longitude[k]))
+        return x, y
 
     def place(self, x: float, y: float) -> tuple[float, float]:
         """Latitude and longitude [deg] of the point that many metres north and east; the inverse of `north_east`.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
@@ -62,6 +63,25 @@ KEYS = ("schema", *CONVENTIONS, *_RANGES, *(key for key, _, _ in _TYPES), "notes
 # A set point beyond these is one in degrees without saying so [rad].
 _LARGEST = MappingProxyType({"delta": math.pi, "rudder": math.pi, "psi": 2.0 * math.pi, "heading": 2.0 * math.pi})
 _POINT = re.compile(r"(delta|rudder|psi|heading)(?:\s*\[(.*)\])?")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Described:
+    """Keys of the sidecar that a mapping file may give for all of its trials."""
+
+    ship: str | None = None
+    scale: float | None = None
+    L_pp: float | None = None
+    kind: str | None = None
+    source: str | None = None
+    licence: str | None = None
+    water_density: float | None = None
+
+    @property
+    def meta(self) -> dict[str, Any]:
+        """The keys that are given, with their values."""
+        given = {one.name: getattr(self, one.name) for one in fields(Described)}
+        return {key: value for key, value in given.items() if value is not None}
 
 
 def sidecar_path(path: Path) -> Path:

@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.errors import SimulationError as SimulationError
 from ..core.parameters import Scalar
 
 Array = NDArray[np.float64]
@@ -26,18 +27,6 @@ Before = Callable[[Scalar, Scalar, Scalars, Scalars, Scalars, Scalars], tuple[Sc
 
 class EngineNotice(UserWarning):
     """Said once when the engine runs on its slower back end, with the reason."""
-
-
-class SimulationError(RuntimeError):
-    """A run that left the finite or the valid; the text names time, state and lane.
-
-    Attributes:
-        time: when it did [s], where known.
-    """
-
-    def __init__(self, text: str, time: float | None = None) -> None:
-        super().__init__(text)
-        self.time = time
 
 
 class Plant(Protocol):

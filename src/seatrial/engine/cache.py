@@ -23,6 +23,8 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
+from ..core.errors import CompilerError as CompilerError
+
 FLAGS = (
     "-O2", "-ftree-vectorize", "-march=native", "-mprefer-vector-width=512", "-fopenmp-simd",
     "-fno-math-errno", "-fno-trapping-math", "-fno-builtin", "-shared", "-fPIC",
@@ -31,10 +33,6 @@ LIBRARIES = ("-lmvec", "-lm")
 DIGEST = 32
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 _ABANDONED = 7200.0
-
-
-class CompilerError(RuntimeError):
-    """No kernel can be made on this machine; the text says why."""
 
 
 def directory() -> Path:

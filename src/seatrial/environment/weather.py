@@ -16,15 +16,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.errors import WeatherError as WeatherError
 from ..core.parameters import unknown
 from ..data import Trial
 from . import CHANNELS, Weather
 
 Array = NDArray[np.float64]
-
-
-class WeatherError(ValueError):
-    """Weather that cannot be made; the text says what and what would be right."""
 
 
 class Spectrum(Protocol):

@@ -12,15 +12,12 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
+from ..core.errors import TaskError as TaskError
 from ..core.parameters import Scalar
 from ..core.symbolic import atan2, both, clip, cos, magnitude, sin, speed, where
 from ..data import Array
 
 Scalars = tuple[Scalar, ...]
-
-
-class TaskError(ValueError):
-    """A task or a setting of an environment that cannot be; the text says what would be right."""
 
 
 def shown(value: object) -> str:

@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ..core.errors import FitError, StudyError
 from ..core.parameters import Free
 from ..data import Array, Trial
 from ..ships import Ship
@@ -21,14 +22,6 @@ from .loss import Loss, Nuisance
 __all__ = [
     "Estimator", "Fit", "FitError", "Issue", "Loss", "Nuisance", "Problem", "Progress", "StudyError", "Verdict",
 ]  # fmt: skip
-
-
-class StudyError(ValueError):
-    """A study that cannot be run; the text names the key and what would be right."""
-
-
-class FitError(RuntimeError):
-    """An estimation that failed; the text says why and where."""
 
 
 @dataclass(frozen=True)

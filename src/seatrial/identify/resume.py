@@ -14,16 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from ..core.errors import ResumeError as ResumeError
 from ..core.files import packed, set_aside, write_whole
-from . import StudyError
 from .trajectory.gauss_newton import State
 
 # A kill loses no more than this [s]; quick iterations do not wait for the disk.
 _PAUSE = 0.2
-
-
-class ResumeError(StudyError):
-    """A checkpoint of another problem."""
 
 
 def kept_arrays(path: Path | None, needed: Iterable[str]) -> dict[str, Any] | None:

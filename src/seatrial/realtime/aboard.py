@@ -48,7 +48,7 @@ def exact(controls: Sequence[str], fittings: Fittings, rate: float) -> Suite:
 
 
 def told(reading: Reading, fittings: Fittings) -> dict[str, float]:
-    """What an instrument says, by the names of `nmea_ship.Measured`; at its time."""
+    """What an instrument says, by the names of `nmea.ship.Measured`; at its time."""
     said = {**reading.values, "t": reading.t}
     if reading.kind == "gnss":
         said["latitude"], said["longitude"] = fittings.datum.place(said.pop("x"), said.pop("y"))
@@ -81,7 +81,7 @@ class Voice:
     """Which readings go into which sentences, each at its own rate.
 
     Attributes:
-        latest: what the instruments said last, by the names of `nmea_ship.Measured`.
+        latest: what the instruments said last, by the names of `nmea.ship.Measured`.
     """
 
     def __init__(self, fittings: Fittings, rates: Mapping[str, float], t: float) -> None:

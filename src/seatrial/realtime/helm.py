@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ..core.errors import CommandError as CommandError
 from ..core.parameters import Scalar, spec
 from ..manoeuvres.given import Given
 from ..ships import Ship, ShipError
@@ -17,10 +18,6 @@ _MOST = 1.25
 
 _RUDDER = math.radians(35.0)
 """Rudder angle at most where the gear has no limit, and where other gear steers like a rudder; assumed."""
-
-
-class CommandError(ValueError):
-    """An order that no ship can take: no such control, or no number."""
 
 
 @dataclass(frozen=True)

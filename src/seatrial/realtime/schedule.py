@@ -6,12 +6,10 @@ import math
 import time
 from typing import Protocol
 
+from ..core.errors import LoopError as LoopError
+
 SLOWEST, FASTEST = 0.1, 100.0
 """Time factors between which a schedule is kept; beyond is only as fast as possible (infinite)."""
-
-
-class LoopError(ValueError):
-    """A loop that cannot run as asked; the text says what would be right."""
 
 
 class Clock(Protocol):

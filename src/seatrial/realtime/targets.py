@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ..data.nmea.ais import position
+from ..data.nmea.ship import position
 from .loop import Loop
 from .on_wire import OnWire
 

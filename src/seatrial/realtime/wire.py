@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from urllib.parse import urlsplit
 
+from ..core.errors import WireError as WireError
 from ..data.nmea.framing import LARGEST, Tag, read_line, split
 from ..data.nmea.sentences import NmeaError, Sentence, decode
 
@@ -33,10 +34,6 @@ _BUDGET, _PIECES = 1000, 8
 
 _UNFINISHED, _UNSENT = 1024, 65536
 """Bytes of a TCP line without an end, and of what a TCP client has not read, at most."""
-
-
-class WireError(ValueError):
-    """An address that cannot be used; the text says what would be right."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..core.errors import ReportError as ReportError
 from ..core.files import write_whole
 from ..identify import Fit
 from ..validate import Comparison
@@ -17,10 +18,6 @@ from ..validate.foresight import Foresight
 from .caveats import Assumption
 
 PUBLISHED = "published"
-
-
-class ReportError(ValueError):
-    """A report that cannot be written; the text says why."""
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from ..core.errors import SensorError as SensorError
 from ..core.parameters import unknown
 from ..data import Trial
-
-
-class SensorError(ValueError):
-    """A sensor of a channel that the run does not have, or with an impossible figure."""
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..actuators import Actuators
+from ..core.errors import ShipError as ShipError
 from ..core.parameters import possible, specs, update
 from ..models import Model
-
-
-class ShipError(ValueError):
-    """A ship file that cannot be used; the text names the file, the key and what would be right."""
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,7 @@ def _root(path: Path, where: str, root: str) -> Path:
 
 
 def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> Callable[[Path], Trial]:
-    from ..data.formats.importing import reader
+    from ..data.formats import reader
     from ..data.trialfile import read_trial
 
     if format is None:
@@ -151,10 +151,10 @@ def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> 
 
 def _recordings(path: Path, where: str, root: Path, format: str | None) -> dict[str, Path]:
     """Recordings below the root, by their names in patterns."""
-    from ..data.formats.importing import FORMATS, recordings
+    from ..data.formats import formats, recordings
     from ..data.trialfile import SUFFIXES
 
-    if format is not None and format in FORMATS:
+    if format is not None and format in formats():
         try:
             found = recordings(format, root)
         except DataError as error:

@@ -15,7 +15,8 @@ from .. import DataError, Trial
 from ..sidecar import CONVENTIONS
 from ..table import check_time, continued, lines_of, numbers, once, split_row
 
-SUFFIX = ".csv"
+name = "frt-esso"
+suffixes = (".csv",)
 COLUMNS = MappingProxyType({
     "t [s]": "t", "x_position_mid [m]": "x", "u_velo [m/s]": "u", "y_position_mid [m]": "y",
     "vm_velo [m/s]": "v_m", "psi_hat [rad]": "psi", "r_angvelo [rad/s]": "r",
@@ -34,13 +35,13 @@ META = MappingProxyType({
 _KINDS = MappingProxyType({"turn": "turning", "zigzag": "zigzag", "random": "random", "berthing": "berthing"})
 
 
-def read(path: str | Path) -> Trial:
+def read(source: Path, mapping: None = None) -> Trial:
     """Read one CSV of the set; rows at its end without any number stay, as a gap.
 
     Raises:
         DataError: naming file, column and line.
     """
-    here = Path(path)
+    here = Path(source)
     lines = lines_of(here)
     heads = split_row(lines[0], ",")
     for head in heads:

@@ -19,7 +19,8 @@ from ..prepare import integral, to_body
 from ..sidecar import CONVENTIONS
 from ..table import check_time, lines_of, numbers
 
-SUFFIX = ".dat"
+name = "simman"
+suffixes = (".dat",)
 HSVA_COLUMNS = (
     "t [s]", "x0 [m]", "y0 [m]", "psi [deg]", "dx0/dt [m/s]", "dy0/dt [m/s]", "r [deg/s]", "roll [?]",
     "delta [deg]", "n [1/s]", "thrust [N]", "torque [N m]",
@@ -42,13 +43,13 @@ _MARIN_META = MappingProxyType({
 })  # fmt: skip
 
 
-def read(path: str | Path) -> Trial:
+def read(source: Path, mapping: None = None) -> Trial:
     """Read one .dat file of SIMMAN 2008; its first line tells HSVA from MARIN.
 
     Raises:
         DataError: neither of the two, or what is wrong in which column and line.
     """
-    here = Path(path)
+    here = Path(source)
     lines = lines_of(here, "cp1252")
     if lines[0].strip().startswith("HSVA"):
         return _hsva(here, lines)

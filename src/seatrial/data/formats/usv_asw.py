@@ -23,7 +23,8 @@ from ..check.track import track_miss
 from ..sidecar import CONVENTIONS
 from ..table import check_time, decimal, existing
 
-SUFFIX = ".xlsx"
+name = "usv-asw"
+suffixes = (".xlsx",)
 CLOCK, _CLOCK_FORMAT = "DateTime", "%Y-%m-%d %H:%M:%S.%f"
 COMPASS, COURSE = "Heading", "course"
 COLUMNS = MappingProxyType({
@@ -58,13 +59,13 @@ _A, _E2 = 6378137.0, 0.00669437999014
 _CLEARLY = 0.7
 
 
-def read(path: str | Path) -> Trial:
+def read(source: Path, mapping: None = None) -> Trial:
     """Read one workbook of the set; rows that repeat a fix stay as logged.
 
     Raises:
         DataError: no reader of workbooks is installed, or what is wrong in which column and row.
     """
-    here = existing(path)
+    here = existing(source)
     rows = _sheet(here)
     table = {name: _numbers(here, column, rows[column]) for column, name in COLUMNS.items()}
     t = _clock(here, rows[CLOCK])

@@ -35,7 +35,7 @@ class Tag:
     """A TAG block; what is not in it is None.
 
     Attributes:
-        source: who sends, such as "HE0001".
+        source: of the sender, such as "HE0001".
         number: of the line, 0 to 999.
         time: seconds since 1970.
     """
@@ -57,7 +57,7 @@ def tag_block(tag: Tag) -> bytes:
     """A TAG block as it goes on the wire; time to the millisecond.
 
     Raises:
-        NmeaError: a source or a number that cannot stand in it, or nothing to say.
+        NmeaError: a source or a number that it cannot hold, or an empty block.
     """
     parts: list[str] = []
     if tag.source is not None:

@@ -1,4 +1,4 @@
-"""What sentences say, in SI and the signs of the house; `nmea_ship` has the table of units and signs."""
+"""Readings from sentences, in SI and the signs of docs/conventions.md; `ship` has the table of units and signs."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _RAD = math.pi / 180.0
 
 
 def _good(sentence: Sentence, name: str, status: str | None = None, factor: float = 1.0) -> float | None:
-    """A number times a factor; None where it is null or its status says that it is not valid."""
+    """A number times a factor; None where it is null or its status is not valid."""
     value = sentence.number(name)
     return None if value is None or (status and sentence[status] != "A") else value * factor
 
 
 def readings(sentence: Sentence) -> dict[str, float]:
-    """What a sentence says, in SI and radians; null and invalid fields are left out.
+    """Readings of a sentence, in SI and radians; null and invalid fields are left out.
 
     Names beyond those of a trial: latitude, longitude [deg]; u_log, v_log, v_stern and the same with _water;
     gamma_T_bow, true wind from the bow; delta_port; rpm_S_<number> of a shaft and rpm_E_<number> of an
@@ -32,7 +32,7 @@ def readings(sentence: Sentence) -> dict[str, float]:
     return {name: value for name, value in found.items() if value is not None}
 
 
-def _told_speeds(s: Sentence) -> dict[str, float | None]:
+def _speeds(s: Sentence) -> dict[str, float | None]:
     return {
         "u_log_water": _good(s, "longwaterspd", "waterspdstatus", KNOT),
         "v_log_water": _good(s, "transwaterspd", "waterspdstatus", KNOT),
@@ -48,16 +48,16 @@ def _midnight(day: object) -> float | None:
     return (day - date(1970, 1, 1)).days * 86400.0 if isinstance(day, date) else None
 
 
-def _told_date(s: Sentence) -> dict[str, float | None]:
+def _date(s: Sentence) -> dict[str, float | None]:
     day, month, year = (s.number(name) for name in ("day", "month", "year"))
     try:
-        said = None if day is None or month is None or year is None else date(int(year), int(month), int(day))
+        day_of = None if day is None or month is None or year is None else date(int(year), int(month), int(day))
     except ValueError:  # the 31st of a month that has none
-        said = None
-    return {"time_of_day": s.number("time"), "day": _midnight(said)}
+        day_of = None
+    return {"time_of_day": s.number("time"), "day": _midnight(day_of)}
 
 
-def _told_minimum(s: Sentence) -> dict[str, float | None]:
+def _minimum(s: Sentence) -> dict[str, float | None]:
     if s["status"] != "A" or s["posMode"] == "N":
         return {"time_of_day": s.number("time")}
     return {"time_of_day": s.number("time"), "day": _midnight(s["date"]), "latitude": s.number("lat"),
@@ -65,13 +65,13 @@ def _told_minimum(s: Sentence) -> dict[str, float | None]:
             "gamma_G": _good(s, "cog", None, _RAD)}  # fmt: skip
 
 
-def _told_fix(s: Sentence) -> dict[str, float | None]:
+def _fix(s: Sentence) -> dict[str, float | None]:
     fixed = s["quality"] not in (0, None)
     return {"time_of_day": s.number("time"), "latitude": s.number("lat") if fixed else None,
             "longitude": s.number("lon") if fixed else None}  # fmt: skip
 
 
-def _told_wind(s: Sentence) -> dict[str, float | None]:
+def _wind(s: Sentence) -> dict[str, float | None]:
     speed = _good(s, "speed", "status", _SPEEDS.get(str(s["speedu"]), math.nan))
     angle = _good(s, "angle", "status", _RAD)
     if speed is None or speed != speed or angle is None:
@@ -79,9 +79,9 @@ def _told_wind(s: Sentence) -> dict[str, float | None]:
     return {"U_A": speed, "gamma_A": angle} if s["reference"] == "R" else {"U_T": speed, "gamma_T_bow": angle}
 
 
-def _told_depth(s: Sentence) -> dict[str, float | None]:
+def _depth(s: Sentence) -> dict[str, float | None]:
     depth, offset = s.number("depth"), s.number("offset")
-    # an offset below zero goes down to the keel and tells nothing of the surface
+    # an offset below zero is the distance to the keel and does not locate the surface
     return {"depth": None if depth is None else depth + max(offset or 0.0, 0.0)}
 
 
@@ -89,16 +89,16 @@ _READ: Mapping[str, Callable[[Sentence], Mapping[str, float | None]]] = MappingP
     "HDT": lambda s: {"psi": _good(s, "headingT", None, _RAD)},
     "THS": lambda s: {"psi": None if s["mi"] == "V" else _good(s, "headt", None, _RAD)},
     "ROT": lambda s: {"r": _good(s, "rot", "valid", _RAD / 60.0)},
-    "VBW": _told_speeds,
+    "VBW": _speeds,
     "VTG": lambda s: {"gamma_G": _good(s, "cogt", None, _RAD), "U_G": _good(s, "sogn", None, KNOT)},
-    "RMC": _told_minimum,
-    "GGA": _told_fix,
-    "ZDA": _told_date,
+    "RMC": _minimum,
+    "GGA": _fix,
+    "ZDA": _date,
     "RSA": lambda s: {"delta": _good(s, "stbdangle", "stbdstatus", _RAD),
                       "delta_port": _good(s, "portangle", "portstatus", _RAD)},
     "RPM": lambda s: {f"rpm_{'E' if s['source'] == 'E' else 'S'}_{s['engineshaftnum']}": _good(s, "rpm", "status")},
-    "MWV": _told_wind,
-    "DPT": _told_depth,
+    "MWV": _wind,
+    "DPT": _depth,
     "ROR": lambda s: {"delta_cmd": _good(s, "stbdrudderorder", "stbdrudderstatus", _RAD),
                       "delta_port_cmd": _good(s, "portrudderorder", "portrudderstatus", _RAD)},
 })  # fmt: skip

@@ -1,14 +1,12 @@
-"""NMEA 0183 (IEC 61162-1) sentences, strictly: what is unknown or missing is an error, and null stays null.
+"""NMEA 0183 (IEC 61162-1) sentences, strictly: an unknown or missing field is an error, and null stays null.
 
-The sentences are built by pynmeagps, whose own ways with a misspelt or a missing field (it becomes 0.0)
-are shut off: before it sees a sentence, every field is held against `nmea_fields.SENTENCES`, by which
-sentences are read, too.
-What the fields mean in SI and the signs of docs/conventions.md is told by `nmea_ship`.
+pynmeagps builds the sentences.  It would make 0.0 of a misspelt or missing field, so every field is first checked
+against `SENTENCES`, by which sentences are read too.  `ship` has the meaning of the fields in SI and the signs of
+docs/conventions.md.
 
-The sentences that seatrial speaks: which fields each has, in which order, and what may stand in them.
-
+`SENTENCES` lists the fields of each supported sentence, their order, and the values that they may hold.
 Names and order of the fields are those of pynmeagps; N/S and E/W are not named, as latitude and
-longitude carry their sign.  What may stand in a field follows IEC 61162-1 as manuals of equipment
+longitude carry their sign.  The values follow IEC 61162-1 as manuals of equipment
 give it.  A field behind `least` may be absent: older equipment does not send it.
 """
 
@@ -21,36 +19,23 @@ from dataclasses import dataclass
 from datetime import date
 from functools import cache
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any
 
+from ...core.errors import NmeaError
 from ...core.parameters import unknown
 from .. import DataError
 
 LONGEST = 82
 """Characters of a sentence, from the dollar to the line feed, both counted."""
 
-Reason = Literal["length", "form", "checksum", "kind", "field"]
-
 _FORM = re.compile(rb"\$([A-Z]{2})([A-Z]{3}),([ -)+-\[\]-}]*)\*([0-9A-Fa-f]{2})(?:\r?\n)?")
 _OTHER = re.compile(rb"[$!][A-Z0-9]{3,15}(?:,[ -)+-\[\]-}]*)?\*([0-9A-Fa-f]{2})(?:\r?\n)?")
 _TALKER = re.compile(r"[A-Z]{2}")
 
 
-class NmeaError(DataError):
-    """A sentence or a datagram that is not valid.
-
-    Attributes:
-        reason: "length", "form", "checksum", "kind" (valid, but not one that seatrial speaks) or "field".
-    """
-
-    def __init__(self, text: str, reason: Reason) -> None:
-        super().__init__(text)
-        self.reason: Reason = reason
-
-
 @dataclass(frozen=True)
 class Sentence:
-    """One sentence: who talks ("HE"), what ("HDT"), and its fields by name; None is a null field."""
+    """One sentence: talker ("HE"), kind ("HDT"), and fields by name; None is a null field."""
 
     talker: str
     kind: str
@@ -119,10 +104,10 @@ def decode(line: bytes, longest: int = LONGEST) -> Sentence:
 
     Args:
         line: the bytes from the dollar on.
-        longest: how many bytes are allowed; some receivers send more digits than the standard has room for.
+        longest: how many bytes are allowed; some receivers send more digits than the standard allows.
 
     Raises:
-        NmeaError: whatever is not a valid sentence of a known kind; `reason` says in what way.
+        NmeaError: whatever is not a valid sentence of a known kind; `reason` is its kind.
     """
     if len(line) > longest:
         raise NmeaError(f"{len(line)} characters; a sentence has {longest} at most", "length")
@@ -139,7 +124,7 @@ def decode(line: bytes, longest: int = LONGEST) -> Sentence:
 
 
 def _foreign(line: bytes) -> NmeaError:
-    """What is wrong with a line that has not the form of a sentence of ours."""
+    """Error of a line without the form of a supported sentence."""
     other = _OTHER.fullmatch(line)
     if other is None:
         return NmeaError("not the form $AACCC,...*hh of a sentence", "form")

@@ -1,4 +1,4 @@
-"""What sentences mean: from the motion of a ship, or what her instruments make of it, to sentences.
+"""Sentences that a ship sends: from its motion, or from the readings of its instruments, to NMEA 0183.
 
 | sentence | its unit | its sign | here |
 |---|---|---|---|
@@ -12,16 +12,18 @@
 | MWV T | the same, as if the ship stood still | where it comes from | U_T, gamma_T - psi |
 | DPT | m below the transducer | offset + up to the waterline | depth [m] |
 
-`nmea_reading` goes the other way.
+`reading` is the inverse.  VDO and VDM hold position reports and static data of ITU-R M.1371, by pyais.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from types import MappingProxyType
+from typing import Any
 
 from ..geodesy import Datum
 from .sentences import Sentence, encode
@@ -31,7 +33,7 @@ MILE = 1852.0
 
 
 Measured = Mapping[str, float]
-"""What instruments say, SI and radians, by these names; what none says is left out.
+"""Readings of the instruments, SI and radians, by these names; one without an instrument is left out.
 
 t; psi; r; latitude, longitude [deg], chi, U of the antenna; u_w, v_w, u, v_m of the log; v_w_stern, v_stern;
 U_A, gamma_A; U_T, gamma_T_bow; transducer [m], its depth, and below, from it to the ground; the controls.
@@ -49,14 +51,14 @@ class Fittings:
         epoch: seconds since 1970, UTC, at t = 0.
         antenna: of the GNSS receiver, forward and to starboard.
         log: of the speed log, forward.
-        stern: where the transverse speed of the stern is told, forward (so below zero).
+        stern: where the transverse speed of the stern is measured, forward (so below zero).
         transducer: of the echo sounder, below the waterline.
         rudders: controls that are rudders, port to starboard.
         shafts: controls that are propellers, port to starboard.
         mmsi: of the transponder; 0 for none.
         name, length, breadth, draught: of the ship, for the transponder [m].
-        simulator: whether sentences say that they come from a simulator; what listens to them then takes no position,
-            as RMC is void in every mode but those of a true receiver.
+        simulator: whether sentences are marked as those of a simulator; listeners then take no position, as RMC is
+            void in every mode but those of a true receiver.
     """
 
     datum: Datum = NULL_ISLAND
@@ -76,7 +78,7 @@ class Fittings:
 
     @property
     def mode(self) -> str:
-        """What sentences say of themselves: A, autonomous, or S, simulator."""
+        """Mode indicator of the sentences: A, autonomous, or S, simulator."""
         return "S" if self.simulator else "A"
 
     @property
@@ -157,13 +159,13 @@ def _date(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
 
 
 def _rudders(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    """The outer two; who is alone stands in the starboard field."""
+    """The outer two rudders; a single one is in the starboard field."""
     starboard, port = fit.rudders[-1:], fit.rudders[:1] if len(fit.rudders) > 1 else ()
-    said = {"stbd": [m[name] for name in starboard if name in m], "port": [m[name] for name in port if name in m]}
-    if not any(said.values()):
+    angles_of = {"stbd": [m[name] for name in starboard if name in m], "port": [m[name] for name in port if name in m]}
+    if not any(angles_of.values()):
         return ()
     return (Sentence("RC", "RSA", {
-        key: value for side, angles in said.items()
+        key: value for side, angles in angles_of.items()
         for key, value in ((f"{side}angle", math.degrees(angles[0]) if angles else None),
                            (f"{side}status", "A" if angles else "V"))
     }),)  # fmt: skip
@@ -190,22 +192,64 @@ SPOKEN: Mapping[str, Callable[[Fittings, Measured], tuple[Sentence, ...]]] = Map
     "HDT": _heading, "THS": _heading_status, "ROT": _turn, "VBW": _speeds, "VTG": _course, "RMC": _minimum,
     "GGA": _fix, "ZDA": _date, "RSA": _rudders, "RPM": _revolutions, "MWV": _wind, "DPT": _depth,
 })  # fmt: skip
-"""Sentences that a ship sends, by kind: from her fittings and what her instruments say to sentences."""
+"""Sentences that a ship sends, by kind, from its fittings and the readings of its instruments."""
 
 
 def lines(kind: str, fit: Fittings, m: Measured) -> list[bytes]:
     """The sentences of a kind as they go on the wire; also VDO, where pyais is installed."""
     if kind == "VDO":
-        from .ais import transponder
-
-        return transponder(fit, m)
+        return _transponder(fit, m)
     return [encode(one) for one in SPOKEN[kind](fit, m)]
 
 
 def clock(fit: Fittings, m: Measured) -> datetime:
-    """Date and time of day at what instruments say, to a hundredth of a second."""
+    """Date and time of day of the readings, to a hundredth of a second."""
     return datetime.fromtimestamp(round((fit.epoch + m["t"]) * 100.0) / 100.0, UTC)
 
 
 def _of_day(moment: datetime) -> float:
     return moment.hour * 3600.0 + moment.minute * 60.0 + moment.second + moment.microsecond * 1e-6
+
+
+_NOT_AVAILABLE = 0
+"""Manoeuvre indicator; 3 is reserved."""
+
+_GPS = 1
+
+
+def _transponder(fit: Fittings, m: Measured) -> list[bytes]:
+    """VDO: the position report, and before it the static data where `m` has "static"; none without pyais."""
+    return [*(_static(fit) if "static" in m else ()), *position(fit, m, fit.mmsi, "VDO")]
+
+
+def position(fit: Fittings, m: Measured, mmsi: int, kind: str) -> list[bytes]:
+    """Message 1 of a ship with this MMSI, as VDO of the own ship or VDM of another."""
+    return _ais({
+        "type": 1, "mmsi": mmsi, "turn": math.degrees(m["r"]) * 60.0, "speed": min(m["U"] / KNOT, 102.2),
+        "lon": m["longitude"], "lat": m["latitude"], "course": compass(m["chi"]),
+        "heading": round(compass(m["psi"])) % 360, "second": clock(fit, m).second, "maneuver": _NOT_AVAILABLE,
+    }, kind)  # fmt: skip
+
+
+def _static(fit: Fittings) -> list[bytes]:
+    """Message 5: name, size about the antenna and draught."""
+    forward, starboard = fit.antenna
+    ahead, aside = 0.5 * fit.length, 0.5 * fit.breadth
+    return _ais({
+        "type": 5, "mmsi": fit.mmsi, "shipname": re.sub(r"[^ -_]", " ", fit.name.upper())[:20], "epfd": _GPS,
+        "to_bow": _metres(ahead - forward, 511), "to_stern": _metres(ahead + forward, 511),
+        "to_port": _metres(aside + starboard, 63), "to_starboard": _metres(aside - starboard, 63),
+        "draught": min(fit.draught, 25.5),
+    }, "VDO")  # fmt: skip
+
+
+def _metres(length: float, most: int) -> int:
+    return min(max(round(length), 0), most)
+
+
+def _ais(values: dict[str, Any], kind: str) -> list[bytes]:
+    try:
+        from pyais import encode_dict
+    except ImportError:
+        return []
+    return [line.encode() + b"\r\n" for line in encode_dict(values, talker_id="AI", sentence_type=kind)]

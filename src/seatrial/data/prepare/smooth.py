@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import Array, DataError, Trial, unwrapped
-from . import to_body, to_earth
+from .axes import to_body, to_earth
 
 _SEARCH_ROWS = 1500
 

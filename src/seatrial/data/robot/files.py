@@ -17,7 +17,6 @@ from ..documents import read_yaml
 from ..sidecar import check_meta
 from .messages import store
 
-SUFFIX = ".mcap"
 BAG = "metadata.yaml"
 """A folder that holds this file is a bag of ROS 2."""
 

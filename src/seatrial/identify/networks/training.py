@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import NoTorchError as NoTorchError
 from ...core.parameters import ParameterError, unknown
 from ...data import Array
 from ...engine.rollout import default_threads
@@ -50,10 +51,6 @@ EXTRA = "pip install 'seatrial[neural]'"
 # answers their largest by this factor.
 _MARGIN, _HEADROOM = 0.25, 1.5
 _SAMPLES = 4096
-
-
-class NoTorchError(StudyError):
-    """PyTorch is absent or fails to load, so that no network can be trained here; other fits can be made."""
 
 
 @dataclass(frozen=True)

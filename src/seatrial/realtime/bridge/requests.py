@@ -7,12 +7,10 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
+from ...core.errors import RefusalError as RefusalError
+
 Request = Mapping[str, Any]
 """What is asked ("do") and its figures by name."""
-
-
-class RefusalError(ValueError):
-    """A request that is not carried out; the text says why."""
 
 
 def number(said: Request, name: str) -> float:

@@ -1,74 +1,21 @@
-"""Foreign logs to trial files.
+"""Foreign logs to trial files, and foreign logs read beside them.
 
-A format is a module with `read(path) -> Trial` and a line in `FORMATS`, which imports and studies share; `csv` is read
-by a mapping file, `nmea` may have one that says where the instruments are, `mcap` and `rosbag2` one that says which
-topics are what.  Everything is read before anything is written, so that a file that fails leaves nothing behind.
+Everything is read before anything is written, so that a file that fails leaves nothing behind.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
-from ...core.parameters import unknown
-from .. import DataError, Trial
-from ..robot import files as robot_files
-from ..sidecar import plain_meta, said_by, sidecar_path
-from ..table import existing, lines_of
-from ..trialfile import FOREIGN, read_trial, write_trial
-from . import frt_esso, nmea_log, nmea_trial, robot_log, simman, usv_asw
-from .mapping import read as read_by_mapping
-from .mapping import read_mapping
-
-Reader = Callable[[Path], Trial]
-
-
-@dataclass(frozen=True)
-class Format:
-    """A format of logs.
-
-    Attributes:
-        suffixes: of its files; none where a recording is a folder.
-        read: reader where the columns are known; None where only a mapping file tells them.
-        mapped: reader by a mapping file; None where there is nothing to map.
-    """
-
-    suffixes: tuple[str, ...]
-    read: Reader | None
-    mapped: Callable[[Path], Reader] | None = None
-
-
-def _by_columns(mapping: Path) -> Reader:
-    table = read_mapping(mapping)
-    return lambda path: read_by_mapping(path, table)
-
-
-def _by_instruments(mapping: Path) -> Reader:
-    aboard = nmea_trial.read_aboard(mapping)
-    return lambda path: nmea_trial.read(path, aboard)
-
-
-def _by_topics(mapping: Path) -> Reader:
-    from .robot_schema import read_topics
-
-    topics = read_topics(mapping)
-    return lambda path: robot_log.read(path, topics)
-
-
-FORMATS: Mapping[str, Format] = MappingProxyType({
-    "frt-esso": Format((frt_esso.SUFFIX,), frt_esso.read),
-    "simman": Format((simman.SUFFIX,), simman.read),
-    "usv-asw": Format((usv_asw.SUFFIX,), usv_asw.read),
-    "nmea": Format((nmea_log.SUFFIX,), nmea_trial.read, _by_instruments),
-    "mcap": Format((robot_files.SUFFIX,), robot_log.read, _by_topics),
-    "rosbag2": Format((), robot_log.read, _by_topics),
-    "csv": Format((".csv", ".dat"), None, _by_columns),
-})  # fmt: skip
-"""What can be read besides trial files, by the names of `seatrial import` and of a study's ``data.format``."""
+from . import DataError, Trial
+from .formats import reader, recordings
+from .sidecar import plain_meta, said_by, sidecar_path
+from .table import existing, lines_of
+from .trialfile import FOREIGN, read_trial, write_trial
 
 _OF_THE_IMPORT = frozenset({"processing", "lines", "epoch_utc"})
 _OF_THE_LOG = frozenset({"start", "datum", "frames"})
@@ -83,7 +30,7 @@ def import_log(
     What a person added to a sidecar that is there already stays in it.
 
     Args:
-        format: one of `FORMATS`.
+        format: one of `formats.formats()`.
         src: a file, or a folder whose files (of the format's suffix, also in its folders) are read; for rosbag2 the
             folder of a bag, or one of such folders.
         out: folder for the trial files; made if it is not there.
@@ -175,43 +122,3 @@ def read_log(path: str | Path) -> Trial:
 def read_logs(paths: Iterable[str | Path]) -> tuple[Trial, ...]:
     """Read trial files and recognised foreign logs, in the order given."""
     return tuple(read_log(path) for path in paths)
-
-
-def reader(format: str, mapping: str | Path | None) -> Reader:
-    """The reader of a format, by a mapping file where one is given.
-
-    Raises:
-        DataError: an unknown format, a mapping file that it does not take, or none where it needs one.
-    """
-    if format not in FORMATS:
-        raise DataError(unknown(format, FORMATS, "format"))
-    known = FORMATS[format]
-    if mapping is None:
-        if known.read is None:
-            raise DataError(f"format {format} needs a mapping file that says which column is which channel")
-        return known.read
-    if known.mapped is None:
-        raise DataError(f"format {format} takes no mapping file; its columns are known")
-    return known.mapped(Path(mapping))
-
-
-def recordings(format: str, src: str | Path) -> list[Path]:
-    """The recordings of a format at `src`, itself one or a folder of them, whose folders are searched too.
-
-    Raises:
-        DataError: there is nothing, or nothing of this format.
-    """
-    here = existing(src)
-    suffixes = FORMATS[format].suffixes
-    if not suffixes:
-        found = sorted(file.parent for file in here.rglob(robot_files.BAG)) if here.is_dir() else []
-        if not found:
-            raise DataError(f"{here}: no bag of ROS 2; give its folder, the one with {robot_files.BAG} in it")
-        return found
-    if not here.is_dir():
-        return [here]
-    found = sorted(f for f in here.rglob("*") if f.suffix.lower() in suffixes and f.is_file())
-    if not found:
-        listed = " or ".join(f"*{suffix}" for suffix in suffixes)
-        raise DataError(f"{here}: no file {listed} in this folder or below; is format {format} right?")
-    return found

@@ -1,11 +1,19 @@
-"""A log of NMEA 0183 sentences as a trial.
+"""Logs of NMEA 0183 sentences.
 
 A line may begin with a TAG block, whose time ``c:`` counts, or with the logger's own stamp: seconds, or a
-date and time such as 2026-11-21T10:00:00.250Z.  A line that has lost its stamp has that of the lines before and
-after where these have one and the same, and is left out elsewhere.  Where most lines have none, RMC, GGA or ZDA
-tell the time, and what is said between two of them is spread evenly between.  Rows are those of the instrument
-that reads most often (heading, position or rate of turn); other readings go to the nearest row, and what has none
-stays a gap.
+date and time such as 2026-11-21T10:00:00.250Z.  A line that has lost its stamp gets that of the lines before and
+after where these have the same one, and is left out elsewhere.  Where most lines have none, RMC, GGA or ZDA
+give the time, and the sentences between two of them are spread evenly.  Rows are those of the instrument
+with the most readings (heading, position or rate of turn); other readings go to the nearest row, and a row without
+one is a gap.
+
+A mapping file states where the instruments are; every key may be left out:
+
+    schema = "seatrial-nmea/1"
+    antenna = { forward = 12.5, starboard = -2.0 }   # m from midship
+    log = { forward = 60.0 }
+    datum = { latitude = 35.0, longitude = 139.5 }   # else the first fix
+    L_pp = 150.0
 """
 
 from __future__ import annotations
@@ -21,15 +29,20 @@ from typing import Any
 
 import numpy as np
 
-from .. import Array, DataError
+from .. import Array, DataError, Trial, unwrapped
+from ..documents import read_keys
+from ..geodesy import Datum
 from ..nmea.framing import TOKEN, read_line
 from ..nmea.reading import readings
 from ..nmea.sentences import NmeaError, decode
+from ..prepare import nearest_rows
+from ..sidecar import CONVENTIONS, Described, check_meta
 from ..table import existing
 
-SUFFIX = ".nmea"
+name = "nmea"
+suffixes = (".nmea",)
 _LONGEST = 128
-"""Bytes of a sentence in a log: receivers with many digits go beyond the 82 of the standard."""
+"""Bytes of a sentence in a log: receivers with many digits exceed the 82 of the standard."""
 
 _STAMP = re.compile(
     r"^\s*(?:(\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d+)?)(Z|[+-]\d\d:?\d\d)?|(\d{1,13}(?:\.\d*)?))[\s,;]*$"
@@ -42,12 +55,155 @@ Series = tuple[Array, Array]
 """Times [s] and values of one quantity, in the order of time."""
 
 
+@dataclass(frozen=True)
+class Antenna:
+    """Place of the antenna of the GNSS receiver, from midship [m]."""
+
+    forward: float = 0.0
+    starboard: float = 0.0
+
+
+@dataclass(frozen=True)
+class SpeedLog:
+    """Place of the speed log, from midship [m]."""
+
+    forward: float = 0.0
+
+
+@dataclass(frozen=True)
+class Aboard(Described):
+    """Where the instruments of a log are, and what its mapping file states of the trials.
+
+    Attributes:
+        antenna, log: places aboard.
+        datum: where x and y are zero; None for the first fix.
+    """
+
+    antenna: Antenna = Antenna()
+    log: SpeedLog = SpeedLog()
+    datum: Datum | None = None
+
+
+def read_mapping(path: Path) -> Aboard:
+    """Read the mapping file of an NMEA log.
+
+    Raises:
+        DataError: not TOML, an unknown key (the near ones are named), a wrong type.
+    """
+    aboard = read_keys(path, Aboard, "seatrial-nmea/1")
+    check_meta(path, aboard.meta)
+    return aboard
+
+
+def read(source: Path, mapping: Aboard | None = None) -> Trial:
+    """Read one log.
+
+    Raises:
+        DataError: what is wrong with it, and where.
+    """
+    aboard = mapping or Aboard()
+    log = _read_log(source)
+    t, raw, steps = _on_rows(source, log)
+    steps = [f"imported from NMEA 0183 sentences: {', '.join(sorted(raw))}", *log.steps, *steps]
+    channels: dict[str, Array] = {}
+    psi = unwrapped(raw["psi"]) if "psi" in raw else np.full(len(t), math.nan)
+    r = raw["r"] if "r" in raw else _rate(t, psi, steps)
+    if "psi" in raw:
+        channels["psi"] = psi
+    datum = _positions(channels, raw, psi, aboard, steps)
+    _velocities(channels, raw, psi, r, aboard, steps)
+    channels["r"] = r
+    _controls(channels, raw, steps)
+    _around(channels, raw, psi)
+    where = {} if datum is None else {"datum": {"latitude": datum.latitude, "longitude": datum.longitude}}
+    said = {**_start(log, float(t[0])), **where, **aboard.meta}
+    meta = {**CONVENTIONS, **said, "lines": dict(log.lines), "processing": steps}
+    known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
+    # floats hold seconds since 1970 to a quarter of a microsecond
+    return Trial(source.stem, np.round(t - t[0], 6), known, {}, meta)
+
+
+def _rate(t: Array, psi: Array, steps: list[str]) -> Array:
+    if np.isfinite(psi).sum() < 2:
+        return np.full(len(t), math.nan)
+    steps.append("no ROT: r by central differences of psi")
+    return np.gradient(psi, t)
+
+
+def _positions(
+    channels: dict[str, Array], raw: Mapping[str, Array], psi: Array, aboard: Aboard, steps: list[str]
+) -> Datum | None:
+    if "latitude" not in raw or "longitude" not in raw:
+        return aboard.datum
+    latitude, longitude = raw["latitude"], raw["longitude"]
+    good = np.flatnonzero(np.isfinite(latitude + longitude))
+    if not good.size:
+        return aboard.datum
+    datum = aboard.datum or Datum(float(latitude[good[0]]), float(longitude[good[0]]))
+    x, y = datum.track(latitude, longitude)
+    forward, starboard = aboard.antenna.forward, aboard.antenna.starboard
+    if forward or starboard:
+        c, s = np.cos(psi), np.sin(psi)
+        x, y = x - (c * forward - s * starboard), y - (s * forward + c * starboard)
+        steps.append(f"x, y from the antenna to midship: {forward:g} m forward, {starboard:g} m to starboard")
+    else:
+        steps.append("x, y are those of the antenna; midship is taken to be there")
+    channels["x"], channels["y"] = x, y
+    return datum
+
+
+def _velocities(
+    channels: dict[str, Array], raw: Mapping[str, Array], psi: Array, r: Array, aboard: Aboard, steps: list[str]
+) -> None:
+    """Velocities over ground at midship: by VBW, else by course and speed of the antenna."""
+    if "u_log" in raw and "v_log" in raw:
+        channels["u"], channels["v_m"], ahead = raw["u_log"], raw["v_log"], aboard.log.forward
+        if ahead:
+            channels["v_m"] = raw["v_log"] - ahead * r
+    elif "U_G" in raw and "gamma_G" in raw:
+        drift, forward, starboard = raw["gamma_G"] - psi, aboard.antenna.forward, aboard.antenna.starboard
+        u, v = raw["U_G"] * np.cos(drift), raw["U_G"] * np.sin(drift)
+        channels["u"] = u + starboard * r if starboard else u
+        channels["v_m"] = v - forward * r if forward else v
+        steps.append("u, v_m from course and speed over ground, turned by psi")
+    if "U_G" in raw and "gamma_G" in raw:
+        channels["U_G"], channels["gamma_G"] = raw["U_G"], unwrapped(raw["gamma_G"])
+
+
+def _controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[str]) -> None:
+    """Rudders and shafts, numbered port to starboard where there are several; engines where no shaft is told of."""
+    for name in ("delta", "delta_cmd"):
+        starboard, port = raw.get(name), raw.get(name.replace("delta", "delta_port"))
+        suffix = name.removeprefix("delta")
+        if port is not None and starboard is not None:
+            channels[f"delta_1{suffix}"], channels[f"delta_2{suffix}"] = port, starboard
+        elif starboard is not None:
+            channels[name] = starboard
+    told = [name for name in raw if name.startswith("rpm_")]
+    of = "rpm_S_" if any(name.startswith("rpm_S_") for name in told) else "rpm_E_"
+    numbers = [int(name.removeprefix(of)) for name in told if name.startswith(of)]
+    if told and of == "rpm_E_":
+        steps.append("revolutions are those of the engine; the shaft is taken to turn as fast")
+    elif len(numbers) < len(told):
+        steps.append("revolutions are those of the shaft; what RPM says of the engine is left out")
+    for place, number in enumerate(sorted(numbers, key=lambda k: k if k % 2 else -k), 1):
+        channels["n_P" if len(numbers) == 1 else f"n_P_{place}"] = raw[f"{of}{number}"] / 60.0
+
+
+def _around(channels: dict[str, Array], raw: Mapping[str, Array], psi: Array) -> None:
+    for name in ("U_A", "gamma_A", "U_T", "depth"):
+        if name in raw:
+            channels[name] = raw[name]
+    if "gamma_T_bow" in raw:
+        channels["gamma_T"] = np.mod(raw["gamma_T_bow"] + psi, 2.0 * math.pi)
+
+
 @dataclass
-class Told:
+class _Log:
     """What a log says, quantity by quantity, before it is on rows.
 
     Attributes:
-        series: readings by the names of `nmea_reading.readings`.
+        series: readings by the names of `nmea.reading.readings`.
         steps: what had to be done or left out, in words.
         epoch: seconds since 1970 at time 0 of the series, where the log tells the date.
         lines: how many lines the log has (``all``), how many of them are no valid sentence (``invalid``), and how
@@ -68,7 +224,7 @@ class _Reading:
     stamp: float | None
 
 
-def read_told(path: Path) -> Told:
+def _read_log(path: Path) -> _Log:
     """Readings of a log by quantity.
 
     Raises:
@@ -89,7 +245,7 @@ def read_told(path: Path) -> Told:
         midnights: Counter[float] = Counter()
         series = _sorted(_by_clock(path, found, midnights), steps)
         # a receiver that has just begun may tell a date of its factory: the one told most often counts
-        return Told(series, steps, midnights.most_common(1)[0][0] if midnights else None, counts)
+        return _Log(series, steps, midnights.most_common(1)[0][0] if midnights else None, counts)
     timed = _by_stamp(found)
     if stamped < len(found):
         counts["untimed"] = len(found) - len(timed)
@@ -98,7 +254,7 @@ def read_told(path: Path) -> Told:
             f"of the lines about them, {len(found) - len(timed)} are left out"
         )
     first = min(t for t, _ in timed)
-    return Told(_sorted(timed, steps), steps, 0.0 if first > _DAY * 365 else None, counts)
+    return _Log(_sorted(timed, steps), steps, 0.0 if first > _DAY * 365 else None, counts)
 
 
 def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], int, list[str]]:
@@ -222,36 +378,28 @@ def _sorted(timed: Iterable[tuple[float, Mapping[str, float]]], steps: list[str]
     return out
 
 
-def on_rows(path: Path, told: Told) -> tuple[Array, dict[str, Array], list[str]]:
+def _on_rows(path: Path, log: _Log) -> tuple[Array, dict[str, Array], list[str]]:
     """Row times and the quantities on them; NaN where a row has no reading.
 
     Raises:
         DataError: fewer than two readings of heading, position and rate of turn.
     """
-    base = max(("psi", "latitude", "r"), key=lambda name: len(told.series.get(name, ((), ()))[0]))
-    if len(told.series.get(base, ((), ()))[0]) < 2:
+    base = max(("psi", "latitude", "r"), key=lambda name: len(log.series.get(name, ((), ()))[0]))
+    if len(log.series.get(base, ((), ()))[0]) < 2:
         raise DataError(f"{path}: no heading (HDT, THS), position (RMC, GGA) or rate of turn (ROT) to make rows of")
-    t = told.series[base][0]
+    t = log.series[base][0]
     reach = 0.5 * float(np.median(np.diff(t))) * (1.0 + 1e-9)
     out: dict[str, Array] = {}
     farthest = 0.0
-    for name, (times, values) in told.series.items():
-        row = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
-        row = row - (times - t[row - 1] < t[row] - times)
-        away = np.abs(times - t[row])
-        column = np.full(len(t), math.nan)
-        order = np.argsort(-away, kind="stable")  # the nearest reading of a row is written last
-        order = order[away[order] <= reach]
-        column[row[order]] = values[order]
-        if order.size:
-            farthest = max(farthest, float(away[order].max()))
-        out[name] = column
+    for name, (times, values) in log.series.items():
+        out[name], away = nearest_rows(t, times, values, reach)
+        farthest = max(farthest, away)
     steps = [f"readings moved to the nearest row, by {farthest:.3g} s at most"] if farthest > 1e-6 else []
     return t, out, steps
 
 
-def told_meta(told: Told, first: float) -> dict[str, Any]:
+def _start(log: _Log, first: float) -> dict[str, Any]:
     """What the log says of itself, for the sidecar: when its first row was, at `first` of the series."""
-    if told.epoch is None:
+    if log.epoch is None:
         return {}
-    return {"start": datetime.fromtimestamp(told.epoch + first, UTC).isoformat(timespec="microseconds")}
+    return {"start": datetime.fromtimestamp(log.epoch + first, UTC).isoformat(timespec="microseconds")}

@@ -1,4 +1,4 @@
-"""MCAP files and bags of ROS 2 to trials.
+"""Trials from the messages of a robot's log, an MCAP file or a bag of ROS 2.
 
 The rows are the messages of the odometry, else of the twist, else of the fix; what other topics say is moved to the
 nearest row, and a row that nothing is near to has a gap.  A log that seatrial wrote has the rows of its trial again,
@@ -20,18 +20,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
+from ..documents import read_keys
 from ..geodesy import Datum
-from ..prepare import to_body
-from ..robot.files import Message, opened
-from ..robot.messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, VELOCITY, Told, earth_fixed, told
-from ..sidecar import CONVENTIONS, began
-from ..units import standard_unit
+from ..prepare import nearest_rows, to_body
+from ..sidecar import CONVENTIONS, Described, began, check_meta
+from ..units import conversion, standard_unit
+from .files import Message, opened
+from .messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, VELOCITY, Told, earth_fixed, told
 
 # Stamps above this are times since 1970, those below times since some start [ns].
 _EPOCH = 10**17
@@ -43,22 +44,38 @@ _NAME = re.compile(r"[A-Za-z]\w*")
 
 
 @dataclass(frozen=True)
-class Topics:
-    """Which topics are read, where a log leaves a choice.
+class Number:
+    """A channel that a topic of bare numbers holds, in SI where no unit is given."""
+
+    channel: str
+    unit: str | None = None
+    sign: Literal[-1, 1] = 1
+
+    @property
+    def factor(self) -> float:
+        """Factor from the number to the channel.
+
+        Raises:
+            DataError: an unknown unit, or one that cannot measure the channel.
+        """
+        return self.sign * (1.0 if self.unit is None else conversion(self.channel, self.unit)[1])
+
+
+@dataclass(frozen=True)
+class Topics(Described):
+    """Which topics are read, where a log leaves a choice, and what the mapping file states of the trials.
 
     Attributes:
         odometry, twist, fix: topics of these types; None for the only one.
-        numbers: channel and factor to SI of topics of bare numbers.
+        numbers: channels of topics of bare numbers.
         datum: where x and y are zero; None for the first fix.
-        meta: what goes into the sidecar.
     """
 
     odometry: str | None = None
     twist: str | None = None
     fix: str | None = None
-    numbers: Mapping[str, tuple[str, float]] = field(default_factory=dict[str, tuple[str, float]])
+    numbers: dict[str, Number] = field(default_factory=dict[str, Number])
     datum: Datum | None = None
-    meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
     def of(self, kind: str) -> str | None:
         """The topic asked for of a type."""
@@ -78,13 +95,29 @@ class _Series:
         return np.array([one.values.get(name, math.nan) for one in self.said])
 
 
-def read(path: Path, topics: Topics | None = None) -> Trial:
+def read_topics(path: Path) -> Topics:
+    """Read a mapping file.
+
+    Raises:
+        DataError: not TOML, an unknown key, a wrong type or unit.
+    """
+    topics = read_keys(path, Topics, "seatrial-robot/1")
+    for topic, one in topics.numbers.items():
+        try:
+            _ = one.factor
+        except DataError as wrong:
+            raise DataError(f"{path}: numbers, {topic}: {wrong}") from None
+    check_meta(path, topics.meta)
+    return topics
+
+
+def read(source: Path, mapping: Topics | None = None) -> Trial:
     """Read one log.
 
     Raises:
         DataError: what is wrong with it, and where.
     """
-    topics = topics or Topics()
+    topics, path = mapping or Topics(), source
     with opened(path) as bag:
         series = _gathered(path, bag.messages)
         note = bag.note
@@ -100,7 +133,8 @@ def read(path: Path, topics: Topics | None = None) -> Trial:
     datum, placed = _place(path, rows, series, chosen, topics, channels)
     steps += turned + placed
     said = _numbers(path, rows, series, topics)
-    channels |= {name: values for name, values in said.items() if name in {c for c, _ in topics.numbers.values()}}
+    mapped = {one.channel for one in topics.numbers.values()}
+    channels |= {name: values for name, values in said.items() if name in mapped}
     _fill(channels, said)
     meta = {**CONVENTIONS, **_frames(series, chosen), **rows.start, **note.get("meta", {}), **topics.meta}
     if datum is not None and "datum" not in meta:
@@ -199,14 +233,7 @@ class _Rows:
         """A quantity on the rows; NaN where no message is within half a row."""
         late = self.behind if series.kind == NUMBER else 0
         times, ticks = np.array(series.times) - late, self.ticks
-        row = np.clip(np.searchsorted(ticks, times), 1, len(ticks) - 1)
-        row = row - (times - ticks[row - 1] < ticks[row] - times)
-        away = np.abs(times - ticks[row])
-        order = np.argsort(-away, kind="stable")  # the nearest message of a row is written last
-        order = order[2 * away[order] <= np.median(np.diff(ticks))]
-        out = np.full(len(ticks), math.nan)
-        out[row[order]] = series.column(name)[order]
-        return out
+        return nearest_rows(ticks, times, series.column(name), 0.5 * float(np.median(np.diff(ticks))))[0]
 
 
 def _motion(
@@ -253,10 +280,7 @@ def _place(
         x, y = float(channels["x"][k]), float(channels["y"][k])
         return topics.datum or (_zero(path, first, x, y) if math.isfinite(x + y) else first), []
     datum = topics.datum or first
-    x, y = (np.full(len(rows.t), math.nan) for _ in range(2))
-    for k in good.tolist():
-        x[k], y[k] = datum.north_east(float(latitude[k]), float(longitude[k]))
-    channels["x"], channels["y"] = x, y
+    channels["x"], channels["y"] = datum.track(latitude, longitude)
     return datum, ["x, y are those of the antenna; midship is taken to be there"]
 
 
@@ -276,7 +300,8 @@ def _numbers(path: Path, rows: _Rows, series: Mapping[str, _Series], topics: Top
         if topic not in there:
             raise DataError(f"{path}: {unknown(topic, there, 'topic of Float64')}")
     for topic, one in there.items():
-        name, factor = topics.numbers.get(topic, (topic.rpartition("/")[2], 1.0))
+        mapped = topics.numbers.get(topic, Number(topic.rpartition("/")[2]))
+        name, factor = mapped.channel, mapped.factor
         if not _NAME.fullmatch(name) or name == "t":
             continue
         if name in out:

@@ -15,26 +15,33 @@ the columns of `u` and `v_m` hold the velocities north and east and are turned i
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Literal
 
 import numpy as np
 
 from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
-from ..documents import read_toml
+from ..documents import read_keys
 from ..prepare import to_body
-from ..sidecar import CONVENTIONS, check_meta
+from ..sidecar import CONVENTIONS, Described, check_meta
 from ..table import check_time, continued, lines_of, numbers, once, split_row
 from ..units import conversion, standard_unit
 
-if TYPE_CHECKING:
-    from pydantic import ValidationError
+name = "csv"
+suffixes = (".csv", ".dat")
+needs_mapping = True
 
-_META = ("ship", "scale", "L_pp", "kind", "source", "licence", "water_density")
+
+@dataclass(frozen=True)
+class TimeColumn:
+    """The column of time: `(column + offset) * unit`."""
+
+    column: str
+    unit: str
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -43,92 +50,95 @@ class Column:
 
     column: str
     unit: str
-    sign: float = 1.0
     offset: float = 0.0
+    sign: float = 1.0
 
 
 @dataclass(frozen=True)
-class Mapping:
-    """A mapping file, checked.
+class Frame:
+    """Axes of the columns of u and v_m."""
+
+    velocity: Literal["body", "earth"] = "body"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mapping(Described):
+    """A mapping file.
 
     Attributes:
         time: the column of time.
         channels: columns of the channels, by channel.
-        velocity: "body" or "earth", the axes of the columns of u and v_m.
-        delimiter: what separates cells; None for white space.
+        frame: the axes of the velocities.
+        delimiter: what separates cells; "whitespace" for any white space.
         skip: lines before the header.
         encoding: of the text.
-        meta: what goes into the sidecar.
     """
 
-    time: Column
+    time: TimeColumn
     channels: dict[str, Column]
-    velocity: str
-    delimiter: str | None
-    skip: int
-    encoding: str
-    meta: dict[str, Any]
+    frame: Frame = Frame()
+    delimiter: str = ","
+    skip: int = 0
+    encoding: str = "utf-8-sig"
+
+    @property
+    def separator(self) -> str | None:
+        """What separates cells; None for white space."""
+        return None if self.delimiter == "whitespace" else self.delimiter
 
 
-def read_mapping(path: str | Path) -> Mapping:
+def read_mapping(path: Path) -> Mapping:
     """Read and check a mapping file.
 
     Raises:
         DataError: not TOML, an unknown key (the near ones are named), a wrong type or unit.
     """
-    here = Path(path)
-    checked = _validated(here, read_toml(here))
-    channels = {name: Column(**value) for name, value in checked["channels"].items()}
-    for name, column in channels.items():
-        _check_channel(here, name, column)
-    time = Column(**checked["time"])
-    _check_unit(here, "t", time.unit)
-    velocity = checked["frame"]["velocity"]
-    if velocity == "earth" and not {"u", "v_m", "psi"} <= set(channels):
-        raise DataError(f'{here}: frame.velocity = "earth" needs channels u (north), v_m (east) and psi')
-    separator = checked["delimiter"]
-    meta = {k: checked[k] for k in _META if checked[k] is not None}
-    check_meta(Path(path), meta)
-    return Mapping(
-        time, channels, velocity, None if separator == "whitespace" else separator,
-        checked["skip"], checked["encoding"], meta,
-    )  # fmt: skip
+    found = read_keys(path, Mapping, "seatrial-mapping/1")
+    if not found.channels or not found.delimiter or found.skip < 0:
+        raise DataError(f"{path}: give one channel at least, a delimiter, and skip of 0 or more")
+    for channel, column in found.channels.items():
+        _check_channel(path, channel, column)
+    _check_unit(path, "t", found.time.unit)
+    if found.frame.velocity == "earth" and not {"u", "v_m", "psi"} <= set(found.channels):
+        raise DataError(f'{path}: frame.velocity = "earth" needs channels u (north), v_m (east) and psi')
+    check_meta(path, found.meta)
+    return found
 
 
-def read(path: str | Path, mapping: Mapping) -> Trial:
+def read(source: Path, mapping: Mapping) -> Trial:
     """Read one log by a mapping.
 
     Raises:
         DataError: naming file, column and line.
     """
-    here = Path(path)
-    lines = lines_of(here, mapping.encoding)
+    lines = lines_of(source, mapping.encoding)
     if len(lines) <= mapping.skip:
-        raise DataError(f"{here}: {len(lines)} lines, and the mapping skips {mapping.skip}")
-    heads = split_row(lines[mapping.skip], mapping.delimiter)
-    for column in (mapping.time, *mapping.channels.values()):
+        raise DataError(f"{source}: {len(lines)} lines, and the mapping skips {mapping.skip}")
+    heads = split_row(lines[mapping.skip], mapping.separator)
+    time = Column(mapping.time.column, mapping.time.unit, mapping.time.offset)
+    wanted = {"t": time, **mapping.channels}
+    for column in wanted.values():
         if column.column not in heads:
-            raise DataError(f"{here}: line {mapping.skip + 1}: {unknown(column.column, heads, 'column')}")
-    once(here, mapping.skip + 1, heads, [column.column for column in (mapping.time, *mapping.channels.values())])
-    wanted = {"t": mapping.time, **mapping.channels}
-    index = {name: heads.index(column.column) for name, column in wanted.items()}
-    table, numbered = _wanted_numbers(here, lines, mapping, heads, sorted(set(index.values())))
+            raise DataError(f"{source}: line {mapping.skip + 1}: {unknown(column.column, heads, 'column')}")
+    once(source, mapping.skip + 1, heads, [column.column for column in wanted.values()])
+    index = {channel: heads.index(column.column) for channel, column in wanted.items()}
+    table, numbered = _wanted_numbers(source, lines, mapping, heads, sorted(set(index.values())))
     table, added = continued(table, index["t"])
-    values = {name: _si(name, column, table[:, index[name]]) for name, column in wanted.items()}
+    values = {channel: _si(channel, column, table[:, index[channel]]) for channel, column in wanted.items()}
     t = values.pop("t")
-    check_time(here, mapping.time.column, t, numbered)
-    units = {name: conversion(name, c.unit)[0] for name, c in mapping.channels.items() if name not in UNITS}
+    check_time(source, time.column, t, numbered)
+    units = {n: conversion(n, c.unit)[0] for n, c in mapping.channels.items() if n not in UNITS}
     steps = [f"imported by a mapping: {len(values)} of {len(heads)} columns"]
     steps += [f"{n}: sign turned" for n, c in mapping.channels.items() if c.sign == -1.0]
     if "psi" in values:
         values["psi"] = unwrapped(values["psi"])
         steps.append("psi made continuous")
-    if mapping.velocity == "earth":
+    if mapping.frame.velocity == "earth":
         values["u"], values["v_m"] = to_body(values["u"], values["v_m"], values["psi"])
         steps.append("u, v_m turned from earth axes into body axes by psi")
     if added:
         steps.append(f"time continued over {added} empty rows at the end")
-    return Trial(here.stem, t, values, units, {**CONVENTIONS, **mapping.meta, "processing": steps})
+    return Trial(source.stem, t, values, units, {**CONVENTIONS, **mapping.meta, "processing": steps})
 
 
 def _wanted_numbers(
@@ -136,15 +146,15 @@ def _wanted_numbers(
 ) -> tuple[Array, list[int]]:
     """Like `numbers`, but only the wanted columns need to be numbers; the others become NaN."""
     reduced = list(lines)
-    comma = mapping.delimiter or " "
+    comma = mapping.separator or " "
     for k in range(mapping.skip + 1, len(lines)):
-        cells = split_row(lines[k], mapping.delimiter)
+        cells = split_row(lines[k], mapping.separator)
         if len(cells) == len(heads):
             reduced[k] = comma.join(cells[c] for c in wanted)
         elif lines[k].strip():
             raise DataError(f"{path}: line {k + 1} has {len(cells)} cells, the header has {len(heads)}")
     names = [heads[c] for c in wanted]
-    part, numbered = numbers(path, reduced, mapping.skip + 1, names, mapping.delimiter)
+    part, numbered = numbers(path, reduced, mapping.skip + 1, names, mapping.separator)
     table = np.full((len(part), len(heads)), np.nan)
     table[:, wanted] = part
     return table, numbered
@@ -166,8 +176,6 @@ def _check_channel(path: Path, name: str, column: Column) -> None:
         raise DataError(f"{path}: channels.{name}: {near}")
     if column.sign not in (1.0, -1.0):
         raise DataError(f"{path}: channels.{name}.sign is {column.sign:g}; it must be 1 or -1")
-    if not math.isfinite(column.offset):
-        raise DataError(f"{path}: channels.{name}.offset is {column.offset}; it must be finite")
     _check_unit(path, name, column.unit)
 
 
@@ -176,29 +184,3 @@ def _check_unit(path: Path, name: str, unit: str) -> None:
         conversion(name, unit)
     except DataError as error:
         raise DataError(f"{path}: {error}") from None
-
-
-def _validated(path: Path, said: dict[str, Any]) -> dict[str, Any]:
-    """The file as plain values with the defaults filled in, by pydantic."""
-    from pydantic import ValidationError
-
-    from .mapping_schema import MappingFile
-
-    try:
-        return MappingFile.model_validate(said).model_dump()
-    except ValidationError as error:
-        raise DataError(f"{path}: {_told(error)}") from None
-
-
-def _told(error: ValidationError) -> str:
-    """First complaint of pydantic as one line, with the near keys for an unknown one."""
-    from .mapping_schema import keys_at
-
-    first = error.errors()[0]
-    place = [str(part) for part in first["loc"]]
-    if first["type"] == "extra_forbidden":
-        inside = ".".join(place[:-1])
-        return (f"{inside}: " if inside else "") + unknown(place[-1], keys_at(place[:-1]), "key")
-    if first["type"] == "missing":
-        return f"{'.'.join(place)} is missing"
-    return f"{'.'.join(place)}: {first['msg'][0].lower()}{first['msg'][1:]} (it is {first['input']!r})"

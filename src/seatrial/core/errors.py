@@ -1,0 +1,140 @@
+"""Error classes of the package, with one base.
+
+Every error that is raised on purpose is a `SeatrialError`: its text is one line for the user that says what is wrong,
+where, and what would be right.  It is either a `RequestError` (exit status 2: the request was wrong, nothing has been
+done) or a `RunError` (exit status 1: the request was right and the run failed).  The rooms export the classes that
+they raise.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Literal
+
+__all__ = [
+    "BusyError", "CommandError", "CompilerError", "DataError", "FitError", "LoopError", "NmeaError", "NoTorchError",
+    "ParameterError", "Reason", "RefusalError", "ReportError", "RequestError", "ResumeError", "RunError",
+    "SeatrialError", "SensorError", "ShipError", "SimulationError", "StudyError", "TaskError", "TomlError",
+    "UsageError", "WeatherError", "WireError",
+]  # fmt: skip
+
+Reason = Literal["length", "form", "checksum", "kind", "field"]
+
+
+class SeatrialError(Exception):
+    """Base of the errors of the package; the text is one line for the user."""
+
+
+class RequestError(SeatrialError, ValueError):
+    """The request was wrong: a file, a key, a value, an option."""
+
+
+class RunError(SeatrialError, RuntimeError):
+    """The request was right and the run failed."""
+
+
+class ParameterError(RequestError):
+    """A parameter path, value or interval that cannot be used."""
+
+
+class TomlError(RequestError, tomllib.TOMLDecodeError):
+    """A TOML file that cannot be read; the text states the reason in one line."""
+
+    def __init__(self, text: str) -> None:
+        ValueError.__init__(self, text)
+
+
+class BusyError(RequestError):
+    """A folder that another process works in; the text names the process."""
+
+
+class DataError(RequestError):
+    """A log or a trial that cannot be used: what, where and what would be right, in one line whatever the log holds."""
+
+    def __init__(self, text: str = "") -> None:
+        line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+        super().__init__(line if len(line) <= 1200 else f"{line[:800]} ... {line[-300:]}")
+
+
+class NmeaError(DataError):
+    """A sentence or a datagram that is not valid.
+
+    Attributes:
+        reason: "length", "form", "checksum", "kind" (valid, but not supported by seatrial) or "field".
+    """
+
+    def __init__(self, text: str, reason: Reason) -> None:
+        super().__init__(text)
+        self.reason: Reason = reason
+
+
+class WeatherError(RequestError):
+    """Weather that cannot be made; the text says what and what would be right."""
+
+
+class ShipError(RequestError):
+    """A ship file that cannot be used; the text names the file, the key and what would be right."""
+
+
+class SensorError(RequestError):
+    """A sensor of a channel that the run does not have, or with an impossible figure."""
+
+
+class StudyError(RequestError):
+    """A study that cannot be run; the text names the key and what would be right."""
+
+
+class NoTorchError(StudyError):
+    """PyTorch is absent or fails to load, so that no network can be trained here; other fits can be made."""
+
+
+class ResumeError(StudyError):
+    """A checkpoint of another problem."""
+
+
+class ReportError(RequestError):
+    """A report that cannot be written; the text states the reason."""
+
+
+class LoopError(RequestError):
+    """A loop that cannot run as asked; the text says what would be right."""
+
+
+class CommandError(RequestError):
+    """An order that no ship can take: no such control, or no number."""
+
+
+class WireError(RequestError):
+    """An address that cannot be used; the text says what would be right."""
+
+
+class RefusalError(RequestError):
+    """A request to the bridge page that is not carried out; the text states the reason."""
+
+
+class TaskError(RequestError):
+    """A task or a setting of an environment that cannot be; the text says what would be right."""
+
+
+class UsageError(RequestError):
+    """A command that cannot be carried out; the text names what, where and the alternatives."""
+
+
+class CompilerError(RunError):
+    """No kernel can be made on this machine; the text states the reason."""
+
+
+class SimulationError(RunError):
+    """A run that left the finite or the valid; the text names time, state and lane.
+
+    Attributes:
+        time: when it did [s], where known.
+    """
+
+    def __init__(self, text: str, time: float | None = None) -> None:
+        super().__init__(text)
+        self.time = time
+
+
+class FitError(RunError):
+    """An estimation that failed; the text states why and where."""

@@ -1,0 +1,148 @@
+"""Findings about trials: the checks of one trial, and recordings that two sets share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import Trial
+from .motion import motion_faults, rudder_faults, scale_faults, yaw_faults
+from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
+from .still import still_faults
+from .track import track_faults
+
+Severity = Literal["error", "warning", "info"]
+_COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
+_FEWEST = 10
+"""Rows in common that are no chance."""
+
+_Placed = list[tuple[int, Trial]]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing about a trial that its user should know.
+
+    Attributes:
+        severity: "error" (do not use it as it is), "warning" or "info".
+        what: the fault in a few words.
+        where: trial and channel.
+        evidence: the numbers that show it.
+        remedy: what to do.
+        kind: of the fault, see `Kind`.
+        trials, channels: those it is about, the trial under test last.
+    """
+
+    severity: Severity
+    what: str
+    where: str
+    evidence: str
+    remedy: str
+    kind: Kind = "quality"
+    trials: tuple[str, ...] = ()
+    channels: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.severity}: {self.where}: {self.what} ({self.evidence}); {self.remedy}"
+
+
+def check(trial: Trial) -> tuple[Finding, ...]:
+    """All findings of one trial, errors first; none means that no known fault was seen."""
+    if len(trial) < 20:
+        few = Fault("error", "t", "too short to judge", f"{len(trial)} rows", "record at least 20 rows", "short")
+        return (_finding(trial, few),)
+    if beyond := [*beyond_faults(trial)]:
+        return tuple(_finding(trial, fault) for fault in beyond)
+    faults = [*gap_faults(trial), *sensor_faults(trial)]
+    if bool((np.diff(trial.t) > 0).all()):
+        heading = [*yaw_faults(trial)]
+        faults += heading
+        for one in (still_faults, rudder_faults, scale_faults, track_faults):
+            faults += one(trial)
+        # while the unit of psi is unknown, comparisons by psi do not accuse other channels
+        unknown_heading = any(fault.kind == "unit" for fault in heading)
+        for one in (motion_faults, wind_faults):
+            faults += [fault for fault in one(trial) if fault.severity != "warning" or not unknown_heading]
+    found = [_finding(trial, fault) for fault in faults]
+    return tuple(sorted(found, key=lambda f: ("error", "warning", "info").index(f.severity)))
+
+
+def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, ...]:
+    """Recordings that training and test share, whole or in part, under whatever names.
+
+    Returns:
+        An error for each pair of trials of which at least ten rows are the same.
+    """
+    ours, theirs = tuple(train), tuple(test)
+    return tuple(
+        Finding(
+            "error", "training and test share a recording", f"{ours[a].name} and {theirs[b].name}",
+            f"{rows} rows are the same, {100 * part:.0f} % of {theirs[b].name}",
+            "keep both in training or both in test", "overlap", (ours[a].name, theirs[b].name),
+        )
+        for a, b, rows, part in _pairs(ours, theirs)
+    )  # fmt: skip
+
+
+def _finding(trial: Trial, fault: Fault) -> Finding:
+    about = f"{trial.name}: {fault.where}"
+    said = (fault.severity, fault.what, about, fault.evidence, fault.remedy, fault.kind)
+    return Finding(*said, (trial.name,), fault.channels)
+
+
+def _pairs(train: Sequence[Trial], test: Sequence[Trial]) -> list[tuple[int, int, int, float]]:
+    """Pairs of recordings with at least ten rows in common.
+
+    Returns:
+        Place in `train`, place in `test`, how many rows, and which part of the rows of the latter; in this order.
+    """
+    found: list[tuple[int, int, int, float]] = []
+    for (mine, some), (yours, others) in product(_by_channels(train).items(), _by_channels(test).items()):
+        if names := [name for name in mine if name in yours]:
+            found += _shared(names, some, others)
+    return sorted(found)
+
+
+def _by_channels(trials: Sequence[Trial]) -> dict[tuple[str, ...], _Placed]:
+    """Trials with their places in the list, by which of the common channels they have."""
+    found: dict[tuple[str, ...], _Placed] = {}
+    for k, trial in enumerate(trials):
+        found.setdefault(tuple(name for name in _COMMON if name in trial), []).append((k, trial))
+    return found
+
+
+def _shared(names: list[str], some: _Placed, others: _Placed) -> Iterator[tuple[int, int, int, float]]:
+    """The rows of all of `some` are sorted once, those of each other one are looked up."""
+    own = [_rows(trial, names) for _, trial in some]
+    rows, owner = np.concatenate(own), np.repeat(np.arange(len(own)), [len(one) for one in own])
+    order = np.argsort(rows, kind="stable")
+    rows, owner = rows[order], owner[order]
+    for place, other in others:
+        wanted = _rows(other, names)
+        first, last = np.searchsorted(rows, wanted, "left"), np.searchsorted(rows, wanted, "right")
+        held = [owner[a:b] for a, b in zip(first.tolist(), last.tolist(), strict=True) if a < b]
+        if not held:
+            continue
+        counts = np.bincount(np.concatenate(held), minlength=len(some))
+        for k in np.flatnonzero(counts >= _FEWEST).tolist():
+            yield some[k][0], place, int(counts[k]), float(counts[k] / len(wanted))
+
+
+def _rows(trial: Trial, names: list[str]) -> NDArray[np.uint64]:
+    """A number for each different row, by which equal ones are found; sorted."""
+    table = trial.stack(*names)
+    table = table[np.isfinite(table).all(axis=1)]
+    # nine digits: the same recording written by two programs is still the same
+    bits = (np.round(table, 9) + 0.0).view(np.uint64).reshape(table.shape)
+    mixed = np.zeros(len(bits), dtype=np.uint64)
+    for column in bits.T:  # splitmix64: two rows in 10^19 come out the same by chance
+        mixed = (mixed ^ column) + np.uint64(0x9E3779B97F4A7C15)
+        mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        mixed ^= mixed >> np.uint64(31)
+    return np.unique(mixed)

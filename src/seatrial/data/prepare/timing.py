@@ -1,0 +1,133 @@
+"""Values at other times: even steps, nearest rows, short gaps."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from .. import Array, DataError, Trial, unwrapped
+from .cutting import LEAP
+
+ANGLES = ("psi", "gamma_T", "gamma_A", "gamma_C", "gamma_G")
+"""Channels that may jump by a whole turn; they are made continuous before they are interpolated."""
+
+# Rows that a trial may have at most when its steps are chosen.
+_ROWS = 10_000_000
+
+
+def interpolate_gaps(trial: Trial, longest: float, names: Sequence[str] = ()) -> Trial:
+    """Fill gaps of at most `longest` [s] between good samples by straight lines; longer ones stay.
+
+    Gaps at the ends stay too: they have a good sample on one side only.
+    """
+    filled: dict[str, Array] = {}
+    count = 0
+    for name in tuple(names) or tuple(trial.channels):
+        values = trial[name]
+        good = np.flatnonzero(np.isfinite(values))
+        if good.size < 2 or good.size == values.size:
+            continue
+        ends = pairwise(good)
+        short = [(a, b) for a, b in ends if b - a > 1 and trial.t[b] - trial.t[a] <= longest]
+        line = np.interp(trial.t, trial.t[good], _continuous(name, values)[good])
+        out = values.copy()
+        for a, b in short:
+            out[a + 1 : b] = line[a + 1 : b]
+            count += int(b - a - 1)
+        filled[name] = out
+    return trial.having(**filled).noting(f"{count} gap samples up to {longest:g} s filled by straight lines")
+
+
+def resample(trial: Trial, dt: float) -> Trial:
+    """The trial on even time steps of `dt` [s] from its first sample, by straight lines.
+
+    A new sample next to a gap is a gap, and so is one where time leaps by more than one and a half median
+    steps: rows that were not logged are not made up.  Steps longer than the trial's own average over the
+    samples of each step first, so that noise above the new rate does not fold back.
+    """
+    if not (dt > 0 and math.isfinite(dt)):
+        raise DataError(f"{trial.name}: a time step of {dt:g} s; it must be above zero")
+    if dt > trial.duration:
+        raise DataError(f"{trial.name}: a time step of {dt:g} s, and the trial lasts {trial.duration:g} s")
+    if trial.duration / dt > _ROWS:
+        about = f"{trial.duration:g} s in steps of {dt:g} s are over {_ROWS:g} rows"
+        raise DataError(f"{trial.name}: {about}; cut it, or take longer steps")
+    t = trial.t[0] + dt * np.arange(math.floor(trial.duration / dt + 1e-9) + 1)
+    t = np.minimum(t, trial.t[-1])
+    wide = dt > 1.5 * trial.dt
+    channels = {
+        name: _resampled(trial.t, _averaged(trial.t, smooth, dt) if wide else smooth, t)
+        for name, smooth in ((name, _continuous(name, values)) for name, values in trial.channels.items())
+    }
+    return replace(trial, t=t, channels=channels, file=None).noting(f"resampled to {dt:g} s")
+
+
+def resampling(dt: float, *trials: Trial) -> str:
+    """How to get trials on steps of `dt` [s]: a command to paste, where their files are known."""
+    files = [trial.file for trial in trials if trial.file is not None]
+    if len(files) < len(trials):
+        return f"make it a trial file (seatrial import) and resample that: seatrial resample FILE --dt {dt:g} -o DIR"
+    folder = files[0].parent if files[0].parent.name else files[0].parent.resolve()
+    beside = folder.with_name(f"{folder.name}_{dt:g}s")
+    return f"run: {shlex.join(['seatrial', 'resample', *map(str, files), '--dt', f'{dt:g}', '-o', str(beside)])}"
+
+
+def nearest_rows(rows: Array, times: Array, values: Array, reach: float) -> tuple[Array, float]:
+    """Values at their nearest rows, and how far the farthest of them was moved.
+
+    Args:
+        rows, times: times of the rows and of the values, rising, in one unit.
+        values: of the shape of `times`; of several at one row the nearest counts.
+        reach: farthest that a value is moved.
+
+    Returns:
+        A value per row, NaN where none is within reach; the longest move, in the unit of the times.
+    """
+    row = np.clip(np.searchsorted(rows, times), 1, len(rows) - 1)
+    row = row - (times - rows[row - 1] < rows[row] - times)
+    away = np.abs(times - rows[row])
+    order = np.argsort(-away, kind="stable")  # the nearest value of a row is written last
+    order = order[away[order] <= reach]
+    out = np.full(len(rows), math.nan)
+    out[row[order]] = values[order]
+    return out, float(away[order].max()) if order.size else 0.0
+
+
+def _continuous(name: str, values: Array) -> Array:
+    return unwrapped(values) if name in ANGLES else values
+
+
+def _resampled(t: Array, values: Array, new: Array) -> Array:
+    """Straight lines between neighbouring samples; a gap on either side gives a gap."""
+    right = np.clip(np.searchsorted(t, new), 1, t.size - 1)
+    left = right - 1
+    weight = (new - t[left]) / (t[right] - t[left])
+    out = (1 - weight) * values[left] + weight * values[right]
+    # nothing is known between rows with others missing
+    out[t[right] - t[left] > LEAP * float(np.median(np.diff(t)))] = np.nan
+    # exactly on a good sample, a gap beside it does not matter
+    for on, side in ((weight == 0.0, left), (weight == 1.0, right)):
+        out[on] = values[side[on]]
+    return out
+
+
+def _averaged(t: Array, values: Array, width: float) -> Array:
+    """Mean over [t - width/2, t + width/2] of what is there; a gap stays a gap."""
+    good = np.isfinite(values)
+    sums = np.concatenate([[0.0], np.cumsum(np.where(good, values, 0.0))])
+    counts = np.concatenate([[0], np.cumsum(good)])
+    # an even window about each sample, narrower at the ends, keeps straight lines straight
+    k = np.arange(t.size)
+    half = max(int(0.5 * width / float(np.median(np.diff(t)))), 0)
+    # (and beside a leap of time, across which nothing is averaged)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(t) > LEAP * float(np.median(np.diff(t)))) + 1, [t.size]])
+    run = np.searchsorted(edges, k, "right") - 1
+    half = np.minimum(np.minimum(k - edges[run], edges[run + 1] - 1 - k), half)
+    a, b = k - half, k + half + 1
+    count = np.maximum(counts[b] - counts[a], 1)
+    return np.where(good, (sums[b] - sums[a]) / count, np.nan)

@@ -1,0 +1,51 @@
+"""Errors of the package: one base, and the exit status follows from the class."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import pickle
+from pathlib import Path
+
+import pytest
+
+from seatrial.core import errors
+from seatrial.core.errors import RequestError, RunError, SeatrialError
+
+PACKAGE = Path(errors.__file__).parents[1]
+CLASSES = [getattr(errors, name) for name in errors.__all__ if name != "Reason"]
+ROOMS = {
+    "core.files": ("BusyError", "TomlError"), "core.parameters": ("ParameterError",), "engine": ("SimulationError",),
+    "engine.cache": ("CompilerError",), "data": ("DataError",), "data.nmea.sentences": ("NmeaError",),
+    "environment.weather": ("WeatherError",), "ships": ("ShipError",), "sensors": ("SensorError",),
+    "identify": ("FitError", "StudyError"), "realtime.wire": ("WireError",),
+}  # fmt: skip
+
+
+def test_every_error_class_of_the_package_is_defined_in_one_module() -> None:
+    elsewhere = [
+        f"{path.relative_to(PACKAGE)}: {node.name}"
+        for path in PACKAGE.rglob("*.py")
+        if path != Path(errors.__file__)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef) and ast.unparse(node).split(":")[0].endswith(("Error)", "Exception)"))
+    ]
+    assert not elsewhere
+
+
+@pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.__name__)
+def test_an_error_is_a_wrong_request_or_a_failed_run(kind: type[Exception]) -> None:
+    assert issubclass(kind, SeatrialError)
+    assert kind is SeatrialError or issubclass(kind, RequestError) != issubclass(kind, RunError)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_rooms_export_the_errors_that_they_raise(room: str) -> None:
+    module = importlib.import_module(f"seatrial.{room}")
+    assert all(getattr(module, name) is getattr(errors, name) for name in ROOMS[room])
+
+
+def test_a_failed_run_keeps_its_time_between_processes() -> None:
+    again = pickle.loads(pickle.dumps(errors.SimulationError("blows up at t = 3 s", 3.0)))
+    assert str(again) == "blows up at t = 3 s"
+    assert again.time == 3.0
