@@ -266,11 +266,11 @@ def _angles(shot: Shot) -> tuple[str, str]:
     rows: list[list[str]] = []
     drawn = ""
     for name, fit in shot.drive.servos.items():
-        servo: Any = fit.servo
+        found: Any = fit.servo
         true: Any = shot.drive.truth.actuators.of(name)
         paper = f"{published[name]:g}" if name in published else "–"
         rows.append([
-            name, f"{servo.rate:.5f} ± {fit.sigma['rate']:.1g}", f"{true.rate:.5f}", _lag(fit),
+            name, f"{found.rate:.5f} ± {fit.sigma['rate']:.1g}", f"{true.rate:.5f}", _lag(fit),
             number(float(true.lag), 2),
             number(_DEGREES * fit.rmse), f"{fit.R2:.5f}", paper,
         ])  # fmt: skip
