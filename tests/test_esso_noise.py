@@ -4,11 +4,42 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "studies" / "reports"))
+from noise_disturbances import (
+    Drift,
+    averaged,
+    coherence,
+    correlation,
+    drifted,
+    fitted,
+    lagged,
+    memory,
+    missing_acceleration,
+    previous,
+)
+from noise_windows import (
+    BODY,
+    CURRENT,
+    WIND,
+    Cut,
+    Predictor,
+    kinematic_floor,
+    loss,
+    scatter,
+    sensor_floor,
+    slow_velocity_error,
+    smoothed,
+    start_floor,
+    states,
+    white_noise,
+)
 
 from seatrial.data import DataError, Trial
 from seatrial.data.formats.frt_esso import read
@@ -19,18 +50,6 @@ from seatrial.simulate.replay import replay
 from seatrial.simulate.run import approach, simulate
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
-from seatrial.validate.noise import (
-    kinematic_floor,
-    scatter,
-    sensor_floor,
-    slow_velocity_error,
-    smoothed,
-    start_floor,
-    white_noise,
-)
-from seatrial.validate.noise_disturbance import Drift, correlation, fitted, memory, missing_acceleration, previous
-from seatrial.validate.noise_wind import averaged, coherence, drifted, lagged
-from seatrial.validate.noise_windows import BODY, CURRENT, WIND, Cut, Predictor, loss, states
 
 ROOT = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared" / "data")) / "esso_osaka_frt" / "data"
 FIGURES = Path(__file__).parents[1] / "benchmarks" / "results" / "noise_esso_osaka.json"
@@ -190,7 +209,7 @@ def test_uneven_steps_are_refused(ship, calm):
 @pytest.mark.skipif(not ROOT.is_dir(), reason="Esso Osaka data absent: set SEATRIAL_DATA (NAOE-5thLab/FRT-DS-ESSO)")
 @pytest.mark.long
 def test_sensors_and_starts_of_the_esso_osaka_set_are_not_what_limits_a_prediction(ship):
-    """With the published coefficients; the fitted ones are in examples/noise_account.py."""
+    """With the published coefficients; the fitted ones are in studies/reports/noise_esso_osaka.py."""
     trials = [drop_trailing_gaps(read(f)) for f in sorted((ROOT / "berthing").glob("*.csv"))]
     cut, predictor = cut_of(ship, *trials)
     plain = loss(cut, predictor.errors(cut))["all"]

@@ -2,12 +2,16 @@
 
 import json
 import math
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "studies" / "reports"))
+import you2023
 from scipy.stats import chi2
 
 from seatrial.cli.app import main
@@ -108,12 +112,24 @@ def test_servos_and_thrust_are_those_of_the_truth(found):
         assert np.polynomial.Polynomial(one["coefficients"])(n) == pytest.approx(true, abs=0.5)
 
 
-def test_the_page_has_the_figures_of_the_paper_and_says_whose_they_are(run):
+def test_the_page_has_the_errors_of_the_paper_and_says_whose_they_are(run):
     page = (run / "report.html").read_text(encoding="utf-8")
-    for words in ("Tab. 5", "Fig. 21", "Fig. 22", "Tab. 3", "2.33 %", "215.4 %", "0.9992", "the paper&#x27;s"):
+    for words in ("2.33 %", "215.4 %", "0.9992", "the paper&#x27;s"):
+        assert words in page, words
+    assert page.count("<svg") == 3
+    assert load(str(run / "model.toml")).model.damping is not None
+
+
+def test_the_page_of_the_paper_has_its_tables_and_figures(found, tmp_path, capsys):
+    assert you2023.main(["-o", str(tmp_path)]) == 0
+    assert str(tmp_path / "report.html") in capsys.readouterr().out
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for words in ("Tab. 5", "Fig. 21", "Fig. 22", "Tab. 3", "Figs. 14 and 15", "2.33 %", "215.4 %", "0.9992"):
         assert words in page, words
     assert page.count("<svg") == 9
-    assert load(str(run / "model.toml")).model.damping is not None
+    again = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    for name, case in found["cases"].items():
+        assert again["cases"][name]["scores"] == case["scores"]
 
 
 def test_a_finished_run_is_only_told_about(run, capsys):

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "studies" / "reports"))
+from noise_windows import Cut, Predictor
 
 from seatrial.core.parameters import Free, ParameterError, Terms, match, values
 from seatrial.data import Trial
@@ -24,7 +29,6 @@ from seatrial.ships.files import load, save
 from seatrial.simulate.loop import closed_loop, open_loop, open_loop_parameters
 from seatrial.simulate.replay import inputs, replay, unseen
 from seatrial.simulate.run import campaign, simulate, surge_balance, time_step
-from seatrial.validate.noise_windows import Cut, Predictor
 from seatrial.validate.requirements.probe import Probe
 
 MMG, BARE = load("esso_osaka_3m"), load("esso_osaka_3m_hybrid")

@@ -1,4 +1,4 @@
-"""Distributions of states and inputs beside each other, and what they say of the cover, as a page or a section."""
+"""Page and section on coverage: distributions of states and inputs in training and in other trials, and novelty."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from ..data import Array, Trial, unwrapped
 from ..validate.coverage import WIND, Coverage, Reference, columns
 from . import figures
-from .page import bullets, figure, number, page, table, text
+from .page import Page, Section, figure, gallery, note, number, table, text
 
 _BINS = 40
 _DEGREES = math.degrees(1.0)
@@ -23,42 +23,48 @@ _SMALL = (4.2, 2.5)
 _DRAWN = 12
 
 
+def page(
+    reference: Reference, train: Sequence[Trial], trials: Sequence[Trial], found: Sequence[Coverage],
+    notes: Sequence[str] = (),
+) -> Page:  # fmt: skip
+    """The whole page; `notes` are findings to put first."""
+    return Page("Coverage", (Section("", note("", notes)), section(reference, train, trials, found)))
+
+
 def document(
     reference: Reference, train: Sequence[Trial], trials: Sequence[Trial], found: Sequence[Coverage],
     notes: Sequence[str] = (),
 ) -> str:  # fmt: skip
-    """The whole page; `notes` are findings to put in front."""
-    front = f'<div class="note">{bullets(notes)}</div>' if notes else ""
-    return page("Coverage", f"<h1>Coverage</h1>{front}{section(reference, train, trials, found)}")
+    """The page as HTML."""
+    return page(reference, train, trials, found, notes).html
 
 
 def section(
     reference: Reference, train: Sequence[Trial], trials: Sequence[Trial], found: Sequence[Coverage]
-) -> str:  # fmt: skip
-    """The section of a report: verdicts, and the distributions in training and in the trials."""
+) -> Section:  # fmt: skip
+    """Verdicts, the distributions in training and in the trials, and novelty over time."""
     verdicts = table(
         ("trial", "novel samples", "of the training files, at most", "verdict", "in"),
         ((c.name, f"{100 * c.share:.1f} %", f"{100 * max(reference.own.values()):.1f} %", c.verdict,
           ", ".join(c.channels) or "–") for c in found), words=(3, 4),
     )  # fmt: skip
-    drawn = "".join(
-        figure(histogram(name, columns_of(train, name), columns_of(trials, name)), _LABELS.get(name, name))
-        for name in reference.channels
-    )
+    drawn = (figure(histogram(name, columns_of(train, name), columns_of(trials, name)), _LABELS.get(name, name))
+             for name in reference.channels)  # fmt: skip
     worst = sorted(found, key=lambda c: -c.share)[:_DRAWN]
-    over = "".join(figure(novelty(c), f"{c.name}: {number(100 * c.share, 2)} % of the samples are novel")
-                   for c in worst if c.share > 0)  # fmt: skip
-    return (
-        f"<h2>Does the training cover this?</h2><p>{len(train)} training files, {len(reference.points)} samples, one a "
-        "second. A sample is novel where its nearest training samples are farther than those of 99 in 100 training "
-        f"samples are in the other files: {number(reference.limit)} standard deviations.</p>{verdicts}"
-        f'<h3>Distributions</h3><div class="figures">{drawn}</div>'
-        + (f'<h3>Novelty over time</h3><div class="figures">{over}</div>' if over else "")
+    over = gallery(*(figure(novelty(c), f"{c.name}: {number(100 * c.share, 2)} % of the samples are novel")
+                     for c in worst if c.share > 0))  # fmt: skip
+    lead = (
+        f"{len(train)} training files, {len(reference.points)} samples, one a second. A sample is novel if its nearest "
+        "training samples are farther away than those of 99 in 100 training samples are in the other files: "
+        f"{number(reference.limit)} standard deviations."
     )
+    body = f"<p>{text(lead)}</p>{verdicts}<h3>Distributions</h3>{gallery(*drawn)}"
+    body += f"<h3>Novelty over time</h3>{over}" if over else ""
+    return Section("Does the training cover this?", body, {"coverage": {c.name: c.numbers() for c in found}})
 
 
 def histogram(name: str, train: Array, trial: Array) -> str:
-    """How often a channel takes each value, in the training set and in the trials (Wakita 2022 Fig. 3).
+    """Distribution of a channel in the training set and in the trials (Wakita 2022 Fig. 3).
 
     Args:
         name: of the channel.

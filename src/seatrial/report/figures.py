@@ -24,9 +24,16 @@ Styles = Mapping[str, tuple[str, Any]]
 _POINTS = 600
 _SIZE = (5.2, 4.6)
 _WIDE = 1.25
-# Okabe and Ito's palette; the dashes carry the same distinction in print.
-_LINES = (("#0072B2", "-"), ("#D55E00", (0, (6, 2))), ("#009E73", (0, (3, 1.5))), ("#CC79A7", (0, (1, 1))))
-_BASELINE = ("#8a8a8a", (0, (1, 1.5)))
+# Okabe and Ito's palette.
+BLUE, VERMILION, GREEN, PINK, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
+INK, GREY, RULE, TINT = "#111", "#8a8a8a", "#b5bcc2", "#eef2f5"
+LINES: tuple[tuple[str, Any, str], ...] = (
+    (BLUE, "-", "o"), (VERMILION, (0, (6, 2)), "s"), (GREEN, (0, (3, 1.5)), "^"), (PINK, (0, (1, 1)), "D"),
+    (ORANGE, (0, (6, 1.5, 1, 1.5)), "v"), (SKY, (0, (2, 2)), "P"),
+)  # fmt: skip
+"""Colour, dashes and mark of each line; the dashes and marks keep lines distinct in print without colour."""
+
+BASELINE: tuple[str, Any] = (GREY, (0, (1, 1.5)))
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 10, "axes.spines.top": False,
     "axes.spines.right": False, "axes.grid": True, "grid.color": "#e4e7ea", "axes.edgecolor": "#9aa3ab",
@@ -39,8 +46,8 @@ _STATES = (("psi", "ψ [°]"), ("u", "u [m/s]"), ("v_m", "v_m [m/s]"), ("r", "r 
 def line_styles(labels: Sequence[str], baseline: str) -> dict[str, tuple[str, Any]]:
     """Colour and dashes by label; the baseline is grey."""
     others = [label for label in labels if label != baseline]
-    styles = {label: _LINES[i % len(_LINES)] for i, label in enumerate(others)}
-    return {**styles, baseline: _BASELINE}
+    styles = {label: LINES[i % len(LINES)][:2] for i, label in enumerate(others)}
+    return {**styles, baseline: BASELINE}
 
 
 def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
@@ -54,10 +61,10 @@ def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
         color, dashes = styles[c.label]
         ax.plot(_broken(east, gaps), _broken(north, gaps), color=color, ls=dashes, lw=1.5, label=c.label)
     step = _every(x.size)
-    ax.plot(y[::step], x[::step], color="#111", lw=1.6, label="measured", zorder=2.5)
+    ax.plot(y[::step], x[::step], color=INK, lw=1.6, label="measured", zorder=2.5)
     _ship_ticks(ax, measured["psi"], x, y)
     first = np.flatnonzero(np.isfinite(x + y))[:1]
-    ax.plot(y[first], x[first], "o", color="#111", ms=6, mfc="white", label="start", zorder=3)
+    ax.plot(y[first], x[first], "o", color=INK, ms=6, mfc="white", label="start", zorder=3)
     _frame(ax, [(c.predicted["y"], c.predicted["x"]) for c in comparisons], (y, x))
     ax.set_xlabel("east y [m]")
     ax.set_ylabel("north x [m]")
@@ -84,7 +91,7 @@ def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
         if channel in measured:
             truth = unwrapped(measured[channel]) if channel == "psi" else measured[channel]
             step = _every(truth.size)
-            ax.plot(measured.t[::step], factor * truth[::step], color="#111", lw=1.3, zorder=2.5)
+            ax.plot(measured.t[::step], factor * truth[::step], color=INK, lw=1.3, zorder=2.5)
             ax.set_ylim(*_limits(factor * truth, curves))
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")
@@ -118,9 +125,9 @@ def horizon(
 def convergence(history: Array) -> str:
     """Objective, and validation where there is one, over the iterations of a fit."""
     figure, (ax,) = canvas(1, (5.2, 3.4))
-    ax.plot(history[:, 0], history[:, 1], color=_LINES[0][0], lw=1.6, label="objective")
+    ax.plot(history[:, 0], history[:, 1], color=LINES[0][0], lw=1.6, label="objective")
     if np.isfinite(history[:, 2]).any():
-        ax.plot(history[:, 0], history[:, 2], color=_LINES[1][0], ls=_LINES[1][1], lw=1.6, label="validation")
+        ax.plot(history[:, 0], history[:, 2], color=LINES[1][0], ls=LINES[1][1], lw=1.6, label="validation")
     if np.nanmin(history[:, 1]) > 0:
         ax.set_yscale("log")
     ax.set_xlabel("iteration")
@@ -135,8 +142,8 @@ def lines(
     """Several lines over named axes; `equal` for tracks, whose axes then have one scale."""
     figure, (ax,) = canvas(1)
     for k, (label, along, up) in enumerate(drawn):
-        colour, dashes = _LINES[k % len(_LINES)]
-        width, fade = (1.6, 1.0) if k < len(_LINES) else (1.0, 0.6)
+        colour, dashes, _ = LINES[k % len(LINES)]
+        width, fade = (1.6, 1.0) if k < len(LINES) else (1.0, 0.6)
         ax.plot(along[:: _every(along.size)], up[:: _every(along.size)], color=colour, ls=dashes, lw=width,
                 alpha=fade, label=label)  # fmt: skip
     ax.set(xlabel=x, ylabel=y)

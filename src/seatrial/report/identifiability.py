@@ -1,6 +1,6 @@
-"""Sections of a page: what the data determine, and how sure a prediction is.  Angles in degrees, all else in SI.
+"""Sections on identifiability: profiles, correlations, restarts, residuals and prediction bands.
 
-Small drawings of what data determine, as plain SVG: profiles, correlations, restarts, bands.
+Angles are in degrees, all else in SI units.
 """
 
 from __future__ import annotations
@@ -16,11 +16,10 @@ from ..identify.posterior.ensemble import Bands, Ensemble
 from ..identify.posterior.misfit import Misfit
 from ..identify.posterior.profile import THRESHOLD, Identifiability, Profile
 from ..models import STATES
-from .page import bullets, figure, number, table, text
+from .page import Section, bullets, figure, gallery, number, soft, table, text
 
 # Ends within this share of the best objective are as good as it.
 _AS_GOOD = 1e-6
-_THREE = "repeat(auto-fill,minmax(min(100%,300px),1fr))"
 _WIDE = '<div style="max-width:760px;margin:1rem 0">'
 _DEGREES = math.degrees(1.0)
 _WORDS = ("identified", "weak", "at bound", "not identified")
@@ -30,8 +29,8 @@ _SHOWN = ("advance", "transfer", "tactical_diameter", "steady_diameter", "time_9
 def sections(
     fit: Fit, known: Identifiability, *, group: Ensemble | None = None, predicted: Sequence[Bands] = (),
     left: Misfit | None = None,
-) -> list[tuple[str, str]]:  # fmt: skip
-    """Titles and bodies of the sections, in the order to show.
+) -> list[Section]:  # fmt: skip
+    """The sections, in the order to show.
 
     Args:
         fit: the optimum; its `ends` are the restarts that are shown.
@@ -40,19 +39,14 @@ def sections(
         predicted: trials with their bands.
         left: what the residuals say.
     """
-    out = [("What the data determine", _determined(known))]
+    out = [Section("What the data determine", _determined(known))]
     if fit.ends.size:
-        out.append(("Where the searches ended", _restarts(fit)))
+        out.append(Section("Ends of the searches", _restarts(fit)))
     if left is not None:
-        out.append(("What the residuals say", _residuals(left)))
+        out.append(Section("Analysis of the residuals", _residuals(left)))
     if predicted:
-        out.append(("How sure the predictions are", _bands(predicted, group)))
+        out.append(Section("Prediction intervals", _bands(predicted, group)))
     return out
-
-
-def html(parts: Sequence[tuple[str, str]]) -> str:
-    """The sections one beneath the other."""
-    return "".join(f"<h2>{text(title)}</h2>{body}" for title, body in parts)
 
 
 def _determined(known: Identifiability) -> str:
@@ -70,7 +64,7 @@ def _determined(known: Identifiability) -> str:
         for p, v in zip(known.profiles, single, strict=True)
     ]  # fmt: skip
     head = ["parameter", "fitted", "95 % from", "to", "of the range", "verdict", "in words"]
-    drawings = "".join(figure(profile(p), f"Profile of {p.free.path}") for p in known.profiles)
+    drawings = (figure(profile(p), f"Profile of {p.free.path}") for p in known.profiles)
     matrix = figure(correlations(names, known.correlation), "Correlation of the estimates within the box")
     loose = f"<h3>Combinations that the data leave open</h3>{bullets(f'{v.subject}: {v.text}' for v in combined)}"
     lead = (
@@ -79,7 +73,7 @@ def _determined(known: Identifiability) -> str:
     )
     return (
         f"<p>{text(lead)}</p>{better}{_wrapped(head, rows)}{loose if combined else ''}"
-        f'<div class="figures" style="grid-template-columns:{_THREE}">{drawings}</div>{_WIDE}{matrix}</div>'
+        f"{gallery(*drawings, least=300)}{_WIDE}{matrix}</div>"
     )
 
 
@@ -112,9 +106,11 @@ def _residuals(left: Misfit) -> str:
     first = text(left.words[0])
     said = f'<div class="note">{first}</div>' if left.lacking else f"<p>{first}</p>"
     more = bullets(left.words[1:]) if left.lacking else ""
-    note = ('<p class="soft">After the start of each prediction was left free within the noise. White noise has '
-            "size 1, correlation 0 and runs within ±2.</p>")  # fmt: skip
-    return f"{said}{more}{table(head, rows)}{note}"
+    remark = (
+        "The initial state of each prediction is free within the noise. White noise has size 1, correlation 0 and runs "
+        "within ±2."
+    )
+    return said + more + table(head, rows) + soft(remark)
 
 
 def _bands(predicted: Sequence[Bands], group: Ensemble | None) -> str:
@@ -130,10 +126,12 @@ def _bands(predicted: Sequence[Bands], group: Ensemble | None) -> str:
         measured = {n: one.trial[n] for n in ("x", "y", "psi") if n in one.trial}
         line = (measured["x"], measured["y"]) if {"x", "y"} <= set(measured) else None
         caption = "Tracks of the members, the fit bold, measured dashed"
-        drawings = [figure(tracks(one.states, one.best, line), caption)]
-        drawings.append(figure(_heading(one), "Heading relative to the fit: 95 % band, measured dashed"))
-        drawings.append(figure(_off(one), "Distance across the fit's track: 95 % band"))
-        parts.append(f'<h3>{text(one.trial.name)}</h3><div class="figures">{"".join(drawings)}</div>')
+        drawings = (
+            figure(tracks(one.states, one.best, line), caption),
+            figure(_heading(one), "Heading relative to the fit: 95 % band, measured dashed"),
+            figure(_off(one), "Distance across the fit's track: 95 % band"),
+        )
+        parts.append(f"<h3>{text(one.trial.name)}</h3>{gallery(*drawings)}")
     return "".join(parts)
 
 

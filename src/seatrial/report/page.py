@@ -1,10 +1,20 @@
-"""The bricks of a self-contained page: escaped text, tables, the style sheet, the frame."""
+"""Self-contained HTML pages with their numbers as JSON: page builder, text, tables and figures.
+
+A `Page` is a title and `Section` values; `write` writes the page and its numbers, both or neither.
+"""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from html import escape
+from pathlib import Path
+from typing import Any
+
+from ..core.errors import ReportError as ReportError
+from ..core.files import write_together
 
 _STYLE = """
 :root{--ink:#1c2329;--soft:#5d6871;--rule:#dde2e6;--tint:#f4f6f8;--accent:#0072B2;--warn:#9a4a00}
@@ -45,6 +55,88 @@ dl{grid-template-columns:1fr}dd{margin-bottom:.4rem}}
 @media print{body{font-size:11px}main{max-width:none;padding:0}figure,.tile,tr{break-inside:avoid}
 h2,h3{break-after:avoid}.scroll{overflow:visible}}
 """
+
+
+@dataclass(frozen=True)
+class Section:
+    """One part of a page.
+
+    Attributes:
+        title: heading, plain text; empty for what stands below the title of the page.
+        body: HTML; a section without a body is not shown, but its numbers are written.
+        numbers: fields of the JSON file, SI units and radians.
+    """
+
+    title: str
+    body: str
+    numbers: Mapping[str, object] = field(default_factory=dict[str, object])
+
+    @property
+    def html(self) -> str:
+        """Heading and body."""
+        return f"<h2>{text(self.title)}</h2>{self.body}" if self.title and self.body else self.body
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page and its numbers.
+
+    Attributes:
+        title: plain text.
+        sections: in the order to show.
+        numbers: fields of the JSON file beside those of the sections, SI units and radians.
+    """
+
+    title: str
+    sections: tuple[Section, ...]
+    numbers: Mapping[str, object] = field(default_factory=dict[str, object])
+
+    @property
+    def html(self) -> str:
+        """The whole document; it loads nothing from outside."""
+        body = "".join(section.html for section in self.sections)
+        return (
+            '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">'
+            f"<title>{text(self.title)}</title><style>{_STYLE}</style></head>"
+            f"<body><main><h1>{text(self.title)}</h1>{body}</main></body></html>\n"
+        )
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """All numbers as JSON has them: a value that is not finite is null."""
+        fields = dict(self.numbers)
+        for section in self.sections:
+            fields |= section.numbers
+        return plain(fields)
+
+
+def write(path: str | Path, page: Page) -> Path:
+    """Write the page to `path` and its numbers beside it as .json; both or neither.
+
+    Returns:
+        The path of the page.
+
+    Raises:
+        ReportError: a path that ends in .json, which the numbers take.
+        OSError: a file cannot be written.
+    """
+    here = Path(path)
+    if here.suffix == ".json":
+        raise ReportError(f"{here}: the page would be overwritten by its numbers; end it in .html")
+    here.parent.mkdir(parents=True, exist_ok=True)
+    numbers = json.dumps(page.document, indent=1, allow_nan=False) + "\n"
+    write_together({here.with_suffix(".json"): numbers, here: page.html})
+    return here
+
+
+def plain(value: Any) -> Any:
+    """The value in terms of JSON; a number that is not finite becomes null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def text(value: object) -> str:
@@ -90,14 +182,47 @@ def figure(svg: str, caption: str) -> str:
     return f'<figure role="img" aria-label="{line}">{svg}<figcaption>{line}</figcaption></figure>'
 
 
-def page(title: str, body: str) -> str:
-    """The whole document; it asks for nothing outside itself."""
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{text(title)}</title><style>{_STYLE}</style></head>"
-        f"<body><main>{body}</main></body></html>\n"
-    )
+def gallery(*drawn: str, least: int = 420) -> str:
+    """Figures side by side, each at least so many pixels wide where the screen allows; empty without any."""
+    some = "".join(drawn)
+    narrow = f"grid-template-columns:repeat(auto-fill,minmax(min(100%,{least}px),1fr))"
+    columns = "" if least == 420 else f' style="{narrow}"'
+    return f'<div class="figures"{columns}>{some}</div>' if some else ""
+
+
+def lead(line: str) -> str:
+    """The first sentence of a page."""
+    return f'<p class="lead">{text(line)}</p>'
+
+
+def soft(line: str) -> str:
+    """A remark below a table or a figure; empty for an empty line."""
+    return f'<p class="soft">{text(line)}</p>' if line else ""
+
+
+def note(title: str, lines: Iterable[str]) -> str:
+    """A box with a list of warnings; empty without any."""
+    some = list(lines)
+    heading = f"<strong>{text(title)}</strong>" if title else ""
+    return f'<div class="note">{heading}{bullets(some)}</div>' if some else ""
+
+
+def tiles(shown: Iterable[tuple[str, str]]) -> str:
+    """Values with what they are, the first as the main one."""
+    parts = (f'<div class="tile{" main" if k == 0 else ""}"><b>{text(value)}</b><span>{text(what)}</span></div>'
+             for k, (value, what) in enumerate(shown))  # fmt: skip
+    return f'<div class="tiles">{"".join(parts)}</div>'
+
+
+def entries(shown: Mapping[str, str]) -> str:
+    """Names with their values; empty without any."""
+    lines = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in shown.items())
+    return f"<dl>{lines}</dl>" if lines else ""
+
+
+def provenance(shown: Mapping[str, str]) -> Section:
+    """Where a page comes from: study, version, command and the like."""
+    return Section("Provenance", entries(shown), {"provenance": dict(shown)})
 
 
 def _cell(cell: str, kind: str) -> str:

@@ -1,13 +1,11 @@
-"""The requirements of a scope, judged for a ship, as a page."""
+"""Page and numbers of the requirements of a scope (Sawada 2024, section 6), judged for a ship."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 from .. import __version__
 from ..validate.requirements import Item, Judgement, Table
 from . import figures
-from .page import figure, number, page, table, text
+from .page import Page, Section, entries, figure, gallery, lead, number, soft, table, text
 
 _MARK = {"pass": "✓ pass", "fail": "✗ fail", "not applicable": "– not applicable"}
 _SOURCES = {
@@ -20,44 +18,49 @@ _SOURCES = {
 def verdict(found: Table) -> str:
     """The outcome in one line."""
     passed, failed, aside = (found.count(v) for v in ("pass", "fail", "not applicable"))
-    told = f"{passed} of {len(found.rows)} items pass"
-    told += f", {failed} fail ({', '.join(found.failed)})" if failed else ""
-    return told + (f", {aside} not applicable" if aside else "")
+    words = f"{passed} of {len(found.rows)} items pass"
+    words += f", {failed} fail ({', '.join(found.failed)})" if failed else ""
+    return words + (f", {aside} not applicable" if aside else "")
+
+
+def page(found: Table) -> Page:
+    """The table first, then each item with its values and figures, then the conditions."""
+    rows = ((item.number, item.text, _MARK[j.verdict], j.reason) for item, j in found.rows)
+    source = (f"{_SOURCES[found.scope]}. Each item is judged by what the ship does in simulation; "
+              "agreement with a real ship is another matter (seatrial validate).")  # fmt: skip
+    head = lead(verdict(found)) + soft(source)
+    head += f'<div class="wrap">{table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3))}</div>'
+    conditions = {
+        **found.conditions, "limits of each check": "docs/decisions.md, requirements", "version": __version__,
+        "command": f"seatrial requirements {found.ship} --scope {found.scope}",
+    }  # fmt: skip
+    items = (_item(item, judgement) for item, judgement in found.rows)
+    title = f"{found.ship}: requirements, {found.scope}"
+    return Page(title, (Section("", head), *items, Section("Conditions", entries(conditions))), numbers(found))
 
 
 def document(found: Table) -> str:
-    """The whole page: the table first, then each item with its figures and drawings."""
-    title = f"{found.ship}: requirements, {found.scope}"
-    rows = ((item.number, item.text, _MARK[j.verdict], j.reason) for item, j in found.rows)
-    return page(
-        title,
-        f"<h1>{text(title)}</h1><p class=\"lead\">{text(verdict(found))}</p>"
-        f"<p class=\"soft\">{text(_SOURCES[found.scope])}. Each item is judged by what the ship does in simulation; "
-        "agreement with a real ship is another matter (seatrial validate).</p>"
-        + f'<div class="wrap">{table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3))}</div>'
-        + "".join(_section(item, judgement) for item, judgement in found.rows)
-        + f"<h2>Conditions</h2><dl>{_conditions(found)}</dl>",
-    )  # fmt: skip
+    """The page as HTML."""
+    return page(found).html
 
 
-def _conditions(found: Table) -> str:
-    """How it was judged: at which speed and step, by which version, and where the limits of each check stand."""
-    told = {**found.conditions, "limits of each check": "docs/decisions.md, requirements", "version": __version__,
-            "command": f"seatrial requirements {found.ship} --scope {found.scope}"}  # fmt: skip
-    return "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in told.items())
+def numbers(found: Table) -> dict[str, object]:
+    """The table as JSON has it."""
+    return {
+        "ship": found.ship, "scope": found.scope, "verdict": verdict(found), "failed": list(found.failed),
+        "items": [
+            {"item": item.number, "requirement": item.text, "verdict": j.verdict, "reason": j.reason,
+             "evidence": {name: {"value": value, "unit": unit} for name, (value, unit) in j.evidence.items()}}
+            for item, j in found.rows
+        ],
+    }  # fmt: skip
 
 
-def _section(item: Item, found: Judgement) -> str:
-    drawn = "".join(_drawings(found))
+def _item(item: Item, found: Judgement) -> Section:
     evidence = ((name, number(value, 4), unit) for name, (value, unit) in found.evidence.items())
-    return (
-        f"<h2>{text(item.number)}. {text(item.text)}</h2><p><strong>{text(_MARK[found.verdict])}</strong>: "
-        f"{text(found.reason)}.</p>"
-        + (table(("measured", "value", "unit"), evidence, words=(2,)) if found.evidence else "")
-        + (f'<div class="figures">{drawn}</div>' if drawn else "")
-    )
-
-
-def _drawings(found: Judgement) -> Iterator[str]:
-    for plot in found.plots:
-        yield figure(figures.lines(plot.title, plot.x, plot.y, plot.lines, equal=plot.equal), plot.title)
+    drawn = (figure(figures.lines(plot.title, plot.x, plot.y, plot.lines, equal=plot.equal), plot.title)
+             for plot in found.plots)  # fmt: skip
+    body = f"<p><strong>{text(_MARK[found.verdict])}</strong>: {text(found.reason)}.</p>"
+    if found.evidence:
+        body += table(("measured", "value", "unit"), evidence, words=(2,))
+    return Section(f"{item.number}. {item.text}", body + gallery(*drawn))

@@ -1,13 +1,9 @@
-"""The sections of a report page.  Angles in degrees, all else in SI.
-
-The head of a report: the scores as they were declared, and where the subject is not the better one.
-"""
+"""Sections of the report of a fit or a validation; angles in degrees, all else in SI units."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,14 +13,8 @@ from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
 from . import figures
-from .caveats import caveats
-from .page import bullets, figure, number, page, table, text
-from .report import Report
-
-if TYPE_CHECKING:
-    from ..validate import Comparison
-    from .report import Report
-
+from .evidence import Evidence, caveats
+from .page import Section, bullets, entries, figure, gallery, lead, note, number, soft, table, text, tiles
 
 _UNITS = {"x": "m", "y": "m", "psi": "°", "u": "m/s", "v_m": "m/s", "r": "°/s"}
 _DEGREES = math.degrees(1.0)
@@ -40,47 +30,43 @@ _OPEN = 1e9
 """An interval this wide bounds nothing."""
 
 
-def document(report: Report) -> str:
-    """The whole page."""
+def sections(report: Evidence) -> tuple[Section, ...]:
+    """All sections, in the order to show."""
     styles = figures.line_styles(report.labels, CONSTANT_VELOCITY)
-    parts = [
-        _verdict(report),
-        _trial_table(report),
-        _horizons(report, styles),
-        _forecasts(report),
-        _trials(report, styles),
-        _channels(report),
-        _indices(report),
-        _fit(report.fit) if report.fit else "",
-        _assumptions(report),
-        f"<h2>Findings in the data</h2>{bullets(report.findings)}" if report.findings else "",
-        _provenance(report.provenance),
-    ]
-    return page(report.title, "".join(parts))
-
-
-def _verdict(report: Report) -> str:
-    errors = report.pooled
-    tiles = "".join(
-        f'<div class="tile{" main" if i == 0 else ""}"><b>{number(errors[label])}</b>'
-        f"<span>{text(label)}</span></div>"
-        for i, label in enumerate(report.labels)
-    )
-    limits = f'<div class="note"><strong>What this does not show</strong>{bullets(caveats(report))}</div>'
     return (
-        f'<h1>{text(report.title)}</h1><p class="lead">{text(sentence(report))}</p>{bullets(against(report))}'
-        f'<div class="tiles">{tiles}</div><p class="soft">Standardised mean squared error, summed over the '
-        "states and pooled over the trials by samples (Wakita 2022, Eq. 25); 0 is perfect, less is better."
-        f"{_scale(report)}</p>{limits}"
+        Section("", _head(report)),
+        Section("Standardised error by trial", _trial_table(report)),
+        Section("Growth of the error", _horizons(report, styles)),
+        Section("Forecasts", _forecasts(report)),
+        Section("Trials", _trials(report, styles)),
+        Section("Error by state", _channels(report)),
+        Section("Manoeuvre indices", _indices(report)),
+        Section(f"Fit of {report.fit.ship.name}", _fit(report.fit)) if report.fit else Section("", ""),
+        Section("Assumptions", _assumptions(report)),
+        Section("Findings in the data", bullets(report.findings) if report.findings else ""),
+        Section("Provenance", entries(report.provenance)),
     )
 
 
-def _scale(report: Report) -> str:
+def _head(report: Evidence) -> str:
+    errors = report.pooled
+    remark = (
+        "Standardised mean squared error, summed over the states and pooled over the trials by samples (Wakita 2022, "
+        f"Eq. 25); 0 is perfect, less is better.{_scale(report)}"
+    )
+    return (
+        lead(sentence(report)) + bullets(against(report))
+        + tiles((number(errors[label]), label) for label in report.labels)
+        + soft(remark) + note("What this does not show", caveats(report))
+    )
+
+
+def _scale(report: Evidence) -> str:
     found = {scale_words(c.sigma) for c in report.comparisons}
-    return f" Errors divided by: {text(found.pop())}." if len(found) == 1 else ""
+    return f" Errors divided by: {found.pop()}." if len(found) == 1 else ""
 
 
-def _trial_table(report: Report) -> str:
+def _trial_table(report: Evidence) -> str:
     rows = []
     for name, found in report.trials.items():
         any_one = next(iter(found.values()))
@@ -95,10 +81,10 @@ def _trial_table(report: Report) -> str:
         kind = str(any_one.measured.meta.get("kind", "–"))
         rows.append([name, kind, seen, f"{any_one.measured.duration:.0f}", str(any_one.samples), *cells])
     head = ["trial", "kind", "in the fit", "length [s]", "samples", *report.labels]
-    return f"<h2>Standardised error by trial</h2>{table(head, rows, words=(1, 2))}"
+    return table(head, rows, words=(1, 2))
 
 
-def _horizons(report: Report, styles: figures.Styles) -> str:
+def _horizons(report: Evidence, styles: figures.Styles) -> str:
     drawings = []
     for what, channels, factor in _GROWTH:
         curves = {label: _pooled_horizon(report, label, channels, factor) for label in report.labels}
@@ -106,12 +92,10 @@ def _horizons(report: Report, styles: figures.Styles) -> str:
         if curves:
             drawing = figures.horizon(curves, styles, what)
             drawings.append(figure(drawing, f"{what} against the time since the restart"))
-    if not drawings:
-        return ""
-    return f'<h2>How the error grows</h2><div class="figures">{"".join(drawings)}</div>'
+    return gallery(*drawings)
 
 
-def _pooled_horizon(report: Report, label: str, channels: Sequence[str], factor: float) -> dict[float, float]:
+def _pooled_horizon(report: Evidence, label: str, channels: Sequence[str], factor: float) -> dict[float, float]:
     """Root of the mean square over the trials that every label predicts, by horizon."""
     shared = [found[label] for found in report.trials.values() if len(found) == len(report.labels)]
     squares: dict[float, list[float]] = {}
@@ -123,7 +107,7 @@ def _pooled_horizon(report: Report, label: str, channels: Sequence[str], factor:
     return {end: factor * math.sqrt(float(np.mean(values))) for end, values in squares.items()}
 
 
-def _forecasts(report: Report) -> str:
+def _forecasts(report: Evidence) -> str:
     """What a filter that runs through the raw log foresees with each model."""
     if not report.forecasts:
         return ""
@@ -133,23 +117,23 @@ def _forecasts(report: Report) -> str:
         for f in sorted(report.forecasts, key=lambda f: (f.trial, f.horizon))
     ]  # fmt: skip
     head = ["trial", "label", "horizon [s]", "forecasts", "position [m]", "heading [°]", "position at the end [m]"]
-    note = (
+    remark = (
         "Root mean square errors against raw fixes and compass. Each forecast begins at what a filter with this model "
         "knew then, holds the disturbances found so far, and takes the controls as logged: in a closed loop these "
         "answer to what came, so all but constant velocity are a little too good."
     )
-    return f'<h2>Forecasts</h2>{table(head, rows, words=(1,))}<p class="soft">{note}</p>'
+    return table(head, rows, words=(1,)) + soft(remark)
 
 
-def _assumptions(report: Report) -> str:
+def _assumptions(report: Evidence) -> str:
     rows = [[a.path, number(a.value, 4), a.unit, a.why] for a in report.assumptions]
-    note = "Neither measured nor fitted; in the words of the ship file. What is fitted is right only if these are."
+    remark = "Neither measured nor fitted; in the words of the ship file. What is fitted is right only if these are."
     head = ["number", "value", "unit", "assumed"]
-    return f'<h2>Assumptions</h2>{table(head, rows, words=(2, 3))}<p class="soft">{note}</p>' if rows else ""
+    return table(head, rows, words=(2, 3)) + soft(remark) if rows else ""
 
 
-def _trials(report: Report, styles: figures.Styles) -> str:
-    parts = ["<h2>Trials</h2>"] if report.comparisons else []
+def _trials(report: Evidence, styles: figures.Styles) -> str:
+    parts: list[str] = []
     drawn = report.trials
     if len(drawn) > _DRAWN:
         drawn = dict(sorted(drawn.items(), key=lambda item: -_first(report, item[1]).standardised)[:_DRAWN])
@@ -163,16 +147,16 @@ def _trials(report: Report, styles: figures.Styles) -> str:
             drawings.append(figure(figures.track(several, styles, name), caption))
         caption = "Heading, speeds and rate of turn over time; colours as beside"
         drawings.append(figure(figures.series(several, styles, name), caption))
-        parts.append(f'<h3>{text(name)}</h3><div class="figures">{"".join(drawings)}</div>')
+        parts.append(f"<h3>{text(name)}</h3>{gallery(*drawings)}")
     return "".join(parts)
 
 
-def _first(report: Report, found: Mapping[str, Comparison]) -> Comparison:
+def _first(report: Evidence, found: Mapping[str, Comparison]) -> Comparison:
     """The comparison of the foremost label a trial has."""
     return next(found[label] for label in report.labels if label in found)
 
 
-def _channels(report: Report) -> str:
+def _channels(report: Evidence) -> str:
     rows = [
         [name, label, channel, _UNITS.get(channel, ""), *_of_channel(c, channel)]
         for name, found in report.trials.items()
@@ -180,11 +164,11 @@ def _channels(report: Report) -> str:
         for channel in c.metrics
     ]
     head = ["trial", "label", "state", "unit", "RMSE", "bias", "R²", "FVU", "samples"]
-    note = '<p class="soft">R² = 1 − SSE/SST about the measured mean; FVU = var(error)/var(measured).</p>'
+    remark = soft("R² = 1 − SSE/SST about the measured mean; FVU = var(error)/var(measured).")
     full = table(head, rows, words=(1, 2, 3))
     if len(rows) > _LONG:
         full = f"<details><summary>{len(rows)} rows</summary>{full}</details>"
-    return f"<h2>Error by state</h2>{note}{full}" if rows else ""
+    return remark + full if rows else ""
 
 
 def _of_channel(c: Comparison, channel: str) -> list[str]:
@@ -193,7 +177,7 @@ def _of_channel(c: Comparison, channel: str) -> list[str]:
     return [number(factor * m.rmse), number(factor * m.bias), number(m.r2), number(m.fvu), str(m.samples)]
 
 
-def _indices(report: Report) -> str:
+def _indices(report: Evidence) -> str:
     rows: list[list[str]] = []
     for c in report.comparisons:
         for name, (measured, predicted) in c.indices.items():
@@ -203,7 +187,7 @@ def _indices(report: Report) -> str:
             values = [number(factor * value) for value in (measured, predicted, predicted - measured)]
             rows.append([c.measured.name, c.label, name.replace("_", " "), unit, *values, number(share, 2)])
     head = ["trial", "label", "index", "unit", "measured", "predicted", "error", "error [%]"]
-    return f"<h2>Manoeuvre indices</h2>{table(head, rows, words=(1, 2, 3))}" if rows else ""
+    return table(head, rows, words=(1, 2, 3)) if rows else ""
 
 
 def _fit(fit: Fit) -> str:
@@ -224,10 +208,9 @@ def _fit(fit: Fit) -> str:
     drawing = ""
     if len(fit.history) > 1:
         drawing = figure(figures.convergence(fit.history), "Loss over the iterations")
-    note = "Shrinkage: what the data added to the prior, 0 nothing, 1 all. Sigma: posterior deviation."
+    remark = "Shrinkage: what the data added to the prior, 0 nothing, 1 all. Sigma: posterior deviation."
     return (
-        f"<h2>The fit of {text(fit.ship.name)}</h2><p>{text(cost)}</p>{table(head, rows, words=(7,))}"
-        f'<p class="soft">{note}</p>{words}{along(fit)}<div class="figures">{drawing}</div>'
+        f"<p>{text(cost)}</p>{table(head, rows, words=(7,))}{soft(remark)}{words}{along(fit)}{gallery(drawing)}"
     )
 
 
@@ -238,22 +221,16 @@ def along(fit: Fit) -> str:
         return ""
     rows = [[trial, *(number(own[name], 3) if name in own else "–" for name in names)]
             for trial, own in fit.nuisances.items()]  # fmt: skip
-    note = "SI units, currents towards north (x) and east (y); a bias is what the sensor reads beyond the truth."
-    return f'<h3>Estimated along</h3>{table(["trial", *names], rows)}<p class="soft">{note}</p>'
+    remark = "SI units, currents towards north (x) and east (y); a bias is what the sensor reads beyond the truth."
+    return f"<h3>Nuisance parameters of each trial</h3>{table(['trial', *names], rows)}{soft(remark)}"
 
 
-def _provenance(entries: Mapping[str, str]) -> str:
-    lines = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in entries.items())
-    return f"<h2>Provenance</h2><dl>{lines}</dl>" if entries else ""
-
-
-_IN_DEGREES = math.degrees(1.0)
 # What must be worse by more than this share to be called so.
 _TIE = 0.02
 _GROUPS = {"position": ("x", "y"), "heading": ("psi",)}
 
 
-def sentence(report: Report) -> str:
+def sentence(report: Evidence) -> str:
     """The scores of all labels as they were declared, and the shortest forecasts."""
     if not report.comparisons:
         return "Nothing was compared."
@@ -267,7 +244,7 @@ def sentence(report: Report) -> str:
     return f"Standardised error over {shared} trial{'s' * (shared != 1)}, {how}: {scores}.{_foreseen(report)}"
 
 
-def against(report: Report) -> list[str]:
+def against(report: Evidence) -> list[str]:
     """A line for each of the others: in how many trials the subject is better, and where it is not."""
     subject, found = report.labels[0] if report.labels else "", list[str]()
     for other in report.labels[1:]:
@@ -279,7 +256,7 @@ def against(report: Report) -> list[str]:
     return found
 
 
-def worse(report: Report, other: str) -> list[str]:
+def worse(report: Evidence, other: str) -> list[str]:
     """Where the subject's error is the greater one: position and heading by time since the restart, then by state."""
     subject = report.labels[0]
     both = [(f[subject], f[other]) for f in report.trials.values() if subject in f and other in f]
@@ -295,7 +272,7 @@ def worse(report: Report, other: str) -> list[str]:
     for name in STATES:
         mine, yours = (_rms((pair[k] for pair in both), name) for k in (0, 1))
         if _more(mine, yours):
-            factor, unit = (_IN_DEGREES, "°") if name in ("psi", "r") else (1.0, "")
+            factor, unit = (_DEGREES, "°") if name in ("psi", "r") else (1.0, "")
             found.append(f"{name} ({number(factor * mine)}{unit} against {number(factor * yours)}{unit})")
     return found
 
@@ -318,7 +295,7 @@ def _rms(comparisons: Iterable[Comparison], name: str) -> float:
     return math.sqrt(sum(n * e * e for e, n in parts) / count) if count else math.nan
 
 
-def _foreseen(report: Report) -> str:
+def _foreseen(report: Evidence) -> str:
     """The shortest forecasts in one sentence."""
     if not report.forecasts:
         return ""
@@ -330,5 +307,5 @@ def _foreseen(report: Report) -> str:
         count = sum(f.count for f in own)
         place, turn = (math.sqrt(sum(f.count * e * e for f, e in zip(own, errors, strict=True)) / count)
                        for errors in ([f.position for f in own], [f.heading for f in own]))  # fmt: skip
-        told.append(f"'{label}' {number(place, 2)} m and {number(_IN_DEGREES * turn, 2)}°")
+        told.append(f"'{label}' {number(place, 2)} m and {number(_DEGREES * turn, 2)}°")
     return f" Forecasts over {first:g} s, from what a filter knew at their start: {', '.join(told)}."

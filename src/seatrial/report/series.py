@@ -1,8 +1,7 @@
-"""The report of a series of fits: Table 9 of Wakita 2022 and what goes with it, for any model."""
+"""Report of a table of fits: errors of each model on each test trial over its seeds (Wakita 2022, Table 9)."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -11,39 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from ..core.files import write_whole
 from ..data import UNITS, DataError
 from ..study.series import FULL, Claim, Series
 from ..validate import Comparison
 from ..validate.coverage import Coverage, Reference, coverage
 from ..validate.metrics import segments
-from ..validate.series import BASELINE, TOGETHER, Found, Standing, Table, Validity, compositions
+from ..validate.series import BASELINE, TOGETHER, Found, Standing, Table, compositions
 from ..validate.spread import WIDE
 from . import figures
 from .figures import canvas, legend_below, svg
-from .page import bullets, figure, number, page, table, text
-
-
-def section(titles: Mapping[str, str], found: Validity) -> str:
-    """A table of the verdicts; empty where no model has members.
-
-    Args:
-        titles: of the models, by key.
-    """
-    if not found:
-        return ""
-    tests = list(next(iter(found.values())))
-    rows = [[test, *(f"{one[test].verdict}, {number(one[test].ratio, 2)}" for one in found.values())] for test in tests]
-    note = (
-        "Beside each fitted hybrid lie ships that its training trials allow as well (spread.npz). How far these drift "
-        "apart on a test, over what nine in ten training trials do not exceed, ranks the tests by what the data leave "
-        f"open; it is no error bar. Above {WIDE:g}, or with a fifth of its samples novel, a trial leaves the training "
-        "data. 'seatrial predict' and 'seatrial validate' say the same of any other trial."
-    )
-    head = ["test trial", *(titles[key] for key in found)]
-    body = table(head, rows, words=range(1, len(head)))
-    return f'<h3>What the hybrids say of the tests</h3>{body}<p class="soft">{text(note)}</p>'
-
+from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
+from .page import provenance as origin
+from .page import write as write_page
 
 _MINUTE = 60.0
 _MEANT = {
@@ -56,33 +34,31 @@ _MEANT = {
 def write(
     path: str | Path, series: Series, found: Table, *, provenance: Mapping[str, str], failed: Sequence[str] = ()
 ) -> Path:
-    """Write the page, and its numbers beside it as .json; whole or not at all.
+    """Write the page, and its numbers beside it as .json; both or neither.
 
     Args:
         failed: cells whose fit failed, with the reason.
     """
-    here = Path(path)
-    here.parent.mkdir(parents=True, exist_ok=True)
-    cover = covered(series)
-    write_whole(here.with_suffix(".json"), to_json({**numbers(series, found, cover), "failed": list(failed),
-                                                     "provenance": dict(provenance)}))  # fmt: skip
-    write_whole(here, document(series, found, cover, provenance=provenance, failed=failed))
-    return here
+    return write_page(path, page(series, found, covered(series), provenance=provenance, failed=failed))
 
 
-def document(
+def page(
     series: Series, found: Table, cover: Mapping[str, Mapping[str, Coverage]], *, provenance: Mapping[str, str],
     failed: Sequence[str] = (),
-) -> str:  # fmt: skip
-    """The whole page; arguments as in `write`, and the cover of each test trial by composition."""
-    entries = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in provenance.items())
-    titles = {one.key: one.title for one in found.standings}
+) -> Page:  # fmt: skip
+    """The whole page; arguments as in `write`, and the coverage of each test trial by composition."""
     parts = (
-        _head(series, found, failed), _scores(series, found), _claims(found), _curves(found), _tracks(series, found),
-        _cover(cover), section(titles, found.validity), _cost(found),
-        f"<h2>Provenance</h2><dl>{entries}</dl>",
-    )  # fmt: skip
-    return page(series.title, "".join(parts))
+        Section("", _head(series, found, failed)),
+        Section("The models on held-out trials", _scores(series, found)),
+        Section("Expected orders of the models", _claims(found)),
+        Section("Validation loss during training", _curves(found)),
+        Section("Tracks", _tracks(series, found)),
+        Section("Does the training cover the tests?", _cover(cover)),
+        Section("Spread of the hybrids on the tests", _validity(found)),
+        Section("Cost of each fit", _cost(found)),
+        origin(provenance),
+    )
+    return Page(series.title, parts, {**numbers(series, found, cover), "failed": list(failed)})
 
 
 def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
@@ -90,18 +66,14 @@ def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
     best = min(run, key=lambda one: one.mean(TOGETHER), default=None)
     outcomes = [f.verdict for _, rows in found.claims for f in rows if f.verdict != "not run"]
     trained = [m for one in found.standings for m in one.members if m.summary]
-    tiles: list[tuple[str, str]] = []
+    shown: list[tuple[str, str]] = []
     if best is not None:
-        tiles.append((number(best.mean(TOGETHER)), f"least error, all test trials together: {best.name}"))
-    tiles += [
+        shown.append((number(best.mean(TOGETHER)), f"least error, all test trials together: {best.name}"))
+    shown += [
         (number(found.standings[-1].mean(TOGETHER)), f"the same for {BASELINE}"),
         (f"{outcomes.count('holds')} of {len(outcomes)}", "rows in which an expected order holds"),
         (f"{len(trained)}", f"fits, {number(sum(m.seconds for m in trained) / _MINUTE, 2)} minutes in all"),
     ]
-    shown = "".join(
-        f'<div class="tile{" main" if k == 0 else ""}"><b>{text(value)}</b><span>{text(what)}</span></div>'
-        for k, (value, what) in enumerate(tiles)
-    )
     care = [f"failed: {line}" for line in failed]
     if series.budget != FULL:
         what = "it shows that everything runs; its figures mean nothing"
@@ -109,9 +81,7 @@ def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
     waiting = [one.key for one in found.standings[:-1] if len(one.members) < max(len(series.row(one.key).cells), 1)]
     if waiting:
         care.append(f"Not complete: {', '.join(waiting)} {'is' if len(waiting) == 1 else 'are'} still to be fitted.")
-    warned = f'<div class="note"><strong>What to be careful of</strong>{bullets(care)}</div>' if care else ""
-    about = f'<p class="lead">{text(series.about)}</p>' if series.about else ""
-    return f'<h1>{text(series.title)}</h1>{about}<div class="tiles">{shown}</div>{warned}'
+    return (lead(series.about) if series.about else "") + tiles(shown) + note("Warnings", care)
 
 
 def _scores(series: Series, found: Table) -> str:
@@ -139,17 +109,16 @@ def _scores(series: Series, found: Table) -> str:
     restart = "predictions run through" if series.restart is None else f"restarts every {series.restart:g} s"
     scale = ", ".join(f"{name} {number(value, 4)} {UNITS[name]}" for name, value in found.sigma.items())
     chosen = any(math.isfinite(one.width) for one in found.standings)
-    note = (
+    remark = (
         f"Wakita 2022 Eq. 25: sum over six states of the mean squared error over sigma squared; {restart} from the "
         f"measured state, measured controls and true wind held from sample to sample, Euler's rule. sigma: {scale}. "
         "Mean ± standard deviation over the seeds; of a single one, its error. Bold: least of its column."
         + (" Residual width: of its prior, over the one declared; left-out trials chose it." if chosen else "")
     )
-    paper = f'<p class="soft">{text(published.source)}. {text(published.note)}</p>' if published.source else ""
+    paper = soft(f"{published.source}. {published.note}") if published.source else ""
     files = bullets(f"{label}: {trial.name}, {trial.duration:.0f} s" for label, trial in series.tests.items())
     return (
-        f"<h2>The models on trials that no fit has seen</h2>{table(['model', *tests], rows)}"
-        f'<p class="soft">{text(note)}</p>{paper}<div class="figures">{figure(marks, caption)}</div>'
+        f"{table(['model', *tests], rows)}{soft(remark)}{paper}{gallery(figure(marks, caption))}"
         f"<h3>The test trials</h3>{files}"
     )
 
@@ -183,14 +152,13 @@ def _claims(found: Table) -> str:
         for k, (claim, outcome) in enumerate(found.claims, start=1) for f in outcome if f.verdict != "not run"
     ]  # fmt: skip
     head = ["order", "in", "first", "second", "ratio", "at least", "verdict"]
-    note = (
+    remark = (
         "The ratio is the second error over the first, and an order asks for a least ratio: 1 for better, less for no "
         "worse than by a margin (0.9: the first error may be 1/0.9 = 1.11 times the second). It holds, or does not, "
         "where the mean errors are two standard errors over the seeds away from that; nearer it is within the spread "
         "of the seeds. One seed tells nothing about that spread, so with one on either side a ratio is only what it is."
     )
-    body = f'{table(head, rows, words=(1, 6))}<p class="soft">{text(note)}</p>' if rows else ""
-    return f"<h2>What was expected, and what is found</h2>{said}{body}"
+    return said + (table(head, rows, words=(1, 6)) + soft(remark) if rows else "")
 
 
 def _words(found: Table, claim: Claim, rows: Sequence[Found]) -> str:
@@ -221,12 +189,12 @@ def _number(value: float) -> str:
 
 def _curves(found: Table) -> str:
     some = [one for one in found.standings if one.weights and all(len(m.history) for m in one.members)]
-    drawn = "".join(figure(validation(one), one.title) for one in some)
-    note = ("Loss of the windows of the validation trials, which decides the weights that are kept (circle). Losses of "
-            "different kinds and of different validation trials cannot be compared.")  # fmt: skip
-    if not drawn:
-        return ""
-    return f'<h2>While they learned</h2><p class="soft">{text(note)}</p><div class="figures">{drawn}</div>'
+    drawn = gallery(*(figure(validation(one), one.title) for one in some))
+    remark = (
+        "Loss of the windows of the validation trials, which decides the weights that are kept (circle). Losses of "
+        "different kinds and of different validation trials cannot be compared."
+    )
+    return soft(remark) + drawn if drawn else ""
 
 
 def _tracks(series: Series, found: Table) -> str:
@@ -243,15 +211,16 @@ def _tracks(series: Series, found: Table) -> str:
             continue
         spread = figure(seeds(several, test), f"{test}: every seed of each model") if several else ""
         parts.append(
-            f'<h3>{text(test)}: {text(series.tests[test].name)}</h3><div class="figures">'
-            f"{figure(figures.track(some, styles, test), f'{test}: track, north up, at equal scale, from the start')}"
-            f"{figure(figures.series(some, styles, test), f'{test}: heading, speeds, rate of turn; lines as beside')}"
-            f"{spread}</div>"
+            f"<h3>{text(test)}: {text(series.tests[test].name)}</h3>" + gallery(
+                figure(figures.track(some, styles, test), f"{test}: track, north up, at equal scale, from the start"),
+                figure(figures.series(some, styles, test), f"{test}: heading, speeds, rate of turn; lines as beside"),
+                spread,
+            )
         )
-    note = "Of several seeds, the one that the validation trials prefer."
+    remark = "Of several seeds, the one that the validation trials prefer."
     if series.restart is not None:
-        note += f" Every {series.restart:g} s a prediction begins anew from the measured state."
-    return f'<h2>Tracks</h2><p class="soft">{text(note)}</p>{"".join(parts)}'
+        remark += f" Every {series.restart:g} s a prediction begins anew from the measured state."
+    return soft(remark) + "".join(parts)
 
 
 def _cover(cover: Mapping[str, Mapping[str, Coverage]]) -> str:
@@ -259,20 +228,37 @@ def _cover(cover: Mapping[str, Mapping[str, Coverage]]) -> str:
         return ""
     tests = list(next(iter(cover.values())))
     rows = [[test, *(_covered(found[test]) for found in cover.values())] for test in tests]
-    note = (
+    remark = (
         "Share of samples whose nearest training samples, in speeds, controls and apparent wind, are farther than "
         "those of 99 in 100 training samples are in the other training files; 1 % is usual. Above 5 % a trial touches "
         "the edge of the training data, above 20 % it leaves them; the channels that do so are named. "
         "Each composition sets its own limit: the denser its files cover each other, the sooner a trial is novel."
     )
     head = ["test trial", *(f"trained on {name}" for name in cover)]
-    body = table(head, rows, words=range(1, len(head)))
-    return f'<h2>Does the training cover the tests?</h2>{body}<p class="soft">{text(note)}</p>'
+    return table(head, rows, words=range(1, len(head))) + soft(remark)
 
 
 def _covered(found: Coverage) -> str:
     where = f" ({', '.join(found.channels)})" if found.channels else ""
     return f"{found.verdict}, {100 * found.share:.1f} %{where}"
+
+
+def _validity(found: Table) -> str:
+    """Spread of the members of each hybrid on each test; empty if no model has members."""
+    drifts, titles = found.validity, {one.key: one.title for one in found.standings}
+    if not drifts:
+        return ""
+    tests = list(next(iter(drifts.values())))
+    rows = [[test, *(f"{one[test].verdict}, {number(one[test].ratio, 2)}" for one in drifts.values())]
+            for test in tests]  # fmt: skip
+    remark = (
+        "Beside each fitted hybrid lie ships that its training trials allow as well (spread.npz). How far these drift "
+        "apart on a test, over what nine in ten training trials do not exceed, ranks the tests by what the data leave "
+        f"open; it is no error bar. Above {WIDE:g}, or with a fifth of its samples novel, a trial leaves the training "
+        "data. 'seatrial predict' and 'seatrial validate' say the same of any other trial."
+    )
+    head = ["test trial", *(titles[key] for key in drifts)]
+    return table(head, rows, words=range(1, len(head))) + soft(remark)
 
 
 def _cost(found: Table) -> str:
@@ -283,9 +269,8 @@ def _cost(found: Table) -> str:
         for one in found.standings for m in one.members if m.summary
     ]  # fmt: skip
     head = ["model", "seed", "weights", "epochs", "updates", "minutes", "loss that decided", "ended"]
-    note = "Of a fit of physics: iterations and evaluations in place of epochs and updates, its objective as the loss."
-    body = f'<div class="wrap">{table(head, rows, words=(7,))}</div>'
-    return f'<h2>What each fit took</h2>{body}<p class="soft">{text(note)}</p>' if rows else ""
+    remark = "For a fit of physics: iterations and evaluations for epochs and updates, and its objective for the loss."
+    return f'<div class="wrap">{table(head, rows, words=(7,))}</div>{soft(remark)}' if rows else ""
 
 
 # Okabe and Ito's palette, with a dash for each, so that print without colour tells them apart.
@@ -440,17 +425,3 @@ def _of(series: Series, one: Standing, tests: Iterable[str]) -> dict[str, Any]:
         "mean": {test: one.mean(test) for test in tests},
         "standard_deviation": {test: one.deviation(test) for test in tests},
     }  # fmt: skip
-
-
-def to_json(document: Mapping[str, Any]) -> str:
-    """As text; a number that is not finite becomes null."""
-    return json.dumps(_plain(document), indent=1) + "\n"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        items: Iterable[tuple[Any, Any]] = value.items()
-        return {str(key): _plain(item) for key, item in items}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

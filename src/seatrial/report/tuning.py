@@ -1,92 +1,98 @@
-"""The report of a fine-tuning: what was chosen and why, both methods, every range, and what to be careful of.
+"""Report of a fine-tuning: the chosen range and why, both methods, every range, warnings.
 
-The figures of Suyama 2023 for any fine-tuning: search, objective over range, places in the range, tracks.
+The figures are those of Suyama 2023: search, objective over the range, positions in the range, tracks.
 """
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..core.files import write_whole
 from ..core.parameters import read
 from ..data import Trial, unwrapped
 from ..engine import SimulationError
 from ..identify.tuning.tuned import Method, Range, Tuning, findings
 from ..simulate.replay import replay
 from .figures import canvas, svg
-from .page import bullets, figure, number, page, table, text
+from .page import (
+    Page,
+    Section,
+    bullets,
+    figure,
+    gallery,
+    lead,
+    note,
+    number,
+    soft,
+    table,
+    text,
+    tiles,
+)
+from .page import (
+    provenance as origin,
+)
+from .page import write as write_page
 
 SCHEMA = "seatrial-tuning/1"
 _DEGREES = math.degrees(1.0)
-
-Section = tuple[str, str]
-"""A heading, as plain text, and what stands beneath it, as HTML."""
 
 
 def write(
     path: str | Path, tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
     sections: Sequence[Section] = (),
 ) -> Path:  # fmt: skip
-    """Write the page, and its numbers beside it as .json; whole or not at all.
+    """Write the page, and its numbers beside it as .json; both or neither.  Arguments as in `page`."""
+    return write_page(path, page(tuning, title=title, provenance=provenance, method=method, sections=sections))
+
+
+def page(
+    tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
+    sections: Sequence[Section] = (),
+) -> Page:  # fmt: skip
+    """The whole page.
 
     Args:
         method: integrator of the predictions drawn, as that of the fit.
-        sections: more of them, made elsewhere, to stand before the provenance.
+        sections: additional ones, placed before the provenance.
     """
-    here = Path(path)
-    here.parent.mkdir(parents=True, exist_ok=True)
-    html = document(tuning, title=title, provenance=provenance, method=method, sections=sections)
-    found = json.dumps(_plain({**numbers(tuning), "title": title, "provenance": dict(provenance)}), indent=1)
-    write_whole(here.with_suffix(".json"), found + "\n")
-    write_whole(here, html)
-    return here
-
-
-def document(
-    tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
-    sections: Sequence[Section] = (),
-) -> str:  # fmt: skip
-    """The whole page; arguments as in `write`."""
     predicted = {trial.name: _predictions(tuning, trial, method) for trial in tuning.tests}
-    more = "".join(f"<h2>{text(heading)}</h2>{body}" for heading, body in sections)
-    entries = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in provenance.items())
     parts = (
-        _head(tuning, title), _methods(tuning), _objectives(tuning), _left_out(tuning), _parameters(tuning),
-        _tests(tuning, predicted), _residuals(tuning), more, f"<h2>Provenance</h2><dl>{entries}</dl>",
-    )  # fmt: skip
-    return page(title, "".join(parts))
+        Section("", _head(tuning)),
+        Section("Two methods, side by side", _methods(tuning)),
+        Section("The range", _objectives(tuning)),
+        Section("Cross-validation", _left_out(tuning)),
+        Section("The parameters", _parameters(tuning)),
+        Section("Held-out trials", _tests(tuning, predicted)),
+        Section("Residuals", _residuals(tuning)),
+        *sections,
+        origin(provenance),
+    )
+    return Page(title, parts, {**numbers(tuning), "title": title})
 
 
-def _head(tuning: Tuning, title: str) -> str:
-    best, told = tuning.best, findings(tuning)
+def _head(tuning: Tuning) -> str:
+    best, issues = tuning.best, findings(tuning)
     before, after = (sum(losses.values()) for losses in (tuning.untuned_test, best.test))
     kind = "unseen" if tuning.tests else "tuning"
     if not tuning.tests:
         before, after = sum(tuning.untuned_tune.values()), sum(best.tune.values())
-    tiles = (
+    shown = (
         (f"{best.ratio:g}", "range a_r, chosen by leaving tuning trials out"),
         (number(after / before) if before > 0 else "–", f"loss on the {kind} trials, tuned over untuned"),
         (f"{len(best.at_bound)} of {len(best.free)}", "parameters at an end of their range"),
         (number(max(r.apart for r in tuning.ranges), 2), "largest difference of the two methods, relative"),
     )
-    shown = "".join(
-        f'<div class="tile{" main" if k == 0 else ""}"><b>{text(value)}</b><span>{text(what)}</span></div>'
-        for k, (value, what) in enumerate(tiles)
-    )
     names = [", ".join(t.name for t in trials) for trials in (tuning.problem.trials, tuning.tests)]
     ship, judged = tuning.problem.ship.name, f"judged on {names[1]}" if names[1] else "not judged on any other"
-    lead = f"{len(best.free)} parameters of {ship}, tuned to {names[0]}; {judged}."
-    care = bullets(f"{f.where}: {f.text}" for f in told if f.severity == "warning")
-    good = bullets(f"{f.where}: {f.text}" for f in told if f.severity != "warning")
-    warned = f'<div class="note"><strong>What to be careful of</strong>{care}</div>' if "<li>" in care else ""
-    return f'<h1>{text(title)}</h1><p class="lead">{text(lead)}</p><div class="tiles">{shown}</div>{warned}{good}'
+    first = f"{len(best.free)} parameters of {ship}, tuned to {names[0]}; {judged}."
+    warnings, remarks = ([f"{f.where}: {f.text}" for f in issues if (f.severity == "warning") == wanted]
+                         for wanted in (True, False))  # fmt: skip
+    return lead(first) + tiles(shown) + note("Warnings", warnings) + bullets(remarks)
 
 
 def _methods(tuning: Tuning) -> str:
@@ -102,7 +108,7 @@ def _methods(tuning: Tuning) -> str:
     head = ["a_r", "J, CMA-ES", "J, gradient", "apart", "kept", "evals, C", "evals, g", "s, C", "s, g",
             "runs agreed, C", "starts agreed, g"]  # fmt: skip
     shown = {r.ratio: r for r in (tuning.ranges[0], tuning.best)}
-    figures = "".join(
+    drawn = (
         figure(
             search(r.methods["evolution"], f"{ratio:g}"),
             f"CMA-ES at a_r = {ratio:g}: the objective jumps where a run ends and the next begins, with a "
@@ -110,15 +116,12 @@ def _methods(tuning: Tuning) -> str:
         )
         for ratio, r in shown.items()
     )  # fmt: skip
-    note = (
+    remark = (
         "Both methods, CMA-ES (C) and bounded Gauss-Newton from many starts (g), solve the same problem. Seconds are "
         "those of a fit while others ran beside it. Of the gradient method the evaluations are those of its best "
         "start; about one in two comes with exact derivatives."
     )
-    return (
-        f'<h2>Two methods, side by side</h2>{table(head, rows, words=(4,))}<p class="soft">{text(note)}</p>'
-        f'<div class="figures">{figures}</div>'
-    )
+    return table(head, rows, words=(4,)) + soft(remark) + gallery(*drawn)
 
 
 def _found(ends: Any, agreement: float) -> int:
@@ -129,11 +132,11 @@ def _found(ends: Any, agreement: float) -> int:
 
 def _objectives(tuning: Tuning) -> str:
     drawing = figure(objectives(tuning), "Loss over the range, on the tuning and on the test trials")
-    note = (
+    remark = (
         "A wider range must fit the tuning trials better; whether it predicts better is seen on trials that it was "
         "not fitted to. Soft: a Gaussian about the untuned values in place of the box."
     )
-    return f'<h2>The range</h2><p>{text(note)}</p><div class="figures">{drawing}</div>'
+    return f"<p>{text(remark)}</p>{gallery(drawing)}"
 
 
 def _left_out(tuning: Tuning) -> str:
@@ -146,8 +149,8 @@ def _left_out(tuning: Tuning) -> str:
         for r, total in zip(tuning.ranges, totals, strict=True)
     ]  # fmt: skip
     head = ["a_r", *(f"J of {n}" for n in names), "together", "soft, together"]
-    note = "Each tuning trial predicted from a fit to the others. The range is chosen here. Bold: least of its column."
-    return f'<h2>Cross-validation</h2>{table(head, rows)}<p class="soft">{text(note)}</p>'
+    remark = "Each tuning trial predicted by a fit to the others. This chooses the range. Bold: least of its column."
+    return table(head, rows) + soft(remark)
 
 
 def _starred(value: float, best: float) -> str:
@@ -163,10 +166,7 @@ def _parameters(tuning: Tuning) -> str:
     head = ["parameter", "untuned", *(f"a_r {r.ratio:g}" for r in tuning.ranges)]
     caption = "Place of each parameter in its range; filled marks are at its end"
     drawing = figure(positions(tuning.ranges), caption)
-    return (
-        f'<h2>The parameters</h2><div class="figures">{drawing}</div>{table(head, rows)}'
-        '<p class="soft">SI units; bold: at an end of the range.</p>'
-    )
+    return gallery(drawing) + table(head, rows) + soft("SI units; bold: at an end of the range.")
 
 
 def _predictions(tuning: Tuning, trial: Trial, method: str) -> dict[str, Trial]:
@@ -190,13 +190,14 @@ def _tests(tuning: Tuning, predicted: Mapping[str, Mapping[str, Trial]]) -> str:
     rows.append(["together", *_bolded([sum(loss.values()) for loss in losses])])
     away = [[t.name, *_bolded([_away(t, predicted[t.name].get(label)) for label in labels])] for t in tuning.tests]
     drawn = "".join(
-        f'<h3>{text(t.name)}</h3><div class="figures">'
-        f"{figure(tracks(t, predicted[t.name]), 'Track, north up, at equal scale; the circle is the start')}"
-        f"{figure(motions(t, predicted[t.name]), 'Heading, speeds and rate of turn; lines as beside')}</div>"
+        f"<h3>{text(t.name)}</h3>" + gallery(
+            figure(tracks(t, predicted[t.name]), "Track, north up, at equal scale; the circle is the start"),
+            figure(motions(t, predicted[t.name]), "Heading, speeds and rate of turn; lines as beside"),
+        )
         for t in tuning.tests
     )
     return (
-        f"<h2>Trials that decided nothing</h2><h3>Loss J</h3>{table(['trial', *labels], rows)}"
+        f"<h3>Loss J</h3>{table(['trial', *labels], rows)}"
         f"<h3>Distance from the measured track, root mean square [m]</h3>{table(['trial', *labels], away)}{drawn}"
     )
 
@@ -223,11 +224,11 @@ def _residuals(tuning: Tuning) -> str:
         rows.append([f"{channel} [{unit}]", number(factor * rms), number(factor * left.noise[channel]),
                      number(left.correlation[channel]), *biases])  # fmt: skip
     head = ["state", "RMS", "noise of the sensor", "correlation of neighbours", *(f"bias, {n}" for n in names)]
-    note = (
+    remark = (
         "What the chosen fit leaves of the tuning trials. Noise is read off the second differences of the "
         "measurement. Where the model is complete, RMS and noise agree and neighbours are not correlated."
     )
-    return f'<h2>What is left</h2>{table(head, rows)}<p class="soft">{text(note)}</p>'
+    return table(head, rows) + soft(remark)
 
 
 def numbers(tuning: Tuning) -> dict[str, Any]:
@@ -259,16 +260,6 @@ def _of_range(r: Range) -> dict[str, Any]:
         "soft": {"tune": dict(r.soft_tune), "test": dict(r.soft_test), "left_out": dict(r.soft_left_out),
                  "values": r.soft.tolist()},
     }  # fmt: skip
-
-
-def _plain(value: Any) -> Any:
-    """The same in what JSON knows; a number that is not finite becomes null."""
-    if isinstance(value, Mapping):
-        items: Iterable[tuple[Any, Any]] = value.items()
-        return {str(key): _plain(item) for key, item in items}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 MEASURED, UNTUNED = "measured", "untuned"

@@ -10,11 +10,11 @@ import pytest
 from seatrial.environment import Uniform
 from seatrial.identify import StudyError
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.report.shooting import plain
+from seatrial.report.page import plain
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 from seatrial.study.study import read_study
-from seatrial.validate.shooting_scores import HORIZONS, score
+from seatrial.validate.rivals import HORIZONS, score
 
 STUDY = Path(__file__).parents[2] / "studies" / "you2023.toml"
 TUG = load("qiuxin5")

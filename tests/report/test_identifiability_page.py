@@ -15,8 +15,8 @@ from seatrial.identify.posterior.ensemble import bands, ensemble
 from seatrial.identify.posterior.misfit import Misfit, Remainder, misfit
 from seatrial.identify.posterior.profile import profiles
 from seatrial.identify.trajectory.multistart import MultiStart
-from seatrial.report.identifiability import html, sections
-from seatrial.report.page import page
+from seatrial.report.identifiability import sections
+from seatrial.report.page import Page
 from seatrial.sensors import Sensors
 
 ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")
@@ -35,11 +35,11 @@ def parts():
 def test_all_sections_are_there_and_well_formed(parts):
     fit, known, group, predicted, left = parts
     made = sections(fit, known, group=group, predicted=predicted, left=left)
-    assert [title for title, _ in made] == [
-        "What the data determine", "Where the searches ended", "What the residuals say", "How sure the predictions are",
+    assert [one.title for one in made] == [
+        "What the data determine", "Ends of the searches", "Analysis of the residuals", "Prediction intervals",
     ]  # fmt: skip
-    whole = page("Identifiability", html(made))
-    ElementTree.fromstring(f"<x>{html(made)}</x>")
+    whole = Page("Identifiability", tuple(made)).html
+    ElementTree.fromstring(f"<x>{''.join(one.html for one in made)}</x>")
     assert "http" not in whole.replace("http-equiv", "")
     assert "nan" not in whole.lower().replace("unantic", "")
     for path in PATHS:
@@ -51,8 +51,8 @@ def test_all_sections_are_there_and_well_formed(parts):
 
 def test_drawings_stay_within_their_frames(parts):
     fit, known, _, predicted, _ = parts
-    for _, body in sections(fit, known, predicted=predicted):
-        for svg in re.findall(r"<svg.*?</svg>", body, re.DOTALL):
+    for section in sections(fit, known, predicted=predicted):
+        for svg in re.findall(r"<svg.*?</svg>", section.body, re.DOTALL):
             width, height = map(float, re.search(r'viewBox="0 0 (\S+) (\S+)"', svg).groups())
             for pairs in re.findall(r'points="([^"]*)"', svg):
                 xy = np.array([pair.split(",") for pair in pairs.split()], dtype=float).reshape(-1, 2)
@@ -61,12 +61,12 @@ def test_drawings_stay_within_their_frames(parts):
 
 def test_only_what_is_given_is_shown(parts):
     fit, known, *_ = parts
-    assert [title for title, _ in sections(fit, known)] == ["What the data determine", "Where the searches ended"]
+    assert [one.title for one in sections(fit, known)] == ["What the data determine", "Ends of the searches"]
 
 
 def test_a_lacking_model_is_said_first(parts):
     fit, known, *_ = parts
     left = Misfit((Remainder("x", 3.0, 0.8, -20.0, 900),))
-    body = dict(sections(fit, known, left=left))["What the residuals say"]
+    body = sections(fit, known, left=left)[-1].body
     assert body.startswith('<div class="note">The model lacks something')
     assert "3 times the sensor noise" in body

@@ -13,7 +13,8 @@ from seatrial.identify.tuning.ranges import Residuals
 from seatrial.identify.tuning.tuned import Method, Range, Tuning, findings
 from seatrial.manoeuvres.turning import Turning
 from seatrial.report import tuning as drawings
-from seatrial.report.tuning import document, numbers, write
+from seatrial.report.page import Section
+from seatrial.report.tuning import numbers, page, write
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 
@@ -58,18 +59,18 @@ def made(ship, ratio, cost, one, other):
 
 
 def shown(tuning, **given):
-    return document(tuning, title="SUZAKU <tuned>", provenance={"study": "a & b"}, method="euler", **given)
+    return page(tuning, title="SUZAKU <tuned>", provenance={"study": "a & b"}, method="euler", **given).html
 
 
 @pytest.fixture(scope="module")
 def html(tuning):
-    return shown(tuning, sections=[("Identifiability & bands", "<p id='x'>made elsewhere</p>")])
+    return shown(tuning, sections=[Section("Identifiability & bands", "<p id='x'>made elsewhere</p>")])
 
 
 def test_the_page_holds_every_figure_and_table(tuning, html):
     assert html.count("<svg") == 2 + 1 + 1 + 2 * len(tuning.tests)
     for heading in ("Two methods, side by side", "The range", "Cross-validation", "The parameters",
-                    "Trials that decided nothing", "What is left", "Provenance"):  # fmt: skip
+                    "Held-out trials", "Residuals", "Provenance"):  # fmt: skip
         assert f"<h2>{heading}</h2>" in html
     assert "SUZAKU &lt;tuned&gt;" in html
     assert "D-10 &lt;b&gt;" in html
@@ -87,9 +88,9 @@ def test_sections_made_elsewhere_stand_before_the_provenance(html):
 
 @pytest.mark.long
 def test_without_test_trials(tuning):
-    page = shown(replace(tuning, tests=(), ranges=tuple(replace(r, test={}) for r in tuning.ranges), untuned_test={}))
-    assert "Trials that decided nothing" not in page
-    assert "nothing is known of manoeuvres" in page
+    html = shown(replace(tuning, tests=(), ranges=tuple(replace(r, test={}) for r in tuning.ranges), untuned_test={}))
+    assert "Held-out trials" not in html
+    assert "nothing is known of manoeuvres" in html
 
 
 def test_the_untuned_track_is_that_of_the_ship_and_tuned_ones_leave_it(html):

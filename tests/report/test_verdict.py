@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from test_report import report
+from example_report import report
 
-from seatrial.report.caveats import assumptions
+from seatrial.report.evidence import assumptions
 from seatrial.report.report import Report
 from seatrial.report.sections import against, sentence, worse
 from seatrial.ships import Entry

@@ -15,7 +15,7 @@ import pytest
 from seatrial.data import Trial
 from seatrial.environment import Uniform
 from seatrial.manoeuvres.turning import Turning
-from seatrial.report.series import document, seeds, validation, write
+from seatrial.report.series import page, seeds, validation, write
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import simulate
@@ -129,7 +129,7 @@ def test_a_hybrid_without_residual_is_called_so(series: Series) -> None:
     last = replace(other, key=BASELINE, title=BASELINE, members=(), width=math.nan)
     found = Table(("turning", "berthing", TOGETHER), (bare, other, last), (), SIGMA)
     claims = tuple((c, tuple(outcomes(found, c))) for c in series.claims)
-    html = document(replace(series, draw=()), replace(found, claims=claims), {}, provenance={})
+    html = page(replace(series, draw=()), replace(found, claims=claims), {}, provenance={}).html
     assert "<td>a hybrid: no residual</td>" in html
     assert "<td>another: residual width 0.3</td>" in html
     assert "a hybrid has no residual (left-out trials chose none) and stands for its physics" in html
@@ -160,8 +160,8 @@ def test_what_each_fit_took_wraps(series: Series, tmp_path: Path) -> None:
     found = judged(series, tmp_path)
     long = replace(one_member(), summary={"status": "no better for 20 epochs; " * 20})
     found = replace(found, standings=(replace(found.standings[0], members=(long,)),))
-    html = document(series, found, {}, provenance={})
-    assert '<h2>What each fit took</h2><div class="wrap">' in html
+    html = page(series, found, {}, provenance={}).html
+    assert '<h2>Cost of each fit</h2><div class="wrap">' in html
 
 
 def test_the_legend_of_all_seeds_has_titles(series: Series, tmp_path: Path) -> None:
@@ -173,15 +173,15 @@ def test_the_legend_of_all_seeds_has_titles(series: Series, tmp_path: Path) -> N
 @pytest.mark.long
 def test_page_and_numbers(series: Series, tmp_path: Path) -> None:
     found = judged(series, tmp_path)
-    page = write(tmp_path / "report.html", series, found, provenance={"study": "demo.toml"}, failed=["x: y"])
-    html = page.read_text(encoding="utf-8")
+    path = write(tmp_path / "report.html", series, found, provenance={"study": "demo.toml"}, failed=["x: y"])
+    html = path.read_text(encoding="utf-8")
     assert "A &lt;table&gt;" in html
     assert "b &lt;1&gt;" in html
     assert "http" not in html.replace("http://www.w3.org", "")
     for words in ("↳ paper, protocol not confirmed", "0.800 ± 0.100", "berthing 3", "Truth is better", "failed: x: y",
                   "<svg"):  # fmt: skip
         assert words in html
-    numbers: Any = json.loads(page.with_suffix(".json").read_text(encoding="utf-8"))
+    numbers: Any = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
     for words in ("sigma: x 10.00 m, y 4.000 m, psi 2.000 rad, u 0.1000 m/s, v_m 0.05000 m/s, r 0.02000 rad/s",
                   "what made them against another yaw damping", ">another yaw damping</text>"):  # fmt: skip
         assert words in html

@@ -1,6 +1,6 @@
-"""What limits the prediction of the Esso Osaka tests: sensors, starts, wind, current.  Writes figures as JSON.
+"""Noise account of the Esso Osaka tests: error from sensors, initial states, wind and current.  Writes a JSON file.
 
-    SEATRIAL_DATA=DIR python examples/noise_account.py [-o noise_esso_osaka.json] [--only SECTION]
+    SEATRIAL_DATA=DIR python studies/reports/noise_esso_osaka.py [-o noise_esso_osaka.json] [--only SECTION]
 
 The low-speed MMG is fitted to four fifths of the files of each kind and judged on the rest, five times over, as
 the common evaluator has it (restart every 100 s, sum over the states, mean over the samples).  Every setting of
@@ -19,6 +19,34 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+from noise_disturbances import (
+    Drift,
+    averaged,
+    coherence,
+    correlation,
+    drifted,
+    fitted,
+    lagged,
+    memory,
+    missing_acceleration,
+    previous,
+)
+from noise_windows import (
+    BODY,
+    CURRENT,
+    EARTH,
+    WIND,
+    Cut,
+    Predictor,
+    kinematic_floor,
+    loss,
+    scatter,
+    sensor_floor,
+    slow_velocity_error,
+    smoothed,
+    start_floor,
+    white_noise,
+)
 
 from seatrial.core.parameters import Free, Scalar
 from seatrial.data import Array, Trial
@@ -34,18 +62,6 @@ from seatrial.ships import Ship
 from seatrial.ships.files import load
 from seatrial.validate.coverage import Reference, coverage
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
-from seatrial.validate.noise import (
-    kinematic_floor,
-    scatter,
-    sensor_floor,
-    slow_velocity_error,
-    smoothed,
-    start_floor,
-    white_noise,
-)
-from seatrial.validate.noise_disturbance import Drift, correlation, fitted, memory, missing_acceleration, previous
-from seatrial.validate.noise_wind import averaged, coherence, drifted, lagged
-from seatrial.validate.noise_windows import BODY, CURRENT, EARTH, WIND, Cut, Predictor, loss
 
 KINDS, FOLDS, RESTART = ("random", "turning", "zigzag", "berthing"), 5, 100.0
 COPY = "turn_cut_14-Sep-2020_15_58_08"  # repeats part of turn_14-Sep-2020_15_58_08
@@ -61,6 +77,11 @@ DRIFTS = tuple(Drift(a, b, c) for a in (3.0, 10.0, 30.0, 100.0) for b in (5.0, 1
 DRIVEN, DRIVEN_OVER = (0.0, 0.0025, 0.005, 0.0075), 300.0
 BANDS = ((0.0, 0.02), (0.02, 0.05), (0.05, 0.1))
 SPANS = (1.0, 2.0, 3.0, 5.0, 10.0)
+
+SECTIONS = (
+    "fitted MMG", "sensors", "disturbances", "tracked current", "wind", "current driven by the wind",
+    "current driven and tracked", "novelty",
+)  # fmt: skip
 
 Sets = Mapping[str, Sequence[Trial]]
 Change = Callable[[int, Cut, Predictor], Cut]
@@ -326,9 +347,9 @@ def main() -> None:
     """Everything, in the order of the page docs/noise-esso-osaka.md."""
     asked = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     asked.add_argument("-o", "--out", type=Path, default=Path("noise_esso_osaka.json"))
-    asked.add_argument("--only", help="renew one section of the file: sensors, disturbances, wind, ...")
+    asked.add_argument("--only", choices=SECTIONS, help="renew one section of the file")
     given = asked.parse_args()
-    data = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared" / "data"))
+    data = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[3] / "shared" / "data"))
     sets = files(data / "esso_osaka_frt" / "data")
     ship = load("esso_osaka_3m")
     free = tuple(f for f in free_everywhere(ship, FREED, 0.3) if f.path not in MEASURED)
@@ -341,11 +362,9 @@ def main() -> None:
         "current driven and tracked": lambda: driven_and_tracked(ship, free, sets),
         "novelty": lambda: novelty(sets, folds),
     }  # fmt: skip
-    if given.only and given.only not in sections:
-        sys.exit(f"--only {given.only}: no such section; known: {', '.join(sections)}")
     found: dict[str, Any] = {
         "what": "standardised error of FRT-DS-ESSO by kind, five folds, restart 100 s; see docs/noise-esso-osaka.md",
-        "command": "SEATRIAL_DATA=DIR python examples/noise_account.py",
+        "command": "SEATRIAL_DATA=DIR python studies/reports/noise_esso_osaka.py",
     }
     if given.only and given.out.exists():
         found |= json.loads(given.out.read_text(encoding="utf-8"))

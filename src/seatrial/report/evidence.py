@@ -1,0 +1,196 @@
+"""Evidence of a report: comparisons, fit and assumptions, and the limits of what they show."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..data import Trial
+from ..identify import Fit
+from ..ships import Ship
+from ..validate import Comparison
+from ..validate.comparison import CONSTANT_VELOCITY, pooled
+from ..validate.foresight import Foresight
+from .page import ReportError, number
+
+PUBLISHED = "published"
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One assumed number: its path, its value and unit, and the reason in the words of the ship file."""
+
+    path: str
+    value: float
+    unit: str
+    why: str
+
+
+_MARK = "assumed"
+
+
+def assumptions(ship: Ship, fitted: Collection[str] = ()) -> tuple[Assumption, ...]:
+    """Numbers that the ship file marks as assumed, without the paths that were `fitted`."""
+    return tuple(
+        Assumption(path, entry.given, entry.unit, entry.source[len(_MARK) :].lstrip(" :,;"))
+        for path, entry in ship.entries.items()
+        if entry.source.lower().startswith(_MARK) and path not in fitted
+    )
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What was compared, with what, and on what grounds.
+
+    Attributes:
+        title: heading of the page.
+        comparisons: any number of labels and trials, in the order to show; a trial has one
+            comparison for each label.
+        fit: the fit of the ship, if it was fitted.
+        trained_on: names of the trials that the fit used.
+        findings: what the checks of the data found, one line each.
+        assumptions: numbers of the ship that are neither measured nor fitted.
+        forecasts: errors of forecasts from filtered states, if the trials come from a smoother.
+        provenance: ship, data files, software version, digest, command, date: name to text.
+    """
+
+    title: str
+    comparisons: tuple[Comparison, ...]
+    fit: Fit | None = None
+    trained_on: tuple[str, ...] = ()
+    findings: tuple[str, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()
+    forecasts: tuple[Foresight, ...] = ()
+    provenance: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    def __post_init__(self) -> None:
+        seen: set[tuple[str, str]] = set()
+        for c in self.comparisons:
+            if (c.measured.name, c.label) in seen:
+                raise ReportError(f"trial {c.measured.name} has two comparisons labelled '{c.label}'")
+            seen.add((c.measured.name, c.label))
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What predicts, the subject first and the constant-velocity baseline last."""
+        order = list(dict.fromkeys(c.label for c in self.comparisons))
+        rank = {PUBLISHED: 1, CONSTANT_VELOCITY: 2}
+        return tuple(sorted(order, key=lambda label: rank.get(label, 0)))
+
+    @property
+    def trials(self) -> dict[str, dict[str, Comparison]]:
+        """Comparisons by trial, then by label."""
+        out: dict[str, dict[str, Comparison]] = {}
+        for c in self.comparisons:
+            out.setdefault(c.measured.name, {})[c.label] = c
+        return out
+
+    @property
+    def pooled(self) -> dict[str, float]:
+        """Standardised mean squared error by label, over the trials that every label predicts."""
+        common = [found for found in self.trials.values() if len(found) == len(self.labels)]
+        return {label: pooled(found[label] for found in common) for label in self.labels}
+
+
+def caveats(evidence: Evidence) -> list[str]:
+    """Plain sentences on the limits of the evidence, most important first."""
+    if not evidence.comparisons:
+        return ["Nothing was compared: the page says nothing about how well anything predicts."]
+    trials = [next(iter(found.values())).measured for found in evidence.trials.values()]
+    lines = [*_unseen(evidence), *_horizon(evidence), *_range(trials), *_environment(trials)]
+    return [*lines, *_baselines(evidence), *_scales(evidence), *_assumed(evidence), *_parameters(evidence)]
+
+
+def _unseen(evidence: Evidence) -> Iterator[str]:
+    names = list(evidence.trials)
+    seen = [name for name in names if name in evidence.trained_on]
+    if evidence.trained_on and len(seen) == len(names):
+        yield (
+            f"None of the {len(names)} trials is unseen: all were used in the fit, so the errors show "
+            "how well the model was fitted, not how well it predicts."
+        )
+    elif seen:
+        which = ", ".join(seen)
+        yield f"{len(seen)} of {len(names)} trials were used in the fit ({which}): these flatter the model."
+    elif not evidence.trained_on:
+        yield "The trials behind the ship's numbers are not on record: whether these are unseen is not known."
+    if len(names) == 1:
+        yield "There is one trial: nothing shows how the errors vary from run to run."
+
+
+def _horizon(evidence: Evidence) -> Iterator[str]:
+    restarts = sorted({c.restart for c in evidence.comparisons if c.restart is not None})
+    if restarts:
+        every = " or ".join(f"{number(value)} s" for value in restarts)
+        yield (
+            f"Predictions were set back to the measured state every {every}: beyond that horizon nothing is "
+            "shown, and the start of each stretch is free of error by construction."
+        )
+    if evidence.forecasts:
+        yield (
+            "The measured states are those of a smoother, which looks ahead and leans on the untuned model: read the "
+            "forecasts for what the model foresees."
+        )
+    if any(c.restart is None for c in evidence.comparisons):
+        yield "Free runs from the first sample: early errors are carried along and weigh in every later row."
+
+
+def _range(trials: list[Trial]) -> Iterator[str]:
+    kinds = sorted({str(t.meta["kind"]) for t in trials if "kind" in t.meta})
+    if kinds:
+        yield f"Kinds of manoeuvre covered: {', '.join(kinds)}. Others are extrapolation."
+    speeds = [v[np.isfinite(v)] for v in (t["u"] for t in trials if "u" in t)]
+    if speeds and sum(v.size for v in speeds):
+        u = np.concatenate(speeds)
+        low, high = number(float(u.min())), number(float(u.max()))
+        yield f"Forward speed lay between {low} and {high} m/s; outside it nothing is shown."
+    rates = [v[np.isfinite(v)] for v in (t["r"] for t in trials if "r" in t)]
+    turning = np.concatenate([v[np.abs(v) > math.radians(0.1)] for v in rates]) if rates else np.zeros(0)
+    if turning.size and abs(float(np.mean(np.sign(turning)))) > 0.9:
+        side = "starboard" if turning.mean() > 0 else "port"
+        yield f"The ship turned almost only to {side}; the other side is untested."
+
+
+def _environment(trials: list[Trial]) -> Iterator[str]:
+    calm = [t.name for t in trials if "U_T" not in t and "U_A" not in t]
+    if calm:
+        some = "any trial" if len(calm) == len(trials) else f"{len(calm)} of {len(trials)} trials"
+        yield f"No wind was recorded in {some}: its effect is part of the error."
+    if all("U_C" not in t for t in trials):
+        yield "No current was recorded: a current shows up as an error of position."
+
+
+def _baselines(evidence: Evidence) -> Iterator[str]:
+    if CONSTANT_VELOCITY not in evidence.labels:
+        yield "There is no constant-velocity baseline: whether the model beats doing nothing is not shown."
+    incomplete = [name for name, found in evidence.trials.items() if len(found) < len(evidence.labels)]
+    if incomplete:
+        yield f"Not every label predicts {', '.join(incomplete)}; the pooled figures leave these trials out."
+
+
+def _scales(evidence: Evidence) -> Iterator[str]:
+    scales = {tuple(sorted(c.sigma.items())) for c in evidence.comparisons}
+    if len(scales) > 1:
+        yield "Trials are scaled by their own standard deviations: compare labels within a trial, not trials."
+
+
+def _assumed(evidence: Evidence) -> Iterator[str]:
+    if evidence.assumptions:
+        names = ", ".join(f"{a.path} = {number(a.value)}{' ' * bool(a.unit)}{a.unit}" for a in evidence.assumptions[:6])
+        more = ", ..." if len(evidence.assumptions) > 6 else ""
+        yield f"Assumed, neither measured nor fitted: {names}{more}."
+
+
+def _parameters(evidence: Evidence) -> Iterator[str]:
+    if evidence.fit is None:
+        return
+    unknown = [v.subject for v in evidence.fit.verdicts if v.status != "identified"]
+    if unknown:
+        yield (
+            f"{len(unknown)} of {len(evidence.fit.verdicts)} parameters or combinations are not, or only weakly, "
+            "identified by these data (see the fit): the model may predict well, but do not read those "
+            "numbers as physics."
+        )

@@ -1,0 +1,188 @@
+"""Page of You 2023: its Tables 3 and 5 and Figures 14, 15, 21 and 22 from the virtual trials of studies/you2023.toml.
+
+    python studies/reports/you2023.py -o RUN
+
+Fits the model of 22 parameters and its rival of 6, compares both with the truth in several weathers, and writes
+RUN/report.html and RUN/report.json in some ten seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatrial import __version__
+from seatrial.data import Array, Trial
+from seatrial.engine import SimulationError
+from seatrial.identify.components.servo import ServoFit, answered
+from seatrial.identify.components.thrust_map import ThrustMap
+from seatrial.identify.posterior.verdicts import overruled
+from seatrial.report import figures, rivals
+from seatrial.report.figures import canvas, legend_below, svg
+from seatrial.report.page import Page, Section, figure, gallery, number, provenance, soft, table, write
+from seatrial.report.rivals import AXES, STYLES
+from seatrial.simulate.replay import replay
+from seatrial.study.study import read_study
+from seatrial.validate.rivals import FULL, RIVAL, VELOCITIES, Case, Rivals, Score, judged
+
+STUDY = Path(__file__).parents[1] / "you2023.toml"
+DEGREES = math.degrees(1.0)
+
+
+def page(found: Rivals, sources: Mapping[str, str]) -> Page:
+    """The tables and figures of the paper, our values beside the published ones; `sources` are the provenance."""
+    parts = (
+        Section("", rivals.summary(found)),
+        Section("Relative errors (You 2023 Tab. 5)", rivals.relative(found)),
+        Section("Errors over the steps predicted (You 2023 Fig. 22)", rivals.growth(found)),
+        Section("Errors by manoeuvre (You 2023 Fig. 21)", by_manoeuvre(found)),
+        Section("The parameters (You 2023 Tab. 3)", rivals.parameters(found)),
+        Section("Thrust and azimuth servos (You 2023 Figs. 14 and 15)", rivals.drive(found) + drawn_drive(found)),
+        provenance(sources),
+    )
+    return Page(found.study.title, parts, rivals.numbers(found))
+
+
+def by_manoeuvre(found: Rivals) -> str:
+    """Fig. 21 as a figure and a table, and the trial in which the model has its largest error in yaw."""
+    case, names = found.cases[0], rivals.labels(found)
+    head = ["", "trial", *(f"{AXES[v][0].replace(' [', f', {names[who]} [')}" for v in VELOCITIES
+                           for who in (FULL, RIVAL))]  # fmt: skip
+    rows = [
+        [str(k + 1), name, *(number(AXES[v][1] * case.scores[who].runs[name][v]) for v in VELOCITIES
+                             for who in (FULL, RIVAL))]
+        for k, name in enumerate(case.scores[FULL].runs)
+    ]  # fmt: skip
+    drawn = gallery(figure(runs(case.scores, names), "Root mean square error of each whole run"), worst(found, case))
+    return drawn + table(head, rows, words=(1,)) + soft("By velocity and model; the truth itself is in the figure.")
+
+
+def worst(found: Rivals, case: Case) -> str:
+    """The held-out trial with the largest error of the model in yaw, measured and predicted."""
+    errors, names = case.scores[FULL].runs, rivals.labels(found)
+    trial = max(found.study.test, key=lambda t: errors[t.name]["r"])
+    predicted: dict[str, Trial] = {}
+    for who in (FULL, RIVAL):
+        try:
+            predicted[who] = replay(case.fits[who].ship, trial)
+        except SimulationError:
+            continue
+    caption = f"{trial.name}, the largest error of {names[FULL]} in yaw: predicted from its first state"
+    return figure(motion(trial, predicted, names), caption)
+
+
+def drawn_drive(found: Rivals) -> str:
+    """Figs. 14 and 15: the bollard pull of each thruster, and each servo in the log with the most of its orders."""
+    drawn = [figure(thrust(fit, n, pull, found.drive.thrust(name)), f"Bollard pull of thruster {name}")
+             for name, (fit, n, pull) in found.drive.maps.items()]  # fmt: skip
+    for name, fit in found.drive.servos.items():
+        busiest = max(found.study.problem.trials, key=lambda t, c=name: float(np.abs(np.diff(t[f"{c}_cmd"])).sum()))
+        drawn.append(figure(servo(fit, busiest), f"{name} in {busiest.name}"))
+    return gallery(*drawn)
+
+
+def runs(scores: Mapping[str, Score], names: Mapping[str, str]) -> str:
+    """Root mean square error of each run (Fig. 21), trials numbered in their order."""
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
+
+    drawn, axes = canvas(3, (5.2, 5.4))
+    for ax, (name, (label, factor)) in zip(axes, AXES.items(), strict=True):
+        for who, score in scores.items():
+            values = [factor * run[name] for run in score.runs.values()]
+            style = {**STYLES[who], "ls": "none"}
+            ax.plot(range(1, len(values) + 1), values, ms=4.5, label=names[who], **style)
+        ax.set_yscale("log")
+        ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ax.yaxis.set_minor_formatter(NullFormatter())
+        ax.set_ylabel(label)
+    axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes[-1].set_xlabel("held-out trial, as numbered below")
+    legend_below(drawn, axes[0])
+    drawn.align_ylabels(axes)
+    return svg(drawn, "runs")
+
+
+def motion(measured: Trial, predicted: Mapping[str, Trial], names: Mapping[str, str]) -> str:
+    """Velocities of one trial over time, measured and predicted from its first state."""
+    drawn, axes = canvas(3, (5.2, 4.4))
+    for ax, (name, (label, factor)) in zip(axes, AXES.items(), strict=True):
+        ax.plot(measured.t, factor * measured[name], color="#c9d0d6", lw=3.6, label="measured")
+        for who, trial in predicted.items():
+            ax.plot(trial.t, factor * trial[name], lw=1.4, label=names[who], **{**STYLES[who], "marker": ""})
+        ax.set_ylabel(label)
+    axes[-1].set_xlabel("time t [s]")
+    legend_below(drawn, axes[0])
+    drawn.align_ylabels(axes)
+    return svg(drawn, f"motion {measured.name}")
+
+
+def servo(fit: ServoFit, trial: Trial) -> str:
+    """Order, measured angle and angle of the servo over one log, and the residual (Fig. 15)."""
+    name = fit.control
+    order, angle = trial[f"{name}_cmd"], trial[name]
+    modelled = answered(fit, trial) + fit.offset
+    drawn, (above, below) = canvas(2, (5.2, 3.8))
+    colour, dashes = figures.BASELINE
+    above.step(trial.t, DEGREES * order, where="post", color=colour, ls=dashes, lw=1.2, label="order")
+    above.plot(trial.t, DEGREES * angle, color=figures.INK, lw=2.2, label="measured")
+    above.plot(trial.t, DEGREES * modelled, color=figures.SKY, ls=(0, (4, 1.5)), lw=1.4, label="servo")
+    above.set_ylabel(f"{name} [°]")
+    below.plot(trial.t, DEGREES * (modelled - angle), color=figures.BLUE, lw=0.8)
+    below.set_ylabel("servo − measured [°]")
+    below.set_xlabel("time t [s]")
+    legend_below(drawn, above)
+    drawn.align_ylabels((above, below))
+    return svg(drawn, f"servo {name}")
+
+
+def thrust(fit: ThrustMap, n: Array, pull: Array, true: Array) -> str:
+    """Pull by revolutions with the map, and both less the truth (Fig. 14); `true` at the rows pulled."""
+    drawn, (above, below) = canvas(2, (5.2, 3.8))
+    fine = np.linspace(fit.n_low, fit.n_max, 200)
+    cell: dict[str, Any] = {"color": figures.INK, "mfc": "white", "ms": 4.5}
+    above.plot(n, pull, "o", label="load cell", **cell)
+    above.plot(fine, fit.thrust(fine), color=figures.BLUE, lw=1.5, label="map")
+    above.set_ylabel("thrust [N]")
+    below.axhline(0.0, color=figures.RULE, lw=1.0)
+    below.plot(n, pull - true, "o", **cell)
+    below.plot(n, fit.thrust(n) - true, color=figures.BLUE, lw=1.5)
+    below.set_ylabel("less the truth [N]")
+    below.set_xlabel("revolutions n [1/s]")
+    legend_below(drawn, above)
+    drawn.align_ylabels((above, below))
+    return svg(drawn, f"thrust {fit.name}")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Fit, judge, write the page."""
+    asked = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    asked.add_argument("-o", "--out", type=Path, required=True, metavar="RUN", help="folder of the page")
+    given = asked.parse_args(arguments)
+    study = read_study(STUDY)
+    if study.virtual is None or not study.rival:
+        sys.stderr.write(f"{STUDY}: no [virtual] or no [rival]; this page needs both\n")
+        return 2
+    fit = overruled(study.estimator.fit(study.problem), study.unidentified)
+    found = judged(study, fit, study.virtual)
+    try:
+        path = write(given.out / "report.html", page(found, {
+            "study": str(STUDY), "digest": study.digest, "version": f"seatrial {__version__}",
+            "truth": f"{study.virtual.ship.name}, seed {study.virtual.seed}",
+            "command": f"python studies/reports/you2023.py -o {given.out}",
+        }))  # fmt: skip
+    except OSError as error:
+        sys.stderr.write(f"{error.filename}: cannot be written: {error.strerror}\n")
+        return 1
+    sys.stdout.write(f"wrote {path}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
