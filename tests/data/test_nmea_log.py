@@ -18,7 +18,7 @@ from seatrial.data.nmea.sentences import checksum
 from seatrial.data.nmea.ship import SPOKEN, Fittings
 from seatrial.data.nmea.ship import lines as spoken
 from seatrial.data.robot.files import opened
-from seatrial.data.robot.messages import NUMBER, told
+from seatrial.data.robot.messages import NUMBER, unpacked
 from seatrial.data.trialfile import read_trial
 from seatrial.exchange.robot_log import save_robot_log
 
@@ -151,7 +151,7 @@ def test_a_log_of_sentences_becomes_one_of_robots_and_comes_back(log, tmp_path, 
     assert np.isnan(trial["x"]).sum() == ROWS // 2
     path = save_robot_log(trial, format, tmp_path)
     with opened(path) as bag:
-        said = [told(one.kind, one.data) for one in bag.messages if one.kind != NUMBER]
+        said = [unpacked(one.kind, one.data) for one in bag.messages if one.kind != NUMBER]
     assert all(math.isfinite(value) for one in said for value in one.values.values())
     assert min(one.stamp for one in said) == 1_800_000_000 * 10**9
     [written] = import_log(format, path, tmp_path / "back")

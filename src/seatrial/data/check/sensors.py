@@ -213,7 +213,7 @@ def gap_faults(trial: Trial) -> Iterator[Fault]:
             holes.setdefault(next((one for one in holes if one.same(found)), found), []).append(name)
     for found, names in holes.items():
         yield Fault(
-            "warning", ", ".join(names), "gaps", found.told(last + 1),
+            "warning", ", ".join(names), "gaps", found.words(last + 1),
             "fit on prepare.segments, or fill short ones with prepare.interpolate_gaps",
         )  # fmt: skip
     for every, names in slower.items():
@@ -256,7 +256,7 @@ class _Holes:
             abs(a - c) <= slack and abs(b - d) <= slack for (a, b), (c, d) in pairs
         )
 
-    def told(self, rows: int) -> str:
+    def words(self, rows: int) -> str:
         """The numbers in words."""
         if not self.spans:
             return f"{self.missing} of {rows} samples, scattered"

@@ -103,6 +103,6 @@ def _distance_ratio(trial: Trial) -> float:
     moved = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(trial["x"][rows]), np.diff(trial["y"][rows])))])
     said = integral(t, trial["U_G"][rows])
     ends = np.flatnonzero(np.diff(np.floor((t - t[0]) / _STRETCH), prepend=-1.0))  # first fix of each stretch
-    there, told = np.diff(moved[ends]), np.diff(said[ends])
-    some = told > _MOVING * float(np.max(told, initial=0.0))
-    return float(np.median(there[some] / told[some])) if some.sum() >= 3 else math.nan
+    there, given = np.diff(moved[ends]), np.diff(said[ends])
+    some = given > _MOVING * float(np.max(given, initial=0.0))
+    return float(np.median(there[some] / given[some])) if some.sum() >= 3 else math.nan

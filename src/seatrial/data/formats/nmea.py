@@ -179,12 +179,12 @@ def _controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[
             channels[f"delta_1{suffix}"], channels[f"delta_2{suffix}"] = port, starboard
         elif starboard is not None:
             channels[name] = starboard
-    told = [name for name in raw if name.startswith("rpm_")]
-    of = "rpm_S_" if any(name.startswith("rpm_S_") for name in told) else "rpm_E_"
-    numbers = [int(name.removeprefix(of)) for name in told if name.startswith(of)]
-    if told and of == "rpm_E_":
+    shafts = [name for name in raw if name.startswith("rpm_")]
+    of = "rpm_S_" if any(name.startswith("rpm_S_") for name in shafts) else "rpm_E_"
+    numbers = [int(name.removeprefix(of)) for name in shafts if name.startswith(of)]
+    if shafts and of == "rpm_E_":
         steps.append("revolutions are those of the engine; the shaft is taken to turn as fast")
-    elif len(numbers) < len(told):
+    elif len(numbers) < len(shafts):
         steps.append("revolutions are those of the shaft; those of the engine are left out")
     for place, number in enumerate(sorted(numbers, key=lambda k: k if k % 2 else -k), 1):
         channels["n_P" if len(numbers) == 1 else f"n_P_{place}"] = raw[f"{of}{number}"] / 60.0
@@ -332,16 +332,16 @@ def _by_clock(
     groups: list[tuple[float, list[Mapping[str, float]]]] = []
     early: list[Mapping[str, float]] = []
     for one in found:
-        told = one.values.get("time_of_day")
-        if told is not None:
-            last = groups[-1][0] if groups else told
+        clock = one.values.get("time_of_day")
+        if clock is not None:
+            last = groups[-1][0] if groups else clock
             # the clock restarts at midnight
-            days = round((last - told) / _DAY)
-            told += _DAY * days
+            days = round((last - clock) / _DAY)
+            clock += _DAY * days
             if "day" in one.values:
                 midnights[one.values["day"] - _DAY * days] += 1
-            if not groups or told > last:
-                groups.append((told, early if not groups else []))
+            if not groups or clock > last:
+                groups.append((clock, early if not groups else []))
         (groups[-1][1] if groups else early).append(one.values)
     if len(groups) < 2:
         stamped = sum(one.stamp is not None for one in found)

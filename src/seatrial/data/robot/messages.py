@@ -35,7 +35,7 @@ FRAMES: Mapping[str, str] = MappingProxyType({"earth": "map", "ship": "base_link
 
 
 @dataclass(frozen=True)
-class Told:
+class Values:
     """One message, in the terms of a trial.
 
     Attributes:
@@ -80,7 +80,7 @@ def store() -> Any:
     return types.get_typestore(types.Stores.ROS2_HUMBLE)
 
 
-def told(kind: str, data: bytes) -> Told:
+def unpacked(kind: str, data: bytes) -> Values:
     """The values of a message of one of `TYPES`.
 
     Raises:
@@ -93,18 +93,18 @@ def told(kind: str, data: bytes) -> Told:
     except Exception:  # the codec raises many kinds of errors on damaged bytes
         raise DataError(f"not a whole {kind}") from None
     if kind == NUMBER:
-        return Told(None, {"value": float(message.data)})
+        return Values(None, {"value": float(message.data)})
     header = message.header
     stamp = header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
     if kind == FIX:
         fixed = message.status.status >= 0
         place = {"latitude": message.latitude, "longitude": message.longitude} if fixed else {}
-        return Told(stamp, place, (header.frame_id,))
+        return Values(stamp, place, (header.frame_id,))
     if kind == TWIST:
-        return Told(stamp, _velocities(message.twist), (header.frame_id,))
+        return Values(stamp, _velocities(message.twist), (header.frame_id,))
     at, psi, phi = message.pose.pose.position, *_angles(message.pose.pose.orientation)
     values = {"x": at.y, "y": at.x, "psi": psi, "phi": phi, **_velocities(message.twist.twist)}
-    return Told(stamp, values, (header.frame_id, message.child_frame_id))
+    return Values(stamp, values, (header.frame_id, message.child_frame_id))
 
 
 def _velocities(twist: Any) -> dict[str, float]:
@@ -128,7 +128,7 @@ def packed(kind: str, stamp: int, values: Mapping[str, float], frames: Mapping[s
     Args:
         kind: its type.
         stamp: its time [ns].
-        values: by the names of `told`.
+        values: by the names of `unpacked`.
         frames: names of the frames, by the keys of `FRAMES`.
     """
     T = store().types

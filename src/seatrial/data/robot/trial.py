@@ -32,7 +32,7 @@ from ..prepare import nearest_rows, to_body
 from ..sidecar import CONVENTIONS, Described, began, check_meta
 from ..units import conversion, standard_unit
 from .files import Message, opened
-from .messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, VELOCITY, Told, earth_fixed, told
+from .messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, VELOCITY, Values, earth_fixed, unpacked
 
 # Stamps above this are times since 1970, those below times since some start [ns].
 _EPOCH = 10**17
@@ -89,7 +89,7 @@ class _Series:
     kind: str
     times: list[int] = field(default_factory=list[int])
     logged: list[int] = field(default_factory=list[int])
-    said: list[Told] = field(default_factory=list[Told])
+    said: list[Values] = field(default_factory=list[Values])
 
     def column(self, name: str) -> Array:
         return np.array([one.values.get(name, math.nan) for one in self.said])
@@ -181,7 +181,7 @@ def _gathered(path: Path, messages: Any) -> dict[str, _Series]:
         if series.kind != message.kind:
             raise DataError(f"{path}: {message.topic} is {series.kind} and {message.kind}; give it one type")
         try:
-            one = told(message.kind, message.data)
+            one = unpacked(message.kind, message.data)
         except DataError as error:
             raise DataError(f"{path}: {message.topic}, message {len(series.said) + 1}: {error}") from None
         if message.logged >= _NEVER:
