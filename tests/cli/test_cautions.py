@@ -112,10 +112,10 @@ def test_an_apparent_wind_drives_the_prediction_as_the_true_one_does() -> None:
         assert replay(SHIP, felt)[name] == pytest.approx(replay(SHIP, LOG)[name], abs=1e-9)
     assert np.max(np.abs(still["v_m"] - replay(SHIP, LOG)["v_m"])) > 1e-4
     assert cautions(SHIP, [felt]) == [
-        "note: turn: its true wind is reckoned from U_A, gamma_A and the measured motion"
+        "note: turn: its true wind is computed from U_A, gamma_A and the measured motion"
     ]
     said = [issue.text for issue in lint(Problem(SHIP, (felt,), ())) if "wind" in issue.text]
-    assert said == ["its true wind is reckoned from U_A, gamma_A and the measured motion"]
+    assert said == ["its true wind is computed from U_A, gamma_A and the measured motion"]
 
 
 def test_an_apparent_wind_that_the_ship_cannot_feel_is_told() -> None:

@@ -104,12 +104,12 @@ def test_what_a_person_added_to_a_sidecar_outlives_the_next_import(tmp_path):
         assert meta["processing"][-1] == "kept from the sidecar: set_points, kind"
     sidecar.write_text(sidecar.read_text().replace("L_pp: 7.0", "L_pp: 7.1"))
     before = sidecar.read_bytes(), path.read_bytes()
-    with pytest.raises(DataError, match=r"log\.yaml: L_pp is 7\.1, by this import it would be 7\.0; take it out"):
+    with pytest.raises(DataError, match=r"log\.yaml: L_pp is 7\.1.* 7\.0"):
         import_log(*again)
     assert before == (sidecar.read_bytes(), path.read_bytes())
     sidecar.write_text(sidecar.read_text().replace("L_pp: 7.1", "L_pp: 7.0"))
     (tmp_path / "log.csv").write_text(LOG.replace("10,10", "11,12").replace(",1,", ",2,"))
-    with pytest.raises(DataError, match=r"says set_points, kind of another recording called log; remove it"):
+    with pytest.raises(DataError, match=r"log\.yaml.* set_points, kind of another recording"):
         import_log(*again)
 
 

@@ -16,7 +16,7 @@ from seatrial.data import DataError, Trial
 from seatrial.data.geodesy import Datum
 from seatrial.data.importing import import_log
 from seatrial.data.robot.files import Message, write_bag, write_mcap
-from seatrial.data.robot.messages import FIX, FRAMES, NUMBER, ODOMETRY, TWIST, packed, store, told
+from seatrial.data.robot.messages import FIX, FRAMES, NUMBER, ODOMETRY, TWIST, packed, store, unpacked
 from seatrial.data.robot.trial import read, read_topics
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.exchange.robot_log import messages, save_robot_log
@@ -87,8 +87,8 @@ def test_starboard_down_is_the_same_roll() -> None:
     data = packed(ODOMETRY, 0, {"x": 0.0, "y": 0.0, "psi": 0.5 * math.pi, "phi": 0.2})
     q = store().deserialize_cdr(data, ODOMETRY).pose.pose.orientation
     assert (q.x, q.y, q.z) == pytest.approx((math.sin(0.1), 0.0, 0.0))  # about the bow, which points east
-    assert told(ODOMETRY, data).values["phi"] == pytest.approx(0.2)
-    assert told(ODOMETRY, data).values["psi"] == pytest.approx(0.5 * math.pi)
+    assert unpacked(ODOMETRY, data).values["phi"] == pytest.approx(0.2)
+    assert unpacked(ODOMETRY, data).values["psi"] == pytest.approx(0.5 * math.pi)
 
 
 def test_displacements_agree_with_velocities_outside() -> None:
@@ -105,7 +105,7 @@ def test_displacements_agree_with_velocities_outside() -> None:
 def test_frames_and_stamps_are_those_of_the_trial() -> None:
     given = trial(start="2024-05-01T12:00:00+00:00", frames={"earth": "world", "ship": "hull", "antenna": "mast"},
                   datum={"latitude": 35.0, "longitude": 139.0})  # fmt: skip
-    first = {one.kind: told(one.kind, one.data) for one in reversed([*messages(given)][:20])}
+    first = {one.kind: unpacked(one.kind, one.data) for one in reversed([*messages(given)][:20])}
     assert first[ODOMETRY].frames == ("world", "hull")
     assert first[FIX].frames == ("mast",)
     assert first[TWIST].frames == ("hull",)

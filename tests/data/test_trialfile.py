@@ -103,7 +103,7 @@ SIDECARS = {
     "schema: manoeuvre-trial/1\nscale: -1": "scale is -1; it must be a number from 0.01 to 10000",
     "schema: manoeuvre-trial/1\nreference_point: cg": "reference_point is 'cg'",
     "schema: manoeuvre-trial/1\nprocessing: x": "processing must be a list",
-    "schema: manoeuvre-trial/1\nL_ppp: 3": "no key 'L_ppp'; near: L_pp; what has no key of its own goes under 'notes'",
+    "schema: manoeuvre-trial/1\nL_ppp: 3": "no key 'L_ppp'; near: L_pp; .*'notes'",
     "schema: manoeuvre-trial/1\nweather: calm": "no key 'weather'",
     "schema: manoeuvre-trial/1\nL_pp: 7000": "L_pp is 7000; it must be a number from 0.1 to 600",
     "schema: manoeuvre-trial/1\nwater_density: 1.025": "water_density is 1.025; .* 900 to 1100",

@@ -110,7 +110,7 @@ def test_no_gust_on_a_calm_and_across_lets_the_direction_wander() -> None:
         (lambda: Measured(np.array([0.0]), {"depth": np.array([0.0])}), "depth of zero"),
         (lambda: Measured(np.array([0.0]), {"depth": np.array([np.nan])}), "no sample"),
         (lambda: Measured(np.array([0.0]), {"depth": np.array([1.0, 2.0])}), "2 samples"),
-        (lambda: Measured.of(Trial("t", np.array([0.0]), {})), "no weather"),
+        (lambda: Measured.of(Trial("t", np.array([0.0]), {})), "no channel of weather"),
         (lambda: Together((BREEZE, Uniform(depth=9.0))).series(1.0, 2), "depth"),
     ],
 )

@@ -128,7 +128,8 @@ def test_a_ship_that_spins_is_told_of_before_and_stopped(capsys) -> None:
     assert main(["simulate", "qiuxin5_6", "turning", "--rudder", "17.5"]) == 1
     told = capsys.readouterr().err
     assert "warning: qiuxin5_6: m_33 = 0.0632 kg m^2 is that of a radius of gyration of 0.018 m" in told
-    assert "is outside [-0.7, 0.7], where its file says that the model holds ([validity])" in told
+    assert "is outside [-0.7, 0.7]" in told
+    assert "[validity]" in told
     assert main(["simulate", "qiuxin5_6", "turning", "--rudder", "10"]) == 0
 
 

@@ -1,1 +1,8 @@
-"""Foundations: parameters, element-wise functions, errors.  Everything else may import from here."""
+"""Foundations that every other room may import.
+
+Contract: `parameters` has the meaning, values and freedom of a model's numbers; `symbolic` the element-wise functions
+of physics, on floats and symbols; `errors` every error class, with one base; `files` writes results whole or not at
+all.  Import from these modules; the door exports nothing.
+"""
+
+__all__: list[str] = []

@@ -1,7 +1,7 @@
-"""Files that are there whole or not at all; what a kill left behind; folders held alone; texts that may name a file.
+"""Atomic writing of files, removal of scratch files, locks of folders, and checks of names from files.
 
 Every result of the package is written here: under a name of its own in the folder where it will stand, on the disk
-(fsync), and only then moved into its place.  A full disk, a kill or Ctrl-C leaves the file of before.
+(fsync), and only then moved into its place.  After a full disk, a kill or Ctrl-C the previous file is still there.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ from .errors import TomlError as TomlError
 
 try:
     import fcntl
-except ImportError:  # not on Windows; there nothing is held
+except ImportError:  # absent on Windows, where folders are not locked
     fcntl = None
 
 LOCK = "run.lock"
 _LEAST, _MOST = 1e-30, 1e30
 REACH = f"magnitudes lie between {_LEAST:g} and {_MOST:g}"
 _MODE = 0o666  # less what the umask takes
-# A name that is longer leaves no room for what scratch files add to it; file systems take 255 bytes.
+# Longest name [bytes]: scratch files add to it, and file systems take 255.
 _LONGEST = 180
 _NUMBERS = count()
 _LEFT = re.compile(r"\..+\.(?:(?P<host>[0-9a-f]{8})-)?(?P<pid>\d+)(?:-\d+)?\.tmp")
 
 
 def is_plain(name: str) -> bool:
-    """Whether a text of a file may name a file or folder of ours: no path, nothing hidden, nothing that controls."""
+    """Whether a text from a file may name a file or folder: no path, not hidden, no control characters."""
     short = 0 < len(name.encode(errors="replace")) <= _LONGEST
     return short and name.isprintable() and name[0] != "." and not set(name) & set("/\\")
 
@@ -50,7 +50,7 @@ def is_plain(name: str) -> bool:
 def read_toml(path: Path) -> dict[str, Any]:
     """A TOML file, with numbers that arithmetic can use: integers of 64 bits, no NaN, magnitudes that can be squared.
 
-    An infinite number is left to who knows what it is for.
+    Infinite numbers are accepted; the caller judges them.
 
     Raises:
         TomlError: what is wrong with it, and at which key.
@@ -64,8 +64,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise TomlError("tables or lists are nested too deep") from None
     except tomllib.TOMLDecodeError:
         raise
-    except ValueError as error:  # a date that is none, an integer of thousands of digits
-        raise TomlError(f"a value that is none: {str(error).partition(';')[0]}") from None
+    except ValueError as error:  # an invalid date, an integer of thousands of digits
+        raise TomlError(f"an invalid value: {str(error).partition(';')[0]}") from None
     return document
 
 
@@ -83,7 +83,7 @@ def _usable(value: Any, key: str) -> None:
 
 
 def in_reach(value: float) -> bool:
-    """Whether a number can be squared and inverted with others of its kind, and mean something."""
+    """Whether a number can be squared and inverted without overflow or underflow."""
     return _LEAST <= abs(value) <= _MOST
 
 
@@ -96,7 +96,7 @@ def write_together(files: Mapping[Path, str | bytes | Callable[[str], None]]) ->
     """Write files: all are complete, on the disk, before the first takes its place.
 
     Args:
-        files: by path the text or bytes, or what saves itself under a name that it is given.
+        files: by path the text or bytes, or a function that saves to the path it is given.
 
     Raises:
         OSError: one cannot be written; its `filename` is that of the file, and nothing has changed.
@@ -121,7 +121,7 @@ def write_together(files: Mapping[Path, str | bytes | Callable[[str], None]]) ->
 
 
 def packed(**arrays: Any) -> bytes:
-    """Arrays as the bytes of an .npz file: so a full disk is met by `write_whole`, not in the middle of a zip file."""
+    """Arrays as the bytes of an .npz file, so that `write_whole` handles a full disk."""
     held = io.BytesIO()
     np.savez(held, allow_pickle=False, **arrays)
     return held.getvalue()
@@ -139,7 +139,7 @@ def _fill(scratch: Path, content: str | bytes | Callable[[str], None]) -> None:
 
 
 def _scratch(path: Path) -> Path:
-    """A name beside `path` that tells whose it is: `.NAME.HOST-PID-NUMBER.tmp`."""
+    """A name beside `path` that contains its process: `.NAME.HOST-PID-NUMBER.tmp`."""
     short = path.name.encode()[:_LONGEST].decode(errors="ignore")
     return path.with_name(f".{short}.{_host()}-{os.getpid()}-{next(_NUMBERS)}.tmp")
 
@@ -154,7 +154,7 @@ def _alive(pid: int) -> bool:
         os.kill(pid, 0)
     except ProcessLookupError:
         return False
-    except OSError:  # it is somebody else's
+    except OSError:  # of another user
         return True
     return True
 
@@ -165,7 +165,7 @@ def _sweep_once(folder: Path) -> None:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the scratch files of processes of this machine that are no more."""
+    """Remove the scratch files of ended processes of this machine."""
     with suppress(OSError):
         for left in folder.iterdir():
             found = _LEFT.fullmatch(left.name)
@@ -175,7 +175,7 @@ def sweep(folder: Path) -> None:
 
 
 def set_aside(path: Path) -> Path:
-    """Rename a file that cannot be used to `NAME.damaged`, so that work can begin anew; the new path."""
+    """Rename a file that cannot be used to `NAME.damaged`, so that work can start over; return the new path."""
     aside = path.with_name(f"{path.name}.damaged")
     os.replace(path, aside)
     return aside
@@ -183,13 +183,13 @@ def set_aside(path: Path) -> Path:
 
 @contextmanager
 def held_alone(folder: Path) -> Generator[None, None, None]:
-    """Hold a folder for this process alone; it is made, and taken away again where nothing came into it.
+    """Lock a folder for this process; it is made if absent, and removed again if it stays empty.
 
-    The kernel ends the hold of a process that is killed, so no stale one has to be recognised; `run.lock` names the
-    process and the machine for those who come second.
+    The kernel releases the lock of a killed process, so there are no stale ones; `run.lock` names the process and the
+    machine for the message of `BusyError`.
 
     Raises:
-        BusyError: another process holds it.
+        BusyError: another process has locked it.
         OSError: the folder cannot be made.
     """
     above = [path for path in (folder, *folder.parents) if not path.exists()]
@@ -202,23 +202,23 @@ def held_alone(folder: Path) -> Generator[None, None, None]:
             with suppress(OSError):
                 (folder / LOCK).unlink()
             os.close(handle)
-        with suppress(OSError):  # something is in it
+        with suppress(OSError):  # it is not empty
             for path in above:
                 path.rmdir()
 
 
 def _locked(path: Path) -> int | None:
-    """Descriptor of the locked file; None where there is no such thing as a lock, or nothing can be written."""
+    """Descriptor of the locked file; None where locks are unsupported or the folder is read-only."""
     if fcntl is None:
         return None
     while True:
         try:
             handle = os.open(path, os.O_RDWR | os.O_CREAT, _MODE)
-        except OSError:  # of a folder that is only read; who writes into it will be told
+        except OSError:  # a read-only folder; a later write raises
             return None
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if os.fstat(handle).st_nlink == 0:  # its owner took it away meanwhile
+            if os.fstat(handle).st_nlink == 0:  # its owner has removed it meanwhile
                 os.close(handle)
                 continue
             os.ftruncate(handle, 0)
@@ -234,7 +234,7 @@ def _locked(path: Path) -> int | None:
 
 def _owner(handle: int) -> str:
     try:
-        told = json.loads(os.pread(handle, 4096, 0))
-        return f"process {int(told['pid'])} on {told['host']}"
+        owner = json.loads(os.pread(handle, 4096, 0))
+        return f"process {int(owner['pid'])} on {owner['host']}"
     except (OSError, ValueError, KeyError, TypeError):
         return "another process"

@@ -2,7 +2,7 @@
 
 A physics class is a frozen dataclass whose numbers are declared with `spec(...)`; a dotted path
 such as ``rudder.t_R`` names one number of a composed model.  Everything here works on floats and
-on symbols alike, because a value is never looked at, only moved.
+on symbols alike, because values are moved without being inspected.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _PART = re.compile(r"\w+([ -]\w+)*")
 
 @dataclass(frozen=True)
 class Spec:
-    """What a number means: its unit, what it is, and the range physics allows."""
+    """Meaning of a number: its unit, description, and physical range."""
 
     unit: str
     about: str
@@ -44,7 +44,7 @@ def spec(
     limits: tuple[float, float] = (-math.inf, math.inf),
     default: Any = MISSING,
 ) -> Any:
-    """Declare one number of a physics class; `default` only where the formula is well without it."""
+    """Declare one number of a physics class; `default` only where the formula is valid without it."""
     return field(default=default, metadata={"spec": Spec(unit, about, *limits)})
 
 
@@ -94,7 +94,7 @@ class Parts:
 def terms(meaning: Callable[[str], Spec]) -> Any:
     """Declare a field of type `Terms`; `meaning` gives the `Spec` of a name.
 
-    `meaning` raises a ParameterError that says why a name cannot be a term.
+    `meaning` raises a ParameterError for a name that cannot be a term.
     """
     return field(default_factory=Terms, metadata={"terms": meaning})
 
@@ -115,7 +115,7 @@ class Free:
 
     Attributes:
         path: dotted path in the model, such as ``rudder.t_R``.
-        start: value the search starts from.
+        start: initial value of the search.
         low, high: bounds of the search; infinite where only the prior holds the parameter.
         prior: mean of the Gaussian prior.
         sigma: its standard deviation; infinite means no prior.
@@ -190,7 +190,7 @@ def unknown(name: str, known: Any, what: str = "parameter") -> str:
 
 
 def possible(known: Mapping[str, Spec], given: Mapping[str, Any]) -> None:
-    """Raise a ParameterError for a number that leaves what it can be; symbols, NaN and unknown names pass."""
+    """Raise a ParameterError for a number outside its range; symbols, NaN and unknown names are accepted."""
     for name, value in given.items():
         meaning = known.get(name)
         if meaning is None or not isinstance(value, numbers.Real):
@@ -204,7 +204,7 @@ def possible(known: Mapping[str, Spec], given: Mapping[str, Any]) -> None:
 
 
 def own(thing: Any) -> None:
-    """`possible` of the numbers that a dataclass itself declares by `spec`."""
+    """Apply `possible` to the numbers that a dataclass declares by `spec`."""
     known = {f.name: f.metadata["spec"] for f in fields(thing) if "spec" in f.metadata}
     possible(known, {name: getattr(thing, name) for name in known})
 
@@ -256,7 +256,7 @@ def match(model: Any, pattern: str) -> list[str]:
 
 
 MOST = 10.0
-"""The widest share of its value by which a parameter may be free: beyond, the share was meant in percent."""
+"""Largest ratio of a parameter's interval to its value; a larger one is taken for percent."""
 
 
 def far(key: str, share: float) -> str:
@@ -268,8 +268,8 @@ def near(model: Any, *paths: str, ratio: float) -> tuple[Free, ...]:
     """Each parameter free within `ratio` of its value: ``[P - a|P|, P + a|P|]`` (Suyama 2023 Eq. 38).
 
     Raises:
-        ParameterError: an unknown path; a value of zero, whose interval would be empty; an interval that leaves what
-            the parameter can be; a ratio beyond `MOST`.
+        ParameterError: an unknown path; a value of zero, whose interval would be empty; an interval outside the
+            parameter's range; a ratio beyond `MOST`.
     """
     if ratio > MOST:
         raise ParameterError(far("ratio", ratio))

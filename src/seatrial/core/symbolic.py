@@ -1,7 +1,7 @@
 """The element-wise functions that physics may use, on floats and on CasADi symbols alike.
 
-Nothing else in the package knows Python floats and CasADi at once.  Each function is finite, with
-finite derivatives, wherever physics can bring it: at rest, astern, in the dead branch of a switch.
+No other module handles both Python floats and CasADi symbols.  Each function is finite, with
+finite derivatives, wherever physics evaluates it: at rest, astern, in the dead branch of a switch.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
-"""Trials: the one time-series type, measured or simulated.
+"""Trials: the one time-series type, measured or simulated, and the rooms that read, check and prepare them.
 
-Contract: a `Trial` is frozen, in SI and radians, with the channel names of docs/conventions.md.
-NaN marks a gap and is kept; nothing in here fills it silently.  Readers make trials, `prepare`
-makes trials from trials, `check` says what is wrong with one.
-
-The standard channels and their units.
+Contract: a `Trial` is frozen, in SI and radians, with the channel names of docs/conventions.md and the standard units
+`UNITS`.  NaN marks a gap and is kept; no function fills it silently.  `trialfile` reads and writes trial files,
+`formats` reads foreign logs, `importing` turns those into trial files, `prepare` makes trials from trials, `check`
+finds the faults of one.  Unusable data raise `DataError`.
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ class Trial:
         t: time [s], shape (samples,), strictly increasing.
         channels: other channels by name, each of shape (samples,), SI units; NaN marks a gap.
         units: unit of each channel that is not a standard one.
-        meta: what the sidecar says (ship, scale, kind, set points, source, licence, processing).
-        file: the trial file it was read from; None where there is none, or where its time is no longer the file's.
+        meta: contents of the sidecar (ship, scale, kind, set points, source, licence, processing).
+        file: the trial file it was read from; None without one, or after a change of its time.
     """
 
     name: str
@@ -91,14 +90,14 @@ class Trial:
         return replace(self, channels={**self.channels, **channels})
 
     def noting(self, step: str) -> Trial:
-        """The same trial with one more processing step on record."""
+        """The same trial with one more processing step noted."""
         steps = [*self.meta.get("processing", []), step]
         return replace(self, meta={**self.meta, "processing": steps})
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """Whole trials set aside for training, validation and test; none is in two of them."""
+    """Whole trials set aside for training, validation and test; each is in one of them only."""
 
     train: tuple[Trial, ...] = ()
     validation: tuple[Trial, ...] = ()

@@ -1,7 +1,7 @@
-"""Small text documents that people write beside their logs: TOML and YAML, read strictly.
+"""TOML and YAML documents, read strictly: sidecars and mapping files.
 
-YAML is taken as its version 1.2 means it: ``1:45`` and ``2024-99-99`` are texts, ``010`` is ten, and ``no`` is no
-truth value.  A key given twice is refused, as the last one would silently win; so are anchors and aliases, by which
+YAML is read as version 1.2: ``1:45`` and ``2024-99-99`` are texts, ``010`` is ten, and ``no`` is a text.
+A key given twice is refused, as the last one would silently win; so are anchors and aliases, by which
 a few lines become gigabytes.
 """
 
@@ -27,14 +27,14 @@ LARGEST = 1_000_000
 """Bytes of a document at most."""
 
 _DIGITS = 19
-"""Digits of a whole number at most: nanoseconds since 1970 have so many."""
+"""Digits of a whole number at most, as many as nanoseconds since 1970 have."""
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
     """The tables of a TOML file.
 
     Raises:
-        DataError: no such file, not TOML, too large or too deep, a whole number beyond any count.
+        DataError: no such file, not TOML, too large or too deep, a whole number of too many digits.
     """
     return _read(existing(path), "TOML", tomllib.loads)
 
@@ -70,7 +70,7 @@ def _read(here: Path, kind: str, parse: Callable[[str], Any]) -> dict[str, Any]:
         raise DataError(f"{here}: not readable as {kind}: nested too deeply") from None
     except OSError as error:
         raise DataError(f"{here}: not readable as {kind}: {error.strerror}") from None
-    except ValueError as error:  # also of numbers and of bytes that are no text
+    except ValueError as error:  # also for numbers and for bytes that are not text
         raise DataError(f"{here}: not readable as {kind}: {_line(error)}") from None
     if not isinstance(said, dict):
         raise DataError(f"{here}: must be keys with values, such as 'ship: kvlcc2'")
@@ -82,7 +82,7 @@ def _line(error: Exception) -> str:
 
 
 def _refuse_odd(said: Any, place: str = "") -> None:
-    """Whole numbers that no float holds (`tomllib` reads any length), and halves of characters, wherever they stand."""
+    """Refuse whole numbers that no float holds (`tomllib` reads any length), and lone surrogates, at any depth."""
     if isinstance(said, dict):
         for key, value in cast("dict[Any, Any]", said).items():
             _refuse_odd(value, f"{place}.{key}" if place else str(key))
@@ -90,7 +90,7 @@ def _refuse_odd(said: Any, place: str = "") -> None:
         for value in cast("list[Any]", said):
             _refuse_odd(value, place)
     elif isinstance(said, int) and abs(said) >= 10**_DIGITS:
-        raise DataError(f"{place}: a whole number of more than {_DIGITS} digits; give one that can be meant")
+        raise DataError(f"{place}: a whole number of more than {_DIGITS} digits; give fewer")
     elif isinstance(said, str):
         said.encode()
 
@@ -114,11 +114,11 @@ _CORE = (
      "-+0123456789."),
     ("null", r"(?:~|null|Null|NULL|)", "~nN"), ("null", "", ("",)),
 )  # fmt: skip
-"""The core schema of YAML 1.2: kind of a plain scalar, its form, and what it may begin with."""
+"""Core schema of YAML 1.2: kind of a plain scalar, its form, and its possible first characters."""
 
 
 def _resolving(base: Any) -> Any:
-    """A loader or dumper class that knows plain scalars by the core schema too."""
+    """A loader or dumper class that also resolves plain scalars by the core schema."""
     made = type("Core", (base,), {})
     for tag, form, first in _CORE:
         made.add_implicit_resolver(f"tag:yaml.org,2002:{tag}", re.compile(f"^(?:{form})$", re.ASCII), list(first))
@@ -129,7 +129,7 @@ def _resolving(base: Any) -> Any:
 def _dumper() -> Any:
     import yaml
 
-    # its own resolvers of YAML 1.1 stay: what either of the two would take for a number is quoted
+    # its own resolvers of YAML 1.1 stay: a text that either version takes for a number is quoted
     return _resolving(yaml.SafeDumper)
 
 
@@ -138,7 +138,7 @@ def _loader() -> Any:
     import yaml
 
     class Plain(yaml.SafeLoader):
-        yaml_implicit_resolvers: Any = {}  # noqa: RUF012 -- as PyYAML has it
+        yaml_implicit_resolvers: Any = {}  # noqa: RUF012 -- as in PyYAML
 
         def compose_node(self, parent: Any, index: Any) -> Any:
             event: Any = self.peek_event()

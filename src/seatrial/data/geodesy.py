@@ -1,6 +1,6 @@
 """Latitude and longitude to metres north and east of a datum, and back, exactly.
 
-The plane touches WGS 84 at the datum; a point of the ellipsoid is seen on it along the plane's normal, so
+The plane touches WGS 84 at the datum; a point of the ellipsoid is projected on it along the plane's normal, so
 that distances are right to 4 mm at 10 km, and to 0.5 m at 50 km.
 """
 
@@ -16,7 +16,7 @@ from . import Array, DataError
 # Semi-axis [m] and squared eccentricity of WGS 84.
 _A, _E2 = 6378137.0, 0.00669437999014
 
-# Steps towards a datum at most, and how near [m] is there.
+# Iterations towards a datum at most, and the tolerance [m].
 _STEPS, _NEAR = 60, 1e-7
 
 
@@ -53,14 +53,14 @@ class Datum:
         return x, y
 
     def place(self, x: float, y: float) -> tuple[float, float]:
-        """Latitude and longitude [deg] of the point that many metres north and east; the inverse of `north_east`.
+        """Latitude and longitude [deg] of the point x metres north and y metres east; the inverse of `north_east`.
 
         Raises:
-            DataError: no point of the earth lies below that one of the plane.
+            DataError: the plane has no point of the earth below it there.
         """
         s, c = math.sin(math.radians(self.latitude)), math.cos(math.radians(self.latitude))
         q, (X0, _, Z0) = 1.0 / (1.0 - _E2), _earth_fixed(self.latitude, 0.0)
-        # Down from the plane by `depth` to X^2 + Y^2 + q Z^2 = a^2: a quadratic, of which the nearer root is wanted.
+        # Down from the plane by `depth` to X^2 + Y^2 + q Z^2 = a^2: the nearer root of a quadratic.
         inward = c * X0 + q * s * Z0 + x * s * c * (q - 1.0)
         off = x * x * (s * s + q * c * c) + y * y
         rest = inward * inward - (c * c + q * s * s) * off
@@ -75,7 +75,7 @@ class Datum:
     def seeing(latitude: float, longitude: float, x: float, y: float) -> Datum:
         """The datum from which a place [deg] lies x metres north and y metres east.
 
-        North is that of the datum, not that of the place, so it is found step by step.
+        North is that of the datum, not that of the place, so the solution is iterative.
 
         Raises:
             DataError: there is none, or it is too near to a pole.

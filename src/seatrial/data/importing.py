@@ -1,6 +1,6 @@
-"""Foreign logs to trial files, and foreign logs read beside them.
+"""Import of foreign logs to trial files, and reading of foreign logs recognised by their first line.
 
-Everything is read before anything is written, so that a file that fails leaves nothing behind.
+All logs are read before any trial is written, so a log that fails leaves no files.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .trialfile import FOREIGN, read_trial, write_trial
 
 _OF_THE_IMPORT = frozenset({"processing", "lines", "epoch_utc"})
 _OF_THE_LOG = frozenset({"start", "datum", "frames"})
-"""Keys of a sidecar that each import says anew, and those that another recording does."""
+"""Keys of a sidecar that each import rewrites, and those that another recording rewrites."""
 
 
 def import_log(
@@ -27,21 +27,21 @@ def import_log(
 ) -> list[Path]:
     """Read a foreign log, or a folder of them, and write ``out/<stem>.csv`` and ``.yaml`` for each.
 
-    What a person added to a sidecar that is there already stays in it.
+    Keys that a user added to an existing sidecar are kept.
 
     Args:
         format: one of `formats.formats()`.
         src: a file, or a folder whose files (of the format's suffix, also in its folders) are read; for rosbag2 the
             folder of a bag, or one of such folders.
         out: folder for the trial files; made if it is not there.
-        mapping: mapping file, for the format csv, and where it helps for nmea, mcap and rosbag2.
+        mapping: mapping file; required for csv, optional for nmea, mcap and rosbag2.
 
     Returns:
         The CSV files written, in the order read.
 
     Raises:
-        DataError: an unknown format, no mapping for csv, a log that cannot be read, or a sidecar there that says
-            something else than the log; then nothing has been written.
+        DataError: an unknown format, no mapping for csv, a log that cannot be read, or an existing sidecar
+            that contradicts the log; then nothing has been written.
     """
     read = reader(format, mapping)
     files = recordings(format, Path(src))
@@ -66,10 +66,10 @@ def import_log(
 
 
 def _keeping(path: Path, trial: Trial) -> Trial:
-    """The trial with what the sidecar of an earlier import says beyond it: set points, kind, notes that a person added.
+    """The trial with the keys that a user added to the sidecar of an earlier import: set points, kind, notes.
 
     Raises:
-        DataError: the two disagree, or another recording is there; which is right, only a person knows.
+        DataError: the two disagree, or the file there is another recording; the user has to decide.
     """
     if not sidecar_path(path).exists():
         return trial
@@ -82,7 +82,7 @@ def _keeping(path: Path, trial: Trial) -> Trial:
             about = f"{before[key]!r:.60}, by this import it would be {now[key]!r:.60}"
             raise DataError(f"{sidecar_path(path)}: {key} is {about}; take it out there, or choose another folder (-o)")
     if added and not same:
-        about = f"says {', '.join(added)} of another recording called {path.stem}"
+        about = f"has {', '.join(added)} of another recording called {path.stem}"
         raise DataError(f"{sidecar_path(path)}: {about}; remove it, or choose another folder (-o)")
     if not added:
         return trial
@@ -90,13 +90,13 @@ def _keeping(path: Path, trial: Trial) -> Trial:
 
 
 def _same_recording(path: Path, trial: Trial) -> bool:
-    """Whether a trial file holds the same recording, or a part of it: some channel that moves is the same there."""
+    """Whether a trial file holds the same recording or a part of it: a channel that varies has the same values."""
     if not path.exists():
-        return True  # a sidecar written beforehand
+        return True  # a sidecar written in advance
     try:
         there = read_trial(path)
     except DataError:
-        return True  # what is damaged, or of an older version, is written anew
+        return True  # a damaged file, or one of an older version, is rewritten
     rows = slice(0, min(len(there), len(trial)))
     pairs = ((there[name][rows], trial[name][rows]) for name in trial.channels if name in there)
     return any(np.array_equal(a, b, equal_nan=True) and np.unique(a[np.isfinite(a)]).size > 1 for a, b in pairs)
@@ -114,7 +114,7 @@ def recognised(path: str | Path) -> str | None:
 
 
 def read_log(path: str | Path) -> Trial:
-    """Read a trial file, or a foreign log that is recognised by its head."""
+    """Read a trial file, or a foreign log that is recognised by its first line."""
     format = recognised(existing(path))
     return reader(format, None)(Path(path)) if format else read_trial(path)
 

@@ -1,7 +1,7 @@
-"""The YAML sidecar of a trial file: what a table of numbers cannot say of itself.
+"""The YAML sidecar of a trial file: description of the recording.
 
-Every key has a fixed meaning and is checked, or a slip of the pen (`L_ppp`) would take a check away without a word;
-what has none goes under `notes`, which is kept as it is.
+Every key has a fixed meaning and is checked, because a typing error (`L_ppp`) would silently disable a check;
+free text goes under `notes`, which is kept as it is.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CONVENTIONS: Mapping[str, str] = MappingProxyType({
     "frame": "NED",
     "delta_positive": "starboard_turn",
 })  # fmt: skip
-"""What holds where a sidecar is silent, and in every `Trial`."""
+"""Conventions of every `Trial`, and the defaults of a sidecar."""
 
 
 def _number(value: Any) -> bool:
@@ -58,9 +58,9 @@ _TYPES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
     ("restart", _number, "a number"),
 )  # fmt: skip
 KEYS = ("schema", *CONVENTIONS, *_RANGES, *(key for key, _, _ in _TYPES), "notes")
-"""What a sidecar may say."""
+"""Keys of a sidecar."""
 
-# A set point beyond these is one in degrees without saying so [rad].
+# A set point beyond these is in degrees without a unit [rad].
 _LARGEST = MappingProxyType({"delta": math.pi, "rudder": math.pi, "psi": 2.0 * math.pi, "heading": 2.0 * math.pi})
 _POINT = re.compile(r"(delta|rudder|psi|heading)(?:\s*\[(.*)\])?")
 
@@ -90,19 +90,19 @@ def sidecar_path(path: Path) -> Path:
 
 
 def read_sidecar(path: Path) -> dict[str, Any]:
-    """What the sidecar of the trial file `path` says, over the conventions; these alone without one.
+    """Contents of the sidecar of the trial file `path`, over the conventions; these alone without one.
 
     Raises:
-        DataError: not YAML, not a mapping, another schema, or a key whose value cannot be.
+        DataError: not YAML, not a mapping, another schema, or an impossible value.
     """
     return {**CONVENTIONS, **(said_by(path) if sidecar_path(path).exists() else {})}
 
 
 def said_by(path: Path) -> dict[str, Any]:
-    """What the sidecar of the trial file `path` itself says, without its schema.
+    """Contents of the sidecar of the trial file `path` itself, without its schema.
 
     Raises:
-        DataError: as `read_sidecar`, and where there is none.
+        DataError: as `read_sidecar`, and without a sidecar.
     """
     where = sidecar_path(path)
     meta = read_yaml(where)
@@ -121,12 +121,12 @@ def sidecar_text(path: Path, meta: Mapping[str, Any]) -> str:
 
 
 def began(name: object, meta: Mapping[str, Any]) -> int:
-    """When a trial's time was zero, since 1970 [ns], where it says so; else 0.
+    """Start of a trial's time since 1970 [ns], from its `start`; 0 without one.
 
     Raises:
-        DataError: a start that is no time, or has no time zone; it begins with `name`.
+        DataError: an invalid start, or one without a time zone; the text begins with `name`.
     """
-    start = meta.get("start", meta.get("epoch_utc"))  # as logs of sentences were imported once
+    start = meta.get("start", meta.get("epoch_utc"))  # key of older imports of NMEA logs
     if not isinstance(start, str | datetime):
         return 0
     try:
@@ -144,14 +144,14 @@ def began(name: object, meta: Mapping[str, Any]) -> int:
 
 
 def check_meta(where: Path, meta: Mapping[str, Any]) -> None:
-    """Hold what is said of a trial against what each key means.
+    """Check the keys and values of a sidecar.
 
     Raises:
-        DataError: an unknown key (the near ones are named), a wrong type, a number that no ship or basin has.
+        DataError: an unknown key (the near ones are named), a wrong type, a number outside its range.
     """
     for key in meta:
         if key not in KEYS:
-            raise DataError(f"{where}: {unknown(key, KEYS, 'key')}; what has no key of its own goes under 'notes'")
+            raise DataError(f"{where}: {unknown(key, KEYS, 'key')}; free text goes under 'notes'")
     for key, (low, high, unit) in _RANGES.items():
         if meta.get(key) is not None and not (_number(meta[key]) and low <= meta[key] <= high):
             raise DataError(f"{where}: {key} is {meta[key]!r}; it must be a number from {low:g} to {high:g} ({unit})")
@@ -170,7 +170,7 @@ def check_meta(where: Path, meta: Mapping[str, Any]) -> None:
 
 
 def _check_place(where: Path, meta: Mapping[str, Any]) -> None:
-    """When and where: `start` with its time zone, `datum` on the globe."""
+    """Check `start`, with its time zone, and `datum`."""
     began(where, meta)
     try:
         if meta.get("datum") is not None:
@@ -197,7 +197,7 @@ def _check_points(where: Path, points: Mapping[Any, Any]) -> None:
 
 
 def plain_meta(path: Path, meta: Mapping[str, Any]) -> dict[str, Any]:
-    """What the sidecar of `path` would say, in types that YAML has, conventions included."""
+    """Contents for the sidecar of `path`, in types that YAML has, conventions included."""
     return {key: _plain(path, key, value) for key, value in {**CONVENTIONS, **meta}.items()}
 
 

@@ -1,6 +1,6 @@
 """Text files of numbers, with errors that name file, column and line.
 
-Shared by the readers: the bytes of a log become a table of floats here, and nowhere else.
+The readers share it: the bytes of a log become a table of floats only here.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 from . import Array, DataError
 
 _LONGEST = 1e10
-"""Times beyond [s] are no times in seconds; those since 1970 are below."""
+"""Largest time in seconds; those since 1970 are below."""
 
 
 def existing(path: str | Path) -> Path:
-    """The path as a `Path`, if there is something; else an error that names what is near."""
+    """The path as a `Path` if it exists; otherwise an error that lists similar names."""
     here = Path(path)
     if here.exists():
         return here
@@ -61,7 +61,7 @@ def split_row(line: str, delimiter: str | None) -> list[str]:
 
 
 def once(path: str | Path, line: int, heads: Sequence[str], wanted: Iterable[str]) -> None:
-    """Refuse a header in which a wanted column stands twice: which of them is meant, nobody knows.
+    """Refuse a header that has a wanted column twice, as it is ambiguous.
 
     Raises:
         DataError: naming file, column and line.
@@ -93,7 +93,7 @@ def numbers(
         if len(cells) != len(columns):
             raise DataError(
                 f"{path}: line {k + 1} has {len(cells)} cells, the header has {len(columns)} columns; "
-                "complete the line or take it out"
+                "complete or remove the line"
             )
         try:
             # whole rows only: extend would keep half of a bad one
@@ -112,10 +112,10 @@ def numbers(
 
 
 def decimal(text: str) -> float:
-    """The number that a text says as people write it.
+    """The number of a text in the usual notation.
 
     Raises:
-        ValueError: none, or one that only Python takes for a number: ``1_000``, full-width digits.
+        ValueError: no number, or one in Python's notation only: ``1_000``, full-width digits.
     """
     if "_" in text or not text.strip().isascii():
         raise ValueError(text)
@@ -136,9 +136,9 @@ def _number(path: str | Path, k: int, column: str, cell: str) -> float:
 
 
 def continued(table: Array, time: int) -> tuple[Array, int]:
-    """Give time to rows at the end that hold nothing at all, at the median step; say how many.
+    """Continue time over empty rows at the end at the median step; also return their number.
 
-    Loggers pad; the padding is a gap, and a gap needs its time.
+    Loggers pad; the padding is a gap, and each row of a gap needs a time.
     """
     filled = ~np.isnan(table).all(axis=1)
     last = int(np.flatnonzero(filled)[-1]) if filled.any() else -1
@@ -152,7 +152,7 @@ def continued(table: Array, time: int) -> tuple[Array, int]:
 
 
 def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int]) -> None:
-    """Refuse time that is missing, stands still or goes back, and recordings too short to be one.
+    """Refuse missing time, time that repeats or goes back, and recordings of fewer than two rows.
 
     Raises:
         DataError: naming file, column and line.

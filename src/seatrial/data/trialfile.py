@@ -1,4 +1,4 @@
-"""Trial files, `manoeuvre-trial/1`: a table with units in its head and a sidecar that says what it is.
+"""Trial files, `manoeuvre-trial/1`: a table with units in its header and a sidecar that describes it.
 
 CSV has one header line ``t [s],x [m],...``; a gap is an empty cell; numbers are written so that they
 read back exactly.  Parquet has bare names; the units are a JSON object under the key

@@ -1,7 +1,7 @@
-"""Units a log may come in, and the way to SI.
+"""Units of logs, and their conversion to SI.
 
-One table: symbol -> (SI symbol, factor).  No offsets besides temperature, which nothing here
-computes with, so it stays as it is.
+One table: symbol -> (SI symbol, factor).  Only temperature would need an offset; it is not converted,
+as no function here computes with it.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ KNOWN: Mapping[str, tuple[str, float]] = MappingProxyType({
 })  # fmt: skip
 """Unit symbols that a header may name: the SI symbol and the factor to it."""
 
-# What the names of a thruster's channels begin with (docs/conventions.md), such as n_1, alpha_bow, f_2.
+# First parts of the names of a thruster's channels (docs/conventions.md), such as n_1, alpha_bow, f_2.
 _THRUSTERS = {"n": "1/s", "alpha": "rad", "f": "N", "throttle": "-", "X": "N", "Y": "N", "N": "N m"}
-# What they cannot be in; names of other things begin like them (n_satellites), so not all but their own is refused.
+# Units that they cannot have; other units are accepted, as other names begin alike (n_satellites).
 _SPEEDS = ("m/s", "rad", "rad/s")
 _NEVER = {"n": _SPEEDS, "alpha": ("m/s", "1/s", "rad/s"), "throttle": ("1/s", *_SPEEDS)}
 _DERIVED = re.compile(r"_(sd|cmd|\d+)$")
 
 
 def standard_unit(name: str) -> str | None:
-    """SI unit that a channel name asks for; None for a name without a fixed meaning.
+    """SI unit of a standard channel; None for a name without a fixed meaning.
 
-    `delta_1`, `n_P_2_cmd` and `x_sd` mean what their stem means.
+    `delta_1`, `n_P_2_cmd` and `x_sd` have the unit of their stem.
     """
     while name not in UNITS:
         stem = _DERIVED.sub("", name)
@@ -65,8 +65,8 @@ def conversion(name: str, unit: str) -> tuple[str, float]:
     """Unit a channel is kept in, and the factor to it.
 
     Standard channels come out in SI, and so do channels named like those of thrusters (`n_1`, `alpha_1`)
-    whose unit is of that kind.  Others keep the unit they have: nothing here computes with them, and
-    what was read is written back unchanged.
+    whose unit is of that kind.  Others keep their unit: no function here computes with them, and
+    they are written back unchanged.
 
     Raises:
         DataError: an unknown unit, or one that cannot measure this channel.

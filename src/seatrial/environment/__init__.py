@@ -1,8 +1,10 @@
-"""Wind and current as the plant feels them.
+"""Wind, current, waves and depth that act on a ship.
 
-Wind is given by the direction it comes FROM, current by the direction it goes TOWARDS, both
-clockwise from north.  Inside, each is a pair of earth-fixed components, so that a right-hand side
-needs no more than the sine and cosine of the heading that it computes anyway.
+Contract: a `Weather` gives the channels of `CHANNELS` per time step; an `Environment` is one instant of them, on
+floats or symbols.  `Uniform` is steady weather; `weather` has gusts, measured series and sums.  Wind and waves are
+given by the direction they come FROM, current by the direction it goes TOWARDS, all clockwise from north.  The
+channels are earth-fixed components, so that a right-hand side needs only the sine and cosine of the heading, which it
+computes in any case.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from ..core.symbolic import cos, sin
 
 
 class Environment(NamedTuple):
-    """What surrounds the ship at one instant; the order is that of `CHANNELS`.
+    """Environment of the ship at one instant; the order is that of `CHANNELS`.
 
     Attributes:
         wind_x, wind_y: U_T cos(gamma_T), U_T sin(gamma_T): where the true wind comes from [m/s].
@@ -46,19 +48,19 @@ _RANGES = {
     "H_S": Spec("m", "significant height", 0.0, 40.0), "T_W": Spec("s", "mean period", 0.0, 100.0),
     "gamma_W": Spec("rad", "where the waves come from", *_TURN), "depth": Spec("m", "depth", 1e-6, math.inf),
 }  # fmt: skip
-"""What weather can be: no wind, current or sea on record is beyond, and a direction beyond two turns is in degrees."""
+"""Ranges of weather: records of wind, current and sea lie within; a direction beyond two turns is in degrees."""
 
 CHANNELS = Environment._fields
 CALM = Environment()
 
 
 class Weather(Protocol):
-    """Anything that can say what surrounds the ship over a run."""
+    """The environment of a ship over a run."""
 
     def series(self, dt: float, steps: int) -> NDArray[np.float64]:
-        """The channels of `CHANNELS` per step, shape (steps, 8), or (1, 8) where they hold.
+        """The channels of `CHANNELS` per step, shape (steps, 8), or (1, 8) where they are constant.
 
-        The same at every call: a gust has its seed.
+        Every call gives the same values: a gust has a seed.
         """
         ...
 
@@ -74,7 +76,7 @@ class Uniform:
         depth: depth of the water [m].
 
     Raises:
-        ParameterError: a direction beyond two turns either way, which is one in degrees; a negative or absurd size.
+        ParameterError: a direction beyond two turns, which is in degrees; a size below zero or beyond its range.
     """
 
     U_T: float = 0.0
@@ -97,7 +99,7 @@ class Uniform:
         )  # fmt: skip
 
     def series(self, dt: float, steps: int) -> NDArray[np.float64]:
-        """The channels of `CHANNELS` per step, shape (1, 8): they hold."""
+        """The channels of `CHANNELS` per step, shape (1, 8), as they are constant."""
         return np.array([self.now()], dtype=np.float64)
 
 
@@ -114,7 +116,7 @@ def to_body(north: Scalar, east: Scalar, cos_psi: Scalar, sin_psi: Scalar) -> tu
 def through_water(
     u: Scalar, v_m: Scalar, current_x: Scalar, current_y: Scalar, cos_psi: Scalar, sin_psi: Scalar
 ) -> tuple[Scalar, Scalar]:
-    """Velocity through the water in ship axes (forward, starboard), from that over ground: what the hull feels."""
+    """Velocity through the water in ship axes (forward, starboard), from that over ground; it acts on the hull."""
     u_C, v_C = to_body(current_x, current_y, cos_psi, sin_psi)
     return u - u_C, v_m - v_C
 

@@ -1,8 +1,8 @@
-"""Weather that changes over a run: gusts from a named spectrum, and measured series.
+"""Weather that changes over a run: gusts from a named spectrum, measured series, and sums.
 
 Each is a `Weather` (see `environment`) and wraps or joins others: a gust on a steady wind, a measured
-wind with a current.  What blows on a steady wind at a time t depends on t and the seed alone, never on
-when, how often or with which step it is asked: a second run, a longer run and one with half the step see
+wind with a current.  A gust on a steady wind is a function of time and seed only, whatever the order, number
+and step of calls: a second run, a longer run and one with half the step have
 the same wind, and the stages of an integrator the wind of their step.
 """
 
@@ -130,10 +130,10 @@ class Gust:
         spectrum: "davenport", "harris", "froya" or "ochi-shin", or a spectrum with its own constants.
         seed: seed of frequencies and phases.
         across: standard deviation across the mean wind over that along it; lets the direction wander.
-        low, high: ends of the spectrum [Hz]; what varies in over an hour is mean wind.
+        low, high: ends of the spectrum [Hz]; slower variations are mean wind.
 
     Raises:
-        WeatherError: no such spectrum, or ends or a ratio without sense.
+        WeatherError: no such spectrum, or an impossible interval or ratio.
     """
 
     base: Weather
@@ -201,16 +201,16 @@ _MEASURABLE = ("U_T", "gamma_T", "U_C", "gamma_C", "H_S", "T_W", "gamma_W", "dep
 
 @dataclass(frozen=True)
 class Measured:
-    """Weather as it was recorded; before the first sample and after the last, that sample holds.
+    """Weather as it was recorded; the first sample extends to earlier times and the last to later ones.
 
     Gaps (NaN) are bridged by the samples on either side.  Vectors are interpolated by their components,
-    never by their angle, so that a wind about north stays one.
+    not by their angle, so that a wind around north stays northerly.
 
     Attributes:
         t: times of the samples [s], shape (samples,), rising; the run starts at 0.
         channels: any of U_T, gamma_T, U_C, gamma_C, H_S, T_W, gamma_W, depth (SI, radians) of the shape of
-            `t`; a strength needs its direction.  What is missing is calm and deep.
-        held: hold each sample until the next instead of running straight between them.
+            `t`; a strength needs its direction.  Missing channels are calm and deep water.
+        held: hold each sample until the next instead of linear interpolation.
 
     Raises:
         WeatherError: an unknown channel, a strength without direction, times that do not rise, no sample.
@@ -238,14 +238,14 @@ class Measured:
 
     @classmethod
     def of(cls, trial: Trial, held: bool = False) -> Measured:
-        """The weather that a trial recorded, from its first sample on.
+        """The recorded weather of a trial, from its first sample on.
 
         Raises:
-            WeatherError: the trial recorded none.
+            WeatherError: the trial has no channel of weather.
         """
         there = {name: trial[name] for name in _MEASURABLE if name in trial}
         if not there:
-            raise WeatherError(f"{trial.name}: no weather on record; it would be in {', '.join(_MEASURABLE)}")
+            raise WeatherError(f"{trial.name}: no channel of weather; it needs one of {', '.join(_MEASURABLE)}")
         return cls(trial.t - trial.t[0], there, held)
 
     def series(self, dt: float, steps: int) -> Array:
@@ -268,7 +268,7 @@ class Measured:
         t, y = self.t[good], values[good]
         if not self.held:
             return np.interp(at, t, y)
-        # A step's own rounding must not fetch the sample before.
+        # Rounding of a step must not select the sample before.
         before = np.searchsorted(t, at + 1e-9 * max(float(t[-1]), 1.0), side="right") - 1
         return y[np.maximum(before, 0)]
 
@@ -288,5 +288,5 @@ class Together:
         each = [np.broadcast_to(part.series(dt, steps), (steps, len(CHANNELS))) for part in self.parts]
         for what, columns in (("waves", slice(4, 7)), ("depth", slice(7, 8))):
             if sum(bool(series[:, columns].any()) for series in each) > 1:
-                raise WeatherError(f"two weathers give {what}, which do not add up; leave all but one without")
+                raise WeatherError(f"two weathers give {what}, which do not add up; give them in one only")
         return np.sum(each, axis=0) if each else np.zeros((steps, len(CHANNELS)))

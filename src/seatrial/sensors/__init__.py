@@ -1,9 +1,9 @@
-"""Sensors: what instruments make of a true run, with noise, bias and resolution, seeded.
+"""Virtual sensors: readings of a true run, with noise, bias and resolution, seeded.
 
-Contract: `Sensors` reads a whole trial at once, as a logger would have recorded it.  An instrument of the bridge
-(`instruments`) is a frozen description; ``instrument.start(seed)`` gives one at work, which is asked at every step by
-``read(t, truth)`` and answers with a `Reading` when it has one.  All values are SI and radians with the names of the
-conventions; what a standard calls degrees, knots or rpm is the business of whoever speaks that standard.
+Contract: `Sensors` reads a whole trial at once, as a logger would record it.  An instrument of the bridge
+(`instruments`, together a `suite`) is a frozen description; ``instrument.start(seed)`` gives a running one (`stream`),
+whose ``read(t, truth)`` is called at every step and returns a `Reading` when one is due.  All values are SI and radians
+with the names of the conventions; degrees, knots and rpm belong to the code of the standard that uses them.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ..core.errors import SensorError as SensorError
+from ..core.errors import SensorError
 from ..core.parameters import unknown
 from ..data import Trial
+
+__all__ = ["Reading", "SensorError", "Sensors", "Truth"]
 
 
 @dataclass(frozen=True)
@@ -57,17 +59,17 @@ class Sensors:
 
 
 class Truth(Protocol):
-    """Whatever gives true values by name: a mapping, or a plant under way."""
+    """True values by name: a mapping, or a running plant."""
 
     def __getitem__(self, name: str, /) -> float: ...
 
 
 class Reading(NamedTuple):
-    """What an instrument says.
+    """One reading of an instrument.
 
     Attributes:
         kind: kind of the instrument: gnss, gyro, rate_gyro, speed_log, anemometer, echo_sounder or feedback.
-        t: time at which it was true [s]; a late instrument says it later.
+        t: time of the sample [s]; latency delays the reading, not this time.
         values: by name, SI units and radians.
     """
 

@@ -1,4 +1,4 @@
-"""The instruments of a bridge: where the ship is, where she heads, how fast she goes, what blows, what she obeys."""
+"""Instruments of a bridge: GNSS, gyro compass, rate gyro, speed log, anemometer, echo sounder, feedback."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def _velocity_at(truth: Truth, x: float, y: float) -> tuple[float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Gnss(Instrument):
-    """A satellite receiver: position of its antenna and how that moves over ground.
+    """A GNSS receiver: position and velocity over ground of its antenna.
 
-    It says x, y [m], speed over ground U [m/s] and course over ground chi [rad], from 0 to 2 pi.  What it says of the
-    antenna differs from midship by the lever arm, in position and, as the ship turns, in velocity.  It measures the
-    velocity by its components: of a ship that lies still the course is any, and the speed is never below zero.
+    A reading has x, y [m], speed over ground U [m/s] and course over ground chi [rad], from 0 to 2 pi.  The
+    antenna differs from midship by the lever arm, in position and, in a turn, in velocity.  The errors are those of the
+    components of the velocity: at rest the course is arbitrary, and the speed is never below zero.
 
     Attributes:
-        antenna_x, antenna_y: where the antenna stands ahead of midship and to starboard [m].
+        antenna_x, antenna_y: place of the antenna ahead of midship and to starboard [m].
         position: errors of x and of y [m], independent of each other.
         velocity: errors of the velocity to the north and to the east [m/s], independent of each other.
         speed_quantum, course_quantum: resolution of U [m/s] and of chi [rad].
@@ -52,7 +52,7 @@ class Gnss(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with position and velocity, north and east."""
+        """Errors of position and velocity, north and east."""
         return {"x": self.position, "y": self.position, "north": self.velocity, "east": self.velocity}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
@@ -79,7 +79,7 @@ class Gyro(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with the heading."""
+        """Errors of the heading."""
         return {"psi": self.heading}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
@@ -101,7 +101,7 @@ class RateGyro(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with the rate of turn."""
+        """Errors of the rate of turn."""
         return {"r": self.rate_of_turn}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
@@ -114,11 +114,11 @@ class SpeedLog(Instrument):
     """A log of two axes: through the water u_w, v_w, and over ground u, v_m at its transducer [m/s].
 
     Attributes:
-        at_x, at_y: where the transducer is ahead of midship and to starboard [m].
-        stern_x: where it tells the transverse speeds of the stern, v_w_stern and v_stern, ahead of midship (so below
-            zero) [m]; None is a log that does not.
+        at_x, at_y: place of the transducer ahead of midship and to starboard [m].
+        stern_x: place of the transverse speeds of the stern, v_w_stern and v_stern, ahead of midship (so below
+            zero) [m]; None is a log without them.
         water: errors of u_w, v_w and v_w_stern.
-        ground: errors of u, v_m and v_stern; None is a log without bottom track, which says nothing of them.
+        ground: errors of u, v_m and v_stern; None is a log without bottom track, which does not measure them.
     """
 
     kind: ClassVar[str] = "speed_log"
@@ -131,7 +131,7 @@ class SpeedLog(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with each value that it says."""
+        """Errors of each value of its readings."""
         stern = ("_stern",) if self.stern_x is not None else ()
         water = dict.fromkeys(("u_w", "v_w", *(f"v_w{name}" for name in stern)), self.water)
         if self.ground is None:
@@ -152,15 +152,15 @@ class SpeedLog(Instrument):
 class Anemometer(Instrument):
     """An anemometer on its mast: apparent wind speed U_A [m/s] and where it comes from, gamma_A [rad] from the bow.
 
-    It feels the motion of the mast: where the ship turns, a mast far from midship moves on its own.  Told how the mast
-    moves, it says true wind as well: U_T, and gamma_T_bow from the bow.  It measures the wind by its components, so no
-    speed is below zero.  Angles run from 0 to 2 pi clockwise.
+    The apparent wind includes the motion of the mast: in a turn, a mast far from midship has its own velocity.  With
+    that motion as input, a reading has the true wind too: U_T, and gamma_T_bow from the bow.  The errors are those of
+    the components, so no speed is below zero.  Angles run from 0 to 2 pi clockwise.
 
     Attributes:
-        at_x, at_y: where the mast stands ahead of midship and to starboard [m].
+        at_x, at_y: place of the mast ahead of midship and to starboard [m].
         wind: errors of the apparent wind from ahead and from starboard [m/s], independent of each other.
-        motion: errors of what it is told of the motion of the mast, ahead and to starboard [m/s]; None is an
-            anemometer that says nothing of true wind.
+        motion: errors of the input motion of the mast, ahead and to starboard [m/s]; None is an
+            anemometer without true wind.
         skew: angle by which it is turned to starboard against the ship [rad].
         speed_quantum, direction_quantum: resolution of the speeds [m/s] and of the angles [rad].
     """
@@ -183,12 +183,12 @@ class Anemometer(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with wind and motion, ahead and to starboard."""
+        """Errors of wind and motion, ahead and to starboard."""
         motion = {} if self.motion is None else {"u": self.motion, "v_m": self.motion}
         return {"ahead": self.wind, "aside": self.wind, **motion}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
-        """True apparent wind at the mast, and how the mast moves."""
+        """True apparent wind at the mast, and velocity of the mast."""
         u, v = _velocity_at(truth, self.at_x, self.at_y)
         c, s = math.cos(truth["psi"]), math.sin(truth["psi"])
         ahead, aside = to_body(truth["wind_x"], truth["wind_y"], c, s)  # where it comes from, times its speed
@@ -199,27 +199,27 @@ class Anemometer(Instrument):
         """U_A, gamma_A and, where the motion is known, U_T, gamma_T_bow."""
         c, s = math.cos(self.skew), math.sin(self.skew)
         ahead, aside = to_body(measured[0], measured[1], c, s) if self.skew else measured[:2]
-        U_A, gamma_A = self._told(float(ahead), float(aside))
+        U_A, gamma_A = self._polar(float(ahead), float(aside))
         if len(measured) == 2:
             return {"U_A": U_A, "gamma_A": gamma_A}
-        U_T, gamma_T = self._told(float(ahead - measured[2]), float(aside - measured[3]))
+        U_T, gamma_T = self._polar(float(ahead - measured[2]), float(aside - measured[3]))
         return {"U_A": U_A, "gamma_A": gamma_A, "U_T": U_T, "gamma_T_bow": gamma_T}
 
-    def _told(self, ahead: float, aside: float) -> tuple[float, float]:
+    def _polar(self, ahead: float, aside: float) -> tuple[float, float]:
         speed = rounded(math.hypot(ahead, aside), self.speed_quantum)
         return speed, direction(math.atan2(aside, ahead), self.direction_quantum)
 
 
 @dataclass(frozen=True, kw_only=True)
 class EchoSounder(Instrument):
-    """An echo sounder: how far the ground is below its transducer [m], and how deep the transducer is.
+    """An echo sounder: depth of the ground below its transducer [m], and draught of the transducer.
 
-    Where the water is too deep for it, it says the latter alone.
+    In water beyond its reach, a reading has the latter only.
 
     Attributes:
         draught: of the transducer, below the waterline [m].
-        reach: the greatest depth below it that it finds [m].
-        depth: errors of what it finds.
+        reach: greatest depth below it that it measures [m].
+        depth: errors of the measured depth.
     """
 
     kind: ClassVar[str] = "echo_sounder"
@@ -236,7 +236,7 @@ class EchoSounder(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with the depth."""
+        """Errors of the depth."""
         return {"below": self.depth}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
@@ -245,18 +245,18 @@ class EchoSounder(Instrument):
         return (1.0 / per_depth - self.draught if per_depth > 0.0 else math.inf,)
 
     def say(self, measured: Sequence[float]) -> dict[str, float]:
-        """The depth of the transducer, and how far the ground is below it, where it is found."""
+        """The depth of the transducer, and that of the ground below it, within reach."""
         below, found = measured[0], {"transducer": self.draught}
         return {**found, "below": below} if 0.0 <= below <= self.reach and math.isfinite(below) else found
 
 
 @dataclass(frozen=True, kw_only=True)
 class Feedback(Instrument):
-    """Indicators of what rudder, propeller and thrusters actually do, by the names of the controls.
+    """Indicators of the actual values of rudder, propeller and thrusters, by the names of the controls.
 
     Attributes:
-        controls: those that it shows.
-        of: errors by name; a control that is not in it is shown as it is.
+        controls: controls with an indicator.
+        of: errors by name; a control that is absent has no errors.
     """
 
     kind: ClassVar[str] = "feedback"
@@ -272,7 +272,7 @@ class Feedback(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with each value that it says."""
+        """Errors of each value of its readings."""
         return {name: self.of.get(name, EXACT) for name in self.controls}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:

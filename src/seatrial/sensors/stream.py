@@ -1,7 +1,7 @@
-"""Instruments at work: samples at their own rate, with errors, late, and sometimes lost.
+"""Running instruments: samples at their own rate, with errors, latency and losses.
 
-What is random of a sample depends on the seed and on its number alone, so an instrument that is saved and restored,
-or run beside others, says the same again.
+The random numbers of a sample depend only on the seed and on its number, so an instrument that is saved and restored,
+or run beside others, gives the same readings.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from . import Reading, SensorError, Truth
 
 _BLOCK = 256
 _SLACK = 1e-6
-"""A sample is taken at a step that comes this part of its period early, as times are sums that round."""
+"""A step may be early by this share of the period and still take the sample, as times are rounded sums."""
 
 
 @dataclass(frozen=True)
 class Errors:
-    """What is wrong with one value.
+    """Errors of one value.
 
     Attributes:
         noise: standard deviation of white noise, drawn anew for each sample.
         bias: constant error.
         walk: growth of a wandering bias [unit/s^0.5]: after t seconds its variance is walk^2 t.
-        memory: time constant with which the wandering bias falls back [s]; its variance then tends to
-            walk^2 memory/2, whatever the rate.  It never does by default.
+        memory: time constant of the decay of the wandering bias [s]; its variance then tends to
+            walk^2 memory/2, whatever the rate.  By default it does not decay.
         quantum: resolution; values are rounded to whole multiples of it.
 
     Raises:
@@ -56,21 +56,21 @@ class Errors:
 
 
 EXACT = Errors()
-"""Nothing wrong."""
+"""No errors."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Instrument(ABC):
-    """What all instruments have in common.
+    """Base of the instruments.
 
     Attributes:
-        rate: samples a second [Hz]; no more than one a step of the plant, and at the first step that is due.
-        latency: time from the sample to its being told [s].
+        rate: samples per second [Hz], at the first step that is due; at most one per step of the plant.
+        latency: time from the sample to its reading [s].
         loss: share of readings that are lost, one by one.
         outage_every, outage_length: mean time from the end of an outage to the next, and mean length of one [s].
 
     Raises:
-        SensorError: a figure that cannot be.
+        SensorError: an impossible figure.
     """
 
     kind: ClassVar[str]
@@ -96,18 +96,18 @@ class Instrument(ABC):
     @property
     @abstractmethod
     def errors(self) -> Mapping[str, Errors]:
-        """What is wrong with each value that it measures."""
+        """Errors of each value that it measures."""
 
     @abstractmethod
     def measure(self, truth: Truth) -> tuple[float, ...]:
-        """The true values in the order of `errors`; a KeyError where there is no such value."""
+        """The true values in the order of `errors`; a KeyError without such a value."""
 
     def say(self, measured: Sequence[float]) -> dict[str, float]:
-        """What it makes of what it measured, errors included; by default just that."""
+        """The values of a reading from the measured ones, errors included; by default the same."""
         return dict(zip(self.errors, measured, strict=True))
 
     def start(self, seed: int = 0) -> Running:
-        """One at work, from time 0 on.
+        """Start it at time 0.
 
         Raises:
             SensorError: a seed below zero.
@@ -118,7 +118,7 @@ class Instrument(ABC):
 
 
 class Running:
-    """An instrument at work."""
+    """A running instrument."""
 
     def __init__(self, instrument: Instrument, seed: int) -> None:
         self.instrument, self.seed = instrument, seed
@@ -138,7 +138,7 @@ class Running:
         self._waiting: deque[Reading] = deque()
 
     def read(self, t: float, truth: Truth) -> Reading | None:
-        """What it says at time `t` [s], if anything; ask once a step, with times that do not fall.
+        """The reading that is due at time `t` [s], or None; call once a step, with times that do not decrease.
 
         Args:
             truth: gives true values by name: the six states, controls, and wind and current by their components.
@@ -151,16 +151,16 @@ class Running:
         return None
 
     def snapshot(self) -> dict[str, Any]:
-        """All that decides what it says from here on, for JSON."""
+        """Complete state, for JSON."""
         return {"kind": self.instrument.kind, "next": self._next, "last": self._last, "walked": list(self._walked),
                 "dark_until": self._dark_until if math.isfinite(self._dark_until) else None,
                 "waiting": [[reading.t, dict(reading.values)] for reading in self._waiting]}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what `snapshot` gave.
+        """Continue from a `snapshot`.
 
         Raises:
-            SensorError: not of such an instrument.
+            SensorError: it is not of such an instrument.
         """
         try:
             dark = saved["dark_until"]
@@ -168,7 +168,7 @@ class Running:
             walked = [float(value) for value in saved["walked"]]
             following, last, kind = int(saved["next"]), int(saved["last"]), saved["kind"]
         except (KeyError, TypeError, ValueError):
-            raise SensorError(f"not a saved {self.instrument.kind}; give what its snapshot gave") from None
+            raise SensorError(f"not a saved {self.instrument.kind}; give one of its snapshots") from None
         if kind != self.instrument.kind or len(walked) != len(self._errors):
             raise SensorError(f"saved state of another instrument than this {self.instrument.kind}")
         self._next, self._last, self._walked = following, last, walked
@@ -193,7 +193,7 @@ class Running:
             self._waiting.append(Reading(self.instrument.kind, t, self.instrument.say(values)))
 
     def _lost(self, number: int, t: float, elapsed: float) -> bool:
-        """Whether this sample, so long after the last one, is never told."""
+        """Whether this sample, `elapsed` seconds after the last one, is lost."""
         instrument = self.instrument
         self._random(number)
         single, begins, length = self._chances[number % _BLOCK]
@@ -216,7 +216,7 @@ class Running:
 
 
 def _wandered(bias: float, error: Errors, elapsed: float, drawn: float) -> float:
-    """A wandering bias so much later; of the same variance however often it is asked."""
+    """A wandering bias `elapsed` seconds later; its variance does not depend on the number of calls."""
     if math.isinf(error.memory):
         return bias + error.walk * math.sqrt(elapsed) * drawn
     grown = -0.5 * error.memory * math.expm1(-2.0 * elapsed / error.memory)
@@ -235,10 +235,10 @@ def direction(angle: float, quantum: float = 0.0) -> float:
 
 
 def not_below_zero(instrument: Instrument, *names: str) -> None:
-    """Refuse figures of an instrument that are below zero or no number.
+    """Refuse figures of an instrument that are below zero or not finite.
 
     Raises:
-        SensorError: names the first.
+        SensorError: the first such figure.
     """
     for name in names:
         value = getattr(instrument, name)

@@ -1,4 +1,4 @@
-"""All the instruments of a ship together."""
+"""The instruments of a ship together."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _DEGREE, _KNOT = math.pi / 180.0, 1852.0 / 3600.0
 
 @dataclass(frozen=True)
 class Suite:
-    """The instruments of a ship, each a random sequence of its own out of one seed."""
+    """The instruments of a ship, each with its own random sequence from one seed."""
 
     instruments: tuple[Instrument, ...]
 
     def fit(self, truth: Truth, ship: str) -> None:
-        """See that all of them find aboard what they measure.
+        """Check that the ship has every value that they measure.
 
         Raises:
-            SensorError: an instrument of what this ship does not have; names both.
+            SensorError: an instrument of a value that this ship lacks; the text names both.
         """
         for instrument in self.instruments:
             try:
@@ -38,7 +38,7 @@ class Suite:
                 raise SensorError(f"{instrument.kind} of {ship}: {error.args[0]}") from None
 
     def start(self, seed: int = 0, ship: int = 0) -> Watch:
-        """All of them at work; ships of one seed tell each their own by number.
+        """Start all of them; ships of one seed differ by their number `ship`.
 
         Raises:
             SensorError: a seed below zero.
@@ -49,10 +49,10 @@ class Suite:
 
 
 class Watch:
-    """The instruments of a ship at work.
+    """The running instruments of a ship.
 
     Attributes:
-        suite: what they are.
+        suite: their descriptions.
     """
 
     def __init__(self, suite: Suite, seed: Sequence[int]) -> None:
@@ -63,28 +63,28 @@ class Watch:
         )
 
     def read(self, t: float, truth: Truth) -> Sequence[Reading]:
-        """What they say at time `t` [s]; ask once a step."""
-        return [said for said in [running.read(t, truth) for running in self.running] if said is not None]
+        """Readings that are due at time `t` [s]; call once a step."""
+        return [one for one in [running.read(t, truth) for running in self.running] if one is not None]
 
     def reset(self) -> None:
-        """All back to time 0."""
+        """Reset all to time 0."""
         for running in self.running:
             running.reset()
 
     def snapshot(self) -> bytes:
-        """All that decides what they say from here on."""
+        """Complete state of all."""
         return json.dumps([running.snapshot() for running in self.running]).encode()
 
     def restore(self, saved: bytes) -> None:
-        """Go on from what `snapshot` gave.
+        """Continue from a `snapshot`.
 
         Raises:
-            SensorError: not of these instruments.
+            SensorError: it is not of these instruments.
         """
         try:
             states: list[Any] = json.loads(saved)
         except ValueError:
-            raise SensorError("not saved instruments; give what their snapshot gave") from None
+            raise SensorError("not saved instruments; give one of their snapshots") from None
         if len(states) != len(self.running):
             raise SensorError(f"saved state of {len(states)} instruments; there are {len(self.running)}")
         for running, state in zip(self.running, states, strict=True):
@@ -92,12 +92,12 @@ class Watch:
 
 
 def usual(ship: Ship, antenna: tuple[float, float] | None = None) -> Suite:
-    """What a merchant ship of today carries; every figure is assumed, of the order that makers state.
+    """Usual instruments of a merchant ship; every figure is assumed, of the order of makers' statements.
 
     The anemometer stands 0.4 L aft of midship, the log's transducer 0.3 L ahead, that of the echo sounder in the keel.
 
     Args:
-        antenna: where the GNSS antenna stands, forward and to starboard of midship [m]; by default by the anemometer.
+        antenna: place of the GNSS antenna, forward and to starboard of midship [m]; by default that of the anemometer.
     """
     L = ship.L_pp
     forward, starboard = (-0.4 * L, 0.0) if antenna is None else antenna
@@ -119,5 +119,5 @@ def usual(ship: Ship, antenna: tuple[float, float] | None = None) -> Suite:
 
 
 def draught(ship: Ship) -> float:
-    """Draught of a ship [m]; 0 where her file has none."""
+    """Draught of a ship [m]; 0 where its file has none."""
     return float(ship.model.draught)

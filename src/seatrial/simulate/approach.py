@@ -1,4 +1,4 @@
-"""How a ship comes to a manoeuvre: the steady straight run, and the time step that suits her."""
+"""Steady straight run before a manoeuvre, and the time step of a ship."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _STIFF = 0.5
 # Above 25 such fractions, or above `_STIFF`, the indices of a turn are off by more than some 0.05 %.
 _ROUGH = 1.0 / 10.0
 _UNSTABLE = 2.8
-# Between two rows of a log what acts is known and constant, so that RK4's own error is all: at half the step that
-# `step_doubt` tells, it stays below a twentieth of what ordinary sensors leave of any parameter (a test).
+# Between two rows of a log the inputs are known and constant, so that only the error of RK4 remains: at half the step
+# limit of `step_doubt` it is below a twentieth of the standard error of any parameter with ordinary sensors (a test).
 _BETWEEN = 0.4
-# A search may begin with next to no mass: stiffness asks for this many times the steps of size and speed at most.
+# A search may start with almost no mass: stiffness adds no more than this many times the steps of size and speed.
 _STIFFEST = 16.0
 
 
@@ -31,7 +31,7 @@ def time_step(ship: Ship) -> float:
     """A step that suits the ship's size, speed and stiffness [s].
 
     1, 2 or 5 times a power of ten, at most L/(250 U), and so short that the fastest motion of the ship at
-    its approach decays by less than `_STIFF` within a step; a model in discrete time has its own.
+    its approach decays by less than `_STIFF` within a step; a model in discrete time has its own step.
     """
     if isinstance(ship.model, Sampled):
         return float(ship.model.dt)
@@ -41,7 +41,7 @@ def time_step(ship: Ship) -> float:
 
 
 def step_doubt(ship: Ship, dt: float) -> str | None:
-    """What is doubtful about a time step [s] that somebody wants for this ship; None where it is fine."""
+    """Why a time step [s] is too long for this ship; None where it is short enough."""
     if isinstance(ship.model, Sampled | Stepped):
         return None
     rate = max(fastest(ship), 1e-9)
@@ -50,15 +50,15 @@ def step_doubt(ship: Ship, dt: float) -> str | None:
         return None
     unstable = dt > _UNSTABLE / rate
     what = f"unstable above some {_UNSTABLE / rate:.2g} s" if unstable else f"inaccurate above some {most:.2g} s"
-    return f"a step of {dt:g} s is too long for {ship.name}: its integration is {what}; {time_step(ship):g} s suits her"
+    return f"a step of {dt:g} s is too long for {ship.name}: its integration is {what}; take {time_step(ship):g} s"
 
 
 def substeps(ship: Ship, dt: float, method: str = "rk4") -> int:
-    """Equal steps of the integrator between two rows of a log, `dt` [s] apart, with what acts held.
+    """Equal steps of the integrator between two rows of a log, `dt` [s] apart, with constant inputs.
 
-    By the rule of `time_step`, the ship's size, speed and stiffness; but no order and no ramp has to be resolved
-    between rows, so the steps may be longer.  Euler's method steps from row to row, as who asks for it by name
-    expects; so do models in discrete time, and networks.
+    By the rule of `time_step`, the ship's size, speed and stiffness; but there is no order or ramp to resolve
+    between rows, so the steps may be longer.  Euler's method takes one step from row to row;
+    so do models in discrete time, and networks.
     """
     if method != "rk4" or isinstance(ship.model, Sampled | Stepped):
         return 1
@@ -83,7 +83,7 @@ def fastest(ship: Ship) -> float:
 
 
 def straight(ship: Ship, n_P: float) -> tuple[float, ...]:
-    """Controls of a straight run: what follows n_P turns at it, all else rests."""
+    """Controls of a straight run: controls that follow n_P have its value, all others are zero."""
     return tuple(factor * n_P if order == "n_P" else 0.0 for order, factor in ship.model.follows)
 
 
@@ -105,8 +105,8 @@ def _ahead(ship: Ship, u: float, control: tuple[float, ...]) -> tuple[float, ...
 def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -> tuple[float, float]:
     """Speed [m/s] and revolutions [1/s] of a steady straight run.
 
-    Without either, the ship file's speed and the revolutions that hold it; with one, the other that
-    goes with it; with both, both as given.
+    Without either, the ship file's speed and the revolutions that hold it; with one, the other of
+    the steady run; with both, both as given.
 
     Raises:
         ShipError: the model finds no balance in the range searched.
@@ -119,13 +119,13 @@ def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -
             return surge_balance(ship, u, n_P)
 
         if by_speed(0.5 * ship.speed) == by_speed(ship.speed) == 0.0:
-            return ship.speed, n_P  # a response model keeps whatever speed it is given
+            return ship.speed, n_P  # a response model keeps any speed
         return _balance(by_speed, 1e-3, 5 * ship.speed, ship), n_P
     U = ship.speed if speed is None else speed
     if ship.n_P is not None and speed is None:
         return U, ship.n_P
     if surge_balance(ship, U, 0.0) >= 0.0:
-        return U, ship.n_P or 0.0  # a response model: nothing to hold
+        return U, ship.n_P or 0.0  # a response model has no surge balance
 
     def by_revolutions(n: float) -> float:
         return surge_balance(ship, U, n)
@@ -138,6 +138,6 @@ def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -
 
     if f(low) * f(high) > 0:
         raise ShipError(f"{ship.name}: no steady run between {low:g} and {high:g}; "
-                        "give n_P in [approach] of her file, or speed and revolutions where a command asks for both")
+                        "give n_P in [approach] of its file, or speed and revolutions where a command asks for both")
     found: Any = brentq(f, low, high, xtol=1e-14, rtol=1e-14)  # type: ignore[arg-type]
     return float(found)

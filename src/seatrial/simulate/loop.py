@@ -1,4 +1,4 @@
-"""What the engine integrates: a ship under given controls, or ship, actuators and policy in one step."""
+"""Systems for the engine: a ship under given controls, or ship, actuators and policy in one step."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _split(names: tuple[str, ...], given: Scalars, prefix: str) -> dict[str, Any
 
 
 def _rates(model: Any, state: Scalars, acting: Scalars) -> Scalars:
-    """Rates of any model: a sampled one has its own among what acts, behind controls and environment."""
+    """Rates of any model: those of a sampled one follow controls and environment in `acting`."""
     n = len(model.controls)
     if isinstance(model, Sampled):
         return (*kinematics(state[2], *state[3:6]), *acting[n + len(CHANNELS) :])
@@ -44,7 +44,7 @@ def open_loop(ship: Ship) -> System:
         return update(ship.model, dict(zip(names, parameters[: len(names)], strict=True)))
 
     def drifting(acting: Scalars, parameters: Scalars) -> Scalars:
-        """The environment with an unmeasured current on top."""
+        """The environment plus an unmeasured current."""
         around = Environment(*acting[n : n + len(CHANNELS)])
         east, north = around.current_y + parameters[-1], around.current_x + parameters[-2]
         around = around._replace(current_x=north, current_y=east)
@@ -70,7 +70,7 @@ def open_loop(ship: Ship) -> System:
 
 
 def _stepped(ship: Ship) -> System:
-    """The open loop of a model that moves on arrays."""
+    """The open loop of a model that is computed on arrays."""
     model: Any = ship.model
     return System(
         states=model.states, series=(*model.controls, *CHANNELS), plant=model.plant, hidden=model.memory,
@@ -85,12 +85,12 @@ def open_loop_parameters(ship: Ship) -> Array:
 
 
 def _free_values(model: Any) -> dict[str, float]:
-    """Parameters of a model; the step of one in discrete time is the engine's own and none of them."""
+    """Parameters of a model; without the step of one in discrete time, which belongs to the engine."""
     return {path: v for path, v in values(model).items() if not (path == "dt" and isinstance(model, Sampled))}
 
 
 def orders(policy: Policy) -> tuple[str, ...]:
-    """What a policy orders."""
+    """Names of the orders of a policy."""
     return policy.orders
 
 
@@ -99,9 +99,9 @@ def _servos(ship: Ship) -> dict[str, Servo]:
 
 
 def loop_values(ship: Ship, policy: Policy) -> dict[str, float]:
-    """Parameters of `closed_loop` by name; what shapes the compiled step itself is not among them.
+    """Parameters of `closed_loop` by name; without those that change the structure of the compiled step.
 
-    A dead time sets how long the queue of orders is, and no lag at all spares the exponential.
+    A dead time sets the length of the queue of orders, and a lag of zero removes the exponential.
     """
     out = {f"ship.{path}": value for path, value in _free_values(ship.model).items()}
     for name, servo in _servos(ship).items():
@@ -111,7 +111,7 @@ def loop_values(ship: Ship, policy: Policy) -> dict[str, float]:
 
 
 def _memory(ship: Ship, dt: float) -> tuple[tuple[str, ...], ...]:
-    """Names of the memory of each control's actuator: actual value, what it remembers, waiting orders."""
+    """Names of the memory of each control's actuator: actual value, its own memory, queued orders."""
     found: list[tuple[str, ...]] = []
     for control in ship.model.controls:
         servo = ship.actuators.of(control)
@@ -121,9 +121,9 @@ def _memory(ship: Ship, dt: float) -> tuple[tuple[str, ...], ...]:
 
 
 def _sources(ship: Ship, policy: Policy) -> tuple[tuple[int, float], ...]:
-    """For each control, which order of the policy it obeys (-1: none) and with which factor.
+    """For each control, the index of the policy's order that it follows (-1: none), and the factor.
 
-    An order by the control's own name comes before the conventional one that it follows.
+    An order with the name of the control takes precedence over the conventional one.
     """
     given, controls = orders(policy), ship.model.controls
     pairs = [
@@ -139,7 +139,7 @@ def _sources(ship: Ship, policy: Policy) -> tuple[tuple[int, float], ...]:
 
 @dataclass(frozen=True)
 class _Loop:
-    """One closed loop, taken apart: who obeys whom, and where each one's memory lies."""
+    """Parts of a closed loop: sources of the orders, and layout of the memory."""
 
     ship: Ship
     policy: Policy
@@ -168,18 +168,18 @@ class _Loop:
         return update(self.ship.model, _split(self.names, p, "ship."))
 
     def orders(self, t: Any, state: Scalars, memory: Scalars, given: Scalars, p: Scalars) -> tuple[Scalars, Scalars]:
-        """The order for each control, and what the policy remembers."""
+        """The order for each control, and the memory of the policy."""
         steer: Any = update(self.policy, _split(self.names, p, "policy."))
         wanted, memory = steer.command(t, state[:6], memory, *((given,) if self.given else ()))
         return (*(factor * wanted[k] if k >= 0 else 0.0 for k, factor in self.sources), *self.own(wanted)), memory
 
     def own(self, wanted: Scalars) -> Scalars:
-        """Orders under their own names, for those that are no control of the ship."""
+        """Orders under their own names, for those that are not a control of the ship."""
         return tuple(order for name, order in zip(orders(self.policy), wanted, strict=True)
                      if name not in self.ship.model.controls)  # fmt: skip
 
     def actuate(self, k: int, memory: Scalars, order: Any, step: Any, p: Scalars) -> tuple[Any, Scalars]:
-        """What control number `k` does over the step: its mean, and its memory afterwards."""
+        """Mean of control number `k` over the step, and its memory at the end."""
         control = self.ship.model.controls[k]
         usual = self.ship.actuators.of(control)
         servo: Servo = update(usual, _split(self.names, p, f"{table(control)}."))
@@ -194,7 +194,7 @@ class _Loop:
     def before(
         self, t: Any, step: Any, state: Scalars, memory: Scalars, series: Scalars, p: Scalars
     ) -> tuple[Scalars, Scalars, Scalars]:
-        """One time step of everything but the ship's own motion."""
+        """One time step of policy and actuators, before that of the ship's motion."""
         around, given = series[: len(CHANNELS)], series[len(CHANNELS) :]
         at = sum(len(group) for group in self.held)
         lags, remembered = memory[at : at + len(self.lags)], memory[at + len(self.lags) :]
@@ -204,7 +204,7 @@ class _Loop:
         at = 0
         for k, (group, order) in enumerate(zip(self.held, ordered, strict=False)):
             mean, end = self.actuate(k, memory[at : at + len(group)], order, step, p)
-            # A model in discrete time is fitted to what stood at its samples, not to means between them.
+            # A model in discrete time is fitted to the values at its samples, not to means between them.
             at_sample = self.sampled is not None and not self.ship.actuators.of(self.ship.model.controls[k]).at_once
             acting.append(memory[at] if at_sample else mean)
             after += end
@@ -219,7 +219,7 @@ class _Loop:
 
 
 def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
-    """Ship, actuators and policy as one system; its memory is the actuators', the model's and the policy's.
+    """Ship, actuators and policy as one system; its memory is that of actuators, model and policy.
 
     Parameters are named ``ship.<path>``, ``propeller.<limit>``, ``rudder.<limit>`` (other actuators by their
     control, ``alpha_1.rate``) and ``policy.<name>``.
@@ -228,7 +228,7 @@ def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
         dt: the time step it will be run with [s]; a dead time is a queue of orders of that length.
 
     Raises:
-        ShipError: the policy orders what the ship has not.
+        ShipError: the policy orders a control that the ship lacks.
     """
     loop = _Loop(ship, policy, dt, tuple(loop_values(ship, policy)), _sources(ship, policy), _memory(ship, dt))
     controls = ship.model.controls
@@ -250,9 +250,9 @@ def logged(ship: Ship, policy: Policy) -> tuple[str, ...]:
 def loop_memory(
     ship: Ship, policy: Policy, dt: float, given: Mapping[str, Scalar], state: tuple[float, ...]
 ) -> tuple[Scalar, ...]:
-    """Memory of `closed_loop` at the start: shafts turn at the policy's revolutions, all else rests.
+    """Memory of `closed_loop` at the start: shafts turn at the policy's revolutions, all other values are zero.
 
-    What a stepped model remembers comes last, as the engine takes it.
+    The memory of a stepped model is last, as the engine expects it.
 
     Args:
         given: parameters of the policy by the names of `closed_loop`; numbers or symbols.
@@ -271,7 +271,7 @@ def loop_memory(
 
 
 def open_loop_memory(ship: Ship, state: Array, controls: Array) -> Array | None:
-    """What a sampled model remembers at each start, as if it had been in that state for ever; else None.
+    """Memory of a sampled model at each start, as after a long time in that state; None for other models.
 
     Args:
         state: shape (lanes, states).

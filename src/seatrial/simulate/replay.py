@@ -1,12 +1,10 @@
-"""Free-run prediction of a measured trial from its own controls and wind.
+"""Free-running prediction of a measured trial from its own controls and wind: inputs, initial states, gaps.
 
-The state in which a prediction starts, from the readings up to that moment and none after it.
-
-A single reading carries the sensor's noise into the whole prediction.  Over the last few seconds x, y
-and psi are parabolas in time; positions and velocities are fitted together, each as its own noise counts,
-and the fit is read off at its end.  Nothing looks ahead: noise, too, is read off the same stretch.
-
-What of the controls and the environment a trial did not log, row by row: where a prediction has to fill in.
+`smoothed_starts` estimates the initial state from the readings before it and none after it, as a single reading carries
+the sensor's noise into the whole prediction.  Over the last few seconds x, y
+and psi are parabolas in time; positions and velocities are fitted together, each weighted by its own scatter,
+and the fit is evaluated at its end.  The noise is estimated from the same interval.
+`gaps` lists, row by row, the controls and the environment that a trial did not log and `inputs` fills in.
 """
 
 from __future__ import annotations
@@ -31,22 +29,21 @@ from .run import SIMULATED
 
 
 def inputs(trial: Trial, model: Model) -> Array:
-    """What acts from each row to the next, shape (rows, controls + 8): controls and environment.
+    """Inputs from each row to the next, shape (rows, controls + 8): controls and environment.
 
-    Controls act with the mean of the two rows, which is exact for the ramp of an actuator; those that the
-    trial's `meta["held"]` names, and the environment, hold from row to row.  Gaps hold the last value
-    before them (`replay_gaps` tells where).  A control that the trial lacks is taken from the order it follows
-    (alpha_1 from delta).  A wind that was logged as apparent only is turned into the true one by the measured
-    motion.  Wind, waves and current that were not logged, or without a value in any row, are
-    none, and water without a depth is deep.
+    Controls act with the mean of the two rows, which is exact for the ramp of an actuator; those in the
+    trial's `meta["held"]`, and the environment, are constant from row to row.  Gaps get the last value
+    before them (`gaps` lists them).  A control that the trial lacks is taken from the order it follows
+    (alpha_1 from delta).  A wind that was logged as apparent only is converted to the true one by the measured
+    motion.  Wind, waves and current without a value in any row are zero, and water without a depth is deep.
 
     Raises:
-        DataError: the trial lacks a control, or the wind that a network takes.
+        DataError: the trial lacks a control, or the wind that a network needs.
     """
     n = len(model.controls)
     wind = wind_of(trial)
     lacking = [name for name in model.needed if not logged(trial, name)] if wind is None else []
-    if lacking and trial.meta.get("source") != SIMULATED:  # which says so where there was any wind
+    if lacking and trial.meta.get("source") != SIMULATED:  # a simulated trial has the channels of any wind
         wanted = "the network takes the wind; log it, or take a network without (wind = false)"
         raise DataError(f"{trial.name}: no values of {', '.join(lacking)}; {wanted}")
     series = np.zeros((len(trial), n + len(CHANNELS)))
@@ -91,17 +88,17 @@ def replay(
     ship: Ship, trial: Trial, *, restart: float | None = None, method: str = "rk4",
     smooth_start: float | None = None, threads: int | None = None,
 ) -> Trial:  # fmt: skip
-    """Free-run prediction of `trial` from its own controls and wind, on its own rows.
+    """Free-running prediction of `trial` from its own controls and wind, on its own rows.
 
-    By the Runge-Kutta method unless Euler's is asked for, in as many steps from row to row as the ship needs
-    (`approach.substeps`).  Every `restart` seconds the state is set back to the measured one (at the first
-    complete sample from there on).  Rows run from the first complete sample to the last.  Inputs hold between rows;
-    uneven time is predicted on an even grid of the median step and read off at the rows.  A network starts
-    with what it remembers of the measured rows before; where there are none, as if the first had held.
-    With `smooth_start` each start is estimated from the readings of so many seconds up to it (`replay_start`).
+    The integrator is the Runge-Kutta method or Euler's, in as many steps from row to row as the ship needs
+    (`approach.substeps`).  Every `restart` seconds the state is reset to the measured one (at the first
+    complete sample from there on).  Rows range from the first complete sample to the last.  Inputs are constant between
+    rows; uneven time is predicted on an even grid of the median step and interpolated at the rows.  The memory of a
+    network starts from the measured rows before; without any, as if the first had lasted.
+    With `smooth_start` each initial state is estimated from the last `smooth_start` seconds (`smoothed_starts`).
 
     Raises:
-        DataError: a channel is missing, no row is complete, or there are fewer than a network looks back on.
+        DataError: a channel is missing, no row is complete, or there are fewer rows than a network looks back on.
         SimulationError: the prediction blows up; names time and state.
     """
     measured = trial.stack(*STATES)
@@ -160,7 +157,7 @@ def _step(ship: Ship, t: Array, trial: Trial) -> float:
 def _recalled(
     ship: Ship, trial: Trial, t: Array, dt: float, rows: Array, good: NDArray[np.bool_], starts: list[int]
 ) -> Array | None:
-    """What a stepped model remembers at each start, from the complete rows just before it; else None.
+    """Memory of a stepped model at each start, from the complete rows just before it; None for other models.
 
     Args:
         rows: states, controls and environment per row.
@@ -183,7 +180,7 @@ def _recalled(
 
 
 def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float) -> list[int]:
-    """Rows at which the prediction starts anew: the first, then the first good one of each interval."""
+    """Rows of the restarts: the first, then the first complete one of each interval."""
     if restart is None:
         return [0]
     number = np.floor((t - t[0] + 1e-6 * dt) / restart)
@@ -198,7 +195,7 @@ def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float)
 
 
 _ORDER = 2
-# A fit needs a few more rows than coefficients; a shorter past is no past.
+# Fewest rows of a fit, a few more than its coefficients.
 _FEWEST = 2 * (_ORDER + 1)
 
 
@@ -207,19 +204,19 @@ def smoothed_starts(t: Array, state: Array, rows: Sequence[int], span: float, or
 
     Args:
         t: times [s], shape (samples,).
-        state: x, y, psi, u, v_m, r, psi unwrapped, shape (samples, 6); NaN is no reading.
+        state: x, y, psi, u, v_m, r, psi unwrapped, shape (samples, 6); NaN is a gap.
         rows: where predictions start.
-        span: length of the past that counts [s].
+        span: length of the interval before each start [s].
         order: degree of the polynomials in time.
 
     Returns:
-        The reading itself where fewer than six complete rows lie within the past, as at the first row.
+        The reading itself where fewer than six complete rows lie within the interval, as at the first row.
 
     Raises:
         DataError: `span` is not above zero.
     """
     if not span > 0:
-        raise DataError(f"the past of a start is {span:g} s; it must be above zero")
+        raise DataError(f"smooth_start is {span:g} s; it must be above zero")
     good = np.asarray(np.isfinite(state).all(axis=1))
     found = state[list(rows)].copy()
     for k, row in enumerate(rows):
@@ -242,7 +239,7 @@ def _read_off(t: Array, state: Array, past: NDArray[np.intp], order: int) -> Arr
 def _end(tau: Array, place: Array, rate: Array, order: int) -> tuple[float, float]:
     """Value and slope at tau = 0 of the polynomial that fits places and rates best.
 
-    Both count by the scatter each has about a polynomial of its own.
+    Both are weighted by their scatter about a polynomial of their own.
     """
     powers = np.arange(order + 1)
     value = tau[:, None] ** powers
@@ -254,7 +251,7 @@ def _end(tau: Array, place: Array, rate: Array, order: int) -> tuple[float, floa
 
 
 def _scatter(columns: Array, readings: Array) -> float:
-    """Standard deviation of readings about their own polynomial; not nil, so that a perfect one may be divided by."""
+    """Standard deviation of readings about their own polynomial; above zero, as it is a divisor."""
     fitted, *_ = np.linalg.lstsq(columns, readings, rcond=None)
     left = readings - columns @ fitted
     freedom = max(readings.size - columns.shape[1], 1)
@@ -265,26 +262,26 @@ def _scatter(columns: Array, readings: Array) -> float:
 VECTORS: Mapping[str, tuple[str, str]] = {
     "wind_x": ("U_T", "gamma_T"), "current_x": ("U_C", "gamma_C"), "wave_x": ("H_S", "gamma_W"),
 }  # fmt: skip
-"""Size and direction, as logged, of what stands at a channel of the environment and the one behind it."""
+"""Logged size and direction of a channel of the environment and the one after it."""
 APPARENT = ("U_A", "gamma_A")
 
 
 def logged(trial: Trial, name: str) -> bool:
-    """Whether a trial has a channel, and a value of it in some row."""
+    """Whether a trial has a channel with a value in some row."""
     return name in trial and bool(np.isfinite(trial[name]).any())
 
 
 def from_apparent(trial: Trial) -> bool:
-    """Whether the true wind is known by the apparent one (U_A, gamma_A) and the measured motion only."""
-    told = all(logged(trial, name) for name in VECTORS["wind_x"])
-    return not told and all(logged(trial, name) for name in (*APPARENT, "psi", "u", "v_m"))
+    """Whether the true wind follows only from the apparent one (U_A, gamma_A) and the measured motion."""
+    measured = all(logged(trial, name) for name in VECTORS["wind_x"])
+    return not measured and all(logged(trial, name) for name in (*APPARENT, "psi", "u", "v_m"))
 
 
 def wind_of(trial: Trial) -> tuple[Array, Array] | None:
     """North and east components of where the true wind comes from [m/s], shape (samples,); None without a wind.
 
-    An apparent wind is turned into the true one by heading and velocity over ground at midship; the lever of the
-    mast, which is not known, is left out.
+    An apparent wind is converted to the true one by heading and velocity over ground at midship; the lever arm of the
+    mast, which is unknown, is left out.
     """
     if not from_apparent(trial):
         if not all(logged(trial, name) for name in VECTORS["wind_x"]):
@@ -297,10 +294,10 @@ def wind_of(trial: Trial) -> tuple[Array, Array] | None:
 
 
 def wind_words(trial: Trial, felt: bool) -> str:
-    """What is done with an apparent wind, in one line; empty where there is none, or a true one.
+    """Use of an apparent wind, in one line; empty without one, or with a true wind.
 
     Args:
-        felt: whether the wind moves the ship.
+        felt: whether the model has a force of the wind.
     """
     blows = logged(trial, "U_A") and float(np.nanmax(np.abs(trial["U_A"]))) > 0.0
     if not blows or all(logged(trial, name) for name in VECTORS["wind_x"]):
@@ -308,12 +305,12 @@ def wind_words(trial: Trial, felt: bool) -> str:
     if not felt:
         return "its apparent wind (U_A) is left out: the model has no force of wind"
     if from_apparent(trial):
-        return "its true wind is reckoned from U_A, gamma_A and the measured motion"
+        return "its true wind is computed from U_A, gamma_A and the measured motion"
     return ""
 
 
 def gaps(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
-    """Where `replay.inputs` fills in what acts: rows without a value, shape (samples,), by channel."""
+    """Rows that `inputs` fills in, shape (samples,), by channel."""
     steering = (name if name in trial else order for name, (order, _) in zip(
         model.controls, model.follows, strict=True))  # fmt: skip
     pairs = (*VECTORS.values(), *((APPARENT,) if from_apparent(trial) else ()))
@@ -324,13 +321,13 @@ def gaps(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
 
 
 def no_wind(trial: Trial, model: Model) -> bool:
-    """Whether a trial is taken as in still air for want of wind; a model that needs it refuses (`replay.inputs`)."""
+    """Whether a trial without wind is taken as in still air; a model that needs the wind refuses it (`inputs`)."""
     refused = bool(model.needed) and trial.meta.get("source") != SIMULATED
     return not refused and wind_of(trial) is None
 
 
 def gap_words(trial: Trial, missing: Mapping[str, NDArray[np.bool_]]) -> str:
-    """Channels with gaps, how many of the rows they are, and the longest stretch [s] of each."""
+    """Channels with gaps, the number of rows, and the longest gap [s] of each."""
     return ", ".join(
         f"{name} has no value in {int(rows.sum())} of {rows.size} rows (up to {_longest(rows) * trial.dt:.3g} s on end)"
         for name, rows in missing.items()
@@ -338,7 +335,7 @@ def gap_words(trial: Trial, missing: Mapping[str, NDArray[np.bool_]]) -> str:
 
 
 def predicted(trial: Trial) -> slice:
-    """Rows that are predicted: from the first complete state to the last; all, where there is none."""
+    """Rows of the prediction: from the first complete state to the last; all rows without one."""
     if not all(name in trial for name in STATES):
         return slice(None)
     good = np.flatnonzero(np.isfinite(trial.stack(*STATES)).all(axis=1))

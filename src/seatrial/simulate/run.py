@@ -1,8 +1,7 @@
-"""From a ship and a way of steering it to a trial: the only door to the engine for whole runs.
+"""Closed-loop runs: a ship and a policy to a trial, or to many lanes at once.
 
-`simulate` closes the loop (policy, actuators and ship in one compiled step), `campaign` runs one
-manoeuvre over many lanes with parameters that differ from lane to lane.  `replay` (its own module)
-feeds a trial's own controls and wind to the model.
+`simulate` runs policy, actuators and ship in one compiled step; `campaign` runs one
+manoeuvre over many lanes with parameters that differ from lane to lane.
 """
 
 from __future__ import annotations
@@ -29,10 +28,10 @@ __all__ = ["approach", "campaign", "closed_loop", "fastest", "open_loop", "open_
            "straight", "surge_balance", "time_step"]  # fmt: skip
 
 SIMULATED = "simulated by seatrial"
-"""What a simulated trial names as its source; it holds every channel of what surrounded the ship that was not nil."""
+"""Source of a simulated trial, which has every channel of its environment that was not zero."""
 
 _ROWS = 2e6
-"""Rows of one run that are kept in memory at most."""
+"""Largest number of rows of one run that are kept in memory."""
 
 
 def surroundings(environment: Weather | Array | None, dt: float, steps: int) -> Array:
@@ -50,7 +49,7 @@ def surroundings(environment: Weather | Array | None, dt: float, steps: int) -> 
 
 
 def _series(policy: Policy, environment: Weather | Array | None, dt: float, steps: int) -> Array:
-    """What is given per step: the environment, then what the policy has fixed beforehand."""
+    """Inputs per step: the environment, then the schedule of the policy."""
     around = surroundings(environment, dt, steps)
     if not isinstance(policy, Scheduled):
         return around
@@ -70,10 +69,10 @@ def campaign(
         speed: initial speed straight ahead through the water [m/s]; other arguments as in `simulate`.
 
     Returns:
-        The stored rows; a lane that fails is named in `failures`, the others go on.
+        The stored rows; a lane that fails is listed in `failures`, the others continue.
 
     Raises:
-        ShipError: a policy that orders what the ship has not; a step that the model does not run at.
+        ShipError: a policy that orders a control that the ship lacks; a step that the model does not support.
     """
     step = _checked_step(ship, dt)
     steps, shared = _checked_steps(ship, duration, step, every), loop_values(ship, policy)
@@ -81,7 +80,7 @@ def campaign(
         if name not in shared:
             raise ShipError(f"{ship.name}: {unknown(name, shared, 'parameter')}")
         if name.startswith("ship.") and _steers(ship, name[5:]):
-            raise ShipError(f"{ship.name}: {name} decides how orders are followed; it cannot differ from lane to lane")
+            raise ShipError(f"{ship.name}: {name} sets the order that a control follows; it cannot differ by lane")
     system = closed_loop(ship, policy, step)
     lanes = len(next(iter(vary.values()))) if vary else 1
     around = _series(policy, environment, step, steps)
@@ -103,7 +102,7 @@ def campaign(
 
 
 def _in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array]] | None:
-    """What of the stored values [validity] speaks of: where there is a current, the velocity through the water."""
+    """Values that are compared with [validity]: in a current, the velocity through the water."""
     north, east = (around[::every, CHANNELS.index(name)] for name in ("current_x", "current_y"))
     if not (north.any() or east.any()):
         return None
@@ -116,13 +115,13 @@ def _in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array
 
 
 def _under_way(speed: float, around: Array) -> tuple[float, ...]:
-    """Heading north at `speed` through the water: over ground the current comes on top."""
+    """Initial state: heading north at `speed` through the water, plus the current over ground."""
     here = Environment(*around[: len(CHANNELS)].tolist())
     return (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0)
 
 
 def _settled(ship: Ship, system: System, state: tuple[float, ...], memory: Array, around: Array) -> Array:
-    """The first state per lane, shape (lanes or 1, states): what a model remembers as if all had long been so."""
+    """Initial state per lane, shape (lanes or 1, states), a model's memory as after a long time in these conditions."""
     controls = memory[:, [system.memory.index(control) for control in ship.model.controls]]
     rest = settled(ship.model, np.hstack([controls, np.tile(around[: len(CHANNELS)], (len(controls), 1))]))
     return np.hstack([np.tile(state[: len(STATES)], (len(rest), 1)), rest])
@@ -132,7 +131,7 @@ _VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", 
 
 
 def _surrounded(around: Array, rows: int) -> dict[str, Array]:
-    """Wind, current, waves and depth as channels of a trial, those that are not nil."""
+    """Wind, current, waves and depth as channels of a trial, those that are not zero."""
     columns = dict(zip(CHANNELS, np.broadcast_to(around, (rows, len(CHANNELS))).T, strict=True))
     found: dict[str, Array] = {}
     for name, size, direction in _VECTORS:
@@ -148,7 +147,7 @@ def _surrounded(around: Array, rows: int) -> dict[str, Array]:
 
 
 def _averaged(rows: Array, every: int, angle: bool = False) -> Array:
-    """Mean from each stored row up to the next one; of directions the shorter way round from that row."""
+    """Mean from each stored row up to the next one; of directions by the smaller angle from that row."""
     starts = np.arange(0, len(rows), every)
     count = np.diff(np.append(starts, len(rows)))
     beyond = rows - np.repeat(rows[starts], count, axis=0)
@@ -163,13 +162,13 @@ def _told(failure: Failure, ship: Ship) -> str:
     if not math.isfinite(failure.value):
         return f"{text}; the model blows up"
     low, high = ship.validity[failure.state]
-    return f"{text} is outside [{low:g}, {high:g}], where its file says that the model holds ([validity])"
+    return f"{text} is outside [{low:g}, {high:g}], the range of validity in its file ([validity])"
 
 
 def _begin(
     ship: Ship, policy: Policy, dt: float, vary: Mapping[str, Array], state: tuple[float, ...]
 ) -> Array:  # fmt: skip
-    """Memory at the start, shape (lanes or 1, memory); `vary` holds what differs in how lanes are steered."""
+    """Memory at the start, shape (lanes or 1, memory); `vary` has the parameters of the policy that differ by lane."""
     shared = {name: value for name, value in loop_values(ship, policy).items() if name.startswith("policy.")}
     if not vary:
         return np.array([loop_memory(ship, policy, dt, shared, state)], dtype=np.float64)
@@ -181,7 +180,7 @@ def _begin(
 
 
 def _checked_steps(ship: Ship, duration: float, step: float, every: int) -> int:
-    """Samples of a run; one without a step, or with more rows than memory holds, is refused."""
+    """Samples of a run; refuse a run without a step, or with too many rows for memory."""
     steps = duration / step
     if not 0.5 <= steps < math.inf:
         raise ShipError(f"{ship.name}: a run of {duration:g} s has no step of {step:g} s in it")
@@ -192,7 +191,7 @@ def _checked_steps(ship: Ship, duration: float, step: float, every: int) -> int:
 
 
 def _steers(ship: Ship, path: str) -> bool:
-    """Whether a parameter changes which order a control follows, or by which factor."""
+    """Whether a parameter changes the order that a control follows, or its factor."""
     value = values(ship.model)[path]
     others = (ship.having({path: other}).model for other in (2.0 * value + 1.0, -value))
     return any(other.follows != ship.model.follows for other in others)
@@ -209,7 +208,7 @@ def simulate(
     environment: Weather | Array | None = None, dt: float | None = None, every: int = 1,
     method: str = "rk4", name: str | None = None, start: tuple[float, ...] | None = None,
 ) -> Trial:  # fmt: skip
-    """Run `ship` under `policy` and return what a logger would have recorded.
+    """Run `ship` under `policy` and return the trial that a logger would record.
 
     Args:
         policy: a manoeuvre or any other policy.
@@ -222,8 +221,8 @@ def simulate(
         start: initial (x, y, psi, u, v_m, r) over ground, in place of `speed`.
 
     Returns:
-        The states, each control as it acts and as it was ordered (``<control>_cmd``), and what surrounded
-        the ship where it was not calm.  What surrounds it, and a control that obeys at once, is the mean from a row
+        The states, each control as it acts and as ordered (``<control>_cmd``), and the channels of the environment that
+        are not zero.  The environment, and a control without dynamics, is the mean from a row
         to the next.
 
     Raises:
@@ -231,7 +230,7 @@ def simulate(
     """
     step, controls = _checked_step(ship, dt), ship.model.controls
     at_once = tuple(control for control in controls if ship.actuators.of(control).at_once)
-    # An order may change between stored rows: then every step is kept, so that what acted can be averaged.
+    # An order may change between stored rows: every step is kept, so that the acting values can be averaged.
     held = at_once if every == 1 or duration / step <= _ROWS else ()
     stride = every if held else 1
     run = campaign(
@@ -243,7 +242,7 @@ def simulate(
     columns = closed_loop(ship, policy, step).stored
     kept = (*STATES, *controls, *logged(ship, policy))
     channels = {n: run.values[0, ::stride, columns.index(n)].copy() for n in kept}
-    for control in held:  # what acts from a row on, not what acted before it
+    for control in held:  # the value from this row on, not the one before it
         servo, ordered = ship.actuators.of(control), run.values[0, :, columns.index(f"{control}_cmd")]
         acted = np.clip(ordered, servo.low, servo.high)
         channels[control] = _averaged(acted, stride, angle=unit(control) == "rad")

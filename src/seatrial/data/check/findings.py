@@ -19,7 +19,7 @@ from .track import track_faults
 Severity = Literal["error", "warning", "info"]
 _COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
 _FEWEST = 10
-"""Rows in common that are no chance."""
+"""Rows in common that exclude coincidence."""
 
 _Placed = list[tuple[int, Trial]]
 
@@ -52,7 +52,7 @@ class Finding:
 
 
 def check(trial: Trial) -> tuple[Finding, ...]:
-    """All findings of one trial, errors first; none means that no known fault was seen."""
+    """All findings of one trial, errors first; none means that no known fault was found."""
     if len(trial) < 20:
         few = Fault("error", "t", "too short to judge", f"{len(trial)} rows", "record at least 20 rows", "short")
         return (_finding(trial, few),)
@@ -73,7 +73,7 @@ def check(trial: Trial) -> tuple[Finding, ...]:
 
 
 def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, ...]:
-    """Recordings that training and test share, whole or in part, under whatever names.
+    """Recordings that training and test share, whole or in part, whatever their names.
 
     Returns:
         An error for each pair of trials of which at least ten rows are the same.
@@ -99,7 +99,7 @@ def _pairs(train: Sequence[Trial], test: Sequence[Trial]) -> list[tuple[int, int
     """Pairs of recordings with at least ten rows in common.
 
     Returns:
-        Place in `train`, place in `test`, how many rows, and which part of the rows of the latter; in this order.
+        Sorted tuples: index in `train`, index in `test`, number of shared rows, their share of the rows of the latter.
     """
     found: list[tuple[int, int, int, float]] = []
     for (mine, some), (yours, others) in product(_by_channels(train).items(), _by_channels(test).items()):
@@ -109,7 +109,7 @@ def _pairs(train: Sequence[Trial], test: Sequence[Trial]) -> list[tuple[int, int
 
 
 def _by_channels(trials: Sequence[Trial]) -> dict[tuple[str, ...], _Placed]:
-    """Trials with their places in the list, by which of the common channels they have."""
+    """Trials with their indices, grouped by the common channels that they have."""
     found: dict[tuple[str, ...], _Placed] = {}
     for k, trial in enumerate(trials):
         found.setdefault(tuple(name for name in _COMMON if name in trial), []).append((k, trial))
@@ -117,7 +117,7 @@ def _by_channels(trials: Sequence[Trial]) -> dict[tuple[str, ...], _Placed]:
 
 
 def _shared(names: list[str], some: _Placed, others: _Placed) -> Iterator[tuple[int, int, int, float]]:
-    """The rows of all of `some` are sorted once, those of each other one are looked up."""
+    """Pairs of one group each: the rows of `some` are sorted once, those of each other trial are looked up."""
     own = [_rows(trial, names) for _, trial in some]
     rows, owner = np.concatenate(own), np.repeat(np.arange(len(own)), [len(one) for one in own])
     order = np.argsort(rows, kind="stable")
@@ -134,13 +134,13 @@ def _shared(names: list[str], some: _Placed, others: _Placed) -> Iterator[tuple[
 
 
 def _rows(trial: Trial, names: list[str]) -> NDArray[np.uint64]:
-    """A number for each different row, by which equal ones are found; sorted."""
+    """Hashes of the distinct complete rows, sorted."""
     table = trial.stack(*names)
     table = table[np.isfinite(table).all(axis=1)]
     # nine digits: the same recording written by two programs is still the same
     bits = (np.round(table, 9) + 0.0).view(np.uint64).reshape(table.shape)
     mixed = np.zeros(len(bits), dtype=np.uint64)
-    for column in bits.T:  # splitmix64: two rows in 10^19 come out the same by chance
+    for column in bits.T:  # splitmix64: the chance of a collision is about 1 in 10^19
         mixed = (mixed ^ column) + np.uint64(0x9E3779B97F4A7C15)
         mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
         mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

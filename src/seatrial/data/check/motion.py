@@ -19,7 +19,7 @@ from ..prepare import integral, segments, to_earth
 from .sensors import Fault
 
 _G = 9.81
-# Controls of thrusters that can turn a ship without way.
+# Controls of thrusters that can turn a ship at rest.
 _ON_THE_SPOT = ("alpha", "n_bow", "n_stern", "f_")
 _MEANT = {
     "earth": ("u, v_m are velocities north and east, not surge and sway", "turn them into body axes by psi"),
@@ -28,7 +28,7 @@ _MEANT = {
     "heading counterclockwise": ("psi counts counterclockwise", "change its sign"),
     "x east, y north": ("x is east and y is north", "swap them"),
 }
-_UNITS_APART = 40.0  # from here on two readings of one motion differ by a unit, not by a poor instrument
+_UNITS_APART = 40.0  # a larger ratio of two readings of one motion is one of units, not of a poor instrument
 
 _Motion = Callable[[Array, Array, Array], tuple[Array, Array]]
 Rows = NDArray[np.intp]
@@ -63,7 +63,7 @@ _MOTIONS: Mapping[str, _Motion] = MappingProxyType({
     "heading counterclockwise": _mirrored,
     "x east, y north": _swapped,
 })  # fmt: skip
-"""Ways in which u and v_m may have been meant, as velocities along x and y."""
+"""Readings of u and v_m as velocities along x and y, by name."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def _windows(run: Trial, length: float) -> tuple[Rows, Rows]:
 
 
 def _rate_slope(trial: Trial, position: str, rate: str, length: float) -> _Slope | None:
-    """How fast `position` moves for each unit that `rate` says; None without data."""
+    """Slope of the displacement of `position` over the integral of `rate`; None without data."""
     moved, said = [], []
     for run in _runs(trial, position, rate):
         a, b = _windows(run, length)
@@ -101,7 +101,7 @@ def _rate_slope(trial: Trial, position: str, rate: str, length: float) -> _Slope
 
 
 def _motion_slopes(trial: Trial, length: float) -> dict[str, _Slope]:
-    """For each of `_MOTIONS`, how well positions follow u and v_m read that way."""
+    """For each of `_MOTIONS`, the slope of positions over u and v_m read that way."""
     moved: list[Array] = []
     said: dict[str, list[Array]] = {name: [] for name in _MOTIONS}
     for run in _runs(trial, "x", "y", "u", "v_m", "psi"):
@@ -127,10 +127,10 @@ def _slope(moved: list[Array], said: list[Array]) -> _Slope | None:
 def _steady_turn(trial: Trial) -> tuple[float, float] | None:
     """Mean rudder [rad] and mean yaw rate [rad/s] of a run ahead with the rudder held over.
 
-    Where the rudder stays put, the yaw acceleration no longer answers to it and only the turn tells.
+    With a constant rudder the yaw acceleration carries no information on its sign; the rate of turn does.
 
     Returns:
-        None where the rudder moves about, or stays near midships.
+        None where the rudder varies, or stays near midships.
     """
     ahead = np.asarray(trial["u"] > 0.3 * float(np.nanmax(np.abs(trial["u"]), initial=0.0)))
     if "n_P" in trial:
@@ -146,7 +146,7 @@ def _steady_turn(trial: Trial) -> tuple[float, float] | None:
 
 
 def _rudder_effect(trial: Trial, length: float) -> tuple[float, float, float] | None:
-    """What the rudder does to the yaw rate going ahead: dr/dt = a r + b delta + c, fitted over windows.
+    """Effect of the rudder on the yaw rate going ahead: dr/dt = a r + b delta + c, fitted over windows.
 
     Returns:
         b [1/s^2], b over its standard error, and the correlation of delta with r; None without data.
@@ -200,7 +200,7 @@ def motion_faults(trial: Trial) -> Iterator[Fault]:
         return
     ours = slopes["body"]
     best = min(slopes, key=lambda name: slopes[name].rms)
-    # a fault shows where another reading is right and ours is not
+    # a fault: another reading fits and that of the conventions does not
     if slopes[best].correlation > 0.97 and slopes[best].rms < 0.4 * ours.rms:
         what, remedy = _MEANT[best]
         yield Fault(
@@ -218,35 +218,35 @@ def motion_faults(trial: Trial) -> Iterator[Fault]:
 
 
 def _stretched(trial: Trial, value: float) -> Fault:
-    """Positions and velocities differ by a factor: the time step where the heading says so too."""
+    """Positions and velocities differ by a factor: the time step where heading and rate differ by the same."""
     yaw = _rate_slope(trial, "psi", "r", _window(trial)) if _has(trial, "psi", "r") else None
     same = yaw is not None and yaw.correlation > 0.9 and abs(yaw.value / value - 1.0) < 0.03
     far = "error" if abs(value - 1.0) > 0.15 or same else "warning"
     if same and yaw is not None:
         return Fault(
             far, "t", "the time step is not the true one",
-            f"positions move {value:.3f} and heading turns {yaw.value:.3f} times as much as u, v_m, r say",
+            f"positions move {value:.3f} and heading turns {yaw.value:.3f} times as much as u, v_m, r give",
             f"true step about {trial.dt * value:.4g} s instead of {trial.dt:.4g} s; use the clock of the log", "step",
         )  # fmt: skip
     return Fault(
         far, "x, y, u, v_m", "positions and velocities have different scales",
-        f"positions move {value:.3f} times as far as u, v_m say",
+        f"positions move {value:.3f} times as far as u, v_m give",
         "check units (kn, km/h), the model scale, and the time step",
     )  # fmt: skip
 
 
 def _yaw(trial: Trial) -> _Slope | None:
-    """How fast psi turns for what r says; None where they have too little to do with each other."""
+    """Slope of psi over the integral of r; None where they correlate too little."""
     slope = _rate_slope(trial, "psi", "r", _window(trial)) if _has(trial, "psi", "r") else None
     return None if slope is None or abs(slope.correlation) < 0.8 else slope
 
 
 def yaw_faults(trial: Trial) -> Iterator[Fault]:
-    """The heading's rate against r: sign, units, scale; which of the two is wrong, they do not say."""
+    """The heading's rate against r: sign, units, scale; which of the two is wrong remains open."""
     slope = _yaw(trial)
     if slope is None:
         return
-    numbers = f"psi turns {slope.value:.3g} times as much as r says, correlation {slope.correlation:.3f}"
+    numbers = f"psi turns {slope.value:.3g} times as much as r gives, correlation {slope.correlation:.3f}"
     apart = max(abs(slope.value), 1.0 / abs(slope.value))
     if slope.value < 0:
         yield Fault("error", "psi, r", "psi and r have opposite signs", numbers, "change the sign of one", "sign")
@@ -267,7 +267,7 @@ def rudder_faults(trial: Trial) -> Iterator[Fault]:
     yaw = _yaw(trial)
     wrong, remedy = "rudder sign: above zero turns to port", "change the sign of delta"
     if yaw is not None and yaw.value < 0:
-        return  # first it must be known which way the ship turns
+        return  # the direction of the turn is uncertain
     if yaw is None:
         wrong, remedy = "rudder sign, or that of r: above zero turns to port", "change the sign of delta, or of r"
     turn = _steady_turn(trial)

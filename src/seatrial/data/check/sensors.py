@@ -13,15 +13,15 @@ from .. import Array, Trial
 from ..prepare import complete
 
 MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
-"""Channels that an instrument tells."""
+"""Channels that an instrument measures."""
 
 EVERY = "all channels"
 
 _DIRECTIONS = ("gamma_T", "gamma_A", "gamma_C")
-# No thruster turns faster than this [rad/s]; read as radians, one in degrees does.
+# No thruster turns faster than this [rad/s], except one in degrees read as radians.
 _SPIN = 4.0
-# Steps in which compass (1 deg), rate of turn (1 deg/min), log (0.1 kn), receiver (1e-4 min of latitude) and
-# anemometer (1 kn, 1 deg) tell, by channel [SI]; and the length of a ship below which it is a model [m].
+# Resolution of compass (1 deg), rate of turn (1 deg/min), log (0.1 kn), receiver (1e-4 min of latitude) and
+# anemometer (1 kn, 1 deg), by channel [SI]; and the length below which a ship is a model [m].
 _STEPS = {
     "psi": math.radians(1.0), "phi": math.radians(0.1), "r": math.radians(1.0) / 60.0, "u": 0.0515, "v_m": 0.0515,
     "x": 0.186, "y": 0.186, "U_T": 0.515, "U_A": 0.515, "gamma_T": math.radians(1.0), "gamma_A": math.radians(1.0),
@@ -32,13 +32,13 @@ _BEYOND = 1e15
 _FEW = 10
 
 Kind = Literal["sign", "axes", "unit", "scale", "step", "short", "overlap", "quality"]
-"""What a fault is about.  A wrong sign, axis, unit, scale or time step makes a fit wrong, and so does a trial that is
+"""Kind of a fault.  A wrong sign, axis, unit, scale or time step makes a fit wrong, and so does a trial that is
 too short or both trained on and tested on; the quality of the data makes it poor."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A finding before the trial's name is on it; `where` lists channels, or says of what else it is."""
+    """A finding without the name of the trial; `where` lists channels, or names another part of the trial."""
 
     severity: Literal["error", "warning", "info"]
     where: str
@@ -49,12 +49,12 @@ class Fault:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The channels it is about; none where it is about all of them."""
+        """Its channels; empty for a fault of all of them."""
         return () if self.where == EVERY else tuple(self.where.split(", "))
 
 
 def beyond_faults(trial: Trial) -> Iterator[Fault]:
-    """Values that no unit makes sense of, and with which nothing can be computed."""
+    """Values beyond every unit, with which no check can compute."""
     for name, values in trial.channels.items():
         largest = float(np.nanmax(np.abs(values), initial=0.0))
         if largest > _BEYOND:
@@ -63,7 +63,7 @@ def beyond_faults(trial: Trial) -> Iterator[Fault]:
 
 
 def sensor_faults(trial: Trial) -> Iterator[Fault]:
-    """What the channels show one by one."""
+    """Faults of single channels."""
     yield from _time_faults(trial)
     yield from _angle_faults(trial)
     yield from _step_faults(trial)
@@ -118,7 +118,7 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         elif name.split("_")[0] == "alpha" and largest > 6.3 and trial.unit(name) in ("rad", "-"):
             yield _turned(trial, name, largest)
         elif name in _DIRECTIONS and largest > 6.3:
-            # a continuous direction may pass a turn; one that leaps in degrees does not
+            # a continuous direction may exceed one turn in radians
             yield Fault("error" if largest > 30 else "info", name, "direction beyond one turn",
                         f"up to {largest:.4g} rad", "if it is in degrees, convert it to radians")  # fmt: skip
     if "psi" not in trial:
@@ -133,7 +133,7 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
 
 
 def _turned(trial: Trial, name: str, largest: float) -> Fault:
-    """A thruster beyond one turn: it may have gone round, but it neither leaps by a turn nor spins."""
+    """A thruster beyond one turn: it may have rotated that far, but without leaps of a turn and without spinning."""
     good = np.isfinite(trial[name])
     moves, steps = np.abs(np.diff(trial[name][good])), np.diff(trial.t[good])
     moving = moves > 1e-3
@@ -141,7 +141,7 @@ def _turned(trial: Trial, name: str, largest: float) -> Fault:
     if largest > 30 or moves.max(initial=0.0) > 6.5 or usual > _SPIN:
         return Fault(
             "error", name, "direction of the thrust is in degrees",
-            f"up to {largest:.3g} rad, by up to {moves.max(initial=0.0):.3g} rad a row, at {usual:.3g} rad/s as a rule",
+            f"up to {largest:.3g} rad, by up to {moves.max(initial=0.0):.3g} rad a row, median {usual:.3g} rad/s",
             "convert it to radians, or declare its unit: deg", "unit",
         )  # fmt: skip
     return Fault("info", name, "direction beyond one turn", f"up to {largest:.4g} rad",
@@ -149,7 +149,7 @@ def _turned(trial: Trial, name: str, largest: float) -> Fault:
 
 
 def _step_faults(trial: Trial) -> Iterator[Fault]:
-    """Coarse steps, few distinct values over a wide range: one note of what instruments are like, else a warning."""
+    """Coarse steps, few distinct values over a wide range: one note for ordinary instruments, else a warning."""
     ordinary: list[tuple[str, str]] = []
     for name in MEASURED:
         values = trial[name][np.isfinite(trial[name])] if name in trial else np.zeros(0)
@@ -173,12 +173,12 @@ def _step_faults(trial: Trial) -> Iterator[Fault]:
         yield Fault(
             "info", ", ".join(name for name, _ in ordinary), "steps of ordinary instruments",
             ", ".join(words for _, words in ordinary),
-            "nothing to mend; the noise of a channel is a third of its step at least",
+            "no action; the noise of a channel is a third of its step at least",
         )  # fmt: skip
 
 
 def _resolution(trial: Trial, name: str) -> float:
-    """Steps in which an ordinary instrument tells a channel [SI]; aboard a model, those of a ship by Froude's law."""
+    """Resolution of an ordinary instrument [SI]; aboard a model, that of a ship by Froude's law."""
     length: Any = trial.meta.get("L_pp")
     ratio = min(float(length) / _SHIP, 1.0) if isinstance(length, int | float) and length > 0 else 1.0
     by_froude = {"m": ratio, "m/s": math.sqrt(ratio), "rad/s": 1.0 / math.sqrt(ratio)}
@@ -213,23 +213,23 @@ def gap_faults(trial: Trial) -> Iterator[Fault]:
             holes.setdefault(next((one for one in holes if one.same(found)), found), []).append(name)
     for found, names in holes.items():
         yield Fault(
-            "warning", ", ".join(names), "gaps", found.told(last + 1),
+            "warning", ", ".join(names), "gaps", found.words(last + 1),
             "fit on prepare.segments, or fill short ones with prepare.interpolate_gaps",
         )  # fmt: skip
     for every, names in slower.items():
         yield Fault(
             "info", ", ".join(names), f"sampled at {1.0 / every:.3g} Hz",
             f"a value every {every:.3g} s, the rows are at {1.0 / trial.dt:.3g} Hz",
-            "nothing is missing; prepare.interpolate_gaps where every row must have a value",
+            "the channel is complete; prepare.interpolate_gaps where every row must have a value",
         )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Holes:
-    """Where a channel has no values for longer than it takes from one to the next.
+    """Gaps of a channel that are longer than its sampling step.
 
     Attributes:
-        spans: begin and end of each hole [s].
+        spans: begin and end of each gap [s].
         usual: time from one value to the next [s].
         missing: rows without a value.
     """
@@ -249,17 +249,17 @@ class _Holes:
         return _Holes(spans, usual, int((~good).sum()))
 
     def same(self, other: _Holes) -> bool:
-        """Whether both tell of the same loss: their holes begin and end together, as far as their steps can show."""
+        """Whether both have the same gaps, to within their sampling steps."""
         slack = 1.01 * max(self.usual, other.usual)
         pairs = zip(self.spans, other.spans, strict=False)
         return len(self.spans) == len(other.spans) and all(
             abs(a - c) <= slack and abs(b - d) <= slack for (a, b), (c, d) in pairs
         )
 
-    def told(self, rows: int) -> str:
+    def words(self, rows: int) -> str:
         """The numbers in words."""
         if not self.spans:
-            return f"{self.missing} of {rows} samples, here and there"
+            return f"{self.missing} of {rows} samples, scattered"
         longest, many = max(b - a for a, b in self.spans), "s" if len(self.spans) > 1 else ""
         first = min(a for a, _ in self.spans)
         return (f"{self.missing} of {rows} samples in {len(self.spans)} gap{many} of up to {longest:.3g} s, "
@@ -267,7 +267,7 @@ class _Holes:
 
 
 def _every(t: Array, values: Array) -> float:
-    """Step of an instrument that is slower than the rows and leaves none of its own out [s]; 0 where it does."""
+    """Sampling step of an instrument that is slower than the rows and complete [s]; 0 for any other."""
     at = t[np.isfinite(values)]
     steps = np.diff(at)
     if steps.size < _FEW or not (steps > 0).all():

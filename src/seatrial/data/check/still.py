@@ -1,7 +1,7 @@
-"""Channels that stand still while the ship moves: a frozen sensor, or a steady run told without noise.
+"""Channels that are constant while the ship moves: a frozen sensor, or a steady run without noise.
 
-What tells the two apart are the other channels.  Heading and rate of turn, positions and velocities say the same
-thing twice; where both ways agree better than instruments can, nothing was measured there and nothing froze.
+The other channels distinguish the two.  Heading and rate of turn, positions and velocities are
+redundant; where both agree better than instruments can, the run is simulated and no sensor is frozen.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ _LEAST = 20
 _MOTION = ("x", "y", "psi", "u", "v_m", "r")
 
 _EXACT = 3e-4
-"""Part of the usual speed and rate of turn by which two ways of telling the same may differ without noise.
+"""Share of the usual speed and rate of turn by which redundant channels may differ without noise.
 
-Integration over rows of a simulated run and the digits of a sentence stay below; noise, a heading that is off by a
-fiftieth of a degree, or a log that is off by a thousandth do not."""
+Integration over rows of a simulated run and the digits of a sentence are below; noise, a heading error of a
+fiftieth of a degree, or a log error of a thousandth are above."""
 
 
 def still_faults(trial: Trial) -> Iterator[Fault]:
@@ -57,7 +57,7 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
             "info", ", ".join(steady), "steady values without noise",
             f"the same for up to {longest:.3g} s from t = {since:g} s, while positions, velocities, heading and rate "
             f"of turn agree to {100 * _EXACT:g} %",
-            "nothing to mend in a simulated run; a sensor that had frozen would disagree with the others",
+            "no action in a simulated run; a frozen sensor would disagree with the others",
         )  # fmt: skip
 
 
@@ -71,10 +71,10 @@ def _frozen(trial: Trial, name: str, start: int, length: int) -> Fault:
 
 
 def _same(trial: Trial, name: str) -> NDArray[np.bool_] | None:
-    """Steps that repeat the value before, under way; None where that is legal all along."""
+    """Steps that repeat the value before, under way; None where that is legitimate for the whole trial."""
     same = np.diff(trial[name]) == 0
     if same.all() and name not in _MOTION:
-        return None  # a steady wind or an upright ship is legal, as in a simulated run
+        return None  # a steady wind or an upright ship is legitimate, as in a simulated run
     known = np.isfinite(trial["u"]) if "u" in trial else np.zeros(0, dtype=np.bool_)
     if known.any():
         speed = np.interp(trial.t, trial.t[known], np.abs(trial["u"][known]))  # a log may be slower than the rows
@@ -83,7 +83,7 @@ def _same(trial: Trial, name: str) -> NDArray[np.bool_] | None:
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First index and length of the runs of true flags that are long enough to count."""
+    """First index and length of the runs of true flags that are long enough."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
     return [(k, end - k) for k, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if end - k >= _LEAST]
 
@@ -93,18 +93,18 @@ def _lasts(trial: Trial, start: int, length: int) -> float:
 
 
 def _matters(trial: Trial, name: str, start: int, length: int) -> bool:
-    """Whether a run lasts, and something else moves meanwhile."""
+    """Whether a run is long, and another channel varies during it."""
     others = (trial[n][start : start + length + 1] for n in MEASURED if n != name and n in trial)
     long = _lasts(trial, start, length) >= max(2.0, 0.01 * trial.duration)
     return long and any(np.unique(values).size > length // 2 for values in others)
 
 
 def _exact(trial: Trial, start: int, length: int) -> bool:
-    """Whether both ways of telling the motion agree as no instruments do, all through a run of rows."""
+    """Whether redundant channels of the motion agree better than instruments can, throughout a run of rows."""
     if not all(name in trial for name in _MOTION):
         return False
     if _made_of_psi(trial):
-        return False  # r tells nothing of its own
+        return False  # r is not independent of psi
     table = np.column_stack([trial.t, trial.stack(*_MOTION)])[start : start + length + 1]
     table = table[np.isfinite(table).all(axis=1)]
     if len(table) <= _LEAST // 2:
@@ -123,7 +123,7 @@ def _exact(trial: Trial, start: int, length: int) -> bool:
     speed, rate = _usual(np.hypot(trial["u"], trial["v_m"])), _usual(trial["r"])
     agree = np.hypot(off_x, off_y) <= _EXACT * speed * lasts + 1e-9
     agree &= np.abs(off_psi) <= _EXACT * rate * lasts + 1e-9
-    # a kink may spoil one block, a sensor that froze spoils them all from then on
+    # a kink affects one block, a frozen sensor all later ones
     return float(np.mean(agree)) > 0.5 and bool((agree[1:] | agree[:-1]).all())
 
 

@@ -15,16 +15,16 @@ from .. import Array, Trial
 from ..prepare import integral
 from .sensors import Fault
 
-# Course from displacements over this many fixes either way; slower than this share of top speed it says nothing.
+# Course from displacements over this many fixes either way; not defined below this share of top speed.
 _EITHER_WAY, _MOVING = 2, 0.3
-# A heading that follows the track this much better than what is called the course is the course.
+# A heading that follows the track this much better than the course is the course.
 _BETTER, _CLEAR = 0.7, math.radians(0.5)
 # Stretches over which distances are compared [s], and by how much they may differ.
 _STRETCH, _CLOSE, _CLOCK = 5.0, 0.04, 1.34
 
 
 def fixes(trial: Trial) -> NDArray[np.intp]:
-    """Rows at which the position is a new one; others repeat the last, as the log is faster than the receiver."""
+    """Rows with a new position; others repeat the last, as the log is faster than the receiver."""
     x, y = trial["x"], trial["y"]
     new = np.concatenate([[True], (np.diff(x) != 0) | (np.diff(y) != 0)])
     return np.flatnonzero(new & np.isfinite(x) & np.isfinite(y))
@@ -33,7 +33,7 @@ def fixes(trial: Trial) -> NDArray[np.intp]:
 def own_samples(trial: Trial) -> Trial:
     """The trial with gaps where position, heading, course or speed only repeat the row of the last fix.
 
-    What came with a fix is known to be as old as the fix; a filter must not take a repetition for a new reading.
+    These readings are as old as the fix; a filter must not take a repetition for a new reading.
     """
     rows = fixes(trial)
     again = np.ones(len(trial), dtype=np.bool_)
@@ -47,7 +47,7 @@ def own_samples(trial: Trial) -> Trial:
 
 
 def track_miss(trial: Trial, name: str) -> float:
-    """How far a direction lies from that of the track, root mean square [rad]; NaN where nothing moves."""
+    """How far a direction lies from that of the track, root mean square [rad]; NaN for a ship at rest."""
     course, _, rows = _track(trial)
     if rows.size < 10:
         return math.nan
@@ -56,7 +56,7 @@ def track_miss(trial: Trial, name: str) -> float:
 
 
 def track_faults(trial: Trial) -> Iterator[Fault]:
-    """Compass and course exchanged; a clock, or a speed, that the distances do not bear out."""
+    """Compass and course exchanged; a clock, or a speed, that contradicts the distances."""
     if not all(name in trial for name in ("x", "y")):
         return
     if "psi" in trial and "gamma_G" in trial:
@@ -66,7 +66,7 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
                 "error", "psi, gamma_G", "heading and course over ground are exchanged",
                 f"psi follows the track within {math.degrees(psi):.2g} deg, gamma_G within "
                 f"{math.degrees(course):.2g} deg",
-                "exchange the two columns, whatever they are called",
+                "exchange the two columns",
             )  # fmt: skip
     ratio = _distance_ratio(trial) if "U_G" in trial else math.nan
     if abs(ratio - 1.0) > _CLOSE:
@@ -75,15 +75,15 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
             "error", "t, x, y" if near else "x, y, U_G",
             "the time step is not the true one, or x and y are stretched" if near
             else "wrong scale or unit: speed over ground and positions",
-            f"positions move {ratio:.3f} times as far as U_G says in the time",
-            "use the clock of the log; make positions of latitude and longitude" if near
+            f"positions move {ratio:.3f} times as far as U_G gives in the time",
+            "use the clock of the log; compute positions from latitude and longitude" if near
             else "check the unit of the speed (kn, km/h) and of the positions",
             "step" if near else "scale",
         )  # fmt: skip
 
 
 def _track(trial: Trial) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Direction [rad] and speed [m/s] of the track at fixes that move, and their rows."""
+    """Direction [rad] and speed [m/s] of the track at fixes in motion, and their rows."""
     rows, n = fixes(trial), _EITHER_WAY
     if rows.size < 2 * n + 1:
         return np.zeros(0), np.zeros(0), rows[:0]
@@ -103,6 +103,6 @@ def _distance_ratio(trial: Trial) -> float:
     moved = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(trial["x"][rows]), np.diff(trial["y"][rows])))])
     said = integral(t, trial["U_G"][rows])
     ends = np.flatnonzero(np.diff(np.floor((t - t[0]) / _STRETCH), prepend=-1.0))  # first fix of each stretch
-    there, told = np.diff(moved[ends]), np.diff(said[ends])
-    some = told > _MOVING * float(np.max(told, initial=0.0))
-    return float(np.median(there[some] / told[some])) if some.sum() >= 3 else math.nan
+    there, given = np.diff(moved[ends]), np.diff(said[ends])
+    some = given > _MOVING * float(np.max(given, initial=0.0))
+    return float(np.median(there[some] / given[some])) if some.sum() >= 3 else math.nan

@@ -172,7 +172,7 @@ def _check_channel(path: Path, name: str, column: Column) -> None:
         raise DataError(f"{path}: channels.{name}: a channel name is letters, digits and underscores")
     near = unknown(name, UNITS, "channel")
     if standard_unit(name) is None and "near:" in near:
-        # a typing error would silently make a channel that nobody reads
+        # a typing error would silently make an unused channel
         raise DataError(f"{path}: channels.{name}: {near}")
     if column.sign not in (1.0, -1.0):
         raise DataError(f"{path}: channels.{name}.sign is {column.sign:g}; it must be 1 or -1")

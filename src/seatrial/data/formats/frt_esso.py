@@ -1,6 +1,6 @@
 """Reader of FRT-DS-ESSO: free-running tests of the 3 m model of Esso Osaka (Wakita 2022, Miyauchi 2022).
 
-The data follow the conventions of this package already: midship, rudder positive to starboard,
+The data already follow the conventions of this package: midship, rudder positive to starboard,
 wind *from*, psi clockwise.  They are CC BY-NC-SA and not part of the package.
 """
 
@@ -36,7 +36,7 @@ _KINDS = MappingProxyType({"turn": "turning", "zigzag": "zigzag", "random": "ran
 
 
 def read(source: Path, mapping: None = None) -> Trial:
-    """Read one CSV of the set; rows at its end without any number stay, as a gap.
+    """Read one CSV of the set; empty rows at its end are kept as a gap.
 
     Raises:
         DataError: naming file, column and line.

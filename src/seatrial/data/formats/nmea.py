@@ -99,7 +99,7 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
     """Read one log.
 
     Raises:
-        DataError: what is wrong with it, and where.
+        DataError: the fault, and its place.
     """
     aboard = mapping or Aboard()
     log = _read_log(source)
@@ -116,8 +116,8 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
     _controls(channels, raw, steps)
     _around(channels, raw, psi)
     where = {} if datum is None else {"datum": {"latitude": datum.latitude, "longitude": datum.longitude}}
-    said = {**_start(log, float(t[0])), **where, **aboard.meta}
-    meta = {**CONVENTIONS, **said, "lines": dict(log.lines), "processing": steps}
+    known_of = {**_start(log, float(t[0])), **where, **aboard.meta}
+    meta = {**CONVENTIONS, **known_of, "lines": dict(log.lines), "processing": steps}
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
     # floats hold seconds since 1970 to a quarter of a microsecond
     return Trial(source.stem, np.round(t - t[0], 6), known, {}, meta)
@@ -171,7 +171,7 @@ def _velocities(
 
 
 def _controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[str]) -> None:
-    """Rudders and shafts, numbered port to starboard where there are several; engines where no shaft is told of."""
+    """Rudders and shafts, numbered port to starboard where there are several; engines where the log has no shaft."""
     for name in ("delta", "delta_cmd"):
         starboard, port = raw.get(name), raw.get(name.replace("delta", "delta_port"))
         suffix = name.removeprefix("delta")
@@ -179,13 +179,13 @@ def _controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[
             channels[f"delta_1{suffix}"], channels[f"delta_2{suffix}"] = port, starboard
         elif starboard is not None:
             channels[name] = starboard
-    told = [name for name in raw if name.startswith("rpm_")]
-    of = "rpm_S_" if any(name.startswith("rpm_S_") for name in told) else "rpm_E_"
-    numbers = [int(name.removeprefix(of)) for name in told if name.startswith(of)]
-    if told and of == "rpm_E_":
+    shafts = [name for name in raw if name.startswith("rpm_")]
+    of = "rpm_S_" if any(name.startswith("rpm_S_") for name in shafts) else "rpm_E_"
+    numbers = [int(name.removeprefix(of)) for name in shafts if name.startswith(of)]
+    if shafts and of == "rpm_E_":
         steps.append("revolutions are those of the engine; the shaft is taken to turn as fast")
-    elif len(numbers) < len(told):
-        steps.append("revolutions are those of the shaft; what RPM says of the engine is left out")
+    elif len(numbers) < len(shafts):
+        steps.append("revolutions are those of the shaft; those of the engine are left out")
     for place, number in enumerate(sorted(numbers, key=lambda k: k if k % 2 else -k), 1):
         channels["n_P" if len(numbers) == 1 else f"n_P_{place}"] = raw[f"{of}{number}"] / 60.0
 
@@ -200,14 +200,14 @@ def _around(channels: dict[str, Array], raw: Mapping[str, Array], psi: Array) ->
 
 @dataclass
 class _Log:
-    """What a log says, quantity by quantity, before it is on rows.
+    """Readings of a log by quantity, before they are on rows.
 
     Attributes:
         series: readings by the names of `nmea.reading.readings`.
-        steps: what had to be done or left out, in words.
-        epoch: seconds since 1970 at time 0 of the series, where the log tells the date.
+        steps: what was done or left out, in words.
+        epoch: seconds since 1970 at time 0 of the series, where the log has the date.
         lines: how many lines the log has (``all``), how many of them are no valid sentence (``invalid``), and how
-            many sentences are left out as no time can be told for them (``untimed``).
+            many sentences are left out because they have no time (``untimed``).
     """
 
     series: dict[str, Series]
@@ -218,7 +218,7 @@ class _Log:
 
 @dataclass
 class _Reading:
-    """The readings of one line, and the time the line itself tells."""
+    """The readings of one line, and its own time stamp."""
 
     values: Mapping[str, float]
     stamp: float | None
@@ -228,7 +228,7 @@ def _read_log(path: Path) -> _Log:
     """Readings of a log by quantity.
 
     Raises:
-        DataError: not readable, more invalid lines than sentences, or no time to be had.
+        DataError: not readable, more invalid lines than sentences, or no time.
     """
     try:
         data = existing(path).read_bytes()
@@ -244,14 +244,14 @@ def _read_log(path: Path) -> _Log:
         steps.append("time by the clock in RMC, GGA or ZDA")
         midnights: Counter[float] = Counter()
         series = _sorted(_by_clock(path, found, midnights), steps)
-        # a receiver that has just begun may tell a date of its factory: the one told most often counts
+        # a receiver that has just started may send a factory date: the most frequent date counts
         return _Log(series, steps, midnights.most_common(1)[0][0] if midnights else None, counts)
     timed = _by_stamp(found)
     if stamped < len(found):
         counts["untimed"] = len(found) - len(timed)
         steps.append(
-            f"{len(found) - stamped} of {len(found)} sentences have no stamp: {len(timed) - stamped} of them have that "
-            f"of the lines about them, {len(found) - len(timed)} are left out"
+            f"{len(found) - stamped} of {len(found)} sentences have no stamp: {len(timed) - stamped} of them get that "
+            f"of the lines around them, {len(found) - len(timed)} are left out"
         )
     first = min(t for t, _ in timed)
     return _Log(_sorted(timed, steps), steps, 0.0 if first > _DAY * 365 else None, counts)
@@ -288,7 +288,7 @@ def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], int, li
 
 
 def framed_kind(line: bytes) -> str:
-    """The letters of a sentence that is not read, such as VDM, for a message."""
+    """The letters of a sentence that is not supported, such as VDM, for a message."""
     found = re.search(rb"[$!](P[A-Z]{3}|[A-Z]{2}([A-Z]{3}))", line)
     return (found[2] or found[1]).decode() if found else "other"
 
@@ -328,20 +328,20 @@ def _by_stamp(found: list[_Reading]) -> list[tuple[float, Mapping[str, float]]]:
 def _by_clock(
     path: Path, found: list[_Reading], midnights: Counter[float]
 ) -> Iterable[tuple[float, Mapping[str, float]]]:
-    """Times from the clock told in between, since 0 o'clock of the first day; its dates go to `midnights`."""
+    """Times by the clock sentences, since 0 o'clock of the first day; their dates are counted in `midnights`."""
     groups: list[tuple[float, list[Mapping[str, float]]]] = []
     early: list[Mapping[str, float]] = []
     for one in found:
-        told = one.values.get("time_of_day")
-        if told is not None:
-            last = groups[-1][0] if groups else told
-            # past midnight the clock begins anew
-            days = round((last - told) / _DAY)
-            told += _DAY * days
+        clock = one.values.get("time_of_day")
+        if clock is not None:
+            last = groups[-1][0] if groups else clock
+            # the clock restarts at midnight
+            days = round((last - clock) / _DAY)
+            clock += _DAY * days
             if "day" in one.values:
                 midnights[one.values["day"] - _DAY * days] += 1
-            if not groups or told > last:
-                groups.append((told, early if not groups else []))
+            if not groups or clock > last:
+                groups.append((clock, early if not groups else []))
         (groups[-1][1] if groups else early).append(one.values)
     if len(groups) < 2:
         stamped = sum(one.stamp is not None for one in found)
@@ -399,7 +399,7 @@ def _on_rows(path: Path, log: _Log) -> tuple[Array, dict[str, Array], list[str]]
 
 
 def _start(log: _Log, first: float) -> dict[str, Any]:
-    """What the log says of itself, for the sidecar: when its first row was, at `first` of the series."""
+    """Key `start` of the sidecar: date and time of the first row, at `first` of the series."""
     if log.epoch is None:
         return {}
     return {"start": datetime.fromtimestamp(log.epoch + first, UTC).isoformat(timespec="microseconds")}

@@ -1,7 +1,7 @@
 """Readers of the KVLCC2 free-running tests of SIMMAN 2008: HSVA (model scale) and MARIN (full scale).
 
-Both label earth-fixed velocities as the ship's, and count a rudder to port positive; this is put
-right here, and the sidecar says so.
+Both label earth-fixed velocities as the ship's, and count a rudder to port positive; the reader
+converts both and notes it in the sidecar.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MARIN_COLUMNS = (
     "r [deg/s]", "delta [deg]", "n [rpm]",
 )  # fmt: skip
 MARIN_STEP = 0.1353
-"""Nominal logging step [s] of the MARIN files; their three digits do not hold it after 100 s."""
+"""Nominal logging step [s] of the MARIN files; their three digits cannot represent it after 100 s."""
 
 _META = MappingProxyType({**CONVENTIONS, "licence": "none stated; do not redistribute"})
 _HSVA_META = MappingProxyType({
@@ -44,10 +44,10 @@ _MARIN_META = MappingProxyType({
 
 
 def read(source: Path, mapping: None = None) -> Trial:
-    """Read one .dat file of SIMMAN 2008; its first line tells HSVA from MARIN.
+    """Read one .dat file of SIMMAN 2008; its first line distinguishes HSVA and MARIN.
 
     Raises:
-        DataError: neither of the two, or what is wrong in which column and line.
+        DataError: neither of the two, or a fault, with its column and line.
     """
     here = Path(source)
     lines = lines_of(here, "cp1252")

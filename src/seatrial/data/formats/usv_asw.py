@@ -1,9 +1,9 @@
 """Reader of USV-ASW: path following of a small catamaran with two propellers and no rudder (Dalian, 2025).
 
-Three things in these workbooks are not what they are called, and are put right here: `t` counts rows by
-0.1 s while the clock says 0.11 s; in one of the two files the columns of compass and course over ground
-have changed names; and `x`, `y` are 1.1117 times as long as latitude and longitude say (and as the speed
-over ground says, which agrees with these within 0.1 %), so positions are made of the latter.
+Three columns of these workbooks are mislabelled, and the reader corrects them: `t` counts rows by
+0.1 s while the clock steps by 0.11 s; in one of the two files the columns of compass and course over ground
+are exchanged; and `x`, `y` are 1.1117 times as long as latitude and longitude (with which the speed
+over ground agrees within 0.1 %), so positions are computed from the latter.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ COLUMNS = MappingProxyType({
     "HeadingSet": "psi_cmd", "SpeedSet": "U_G_cmd", "Voltage": "voltage", "PWM_L": "throttle_port",
     "PWM_R": "throttle_starboard",
 })  # fmt: skip
-"""Column of the workbook to channel; the others are the controller's own and are left out."""
+"""Column of the workbook to channel; the others belong to the controller and are left out."""
 
 STOP, FULL = 1500.0, 500.0
-"""Pulse width at which a motor stands, and by how much full throttle differs from it [microseconds]."""
+"""Pulse width of a stopped motor, and the difference of full throttle from it [microseconds]."""
 
 _DEGREES = ("psi", "gamma_G", "psi_cmd")
 _UNITS = MappingProxyType({
@@ -51,7 +51,7 @@ _STEPS = (
     "x, y north and east of the first fix, by latitude and longitude (WGS 84); the columns x, y are 1.11 times as long",
     f"throttle = (pulse width - {STOP:g})/{FULL:g}",
     "degrees to radians, psi and gamma_G made continuous",
-    "x, y are those of the antenna, whose place is not known; midship is taken to be there",
+    "x, y are those of the antenna, whose position is unknown; midship is taken to be there",
 )
 # Semi-axis [m] and squared eccentricity of WGS 84.
 _A, _E2 = 6378137.0, 0.00669437999014
@@ -63,7 +63,7 @@ def read(source: Path, mapping: None = None) -> Trial:
     """Read one workbook of the set; rows that repeat a fix stay as logged.
 
     Raises:
-        DataError: no reader of workbooks is installed, or what is wrong in which column and row.
+        DataError: no reader of workbooks is installed, or a fault, with its column and row.
     """
     here = existing(source)
     rows = _sheet(here)
@@ -95,7 +95,7 @@ def north_east(latitude: Array, longitude: Array) -> tuple[Array, Array]:
 
 
 def _unswapped(trial: Trial) -> Trial:
-    """The trial with compass and course as the track says, whatever their columns are called."""
+    """The trial with compass and course assigned by the track, whatever the names of their columns."""
     compass, course = (track_miss(trial, name) for name in ("psi", "gamma_G"))
     if not compass < _CLEARLY * course:
         return trial
@@ -114,7 +114,7 @@ def _sheet(path: Path) -> Mapping[str, list[Any]]:
         frame = polars.read_excel(path, engine="calamine", infer_schema_length=0, raise_if_empty=False)
     except ImportError:
         raise DataError(f"{path}: workbooks need the extra 'log': pip install 'seatrial[log]'") from None
-    except Exception as error:  # what a damaged workbook makes the readers stumble over
+    except Exception as error:  # whatever the readers raise on a damaged workbook
         about = (str(error).splitlines() or [""])[0] or type(error).__name__
         raise DataError(f"{path}: not readable as a workbook: {about[:120]}") from None
     for column in (CLOCK, *COLUMNS):

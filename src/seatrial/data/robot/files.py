@@ -1,4 +1,4 @@
-"""The files that robots log to: MCAP, and bags of ROS 2; messages in, messages out."""
+"""Messages from and to the log files of robots: MCAP, and bags of ROS 2."""
 
 from __future__ import annotations
 
@@ -15,28 +15,26 @@ from typing import Any, BinaryIO, cast
 from .. import DataError
 from ..documents import read_yaml
 from ..sidecar import check_meta
-from .messages import store
+from .messages import extra, store
 
 BAG = "metadata.yaml"
 """A folder that holds this file is a bag of ROS 2."""
 
 NOTE = "seatrial"
-"""Name under which a trial's own description goes along."""
+"""Name of the record that holds the description of a trial."""
 
-# The last record of the data, with its checksum; the footer, with start and checksum of the summary before it, to the
-# end of the file; and how many of its bytes that checksum leaves out.
+# Last record of the data, with its checksum; footer, with start and checksum of the summary before it; number of bytes
+# of the footer that this checksum leaves out.
 _DATA_END, _FOOTER, _UNSUMMED = struct.Struct("<9xI"), struct.Struct("<9xQ8xI8x"), 12
-
-_NEEDS = "logs of robots need the extra 'log': pip install 'seatrial[log]'"
 
 
 @dataclass(frozen=True)
 class Message:
-    """One message as it lies in a file.
+    """One message of a file.
 
     Attributes:
-        topic, kind: where and what; the kind as ROS 2 names it (`std_msgs/msg/Float64`).
-        logged: when [ns].
+        topic, kind: its topic and its type as ROS 2 names it (`std_msgs/msg/Float64`).
+        logged: time of logging [ns].
         data: in CDR.
     """
 
@@ -48,7 +46,7 @@ class Message:
 
 @dataclass(frozen=True)
 class Bag:
-    """What a file holds: its messages, and what `NOTE` says, where seatrial wrote it."""
+    """Contents of a file: its messages, and the record `NOTE` where seatrial wrote it."""
 
     messages: Iterator[Message]
     note: Mapping[str, Any]
@@ -66,7 +64,7 @@ def opened(path: Path) -> Generator[Bag]:
             yield bag
     except (DataError, ImportError):
         raise
-    except Exception as error:  # what a damaged file makes the readers stumble over
+    except Exception as error:  # whatever the readers raise on a damaged file
         about = (str(error).splitlines() or [""])[0] or type(error).__name__
         whole = "a whole bag of ROS 2 (metadata.yaml and its files)" if path.is_dir() else "a whole MCAP file"
         raise DataError(f"{path}: cannot be read ({about[:120]}); give {whole}") from None
@@ -74,10 +72,7 @@ def opened(path: Path) -> Generator[Bag]:
 
 @contextmanager
 def _mcap(path: Path) -> Generator[Bag]:
-    try:
-        from mcap.reader import make_reader
-    except ImportError:
-        raise DataError(_NEEDS) from None
+    make_reader = extra("mcap.reader").make_reader
     with path.open("rb") as file:
         _hold_checksums(path, file)
         reader = make_reader(file, validate_crcs=True)
@@ -92,26 +87,26 @@ def _mcap(path: Path) -> Generator[Bag]:
 
 
 def _hold_checksums(path: Path, file: BinaryIO) -> None:
-    """Hold an MCAP file against the checksums of its two sections, as far as it has these.
+    """Check the two sections of an MCAP file against their checksums, where present.
 
-    The reader does so for chunks only, and a trial's own description is in none.
+    The reader checks chunks only, and the description of a trial is not in one.
 
     Raises:
-        DataError: a section is not as it was written.
+        DataError: a section is damaged.
     """
     size = file.seek(0, io.SEEK_END)
     file.seek(max(size - _FOOTER.size, 0))
     tail = file.read()
     file.seek(0)
     if len(tail) < _FOOTER.size:
-        return  # the reader says what is missing
+        return  # the reader reports it
     start, summed = _FOOTER.unpack(tail)
     if not _DATA_END.size < start <= size - _FOOTER.size:
         return
     data = _summed(file, start - _DATA_END.size)
     (wanted,) = _DATA_END.unpack(file.read(_DATA_END.size))
     if (wanted and data != wanted) or (summed and _summed(file, size - _UNSUMMED - start) != summed):
-        raise DataError(f"{path}: damaged, as its checksum says; copy it again")
+        raise DataError(f"{path}: damaged, its checksum differs; copy it again")
     file.seek(0)
 
 
@@ -125,10 +120,7 @@ def _summed(file: BinaryIO, count: int) -> int:
 
 @contextmanager
 def _bag(path: Path) -> Generator[Bag]:
-    try:
-        from rosbags.rosbag2 import Reader
-    except ImportError:
-        raise DataError(_NEEDS) from None
+    Reader = extra("rosbags.rosbag2").Reader
     about = read_yaml(path / BAG)
     said = about["rosbag2_bagfile_information"].get("custom_data") or {}
     with Reader(path) as reader:
@@ -137,11 +129,11 @@ def _bag(path: Path) -> Generator[Bag]:
 
 
 def _noted(path: Path, text: str | None) -> Mapping[str, Any]:
-    """What seatrial wrote of a trial, held against what it can be."""
+    """The description of a trial that seatrial wrote, checked."""
     said = json.loads(text) if text else {}
     parts: list[Any] = [said, *(said.get(key, {}) for key in ("meta", "units"))] if isinstance(said, dict) else [said]
     if not all(isinstance(part, dict) for part in parts) or not all(isinstance(u, str) for u in parts[2].values()):
-        raise DataError(f"{path}: what it says of the trial itself is damaged; copy it again")
+        raise DataError(f"{path}: its description of the trial is damaged; copy it again")
     check_meta(path, {key: value for key, value in parts[1].items() if key != "schema"})
     return cast("dict[str, Any]", said)
 
@@ -152,11 +144,9 @@ def write_mcap(path: Path, messages: Iterable[Message], note: Mapping[str, Any])
     Raises:
         DataError: the extra is not installed.
     """
-    try:
-        from mcap.writer import Writer
-    except ImportError:
-        raise DataError(_NEEDS) from None
     from ... import __version__
+
+    Writer = extra("mcap.writer").Writer
 
     with path.open("wb") as file:
         writer = Writer(file, enable_data_crcs=True)
@@ -180,10 +170,7 @@ def write_bag(path: Path, messages: Iterable[Message], note: Mapping[str, Any]) 
     Raises:
         DataError: the extra is not installed.
     """
-    try:
-        from rosbags.rosbag2 import Writer
-    except ImportError:
-        raise DataError(_NEEDS) from None
+    Writer = extra("rosbags.rosbag2").Writer
     with closing(Writer(path, version=9)) as writer:
         writer.open()
         writer.set_custom_data(NOTE, json.dumps(note))

@@ -1,8 +1,8 @@
 """Standard messages of robots and the channels of a trial.
 
-Outside, earth is east, north, up and the ship forward, port, up (REP 103); a position is that of the child frame in
-the frame of the header.  In here, earth is north, east, down and the ship forward, starboard, down.  So
-``yaw = pi/2 - psi``, and side speed and rate of turn change their sign; the roll, about the same forward axis, does
+In a log, earth is east, north, up and the ship forward, port, up (REP 103); a position is that of the child frame in
+the frame of the header.  In a trial, earth is north, east, down and the ship forward, starboard, down.  So
+``yaw = pi/2 - psi``, and sway and rate of turn change their sign; the roll, about the same forward axis, does
 not.
 """
 
@@ -13,6 +13,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
@@ -24,17 +25,17 @@ ODOMETRY, FIX, TWIST, NUMBER = (
     "nav_msgs/msg/Odometry", "sensor_msgs/msg/NavSatFix", "geometry_msgs/msg/TwistStamped", "std_msgs/msg/Float64",
 )  # fmt: skip
 TYPES = (ODOMETRY, FIX, TWIST, NUMBER)
-"""What is read and written."""
+"""Message types that are read and written."""
 
 POSE = ("x", "y", "psi")
 VELOCITY = ("u", "v_m", "r")
 
 FRAMES: Mapping[str, str] = MappingProxyType({"earth": "map", "ship": "base_link", "antenna": "gnss"})
-"""Names of the frames, unless a trial says otherwise: earth, midship, antenna."""
+"""Default names of the frames: earth, midship, antenna."""
 
 
 @dataclass(frozen=True)
-class Told:
+class Values:
     """One message, in the terms of a trial.
 
     Attributes:
@@ -52,8 +53,20 @@ _EARTH = re.compile(r"(^|/)(map|odom|earth|world|utm|local_origin)(_\w*)?$|(^|[_
 
 
 def earth_fixed(frame: str) -> bool:
-    """Whether a frame is by its name one of the earth, such as `map` or `odom`."""
+    """Whether the name of a frame is one of the earth, such as `map` or `odom`."""
     return _EARTH.search(frame.lower()) is not None
+
+
+def extra(module: str) -> Any:
+    """A module of the libraries for logs of robots.
+
+    Raises:
+        DataError: the extra is not installed.
+    """
+    try:
+        return import_module(module)
+    except ImportError:
+        raise DataError("logs of robots need the extra 'log': pip install 'seatrial[log]'") from None
 
 
 @cache
@@ -63,15 +76,12 @@ def store() -> Any:
     Raises:
         DataError: the extra is not installed.
     """
-    try:
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError:
-        raise DataError("logs of robots need the extra 'log': pip install 'seatrial[log]'") from None
-    return get_typestore(Stores.ROS2_HUMBLE)
+    types = extra("rosbags.typesys")
+    return types.get_typestore(types.Stores.ROS2_HUMBLE)
 
 
-def told(kind: str, data: bytes) -> Told:
-    """What a message of one of `TYPES` says.
+def unpacked(kind: str, data: bytes) -> Values:
+    """The values of a message of one of `TYPES`.
 
     Raises:
         DataError: bytes that are no such message.
@@ -80,21 +90,21 @@ def told(kind: str, data: bytes) -> Told:
         message = store().deserialize_cdr(data, kind)
     except DataError:
         raise
-    except Exception:  # the codec raises whatever the bytes make it stumble over
+    except Exception:  # the codec raises many kinds of errors on damaged bytes
         raise DataError(f"not a whole {kind}") from None
     if kind == NUMBER:
-        return Told(None, {"value": float(message.data)})
+        return Values(None, {"value": float(message.data)})
     header = message.header
     stamp = header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
     if kind == FIX:
         fixed = message.status.status >= 0
         place = {"latitude": message.latitude, "longitude": message.longitude} if fixed else {}
-        return Told(stamp, place, (header.frame_id,))
+        return Values(stamp, place, (header.frame_id,))
     if kind == TWIST:
-        return Told(stamp, _velocities(message.twist), (header.frame_id,))
+        return Values(stamp, _velocities(message.twist), (header.frame_id,))
     at, psi, phi = message.pose.pose.position, *_angles(message.pose.pose.orientation)
     values = {"x": at.y, "y": at.x, "psi": psi, "phi": phi, **_velocities(message.twist.twist)}
-    return Told(stamp, values, (header.frame_id, message.child_frame_id))
+    return Values(stamp, values, (header.frame_id, message.child_frame_id))
 
 
 def _velocities(twist: Any) -> dict[str, float]:
@@ -102,7 +112,7 @@ def _velocities(twist: Any) -> dict[str, float]:
 
 
 def _angles(q: Any) -> tuple[float, float]:
-    """Heading and roll of an orientation; no numbers where it is none (all zeros)."""
+    """Heading and roll of an orientation; NaN where it is undefined (all zeros)."""
     size = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     if not abs(size - 1.0) < 1e-3:
         return math.nan, math.nan
@@ -113,13 +123,13 @@ def _angles(q: Any) -> tuple[float, float]:
 
 
 def packed(kind: str, stamp: int, values: Mapping[str, float], frames: Mapping[str, str] = FRAMES) -> bytes:
-    """A message of one of `TYPES`; what is not in `values` goes out as NaN.
+    """A message of one of `TYPES`; a value that is absent is written as NaN.
 
     Args:
         kind: its type.
         stamp: its time [ns].
-        values: by the names that `told` gives them.
-        frames: names of the frames, as `FRAMES` has them.
+        values: by the names of `unpacked`.
+        frames: names of the frames, by the keys of `FRAMES`.
     """
     T = store().types
     if kind == NUMBER:

@@ -1,9 +1,9 @@
 """Trials from the messages of a robot's log, an MCAP file or a bag of ROS 2.
 
-The rows are the messages of the odometry, else of the twist, else of the fix; what other topics say is moved to the
-nearest row, and a row that nothing is near to has a gap.  A log that seatrial wrote has the rows of its trial again,
-those included in which a part of the pose or of the velocity was missing (`exchange.robot_log`).  A mapping
-file helps where a log has several topics of one type, or numbers under other names; all of it may be left out:
+The rows are the messages of the odometry, else of the twist, else of the fix; messages of other topics are moved to
+the nearest row, and a row without one has a gap.  A log that seatrial wrote gives the rows of its trial again,
+including those with a missing part of the pose or of the velocity (`exchange.robot_log`).  A mapping
+file resolves several topics of one type, and numbers under other names; every key may be left out:
 
     schema = "seatrial-robot/1"
     odometry = "/ekf/odom"
@@ -32,13 +32,13 @@ from ..prepare import nearest_rows, to_body
 from ..sidecar import CONVENTIONS, Described, began, check_meta
 from ..units import conversion, standard_unit
 from .files import Message, opened
-from .messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, VELOCITY, Told, earth_fixed, told
+from .messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, VELOCITY, Values, earth_fixed, unpacked
 
 # Stamps above this are times since 1970, those below times since some start [ns].
 _EPOCH = 10**17
 # Later than any log [ns]: the year 2262, beyond which 64 bits end.
 _NEVER = 2**63
-# A clock of the logger may differ from that of the stamps by so much and still be the same [ns].
+# The clocks of logger and stamps are the same if they differ by no more than this [ns].
 _SAME_CLOCK = 10**9
 _NAME = re.compile(r"[A-Za-z]\w*")
 
@@ -89,7 +89,7 @@ class _Series:
     kind: str
     times: list[int] = field(default_factory=list[int])
     logged: list[int] = field(default_factory=list[int])
-    said: list[Told] = field(default_factory=list[Told])
+    said: list[Values] = field(default_factory=list[Values])
 
     def column(self, name: str) -> Array:
         return np.array([one.values.get(name, math.nan) for one in self.said])
@@ -115,7 +115,7 @@ def read(source: Path, mapping: Topics | None = None) -> Trial:
     """Read one log.
 
     Raises:
-        DataError: what is wrong with it, and where.
+        DataError: the fault, and its place.
     """
     topics, path = mapping or Topics(), source
     with opened(path) as bag:
@@ -150,20 +150,20 @@ def read(source: Path, mapping: Topics | None = None) -> Trial:
 def _rows(
     path: Path, series: Mapping[str, _Series], chosen: Mapping[str, str | None], note: Mapping[str, Any]
 ) -> tuple[_Rows, int]:
-    """The rows, and how many messages are left out as another one has their time."""
+    """The rows, and how many messages are left out because another one has the same time."""
     base = next((series[topic] for topic in chosen.values() if topic is not None), None)
     parts = [np.array(one.times) for one in (series.values() if note else () if base is None else (base,))]
     stamps = np.concatenate(parts) if parts else np.zeros(0)
     ticks = np.unique(stamps)
     if ticks.size < 2:
         seen = ", ".join(sorted(series)) or "no topic of these types"
-        raise DataError(f"{path}: no two messages of Odometry, TwistStamped or NavSatFix to make rows of; found {seen}")
+        raise DataError(f"{path}: no two messages of Odometry, TwistStamped or NavSatFix define rows; found {seen}")
     again = 0 if note else stamps.size - ticks.size
     return _Rows(ticks, base, began(path, note.get("meta", {}))), again
 
 
 def _fill(channels: dict[str, Array], others: Mapping[str, Array]) -> None:
-    """Add what is not there, row by row; what is stays."""
+    """Fill gaps and missing channels from others, row by row; existing values stay."""
     for name, values in others.items():
         there = channels.get(name)
         channels[name] = values if there is None else np.where(np.isfinite(there), there, values)
@@ -181,13 +181,13 @@ def _gathered(path: Path, messages: Any) -> dict[str, _Series]:
         if series.kind != message.kind:
             raise DataError(f"{path}: {message.topic} is {series.kind} and {message.kind}; give it one type")
         try:
-            one = told(message.kind, message.data)
+            one = unpacked(message.kind, message.data)
         except DataError as error:
             raise DataError(f"{path}: {message.topic}, message {len(series.said) + 1}: {error}") from None
         if message.logged >= _NEVER:
             raise DataError(
                 f"{path}: {message.topic}, message {len(series.said) + 1}: logged {message.logged} ns after 1970; "
-                "no clock shows that"
+                "no clock can give that"
             )
         series.times.append(message.logged if one.stamp is None else one.stamp)
         series.logged.append(message.logged)
@@ -196,7 +196,7 @@ def _gathered(path: Path, messages: Any) -> dict[str, _Series]:
 
 
 def _chosen(path: Path, kind: str, series: Mapping[str, _Series], topics: Topics) -> str | None:
-    """The topic of a type that is read."""
+    """The topic of a type to read."""
     short = kind.rpartition("/")[2]
     there = [topic for topic, one in series.items() if one.kind == kind]
     asked = topics.of(kind)
@@ -239,7 +239,7 @@ class _Rows:
 def _motion(
     path: Path, rows: _Rows, series: Mapping[str, _Series], chosen: Mapping[str, str | None]
 ) -> tuple[dict[str, Array], list[str]]:
-    """Pose and velocities, those of a twist where the odometry has none; and what was done to them."""
+    """Pose and velocities, from a twist where the odometry has no velocities; and the processing steps."""
     channels: dict[str, Array] = {}
     odometry, twist = chosen[ODOMETRY], chosen[TWIST]
     if odometry is not None:
@@ -255,7 +255,7 @@ def _motion(
             if psi is None or not np.isfinite(psi).any():
                 wanted = "give an odometry with the heading, or the velocity in the ship's own frame"
                 raise DataError(f"{path}: {twist} is in the earth's frame '{frame}', and no heading is known; {wanted}")
-            # told as ahead and to starboard, it was east and, but for the sign, north
+            # read as ahead and starboard, these were east and minus north
             east, north = channels["u"], -channels["v_m"]
             channels["u"], channels["v_m"] = to_body(north, east, psi)
             return channels, [f"u, v_m: turned from '{frame}' into the ship's axes by psi"]
@@ -285,7 +285,7 @@ def _place(
 
 
 def _zero(path: Path, fix: Datum, x: float, y: float) -> Datum:
-    """Where x and y are zero, as the odometry says that the fix is at (x, y)."""
+    """Where x and y are zero, from a fix that the odometry locates at (x, y)."""
     try:
         return Datum.seeing(fix.latitude, fix.longitude, x, y)
     except DataError as error:
@@ -293,7 +293,7 @@ def _zero(path: Path, fix: Datum, x: float, y: float) -> Datum:
 
 
 def _numbers(path: Path, rows: _Rows, series: Mapping[str, _Series], topics: Topics) -> dict[str, Array]:
-    """Bare numbers, each a channel by the last part of its topic, or as the mapping has it."""
+    """Bare numbers: each a channel named by the last part of its topic, or by the mapping."""
     out: dict[str, Array] = {}
     there = {topic: one for topic, one in series.items() if one.kind == NUMBER}
     for topic in topics.numbers:
@@ -312,7 +312,7 @@ def _numbers(path: Path, rows: _Rows, series: Mapping[str, _Series], topics: Top
 
 
 def _frames(series: Mapping[str, _Series], chosen: Mapping[str, str | None]) -> dict[str, Any]:
-    """Names of the frames, by which the log can be written again."""
+    """Names of the frames, for writing the log again."""
     found: dict[str, str] = {}
     for kind, names in ((FIX, ("antenna",)), (TWIST, ("ship",)), (ODOMETRY, ("earth", "ship"))):
         topic = chosen[kind]
