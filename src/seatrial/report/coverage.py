@@ -92,9 +92,8 @@ def novelty(found: Coverage) -> str:
     """Novelty of one trial over time, and the limit."""
     drawn, (ax,) = figures.canvas(1, _SMALL)
     step = max(1, math.ceil(found.t.size / 600))
-    colour, _ = figures.line_styles(("novelty",), "")["novelty"]
-    ax.plot(found.t[::step], found.novelty[::step], color=colour, lw=1.3)
-    ax.axhline(1.0, color="#8a8a8a", lw=1.0, ls=(0, (1, 1.5)))
+    ax.plot(found.t[::step], found.novelty[::step], color=figures.BLUE, lw=1.3)
+    ax.axhline(1.0, color=figures.GREY, lw=1.0, ls=figures.BASELINE[1])
     ax.set_ylim(0.0, max(1.2, 1.05 * float(found.novelty.max())))
     ax.set_xlabel("time t [s]")
     ax.set_ylabel("distance over limit [-]")

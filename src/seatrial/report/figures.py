@@ -1,7 +1,7 @@
-"""The plots of a report as inline SVG: light, without raster, readable without colour vision.
+"""Figures of the pages as inline SVG: one canvas, one palette, tracks and time series.
 
-Angles are drawn in degrees; everything else in SI.  Text stays text, so that the page can be
-searched and the file stays small.
+Angles are drawn in degrees, all else in SI units.  Text stays text, so that the page can be searched and the file stays
+small; lines differ in dashes and marks too, so that a page is readable without colour vision.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..data import Array, unwrapped
+from ..data import Array, Trial, unwrapped
 from ..validate import Comparison
 from ..validate.metrics import pairs, segments
 
@@ -26,7 +26,8 @@ _SIZE = (5.2, 4.6)
 _WIDE = 1.25
 # Okabe and Ito's palette.
 BLUE, VERMILION, GREEN, PINK, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
-INK, GREY, RULE, TINT = "#111", "#8a8a8a", "#b5bcc2", "#eef2f5"
+INK, SOFT, GREY, RULE, GRID, TINT = "#111", "#5d6871", "#8a8a8a", "#b5bcc2", "#e4e7ea", "#eef2f5"
+OCHRE = "#b07d00"  # an orange dark enough for text
 LINES: tuple[tuple[str, Any, str], ...] = (
     (BLUE, "-", "o"), (VERMILION, (0, (6, 2)), "s"), (GREEN, (0, (3, 1.5)), "^"), (PINK, (0, (1, 1)), "D"),
     (ORANGE, (0, (6, 1.5, 1, 1.5)), "v"), (SKY, (0, (2, 2)), "P"),
@@ -36,11 +37,15 @@ LINES: tuple[tuple[str, Any, str], ...] = (
 BASELINE: tuple[str, Any] = (GREY, (0, (1, 1.5)))
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 10, "axes.spines.top": False,
-    "axes.spines.right": False, "axes.grid": True, "grid.color": "#e4e7ea", "axes.edgecolor": "#9aa3ab",
+    "axes.spines.right": False, "axes.grid": True, "grid.color": GRID, "axes.edgecolor": "#9aa3ab",
     "axes.labelcolor": "#333", "xtick.color": "#555", "ytick.color": "#555", "legend.frameon": False,
     "legend.fontsize": 9, "axes.titlesize": 10, "axes.axisbelow": True, "path.simplify": True,
 }  # fmt: skip
-_STATES = (("psi", "ψ [°]"), ("u", "u [m/s]"), ("v_m", "v_m [m/s]"), ("r", "r [°/s]"))
+MOTION = (
+    ("psi", "ψ [°]", math.degrees(1.0)), ("u", "u [m/s]", 1.0), ("v_m", "v_m [m/s]", 1.0),
+    ("r", "r [°/s]", math.degrees(1.0)),
+)  # fmt: skip
+"""Heading, speeds and rate of turn: channel, axis label, factor from SI units."""
 
 
 def line_styles(labels: Sequence[str], baseline: str) -> dict[str, tuple[str, Any]]:
@@ -60,24 +65,36 @@ def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
         east, north = c.predicted["y"][rows], c.predicted["x"][rows]
         color, dashes = styles[c.label]
         ax.plot(_broken(east, gaps), _broken(north, gaps), color=color, ls=dashes, lw=1.5, label=c.label)
-    step = _every(x.size)
-    ax.plot(y[::step], x[::step], color=INK, lw=1.6, label="measured", zorder=2.5)
+    measured_track(ax, measured)
     _ship_ticks(ax, measured["psi"], x, y)
-    first = np.flatnonzero(np.isfinite(x + y))[:1]
-    ax.plot(y[first], x[first], "o", color=INK, ms=6, mfc="white", label="start", zorder=3)
     _frame(ax, [(c.predicted["y"], c.predicted["x"]) for c in comparisons], (y, x))
-    ax.set_xlabel("east y [m]")
-    ax.set_ylabel("north x [m]")
     legend_below(figure, ax)
     return svg(figure, f"track {name}")
 
 
+def measured_track(ax: Any, measured: Trial) -> None:
+    """The measured track with its start, and the names of the axes: north over east."""
+    x, y = measured["x"], measured["y"]
+    step, first = _every(x.size), np.flatnonzero(np.isfinite(x + y))[:1]
+    ax.plot(y[::step], x[::step], color=INK, lw=1.6, label="measured", zorder=2.5)
+    ax.plot(y[first], x[first], "o", color=INK, ms=6, mfc="white", label="start", zorder=3)
+    ax.set_xlabel("east y [m]")
+    ax.set_ylabel("north x [m]")
+
+
+def measured_motion(ax: Any, measured: Trial, channel: str, factor: float) -> Array:
+    """One measured channel over time, the heading continuous; returns what is drawn."""
+    values = factor * (unwrapped(measured[channel]) if channel == "psi" else measured[channel])
+    step = _every(values.size)
+    ax.plot(measured.t[::step], values[::step], color=INK, lw=1.3, zorder=2.5)
+    return values
+
+
 def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
     """Heading, speeds and rate of turn of one trial over time."""
-    figure, axes = canvas(len(_STATES))
+    figure, axes = canvas(len(MOTION))
     measured = max(comparisons, key=lambda c: len(c.measured)).measured
-    for ax, (channel, label) in zip(axes, _STATES, strict=True):
-        factor = math.degrees(1.0) if channel in ("psi", "r") else 1.0
+    for ax, (channel, label, factor) in zip(axes, MOTION, strict=True):
         curves: list[Array] = []
         for c in comparisons:
             if channel not in c.metrics:
@@ -89,10 +106,7 @@ def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
             t, drawn = _broken(c.measured.t[rows], gaps), _broken(values[rows], gaps)
             ax.plot(t, drawn, color=color, ls=dashes, lw=1.3)
         if channel in measured:
-            truth = unwrapped(measured[channel]) if channel == "psi" else measured[channel]
-            step = _every(truth.size)
-            ax.plot(measured.t[::step], factor * truth[::step], color=INK, lw=1.3, zorder=2.5)
-            ax.set_ylim(*_limits(factor * truth, curves))
+            ax.set_ylim(*_limits(measured_motion(ax, measured, channel, factor), curves))
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")
     figure.align_ylabels(axes)
@@ -106,7 +120,7 @@ def horizon(
     figure, (ax,) = canvas(1, (5.2, 3.4))
     largest = max(max(points.values()) for points in curves.values())
     for label, points in curves.items():
-        # What is nil but for rounding would stretch the axis over many decades.
+        # Rounding errors around zero would stretch the axis over many decades.
         ends = [end for end in sorted(points) if points[end] > 1e-6 * largest]
         color, dashes = styles[label]
         values = [points[end] for end in ends]
@@ -174,7 +188,7 @@ def legend_below(figure: Any, ax: Any) -> None:
 
 
 def _literal(figure: Any) -> None:
-    """Names and titles are anybody's: a "$" in them begins no formula.  Powers of ten along an axis stay formulas."""
+    """Draw texts as written: "$" starts no formula; powers of ten along an axis stay formulas."""
     from matplotlib.text import Text
     from matplotlib.ticker import LogFormatter
 
