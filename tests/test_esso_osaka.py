@@ -4,13 +4,10 @@ The evaluator: sum over the six states, mean over the samples, restart every 100
 training files of each kind sorted by name.  The data are read through SEATRIAL_DATA, never copied.
 """
 
-import os
-from pathlib import Path
 
 import pytest
 
-from seatrial.data.formats.frt_esso import read
-from seatrial.data.prepare import drop_trailing_gaps
+from esso_osaka import KINDS, ROOT, by_kind
 from seatrial.identify import Loss, Problem
 from seatrial.identify.trajectory.shooting import Trajectory, free_everywhere
 from seatrial.ships.files import load
@@ -18,9 +15,6 @@ from seatrial.simulate.replay import replay
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 
-ROOT = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared" / "data")) / "esso_osaka_frt" / "data"
-KINDS = ("random", "turning", "zigzag", "berthing")
-COPY = "turn_cut_14-Sep-2020_15_58_08"
 SHIP = "esso_osaka_3m"
 FREED = ("hull.*", "propeller.*", "rudder.*", "wind.*", "body.m_x", "body.m_y", "body.I_zG")
 MEASURED = {"propeller.D_P", "propeller.pitch_ratio", "propeller.J_syn", "propeller.J_syn0", "rudder.A_R",
@@ -33,10 +27,7 @@ pytestmark = pytest.mark.skipif(
 
 @pytest.fixture(scope="module")
 def trials():
-    return {
-        kind: [drop_trailing_gaps(read(f)) for f in sorted((ROOT / kind).glob("*.csv")) if f.stem != COPY]
-        for kind in KINDS
-    }
+    return by_kind()
 
 
 def score(ship, trials):

@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from test_fmu import AROUND, DT, GCC, GIVEN, STATES, Made, Run, assert_same, flown, orders
+from slaves import AROUND, DT, GCC, GIVEN, STATES, Made, Run, assert_same, flown, orders
 
 from seatrial.cli.app import main
 from seatrial.exchange import save_fmu

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from test_report import report
-
+from reports import report
 from seatrial.report.caveats import assumptions
 from seatrial.report.report import Report
 from seatrial.report.sections import against, sentence, worse
