@@ -33,6 +33,12 @@ def dotted(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+@cache
+def imports(path: Path) -> tuple[tuple[int, str], ...]:
+    """What `imported` finds in a module."""
+    return tuple(imported(path, tree(path)))
+
+
 def imported(path: Path, source: ast.AST) -> Iterator[tuple[int, str]]:
     """Line and dotted name, below the package, of each import from the package itself, wherever in the file."""
     package = ("seatrial", *path.relative_to(ROOT).parent.parts)
@@ -55,7 +61,7 @@ def arrows() -> dict[str, set[str]]:
     modules = {dotted(path): path for path in MODULES}
     found: dict[str, set[str]] = {}
     for name, path in modules.items():
-        wanted = (there if there in modules else there.rpartition(".")[0] for _, there in imported(path, tree(path)))
+        wanted = (there if there in modules else there.rpartition(".")[0] for _, there in imports(path))
         found[name] = {there for there in wanted if there in modules and there != name}
     return found
 

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from house import MODULES, ROOT, arrows, circles, dotted, imported, short, tree
+from house import MODULES, ROOT, arrows, circles, dotted, imported, imports, short
 
 ROOMS = (
     "core", "engine", "data", "environment", "forces", "actuators", "models", "ships", "sensors", "manoeuvres",
@@ -40,7 +40,7 @@ def test_imports_point_left() -> None:
         assert here in ROOMS, f"{short(path)}: {here} has no place in the order of the rooms"
         wrong += [
             f"{short(path)}:{line} imports {there}, which is to the right of {here}"
-            for line, there in imported(path, tree(path))
+            for line, there in imports(path)
             if room(there) in ROOMS and ROOMS.index(room(there)) > ROOMS.index(here)
         ]
     assert not wrong, "\n".join(wrong)
