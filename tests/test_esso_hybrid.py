@@ -11,7 +11,10 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
+from esso_osaka import COPY, KINDS, ROOT, by_kind
 from seatrial.data import Trial
+from seatrial.data.formats.frt_esso import read
+from seatrial.data.prepare import drop_trailing_gaps
 from seatrial.ships import Ship
 from seatrial.simulate.replay import replay
 from seatrial.study.study import read_study
@@ -19,9 +22,6 @@ from seatrial.validate import Comparison
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 from seatrial.validate.spread import members, spreads
-from test_esso_osaka import COPY, KINDS, ROOT, drop_trailing_gaps, read, trials
-
-__all__ = ["trials"]
 
 STUDY = Path(__file__).parents[1] / "studies" / "esso_osaka_hybrid.toml"
 
@@ -29,6 +29,11 @@ pytestmark = [
     pytest.mark.long,
     pytest.mark.skipif(not ROOT.is_dir(), reason="Esso Osaka data absent: set SEATRIAL_DATA (NAOE-5thLab/FRT-DS-ESSO)"),
 ]
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return by_kind()
 
 
 def errors(ship: Ship, some: Iterable[Trial]) -> list[Comparison]:

@@ -93,7 +93,10 @@ def test_the_list_measures_nothing(capsys: Any, monkeypatch: pytest.MonkeyPatch)
 def test_an_unknown_name_is_one_line(tmp_path: Path, capsys: Any) -> None:
     assert main(["bench", "shipmg", "-o", str(tmp_path / "new")]) == 2
     err = capsys.readouterr().err
-    assert err == f"error: no benchmark 'shipmg'; known: {', '.join(peer.name for peer in PEERS)}\n"
+    assert err.count("\n") == 1
+    assert err.startswith("error: ")
+    assert "'shipmg'" in err
+    assert ", ".join(peer.name for peer in PEERS) in err
     assert not list(tmp_path.iterdir())
 
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -199,14 +200,17 @@ def test_identify_runs_once_and_knows_its_folder(trial: Path, tmp_path: Path, ca
 
 def test_a_ship_that_cannot_feel_the_wind_refuses_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", "kvlcc2_l7", "turning", "--wind", "5,90"]) == 2
-    assert "kvlcc2_l7 has no force of wind" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "kvlcc2_l7" in said
+    assert "wind" in said
 
 
 def test_validate_says_where_a_log_leaps(trial: Path, capsys) -> None:
     log = read_trial(trial)
     write_trial(log.rows((log.t < 20.0) | (log.t > 40.0)), trial)
     assert main(["validate", "kvlcc2_l7", str(trial)]) == 0
-    assert "zigzag_20_20 leaps over 20" in capsys.readouterr().err
+    assert re.search(r"zigzag_20_20\b.* 20\b", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("manoeuvre", ["stopping", "crash-astern", "acceleration"])
@@ -215,7 +219,8 @@ def test_a_ship_without_an_engine_cannot_stop_by_it(manoeuvre: str, capsys: pyte
     told = capsys.readouterr()
     assert told.out == ""
     (line,) = [one for one in told.err.splitlines() if "engine" in one]
-    assert f"{manoeuvre}: no revolutions move zeefakkel; her model has no engine; take" in line
+    assert line.startswith(f"error: {manoeuvre}: ")
+    assert "zeefakkel" in line
 
 
 PLANTED = """
@@ -266,7 +271,8 @@ def test_a_thruster_is_not_measured_in_the_unit_of_something_else(header: str, t
     trial.write_text("\n".join([f"{lines[0]},{header}", *(f"{line},0.5" for line in lines[1:])]) + "\n")
     assert main(["check", str(trial)]) == WRONG
     (line,) = capsys.readouterr().err.splitlines()
-    assert f"'{header.partition(' ')[0]}': unit '{header.partition('[')[2][:-1]}' cannot measure it" in line
+    assert f"'{header.partition(' ')[0]}'" in line
+    assert f"'{header.partition('[')[2][:-1]}'" in line
 def test_a_shared_recording_is_told_of_the_trial_whatever_it_is_called(run: Trial, tmp_path: Path, capsys) -> None:
     for folder, name in (("train", "one and two"), ("test", "port and starboard")):
         (tmp_path / folder).mkdir()

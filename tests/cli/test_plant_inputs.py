@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def test_a_mass_matrix_of_no_body_is_fitted_with_a_warning(identify, log: Trial,
     save(tug, tmp_path / "strange.toml")
     status, told = identify(log, "strange.toml", 2.0)
     assert status == 0, told
-    assert any("M is not positive definite: some motion has no kinetic energy" in line for line in told)
+    assert any(line.startswith("warning") and "M is not positive definite" in line for line in told)
 
 
 @pytest.fixture
@@ -108,7 +109,7 @@ def test_pulse_widths_are_no_throttle(identify, catamaran_log: Trial, tmp_path: 
     status, told = identify(pulses, "cat.toml")
     assert status == 2
     assert len(told) == 1
-    assert "throttle_port goes from 1650 to 1750, thrust was tested from -1 to 1;" in told[0]
+    assert re.search(r"throttle_port\b.*\b1650\b.*\b1750\b.*-1\b.*\b1\b", told[0])
     status, told = identify(catamaran_log, "cat.toml")
     assert status == 0, told
 

@@ -109,7 +109,7 @@ def test_what_it_did_not_write_it_does_not_replace(table: Path, capsys: pytest.C
     text = (ROOT / "src" / "seatrial" / "ships" / "qiuxin5.toml").read_text()
     ship.write_text(text)
     assert main(["thrust-map", str(table), "-o", str(ship)]) == 2
-    assert "this command did not write it" in capsys.readouterr().err
+    assert "did not write" in capsys.readouterr().err
     assert ship.read_text() == text
     folder.mkdir()
     assert main(["thrust-map", str(table), "-o", str(folder)]) == 2
@@ -118,7 +118,7 @@ def test_what_it_did_not_write_it_does_not_replace(table: Path, capsys: pytest.C
     assert said.count("\n") == 1
     for _ in range(2):
         assert main(["thrust-map", str(table), "-o", str(out)]) == 0
-    assert "thruster 2: 1 of 21 rows have no revolutions or no thrust" in capsys.readouterr().err
+    assert "thruster 2: 1 of 21 rows" in capsys.readouterr().err
     out.write_text(out.read_text().partition("[thrusters.1]")[0] + "[actuators.alpha_1]\n")  # as of servo
     assert main(["thrust-map", str(table), "-o", str(out)]) == 2
     assert not [p for p in table.parent.iterdir() if p.name.startswith(".")]
@@ -159,9 +159,9 @@ def test_a_doubtful_mass_matrix_is_told(capsys: pytest.CaptureFixture[str]) -> N
 
 def test_revolutions_that_were_not_tested_are_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["simulate", "qiuxin5", "straight", "--rps", "15"]) == 2
-    assert "thrust by n_1 of qiuxin5 was tested from 0 to 10 1/s" in capsys.readouterr().err
+    assert re.search(r"\bn_1 of qiuxin5\b.*\b0 to 10 1/s", capsys.readouterr().err)
     ship = load("qiuxin5")
     run = simulate(ship, Zigzag(approach(ship)[1], 0.35, 0.35), speed=ship.speed, duration=20.0, dt=0.2, name="fast")
     write_trial(run.having(n_2=run["n_2"] + 6.0), tmp_path / "fast.csv")
     assert main(["predict", "qiuxin5", str(tmp_path / "fast.csv"), "-o", str(tmp_path / "out")]) == 0
-    assert "fast: n_2 goes from 13.03 to 13.03 1/s" in capsys.readouterr().err
+    assert re.search(r"\bfast: n_2\b.*\b13\.03\b", capsys.readouterr().err)

@@ -117,7 +117,7 @@ def test_wind_current_and_parameters_differ_within_their_ranges() -> None:
     for _ in range(40):
         lanes.step(np.full((200, 1), 0.5, dtype=np.float32))
     assert np.ptp(lanes.value("r")) > 0.0
-    with pytest.raises(TaskError, match="no force of wind"):
+    with pytest.raises(TaskError, match=r"kvlcc2_l7.*wind"):
         Lanes(load("kvlcc2_l7"), Course(), 1, Settings(wind=(0.0, 5.0)))
     windy = Lanes(load("esso_osaka_3m"), Course(), 64, Settings(wind=(0.5, 1.0)))
     windy.seed(np.arange(64, dtype=np.uint64))
@@ -321,12 +321,12 @@ def test_ships_of_other_kinds(ship: str, task: Any) -> None:
 @pytest.mark.parametrize(("settings", "says"), [
     ({"period": 0.0}, "period"), ({"limit": 0}, "limit"), ({"current": (1.0, 0.5)}, "current"),
     ({"randomise": {"hull.Y_w": 0.1}}, "hull.Y_v"), ({"randomise": {"hull.Y_v": 1.5}}, "share"),
-    ({"wind": 3}, r"wind is 3; give the least and the greatest speed"), ({"wind": (0.0, "5")}, r"wind is \(0.0, '5'\)"),
+    ({"wind": 3}, "wind is 3"), ({"wind": (0.0, "5")}, r"wind is \(0.0, '5'\)"),
     ({"current": (0.0, math.nan)}, "current is"), ({"period": "2 s"}, "period is '2 s'"),
-    ({"limit": None}, "limit is None"), ({"steps": 2.5}, "steps is 2.5; it must"),
+    ({"limit": None}, "limit is None"), ({"steps": 2.5}, "steps is 2.5"),
     ({"randomise": 0.1}, "randomise is 0.1"),
     ({"gusts": 3}, "'gusts'; near: "), ({"winds": (0.0, 3.0)}, "near: wind"), ({"task": "Course"}, "task is 'Course'"),
-    ({"task": Course}, "give a task such as Course"), ({"ship": 7}, "ship is 7; give a Ship"),
+    ({"task": Course}, "task is"), ({"ship": 7}, "ship is 7"),
     ({"ship": "kvlcc2_l7_arx"}, "discrete time"), ({"ship": "mariner", "task": Berth()}, "n_P has no limits"),
 ])  # fmt: skip
 def test_what_cannot_be_is_told_in_a_line(settings: dict[str, Any], says: str) -> None:

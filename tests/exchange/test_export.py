@@ -274,7 +274,7 @@ def test_no_text_of_a_ship_breaks_a_file(tmp_path: Path) -> None:
 
 def test_a_step_far_below_the_dead_time_is_refused() -> None:
     late = replace(load("kvlcc2"), actuators=Actuators({"rudder": Actuator(dead_time=3.0)}))
-    with pytest.raises(ShipError, match="keeps 3000000 orders of delta waiting"):
+    with pytest.raises(ShipError, match=r"\b3000000\b.*\bdelta\b"):
         plant(late, 1e-6)
 
 
@@ -314,7 +314,7 @@ def test_no_allocation_and_no_globals_in_c(tmp_path: Path) -> None:
 
 
 def test_models_in_discrete_time_are_refused() -> None:
-    with pytest.raises(ShipError, match="kvlcc2_l7_arx: Arx is a model in discrete time"):
+    with pytest.raises(ShipError, match=r"^kvlcc2_l7_arx: .*discrete time"):
         plant(load("kvlcc2_l7_arx"))
 
 
@@ -389,13 +389,13 @@ def test_a_name_that_could_become_code_is_refused_where_the_ship_is_read(name: s
     path = save(load("qiuxin5"), tmp_path / "tug.toml")
     whole = path.read_text()
     path.write_text(whole.replace("[thrusters.1]", f"[thrusters.{json.dumps(name)}]"))
-    with pytest.raises(ShipError, match="thrusters: a part is named") as refused:
+    with pytest.raises(ShipError, match=r"tug\.toml: thrusters: ") as refused:
         load(path)
     assert str(refused.value).isprintable()
     with pytest.raises(ParameterError, match="is named"):
         Parts((name,), (None,))
     path.write_text(whole.replace('name = "qiuxin5"', f"name = {json.dumps('a' + chr(1) + name)}"))
-    with pytest.raises(ShipError, match=r"name is .*one line") as refused:
+    with pytest.raises(ShipError, match=r"tug\.toml: name\b") as refused:
         load(path)
     assert str(refused.value).isprintable()
 
@@ -410,7 +410,7 @@ def test_names_in_other_letters_reach_python_and_c_and_are_refused_for_an_fmu(tm
     assert loaded[1]["CONTROLS"][0] == "n_hélice-1"
     assert loaded[1]["rates"](x, u) == loaded[0]["rates"](x, u)
     assert all(path.read_text(encoding="utf-8").isascii() for path in save_c(plant(renamed), tmp_path))
-    with pytest.raises(ShipError, match="ASCII; rename"):
+    with pytest.raises(ShipError, match="ASCII"):
         save_fmu(renamed, tmp_path / "tug.fmu")
     assert not list(tmp_path.glob("*.fmu"))
 

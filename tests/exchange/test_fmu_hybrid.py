@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_fmu import AROUND, DT, GCC, GIVEN, STATES, assert_same
+from slaves import AROUND, DT, GCC, GIVEN, STATES, assert_same
 
 from seatrial.core.parameters import values
 from seatrial.exchange import save_fmu

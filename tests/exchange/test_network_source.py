@@ -58,7 +58,7 @@ def test_the_module_needs_numpy_only(tmp_path: Path) -> None:
 def test_what_is_not_exported(tmp_path: Path) -> None:
     with pytest.raises(ShipError, match="no weights to export"):
         save_network(ship_of(Network("rnn", (8,))), tmp_path / "net.py")
-    with pytest.raises(ShipError, match="no symbolic right-hand side; --python FILE exports its steps"):
+    with pytest.raises(ShipError, match="--python"):
         plant(ship_of(initial(Network("rnn", (8,)), 1)))
     with pytest.raises(ShipError, match="no such folder"):
         save_network(ship_of(initial(Network("rnn", (8,)), 1)), tmp_path / "none" / "net.py")

@@ -120,7 +120,7 @@ def test_crabbing_mirrors_on_a_symmetric_ship():
 
 def test_a_ship_without_thrusters_is_refused_in_one_line():
     ship = load("kvlcc2_l7")
-    with pytest.raises(ShipError, match=r"kvlcc2_l7: no control 'n_bow'; known: delta, n_P") as caught:
+    with pytest.raises(ShipError, match=r"kvlcc2_l7: .*'n_bow'.*delta, n_P") as caught:
         simulate(ship, Crabbing.ordered(settings(ship)), speed=0.0, duration=10.0)
     assert "\n" not in str(caught.value)
 

@@ -261,7 +261,7 @@ def test_the_usual_instruments_of_a_ship_tell_her_controls():
 @pytest.mark.parametrize(
     ("wrong", "text"),
     [
-        (lambda: Gyro(rate=0.0), "rate of the gyro is 0; it must be above zero"),
+        (lambda: Gyro(rate=0.0), "rate of the gyro is 0"),
         (lambda: Gyro(rate=math.inf), "rate of the gyro"),
         (lambda: Gyro(rate=math.nan), "rate of the gyro"),
         (lambda: Gnss(latency=-1.0), "latency of the gnss is -1"),

@@ -81,28 +81,28 @@ def test_weights_of_another_fit(tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     save(ship_of(seed=2), tmp_path / "other" / "model.toml")
     shutil.copy(tmp_path / "other" / "weights.npz", tmp_path / "weights.npz")
-    with pytest.raises(ShipError, match=r"weights.npz: holds weights of sha256 \w{12}, model.toml says \w{12}; take"):
+    with pytest.raises(ShipError, match=r"weights\.npz: .*\b\w{12}\b.*model\.toml.*\b\w{12}\b"):
         load(tmp_path / "model.toml")
     (tmp_path / "weights.npz").write_bytes(b"no archive")
-    with pytest.raises(ShipError, match="cut off or damaged"):
+    with pytest.raises(ShipError, match=r"weights\.npz: "):
         load(tmp_path / "model.toml")
     (tmp_path / "weights.npz").unlink()
-    with pytest.raises(ShipError, match=r"model.toml: no weights.npz beside it"):
+    with pytest.raises(ShipError, match=r"model\.toml: .*weights\.npz"):
         load(tmp_path / "model.toml")
 
 
 def test_weights_of_another_form(tmp_path: Path) -> None:
     text = save(ship_of(), tmp_path / "model.toml").read_text()
     for before, after, told in (
-        ("layers = [6, 5]", "layers = [7, 5]", r"network: W_x0 has shape \(3, 6\); \[7, 5\] layers need \(3, 7\)"),
+        ("layers = [6, 5]", "layers = [7, 5]", r"network: W_x0\b.*\(3, 6\).*\(3, 7\)"),
         ('kind = "forgetting"', 'kind = "feedforward"', "memory is 4 samples"),
         ('kind = "forgetting"', 'kind = "forgetful"', "no kind of network 'forgetful'; known: "),
-        ("wind = true", 'wind = "yes"', r"network.wind is 'yes'; it is true or false"),
+        ("wind = true", 'wind = "yes"', r"network\.wind is 'yes'"),
         ("wind = true", "breeze = true", "no key 'breeze'; "),
-        ("memory = 4", "memory = 4.5", "network.memory is 4.5; it is a whole number"),
-        ("layers = [6, 5]", "layers = [6, 5.5]", "it is a list of whole numbers"),
+        ("memory = 4", "memory = 4.5", r"network\.memory is 4\.5"),
+        ("layers = [6, 5]", "layers = [6, 5.5]", r"network\.layers\b"),
         ("layers = [6, 5]", "", "network: missing layers"),
-        ('weights = "weights.npz"', 'weights = "../weights.npz"', "name a file beside the ship file"),
+        ('weights = "weights.npz"', 'weights = "../weights.npz"', r"network\.weights\b"),
         ("sha256", "# sha256", "missing sha256"),
     ):
         assert before in text

@@ -18,8 +18,8 @@ from typing import Any
 import pytest
 
 pytest.importorskip("fastapi")
+from bridges import ask, hear, read_to_the_end
 from fetched import get
-from test_server import ask, hear, read_to_the_end
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("fastapi")
+from bridges import Running
 from browser import CHROMIUM, Browser
-from test_server import Running
 
 pytestmark = [pytest.mark.long, pytest.mark.skipif(CHROMIUM is None, reason="no browser on this machine")]
 

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import signal
 import socket
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 pytest.importorskip("fastapi")
-from fetched import get
+from bridges import Running, ask, hear, read_to_the_end
 from websockets.exceptions import ConnectionClosed, InvalidStatus
-from websockets.sync.client import ClientConnection, connect
-from websockets.typing import Origin
 
 from seatrial.cli.app import main
 from seatrial.data.trialfile import read_trial
@@ -33,66 +27,11 @@ from seatrial.realtime.plant import Plant
 from seatrial.ships.files import load
 
 
-class Running:
-    """A bridge in a process of its own."""
-
-    def __init__(self, folder: Path, *more: str) -> None:
-        command = [sys.executable, "-m", "seatrial", "bridge", "kvlcc2_l7", "--port", "0", "-o", str(folder), *more]
-        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-        self.open = ExitStack()
-        if self.process.stderr:
-            self.open.enter_context(self.process.stderr)
-        found = re.search(r":(\d+)/", self.process.stderr.readline() if self.process.stderr else "")
-        assert found
-        self.port = int(found[1])
-
-    def get(self, path: str, host: str = "localhost") -> tuple[int, dict[str, str], str]:
-        return get(self.port, path, host)
-
-    def raw(self, origin: str | None = None) -> ClientConnection:
-        given = None if origin is None else Origin(origin)
-        address = f"ws://127.0.0.1:{self.port}/line"
-        return self.open.enter_context(connect(address, proxy=None, max_size=None, origin=given, close_timeout=0.5))
-
-    def close(self) -> None:
-        self.process.kill()
-        self.process.wait(10)
-        self.open.close()
-
-    def line(self, token: str) -> ClientConnection:
-        ws = self.raw()
-        ws.send(json.dumps({"hello": token}))
-        return ws
-
-
 @pytest.fixture
 def running(tmp_path: Path) -> Iterator[Running]:
     made = Running(tmp_path, "--hold", "1")
     yield made
     made.close()
-
-
-def hear(ws: ClientConnection, key: str, seconds: float = 10.0) -> dict[str, Any]:
-    """The next message that has this key."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        said = json.loads(ws.recv(timeout=seconds))
-        if key in said:
-            return said
-    raise TimeoutError(key)
-
-
-def read_to_the_end(ws: ClientConnection) -> None:
-    """Until the other side hangs up; fails where it never does."""
-    end = time.monotonic() + 10.0
-    with suppress(ConnectionClosed):
-        while time.monotonic() < end:
-            ws.recv(timeout=5)
-        pytest.fail("still on the line")
-
-
-def ask(ws: ClientConnection, **said: Any) -> None:
-    ws.send(json.dumps(said))
 
 
 def test_every_file_of_the_page_is_there_and_nothing_comes_from_elsewhere(running: Running) -> None:

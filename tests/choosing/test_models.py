@@ -12,7 +12,7 @@ import pytest
 from seatrial.choosing import CAPABILITIES
 from seatrial.choosing.families import FAMILIES
 from seatrial.choosing.purposes import PURPOSES
-from seatrial.choosing.survey import Assessment, survey
+from seatrial.choosing.survey import Assessment
 from seatrial.cli import models as cli_models
 from seatrial.cli.app import main
 
@@ -22,11 +22,6 @@ COMMANDS = re.findall(r"^\$ (seatrial .*)$", GUIDE, re.MULTILINE)
 WIDTH = 160
 SLOW = "seatrial requirements esso_osaka_3m_harbour --scope berthing"
 """Three seconds; the tests of that command run it."""
-
-
-@pytest.fixture(scope="module")
-def surveyed() -> tuple[Assessment, ...]:
-    return survey(costs=False)
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from seatrial.choosing import ANSWERS, CAPABILITIES, Finding
 from seatrial.choosing.families import FAMILIES, TEACHER, taught_network, vector_arx
 from seatrial.choosing.probing import Probe, findings, outputs
 from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE, PURPOSES, fittest, recommend, unmet
-from seatrial.choosing.survey import Assessment, assess, nanoseconds, survey
+from seatrial.choosing.survey import Assessment, assess, nanoseconds
 from seatrial.environment import CALM, Environment
 from seatrial.identify.design.excitation import TABLE_1
 from seatrial.models import Model
@@ -29,8 +29,8 @@ NAMES = [family.key for family in FAMILIES]
 
 
 @pytest.fixture(scope="module")
-def families() -> Mapping[str, Assessment]:
-    return {a.family.key: a for a in survey(costs=False)}
+def families(surveyed: tuple[Assessment, ...]) -> Mapping[str, Assessment]:
+    return {a.family.key: a for a in surveyed}
 
 
 @pytest.fixture(scope="module")
