@@ -20,7 +20,7 @@ def test_there_and_back(latitude: float, distance: float) -> None:
 
 
 def test_beyond_the_edge_of_the_earth_is_refused() -> None:
-    with pytest.raises(DataError, match=r"^7e\+06 m north and 0 m east of the datum is beyond the earth") as caught:
+    with pytest.raises(DataError, match=r"^7e\+06 m north") as caught:
         Datum(60.0, 10.0).place(7e6, 0.0)
     assert "\n" not in str(caught.value)
 

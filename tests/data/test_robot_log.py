@@ -176,7 +176,7 @@ def test_a_velocity_in_the_earths_frame_is_turned_by_the_heading(tmp_path: Path,
     assert got["u"] == pytest.approx([2.0 * math.cos(0.3) + math.sin(0.3)] * 3)
     assert got["v_m"] == pytest.approx([math.cos(0.3) - 2.0 * math.sin(0.3)] * 3)
     assert got.meta["frames"]["ship"] == FRAMES["ship"]
-    with pytest.raises(DataError, match=rf"in the earth's frame '{frame}', and no heading is known") as caught:
+    with pytest.raises(DataError, match=rf"'{frame}'.* heading") as caught:
         read(twists(tmp_path / "run.mcap", frame, heading=None))
     assert "\n" not in str(caught.value)
 
