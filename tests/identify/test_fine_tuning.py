@@ -163,7 +163,7 @@ def test_a_channel_that_hardly_weighs_does_not_say_how_long_errors_last(share, s
     scale = np.zeros((1, n, 6))
     scale[:, :, [0, 2]] = 1.0
     windows = SimpleNamespace(scale=scale, measured=draw.standard_normal((1, n, 6)))
-    objective = SimpleNamespace(windows=windows, residuals=lambda values, none: left)
+    objective = SimpleNamespace(windows=windows, residuals=lambda values, none: left, begun=lambda values: values)
     found = residuals(SimpleNamespace(objective=lambda trials: objective), [SimpleNamespace(name="t")], np.zeros(1))
     assert found.time == pytest.approx(n if slow else 1.0, rel=0.2)
     assert found.correlation["psi"] == pytest.approx(1.0, abs=1e-3)

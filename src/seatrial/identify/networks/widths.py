@@ -26,7 +26,7 @@ from ...core.files import write_whole
 from ...data import Trial
 from .. import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
 from ..digest import digest
-from ..linted import linted
+from ..lint import linted
 from ..record import spread
 from ..resume import ResumeError, begin_anew
 from ..trajectory.objective import TrajectoryObjective

@@ -29,7 +29,7 @@ from ...data import Array
 from ...engine.rollout import is_rk4
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
-from ..linted import linted
+from ..lint import linted
 from ..record import spread
 from ..resume import ResumeError, begin_anew
 from ..trajectory.gauss_newton import State, minimise
@@ -135,17 +135,11 @@ def box(problem: Problem) -> tuple[Array, Array]:
     Raises:
         StudyError: a parameter with neither.
     """
-    low, high = [], []
-    for f in problem.free:
-        reach = 3.0 * f.sigma if math.isfinite(f.sigma) else math.inf
-        a, b = max(f.low, f.prior - reach if math.isfinite(reach) else -math.inf), min(
-            f.high, f.prior + reach if math.isfinite(reach) else math.inf
-        )
-        if not (math.isfinite(a) and math.isfinite(b)):
+    low, high = problem.vector.box
+    for f, known in zip(problem.free, np.isfinite(low) & np.isfinite(high), strict=True):
+        if not known:
             raise StudyError(f"free: {f.path} has no range; evolution needs ratio, low and high, or a prior")
-        low.append(a)
-        high.append(b)
-    return np.array(low), np.array(high)
+    return low, high
 
 
 @dataclass(frozen=True)
@@ -199,7 +193,7 @@ class _Search:
     @property
     def start(self) -> Array:
         """The declared start."""
-        return np.array([f.start for f in self.problem.free])
+        return self.problem.vector.start
 
     def run(
         self, number: int, population: int, record: Record, begun: Array

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...data import Array, DataError, Trial, unwrapped
 from ...models import STATES, Model
 from ...simulate.replay import inputs, unseen
-from ..loss import Loss
+from .. import Loss
 from ..record import between, even
 
 Index = NDArray[np.intp]

@@ -126,10 +126,10 @@ class Condensed:
                 f"{problem.ship.name}: shooting in windows needs a continuous model; take arx_fit:ArxRegression"
             )
         system = open_loop(problem.ship)
-        free, own = tuple(f.path for f in problem.free), Nuisances.of(problem.nuisance)
+        vector, own = problem.vector, Nuisances.of(problem.nuisance)
         forward = simulator(system, own.lanewise)
-        kernel = sensitivity(system, (*free, *own.lanewise), own.lanewise)
-        where = np.array([system.parameters.index(path) for path in free], dtype=np.intp)
+        kernel = sensitivity(system, (*vector.paths, *own.lanewise), own.lanewise)
+        where = vector.positions(system.parameters)
         begun = FirstStates.of(cut, span) if freed else FirstStates.none(cut)
         return Condensed(
             problem, cut, forward, kernel, forward.pack(cut.series), where, anchor, penalty, own, begun, True, span,

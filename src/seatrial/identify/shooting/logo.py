@@ -22,10 +22,9 @@ from ...models import STATES
 from ...simulate.approach import substeps
 from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
 from ..digest import digest
-from ..linted import linted
-from ..posterior.verdicts import posterior, verdicts
+from ..lint import linted
+from ..posterior.verdicts import judged
 from ..record import spread
-from ..trajectory.batch import prior as priors
 from ..trajectory.gauss_newton import Normal
 from ..trajectory.objective import TrajectoryObjective
 from ..watch import tell, with_values
@@ -117,7 +116,7 @@ class Shooting:
         began = time.perf_counter()
         self._check(problem)
         run = Run.of(self, problem, began, progress)
-        p = np.array([f.start for f in problem.free])
+        p = problem.vector.start
         for count in self._stages(len(problem.trials)):
             p = run.early(problem.trials[:count], p)
         stage = run.stage(problem.trials)
@@ -169,11 +168,9 @@ class Run:
 
     @staticmethod
     def of(settings: Shooting, problem: Problem, began: float, progress: Progress | None) -> Run:
-        free = problem.free
         sigma = dict(problem.loss.sigma) or spread(problem.trials)
         dt = settings.dt or float(np.median([t.dt for t in problem.trials]))
-        start = np.array([f.start for f in free])
-        mean, prior = priors(free)
+        start, mean, prior = problem.vector.start, problem.vector.mean, problem.vector.precision
         ridge = settings.ridge * np.where(start != 0, np.abs(start), 1.0) ** -2.0
         weight = prior + ridge
         middle = (prior * mean + ridge * start) / np.where(weight > 0, weight, 1.0)
@@ -188,7 +185,7 @@ class Run:
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        return np.array([f.low for f in self.problem.free]), np.array([f.high for f in self.problem.free])
+        return self.problem.vector.low, self.problem.vector.high
 
     def each(self, search: Search) -> None:
         """Note where a search stands, with the standardised error of whole validation trials."""
@@ -320,22 +317,17 @@ class Run:
 
     def finished(self, stage: Condensed, point: Point) -> Fit:
         """The fit, with covariance and verdicts from the condensed normal equations."""
-        free, p, linked = self.problem.free, point.p, self.joins and self.settings.schedule != "lo"
+        p, linked = point.p, self.joins and self.settings.schedule != "lo"
         linear = replace(stage, linked=linked).linear(point)
-        covariance, shrinkage = self.spread(stage, linear, p)
-        at_bound = tuple(f.path for f, v in zip(free, p, strict=True) if v <= f.low or v >= f.high)
-        ship = self.problem.ship.moved({f.path: float(v) for f, v in zip(free, p, strict=True)})
-        return Fit(
-            ship=ship, free=free, values=p, sigma=np.sqrt(np.diag(covariance)), covariance=covariance,
-            shrinkage=shrinkage, at_bound=at_bound, verdicts=verdicts(free, p, covariance, shrinkage, at_bound),
-            history=np.array(self.history, dtype=np.float64).reshape(-1, 4), objective=linear.cost,
+        return judged(
+            self.problem, p, *self.information(stage, linear), history=np.array(self.history),
             seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
             digest=digest(self.problem, self.settings), ends=np.array([[linear.cost, *p]]),
             nuisances=stage.nuisances.told(self.problem.trials, point.own),
         )  # fmt: skip
 
-    def spread(self, stage: Condensed, linear: Linear, p: Array) -> tuple[Array, Array]:
-        """Posterior covariance, and the share of the prior variance that the data removed."""
+    def information(self, stage: Condensed, linear: Linear) -> tuple[Normal, float]:
+        """Normal equations of the parameters alone, and the mean squared weighted residual; see `posterior`."""
         n, count, m = linear.g_p.size, *linear.g.shape
         samples = stage.chains.samples * stage.chains.weight
         variance = linear.data / max(samples - n - count * (m - n), 1.0)
@@ -344,8 +336,8 @@ class Run:
         N[:, own, own] += (variance - 1.0) * np.append(stage.begun.weight, stage.nuisances.deviation**-2.0)
         H, g, _ = stage.reduced(replace(linear, N=N), 0.0)
         # The ridge is no knowledge of the parameters: it steers, but does not sharpen what is claimed.
-        ridge = np.diag(self.anchor[1] - priors(self.problem.free)[1])
-        return posterior(Normal(linear.cost, H - ridge, g), self.problem.free, p, variance)
+        ridge = np.diag(self.anchor[1] - self.problem.vector.precision)
+        return Normal(linear.cost, H - ridge, g), variance
 
 
 def _watch(own: Shooting, problem: Problem, sigma: Mapping[str, float], dt: float) -> TrajectoryObjective | None:

@@ -15,7 +15,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.parameters import Free
 from ...data import Array, Trial
 from ...engine.rollout import Sensitivity, default_threads, sensitivity, simulator
 from ...engine.simd import LANES
@@ -116,14 +115,13 @@ class Many:
             trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
             substeps=substeps(problem.ship, dt, method),
         )  # fmt: skip
-        free = tuple(f.path for f in problem.free)
-        kernel, chunk = sensitivity(open_loop(problem.ship), free, free), _chunk(cut.state0.shape[0])
+        vector = problem.vector
+        kernel, chunk = sensitivity(open_loop(problem.ship), vector.paths, vector.paths), _chunk(cut.state0.shape[0])
         return Many(
             problem, cut, tuple(np.flatnonzero((cut.scale > 0).any(axis=(0, 1))).tolist()),
             tuple(STATES.index(name) for name in problem.nuisance.initial), kernel, chunk,
             kernel.pack(np.tile(cut.series, (chunk, 1, 1))), open_loop_parameters(problem.ship),
-            np.array([f.low for f in problem.free]), np.array([f.high for f in problem.free]),
-            method, threads or default_threads(),
+            vector.low, vector.high, method, threads or default_threads(),
         )  # fmt: skip
 
     @staticmethod
@@ -172,8 +170,8 @@ class Many:
 
         with ThreadPoolExecutor(self.threads) as pool:
             G = np.concatenate(list(pool.map(products, parts)))
-        mean, weight = prior(self.problem.free)
-        away = values - (mean if data is None else data.mean)
+        vector = self.problem.vector
+        weight, away = vector.precision, values - (vector.mean if data is None else data.mean)
         whole = G.sum(axis=1)
         whole[:, range(n), range(n)] += weight
         costs = whole[:, -1, -1] + (weight * away**2).sum(axis=1)
@@ -254,12 +252,6 @@ class Many:
             if each:
                 each(now.costs, values)
         return Ends(np.clip(values, self.low, self.high), now.reduced(), count, still >= _STILL)
-
-
-def prior(free: Sequence[Free]) -> tuple[Array, Array]:
-    """Prior mean and 1/sigma^2 of each parameter; start and zero where there is no prior."""
-    mean = np.array([f.prior if np.isfinite(f.sigma) and np.isfinite(f.prior) else f.start for f in free])
-    return mean, np.array([f.sigma**-2.0 for f in free])
 
 
 def _chunk(lanes: int) -> int:

@@ -118,9 +118,9 @@ class TrajectoryObjective:
         cut.scale[:, 0, measured] = 0.0
         system = open_loop(problem.ship)
         lanewise = CURRENT if groups.current else ()
-        free = (*(f.path for f in problem.free), *lanewise)
+        free = (*problem.vector.paths, *lanewise)
         forward = simulator(system, lanewise)
-        where = np.array([system.parameters.index(f.path) for f in problem.free], dtype=np.intp)
+        where = problem.vector.positions(system.parameters)
         return TrajectoryObjective(
             problem, cut, groups, forward, sensitivity(system, free, lanewise), forward.pack(cut.series),
             where, method, threads,
@@ -171,9 +171,8 @@ class TrajectoryObjective:
 
     def _prior(self, p: Array) -> tuple[Array, Array]:
         """Offset from the prior mean and 1/sigma^2 of each parameter; zero where there is no prior."""
-        mean = np.array([f.prior if np.isfinite(f.sigma) else f.start for f in self.problem.free])
-        weight = np.array([f.sigma**-2.0 for f in self.problem.free])
-        return p - np.where(np.isfinite(mean), mean, p), weight
+        vector = self.problem.vector
+        return p - vector.mean, vector.precision
 
     def cost(self, p: Array, eta: Array) -> float:
         """Objective; inf where any lane blows up within its window."""

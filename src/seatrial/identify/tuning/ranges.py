@@ -20,6 +20,7 @@ from .. import FitError, Problem, StudyError
 from ..record import spread, windows
 from ..trajectory.batch import Many
 from ..trajectory.objective import Groups, TrajectoryObjective
+from ..vector import Vector
 
 # When a descent ends: so many iterations, or a relative decrease below this.
 ITERATIONS, TOLERANCE = 80, 1e-8
@@ -82,7 +83,7 @@ class Scorer:
         ends = replace(
             many, problem=objective.problem, windows=objective.windows,
             packed=many.kernel.pack(np.tile(objective.windows.series, (many.chunk, 1, 1))),
-            low=np.array([f.low for f in free]), high=np.array([f.high for f in free]),
+            low=Vector.of(free).low, high=Vector.of(free).high,
         ).descend(np.array(_starts(free, starts, seed)), iterations=ITERATIONS)  # fmt: skip
         best = int(np.argmin(ends.normals.costs))
         if not math.isfinite(ends.normals.costs[best]):
@@ -118,9 +119,8 @@ class Scorer:
 def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
     """Where descents begin: the declared start, then anywhere in the box, or in the prior where there is one."""
     draw = np.random.default_rng(seed)
-    low, high = np.array([f.low for f in free]), np.array([f.high for f in free])
-    first = np.array([f.start for f in free])
-    sigma = np.array([f.sigma for f in free])
+    vector = Vector.of(free)
+    first, low, high, sigma = vector.start, vector.low, vector.high, vector.sigma
     soft = np.isfinite(sigma)
     out = [first]
     for _ in range(starts - 1):
@@ -265,8 +265,8 @@ def flat_directions(
     a value that lies anywhere in its range.
     """
     objective = scorer.objective(trials)
-    half = np.array([0.5 * (f.high - f.low) for f in free])
+    half = 0.5 * (Vector.of(free).high - Vector.of(free).low)
     normal = objective.normal(values, objective.begun(values))
-    H = normal.reduced(0.0)[0] - np.diag([f.sigma**-2.0 for f in objective.problem.free])
+    H = normal.reduced(0.0)[0] - np.diag(objective.problem.vector.precision)
     curvature = half[:, None] * H * half[None, :] / max(left.variance * left.time, 1e-300)
     return int((np.linalg.eigvalsh(0.5 * (curvature + curvature.T)) < 3.0).sum())
