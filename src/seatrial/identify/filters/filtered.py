@@ -20,10 +20,10 @@ from ...data import Array, Trial
 from ...models import STATES
 from ...ships import Ship
 from .. import StudyError, Verdict
+from ..nuisance import CURRENT
 from ..posterior.verdicts import CLEAR, UNKNOWN
 from ..vector import Vector
 from .kalman import over
-from .model import CURRENT
 
 
 class Estimate(NamedTuple):

@@ -24,11 +24,12 @@ from ...models import Sampled
 from ...ships import Ship
 from ...simulate.replay import inputs
 from .. import FitError, StudyError
+from ..nuisance import CURRENT
 from ..vector import Vector
 from .filtered import Filtered, Pass, innovation_test
 from .kalman import Extended, Unscented, over
 from .measurement import Antenna, Heading, Rate, Sensor
-from .model import CURRENT, FilterModel, trace
+from .model import FilterModel, trace
 
 __all__ = ["Filtered", "Kalman", "Tracker"]
 

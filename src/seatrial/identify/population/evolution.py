@@ -30,10 +30,11 @@ from ...engine.rollout import is_rk4
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
+from ..nuisance import begun_as, checked_initial
 from ..record import spread
 from ..resume import ResumeError, begin_anew
 from ..trajectory.gauss_newton import State, minimise
-from ..trajectory.objective import TrajectoryObjective, begun_as, checked_initial
+from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.shooting import finished
 from ..watch import tell, with_values
 from .scored import Batch, Scoring
@@ -206,7 +207,7 @@ class _Search:
             mean=draw.random(self.low.size), sigma=self.settings.step, population_size=population,
             seed=int(draw.integers(2**31)),
         )  # fmt: skip
-        batch, bests = self.scoring.begun(self.smooth.starts(begun)).batch(population), []
+        batch, bests = self.scoring.begun(self.smooth.layout.starts(begun)).batch(population), []
         patience = _PATIENCE + math.ceil(_PER_DIMENSION * self.low.size / population)
         for _ in range(self.settings.generations):
             asked = np.array([strategy.ask() for _ in range(population)])

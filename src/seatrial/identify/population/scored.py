@@ -22,8 +22,8 @@ from ...ships import Ship
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
 from .. import Problem, StudyError
+from ..nuisance import held
 from ..record import Windows, windows
-from ..trajectory.objective import held
 
 # Steps times lanes below which threads cost more than they bring.
 _WORTH_A_THREAD = 100_000

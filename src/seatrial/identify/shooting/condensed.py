@@ -21,10 +21,10 @@ from ...engine.rollout import Sensitivity, Simulator, sensitivity, simulator
 from ...models import STATES, Sampled
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
+from ..nuisance import Nuisances
 from ..trajectory.gauss_newton import steps
 from .chains import Chains, FirstStates, Index
 from .constraints import Penalty
-from .nuisances import Nuisances
 
 _NUDGE = np.full(1, 1e-13)
 

@@ -33,7 +33,6 @@ from .condensed import DAMPING, Condensed, Linear, Point, Search, descend
 from .constraints import Inequalities, Penalty
 from .ipopt import FullSpace
 from .momentum import momentum_guess
-from .nuisances import Nuisances
 
 _SCHEDULES, _INITIAL = ("lo", "go", "logo"), ("free", "measured")
 _BACK_ENDS, _HESSIANS = ("engine", "ipopt"), ("gauss-newton", "exact")
@@ -127,7 +126,11 @@ class Shooting:
         return [*range(self.growth, count, self.growth)] if self.growth and self.schedule != "lo" else []
 
     def _check(self, problem: Problem) -> None:
-        Nuisances.of(problem.nuisance)
+        if problem.nuisance.initial:
+            raise StudyError(
+                "[nuisance] initial is not for logo:Shooting, which frees the first state of a trial as a whole; "
+                'leave it out and say estimator.initial = "free", or use shooting:Trajectory'
+            )
         if self.back_end == "ipopt" and problem.nuisance != Nuisance():
             raise StudyError('estimator.back_end = "ipopt" takes no [nuisance]; leave it out, or take "engine"')
         names = [trial.name for trial in problem.trials]
@@ -323,7 +326,7 @@ class Run:
             self.problem, p, *self.information(stage, linear), history=np.array(self.history),
             seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
             digest=digest(self.problem, self.settings), ends=np.array([[linear.cost, *p]]),
-            nuisances=stage.nuisances.told(self.problem.trials, point.own),
+            nuisances=stage.nuisances.by_trial(self.problem.trials, point.own),
         )  # fmt: skip
 
     def information(self, stage: Condensed, linear: Linear) -> tuple[Normal, float]:

@@ -22,10 +22,10 @@ from ...models import STATES
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
+from ..nuisance import Nuisances, begun_as, held
 from ..record import Windows, spread, windows
 from .gauss_newton import Mask, steps
 from .normals import Data, Ends, Normals
-from .objective import begun_as, held
 
 # Damping of Marquardt's diagonal: start, least, and ratio after a good step; after bad ones the ratio doubles.
 _DAMPING, _LEAST, _DOWN, _UP = 1e-2, 1e-9, 0.2, 4.0
@@ -119,7 +119,7 @@ class Many:
         kernel, chunk = sensitivity(open_loop(problem.ship), vector.paths, vector.paths), _chunk(cut.state0.shape[0])
         return Many(
             problem, cut, tuple(np.flatnonzero((cut.scale > 0).any(axis=(0, 1))).tolist()),
-            tuple(STATES.index(name) for name in problem.nuisance.initial), kernel, chunk,
+            tuple(Nuisances.of(problem.nuisance).initial.tolist()), kernel, chunk,
             kernel.pack(np.tile(cut.series, (chunk, 1, 1))), open_loop_parameters(problem.ship),
             vector.low, vector.high, method, threads or default_threads(),
         )  # fmt: skip

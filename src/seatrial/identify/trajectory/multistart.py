@@ -14,10 +14,11 @@ from ...data import Array
 from .. import Fit, FitError, Problem, Progress
 from ..digest import digest
 from ..lint import linted
+from ..nuisance import begun_as, checked_initial
 from ..vector import Vector
 from ..watch import tell, with_values
 from .batch import Many, cut_as
-from .objective import TrajectoryObjective, begun_as, checked_initial
+from .objective import TrajectoryObjective
 from .shooting import Trajectory, finished
 
 

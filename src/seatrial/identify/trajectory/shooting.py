@@ -27,7 +27,6 @@ from ..lint import linted
 from ..posterior.verdicts import judged
 from ..record import spread
 from ..resume import Resume
-from ..shooting.nuisances import Nuisances
 from ..vector import Vector
 from ..watch import tell, with_values
 from .gauss_newton import State, minimise
@@ -158,20 +157,11 @@ def finished(
     evaluations: int, status: str, print_: str,
 ) -> Fit:  # fmt: skip
     """The fit at `p`: covariance and verdicts from the exact normal equations there, whoever searched."""
-    normal = objective.normal(p, eta)
+    normal, layout = objective.normal(p, eta), objective.layout
     return judged(
         problem, p, normal, objective.variance(p, eta), history=history, seconds=0.0, evaluations=evaluations,
-        status=status, digest=print_, nuisances=_along(problem, objective, eta),
+        status=status, digest=print_, nuisances=layout.own.by_trial(problem.trials, layout.of_trials(eta)),
     )  # fmt: skip
-
-
-def _along(problem: Problem, objective: TrajectoryObjective, eta: Array) -> dict[str, dict[str, float]]:
-    """Currents and biases by trial; the offsets of the starts, one per window, are left out."""
-    own = Nuisances.of(replace(problem.nuisance, initial={}))
-    if not own.count:
-        return {}
-    tails = [eta[part.stop - own.count : part.stop] for part in objective.groups.slices]
-    return own.told(problem.trials, np.array(tails).reshape(-1, own.count))
 
 
 @dataclass(frozen=True)

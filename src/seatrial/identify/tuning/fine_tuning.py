@@ -19,8 +19,8 @@ from ...data import Array, Trial
 from ...engine.rollout import default_threads, is_rk4
 from .. import Fit, Nuisance, Problem, Progress, StudyError
 from ..lint import linted
+from ..nuisance import begun_as, checked_initial
 from ..population.evolution import Evolution
-from ..trajectory.objective import begun_as, checked_initial
 from ..trajectory.shooting import Trajectory
 from ..watch import part
 from .ranges import ITERATIONS, TOLERANCE, Scorer, flat_directions, longest, residuals, softened, within

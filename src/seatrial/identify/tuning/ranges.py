@@ -17,9 +17,10 @@ from ...core.parameters import Free, read
 from ...data import Array, Trial
 from ...models import STATES
 from .. import FitError, Problem, StudyError
+from ..nuisance import Layout
 from ..record import spread, windows
 from ..trajectory.batch import Many
-from ..trajectory.objective import Groups, TrajectoryObjective
+from ..trajectory.objective import TrajectoryObjective
 from ..vector import Vector
 
 # When a descent ends: so many iterations, or a relative decrease below this.
@@ -37,7 +38,7 @@ def longest(trials: Sequence[Trial]) -> float:
 class Scorer:
     """The loss of a problem on any trials, each predicted whole from its start; compiled once.
 
-    Where starts are free (`objective.begun_as`) those of a trial that was fitted are what suits all of it, those of
+    Where starts are free (`nuisance.begun_as`) those of a trial that was fitted are what suits all of it, those of
     one that is only predicted what suits its first ship length of way.
 
     Attributes:
@@ -68,8 +69,8 @@ class Scorer:
             trials, problem.ship.model, problem.loss, {n: factor * s for n, s in self.sigma.items()},
             window=longest(trials), dt=base.windows.dt * base.windows.every, every=1, substeps=base.windows.every,
         )  # fmt: skip
-        groups = Groups.of(problem.nuisance, cut.trial)
-        return replace(base, problem=problem, windows=cut, groups=groups, packed=base.forward.pack(cut.series))
+        layout = Layout.of(problem.nuisance, cut.trial)
+        return replace(base, problem=problem, windows=cut, layout=layout, packed=base.forward.pack(cut.series))
 
     def best(
         self, trials: Sequence[Trial], free: Sequence[Free], *, starts: int, seed: int, factor: float = 1.0
