@@ -22,7 +22,7 @@ from ..models.common import thruster_controls
 from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
-from .record import spread
+from .record import scales, step_of
 from .trajectory.objective import TrajectoryObjective
 
 # Kinds of findings of `check` that make a fit wrong rather than poor.
@@ -208,11 +208,11 @@ def _felt(problem: Problem) -> Iterator[Issue]:
     """Parameters whose change moves no prediction of the training trials, at the start of the search."""
     if isinstance(problem.ship.model, Sampled):
         return
-    dt = float(np.median([trial.dt for trial in problem.trials]))
+    dt = step_of(problem.trials)
     bare = replace(problem, nuisance=Nuisance())
     try:
         objective = TrajectoryObjective.build(
-            bare, bare.trials, dict(bare.loss.sigma) or spread(bare.trials), window=max(_WINDOW, dt), dt=dt,
+            bare, bare.trials, scales(bare), window=max(_WINDOW, dt), dt=dt,
             every=max(round(_EVERY / dt), 1), method="rk4", threads=None,
         )  # fmt: skip
     except DataError as error:

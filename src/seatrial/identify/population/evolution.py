@@ -20,7 +20,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, BinaryIO, Self
+from typing import BinaryIO, Self
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
 from ..nuisance import begun_as, checked_initial
-from ..record import spread
+from ..record import cut_as
 from ..resume import ResumeError, begin_anew
 from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.objective import TrajectoryObjective
@@ -109,11 +109,7 @@ class Evolution:
             FitError: no candidate of any run could be simulated.
         """
         low, high = box(problem)
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
-        window = self.window or max(trial.duration for trial in problem.trials)
-        settings: Any = {"window": window, "dt": dt, "every": self.every, "method": self.method,
-                         "threads": self.threads}  # fmt: skip
+        sigma, settings = cut_as(problem, self)
         own = begun_as(problem, self.initial)
         smooth = TrajectoryObjective.build(own, problem.trials, sigma, **settings)
         watch = Scoring.build(problem, problem.validation, sigma, **settings).batch(1) if problem.validation else None

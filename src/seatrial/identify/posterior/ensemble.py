@@ -21,8 +21,8 @@ from ...ships import Ship
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Fit, FitError, Loss, Problem
-from ..record import windows
-from ..trajectory.batch import Data, Many, Settings
+from ..record import Settings, windows
+from ..trajectory.batch import Data, Many
 
 
 @dataclass(frozen=True)

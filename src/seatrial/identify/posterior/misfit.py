@@ -15,7 +15,7 @@ import numpy as np
 from ...data import Array
 from ...models import STATES
 from .. import Fit, Loss, Nuisance, Problem
-from ..trajectory.batch import Settings, cut_as
+from ..record import Settings, cut_as
 from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.objective import TrajectoryObjective
 from .ensemble import white

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ...core.parameters import Free
 from ...data import Array
 from .. import Fit, Problem, Verdict
-from ..trajectory.batch import Ends, Many, Settings
+from ..record import Settings
+from ..trajectory.batch import Ends, Many
 from .verdicts import CORRELATED, manoeuvre_for
 
 # chi^2 with one degree of freedom: 95 %.
@@ -152,7 +153,7 @@ def profiles(fit: Fit, problem: Problem, settings: Settings, *, variance: float 
     base = many.descend(fit.values[None])
     here, normals = base.values[0], base.normals
     n = here.size
-    samples, weight = float((many.windows.scale > 0).sum()), many.windows.weight
+    samples, weight = float(many.windows.entries), many.windows.weight
     alike = 1.0 / weight if variance is not None else max(1.0 / weight, _alike(many, here))
     noise = float(normals.data[0]) / max(samples * weight - n, 1.0) * alike * weight if variance is None else variance
     noise = max(noise, 1e-300)

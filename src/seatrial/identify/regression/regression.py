@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...data import Array, DataError, Trial, unwrapped
+from ...data import Array, DataError, Trial
 from ...environment import Environment
 from ...models import STATES, Sampled
 from ...simulate.replay import inputs
@@ -25,6 +25,7 @@ from .. import Fit, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
 from ..posterior.verdicts import judged
+from ..record import measured
 from ..trajectory.gauss_newton import Normal
 from ..trajectory.shooting import OneStep
 from ..vector import Vector
@@ -205,11 +206,7 @@ def _accelerations(problem: Problem) -> Any:
 
 def _windows(trial: Trial, problem: Problem, slopes: Any, window: float) -> tuple[Array, Array]:
     """Equations of a trial: integrated slopes (windows, 3, free) and what they have to give (windows, 3)."""
-    absent = [name for name in STATES if name not in trial]
-    if absent:
-        raise DataError(f"{trial.name}: no channel {', '.join(absent)}; regression needs {', '.join(STATES)}")
-    state = trial.stack(*STATES)
-    state[:, 2] = unwrapped(state[:, 2])
+    state = measured(trial)
     acting, dt = inputs(trial, problem.ship.model)[:-1], np.diff(trial.t)
     middle = 0.5 * (state[1:] + state[:-1])
     n = len(problem.ship.model.controls)

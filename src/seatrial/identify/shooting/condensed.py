@@ -139,7 +139,7 @@ class Condensed:
     def start(self, p: Array, own: Array | None = None) -> Point:
         """Parameters `p`, windows from measured states less their biases; without `own`, no nuisance."""
         own = np.zeros((self.chains.trials, self.nuisances.count)) if own is None else own
-        nodes = self.chains.nodes.copy()
+        nodes = self.chains.state0.copy()
         nodes[:, : len(STATES)] -= self.nuisances.offset(own)[self.chains.trial]
         return Point(p, nodes, own)
 

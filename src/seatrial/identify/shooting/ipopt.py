@@ -76,7 +76,7 @@ class FullSpace:
             anchor, begun, span: as in `Condensed`.
             exact: the exact Hessian of the Lagrangian; else Gauss-Newton's.
         """
-        free, lanes, states = len(problem.free), *cut.nodes.shape
+        free, lanes, states = len(problem.free), *cut.state0.shape
         start = np.arange(lanes) + cut.trial
         count = lanes + cut.trials
         begin = np.abs(problem.vector.start)

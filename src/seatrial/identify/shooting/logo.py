@@ -24,7 +24,7 @@ from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
 from ..posterior.verdicts import judged
-from ..record import spread
+from ..record import scales, spread, step_of
 from ..trajectory.gauss_newton import Normal
 from ..trajectory.objective import TrajectoryObjective
 from ..watch import tell, with_values
@@ -171,8 +171,7 @@ class Run:
 
     @staticmethod
     def of(settings: Shooting, problem: Problem, began: float, progress: Progress | None) -> Run:
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        dt = settings.dt or float(np.median([t.dt for t in problem.trials]))
+        sigma, dt = scales(problem), step_of(problem.trials, settings.dt)
         start, mean, prior = problem.vector.start, problem.vector.mean, problem.vector.precision
         ridge = settings.ridge * np.where(start != 0, np.abs(start), 1.0) ** -2.0
         weight = prior + ridge
@@ -207,7 +206,7 @@ class Run:
             dt=self.dt, every=own.every, weights=own.weights,
             substeps=substeps(part.ship, self.dt, method or own.method),
         )  # fmt: skip
-        penalty = Penalty(self.inequalities, _STIFF * max(cut.samples, 1), np.zeros(len(self.inequalities.names)))
+        penalty = Penalty(self.inequalities, _STIFF * max(cut.entries, 1), np.zeros(len(self.inequalities.names)))
         return Condensed.build(
             part, cut, anchor=self.anchor, penalty=penalty, freed=own.initial == "free", span=self.span,
             method=method or own.method, threads=own.threads,
@@ -308,7 +307,7 @@ class Run:
             span=self.span, method=own.method, exact=own.hessian == "exact", iterations=2 * own.iterations,
             tolerance=max(1e4 * own.tolerance, 1e-8),
         )  # fmt: skip
-        found = programme.solve(start.p, fine.nodes, *self.bounds)
+        found = programme.solve(start.p, fine.state0, *self.bounds)
         jump = (cut.steps - 1) // cut.every
         first = np.concatenate([np.flatnonzero(fine.trial == t)[::jump] for t in range(cut.trials)])
         point = replace(start, p=found.p, nodes=found.nodes[first])
@@ -332,7 +331,7 @@ class Run:
     def information(self, stage: Condensed, linear: Linear) -> tuple[Normal, float]:
         """Normal equations of the parameters alone, and the mean squared weighted residual; see `posterior`."""
         n, count, m = linear.g_p.size, *linear.g.shape
-        samples = stage.chains.samples * stage.chains.weight
+        samples = stage.chains.entries * stage.chains.weight
         variance = linear.data / max(samples - n - count * (m - n), 1.0)
         # `posterior` divides all by the variance; the priors of the nuisances stand as they are given.
         N, own = linear.N.copy(), np.arange(n, m)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
 from ..nuisance import Nuisances, begun_as, held
-from ..record import Windows, spread, windows
+from ..record import Settings, Windows, cut_as, windows
 from .gauss_newton import Mask, steps
 from .normals import Data, Ends, Normals
 
@@ -33,44 +33,6 @@ _DAMPING, _LEAST, _DOWN, _UP = 1e-2, 1e-9, 0.2, 4.0
 _SETTLING = 8
 # A problem ends after so many steps in succession that no longer matter, or that fail.
 _STILL, _FAILED = 2, 7
-
-
-class Settings(Protocol):
-    """How trajectories are cut, integrated and compared; every estimator of trajectories has these."""
-
-    @property
-    def window(self) -> float | None:
-        """Length of a prediction [s]; None runs each trial through."""
-        ...
-
-    @property
-    def every(self) -> int:
-        """Stride of the compared rows."""
-        ...
-
-    @property
-    def dt(self) -> float | None:
-        """Time step [s]; None takes the median step of the trials."""
-        ...
-
-    @property
-    def method(self) -> str:
-        """"euler" or "rk4"."""
-        ...
-
-    @property
-    def threads(self) -> int | None:
-        """None takes every processor."""
-        ...
-
-
-def cut_as(problem: Problem, settings: Settings) -> tuple[dict[str, float], dict[str, Any]]:
-    """Scale of each channel, and the arguments by which trials are cut and integrated."""
-    sigma = dict(problem.loss.sigma) or spread(problem.trials)
-    dt = settings.dt or float(np.median([t.dt for t in problem.trials]))
-    window = settings.window or max(trial.duration for trial in problem.trials)
-    return sigma, {"window": window, "dt": dt, "every": settings.every, "method": settings.method,
-                   "threads": settings.threads}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,10 @@ from .. import Fit, FitError, Problem, Progress
 from ..digest import digest
 from ..lint import linted
 from ..nuisance import begun_as, checked_initial
+from ..record import cut_as
 from ..vector import Vector
 from ..watch import tell, with_values
-from .batch import Many, cut_as
+from .batch import Many
 from .objective import TrajectoryObjective
 from .shooting import Trajectory, finished
 

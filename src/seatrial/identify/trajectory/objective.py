@@ -137,7 +137,7 @@ class TrajectoryObjective:
         Samples are counted by their weight, so errors that last are not taken for many.
         """
         e = self.residuals(p, eta)
-        independent = float((self.windows.scale > 0).sum()) * self.windows.weight
+        independent = float(self.windows.entries) * self.windows.weight
         return float((e * e).sum()) / max(independent - p.size - self.layout.flat, 1.0)
 
     def begun(self, p: Array, until: float | None = None) -> Array:

@@ -25,7 +25,7 @@ from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
 from ..posterior.verdicts import judged
-from ..record import spread
+from ..record import scales, step_of
 from ..resume import Resume
 from ..vector import Vector
 from ..watch import tell, with_values
@@ -91,8 +91,7 @@ class Trajectory:
         if self.later:
             fit = replace(self, later=()).fit(self._begun(problem), progress=progress, checkpoint=checkpoint)
             return replace(fit, free=problem.free, seconds=time.perf_counter() - began, digest=digest(problem, self))
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
+        sigma, dt = scales(problem), step_of(problem.trials, self.dt)
         objective = TrajectoryObjective.build(
             problem, problem.trials, sigma, window=self.window, dt=dt, every=self.every,
             method=self.method, threads=self.threads, stride=self.stride,
@@ -190,10 +189,9 @@ class OneStep:
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
     ) -> Fit:
         """Estimate the free parameters of `problem` from single steps; velocities only."""
-        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
+        dt = step_of(problem.trials, self.dt)
         every = max(round(self.step / dt), 1)
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        velocities = {n: s for n, s in sigma.items() if n in STATES[3:]}
+        velocities = {n: s for n, s in scales(problem).items() if n in STATES[3:]}
         local = replace(problem, loss=replace(problem.loss, sigma=velocities, correlation=0.0))
         return Trajectory(
             window=every * dt, every=every, dt=dt, method=self.method, iterations=self.iterations,

@@ -18,7 +18,7 @@ from ...data import Array, Trial
 from ...models import STATES
 from .. import FitError, Problem, StudyError
 from ..nuisance import Layout
-from ..record import spread, windows
+from ..record import scales, step_of, windows
 from ..trajectory.batch import Many
 from ..trajectory.objective import TrajectoryObjective
 from ..vector import Vector
@@ -53,9 +53,9 @@ class Scorer:
     @staticmethod
     def of(problem: Problem, dt: float | None, method: str) -> Scorer:
         """With the scales of the loss, or the spread of the trials where it names none."""
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        sigma = scales(problem)
         how: Any = {"window": longest(problem.trials), "every": 1, "method": method, "threads": 1,
-                    "dt": dt or float(np.median([t.dt for t in problem.trials]))}  # fmt: skip
+                    "dt": step_of(problem.trials, dt)}  # fmt: skip
         parts = problem, problem.trials, sigma
         return Scorer(TrajectoryObjective.build(*parts, **how), Many.build(*parts, **how), sigma)
 
