@@ -13,10 +13,11 @@ import pytest
 from seatrial.core.parameters import near, read
 from seatrial.data import Trial
 from seatrial.identify import Fit, Loss, Problem, StudyError
+from seatrial.identify.nuisance import begun_as
 from seatrial.identify.population.evolution import Evolution
 from seatrial.identify.trajectory.batch import Many
 from seatrial.identify.trajectory.multistart import MultiStart, drawn
-from seatrial.identify.trajectory.objective import TrajectoryObjective, begun_as
+from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.identify.tuning.fine_tuning import FineTuning
 from seatrial.identify.tuning.ranges import Scorer
 from seatrial.manoeuvres.turning import Turning

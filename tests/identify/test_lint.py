@@ -9,9 +9,8 @@ import pytest
 from seatrial.core.parameters import Free, ParameterError, near
 from seatrial.data import Trial
 from seatrial.data.check import Finding
-from seatrial.identify import Issue, Loss, Problem, StudyError
-from seatrial.identify.lint import lines, lint, raise_on_errors
-from seatrial.identify.linted import linted
+from seatrial.identify import Issue, Loss, Nuisance, Problem, StudyError
+from seatrial.identify.lint import lines, lint, linted, raise_on_errors
 from seatrial.identify.population.evolution import Evolution
 from seatrial.identify.shooting.logo import Shooting
 from seatrial.identify.trajectory.multistart import MultiStart
@@ -52,6 +51,13 @@ CASES = {
     "sign": (
         lambda p: replace(p, trials=(p.trials[0].having(delta=-p.trials[0]["delta"]),)), "rudder sign"),
 }  # fmt: skip
+
+
+def test_an_infinite_deviation_frees_an_initial_state_and_is_wrong_elsewhere(problem: Problem) -> None:
+    free = Nuisance(initial={"x": np.inf, "psi": np.inf})
+    assert not [i for i in lint(replace(problem, nuisance=free), felt=False) if i.severity == "error"]
+    for wrong in (replace(problem, nuisance=Nuisance(bias={"x": np.inf})), replace(problem, loss=Loss({"x": np.inf}))):
+        assert any(i.severity == "error" and i.where.endswith(".x") for i in lint(wrong, felt=False))
 
 
 @pytest.mark.parametrize("case", CASES)

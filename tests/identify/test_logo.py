@@ -39,9 +39,9 @@ def objective(told, *, count, freed, window=5.0):
 
 def test_the_chains_hold_every_sample_once(told):
     cut = objective(told, count=8, freed=True).chains
-    assert cut.samples == 6 * sum(len(t) for t in told.trials[4:])
+    assert cut.entries == 6 * sum(len(t) for t in told.trials[4:])
     lane = np.flatnonzero(cut.trial == 1)
-    np.testing.assert_allclose(cut.nodes[lane[1:]], cut.motion[lane[:-1], -1])
+    np.testing.assert_allclose(cut.state0[lane[1:]], cut.motion[lane[:-1], -1])
 
 
 def test_condensed_slopes_are_those_of_the_objective(told):
@@ -249,7 +249,7 @@ def test_what_is_free_of_a_first_state(told, compared, free):
     assert begun.free.tolist() == free
     seen = [STATES.index(name) for name in compared]
     np.testing.assert_array_equal(begun.weight, [0.0 if k in seen else span[k] ** -2.0 for k in free])
-    nodes = cut.nodes.copy()
+    nodes = cut.state0.copy()
     assert begun.prior(nodes) == 0.0
     nodes[cut.levels[0], 3] += 2.0
     assert begun.prior(nodes) == pytest.approx(0.0 if 3 in seen else 2 * 4.0 / 16.0)

@@ -80,7 +80,7 @@ def scales_asked(trials: Sequence[Trial], fit: str | None) -> tuple[Mapping[str,
 
 def in_found_currents(trials: Iterable[Trial], model: str) -> list[Trial]:
     """Trials that a fit was made on with the current that it estimated for them, which is said."""
-    from ..identify.shooting.nuisances import with_current
+    from ..identify.nuisance import with_current
     from ..study.store import fitted_nuisances
 
     found = fitted_nuisances(model)

@@ -152,7 +152,7 @@ def validate(
 def _report(study: Study, fit: Fit, out: Path) -> tuple[dict[str, float], list[dict[str, Any]]]:
     """The page of a fit on the trials kept back (those of training, where none was); pooled errors and forecasts."""
     from ..data.check import check
-    from ..identify.shooting.nuisances import with_current
+    from ..identify.nuisance import with_current
     from ..report.caveats import assumptions
     from ..report.report import Report
     from ..study.store import MODEL

@@ -1,123 +1,28 @@
 """Identification: from trials to parameters, with a verdict on each.
 
-Contract: a `Problem` is a document (ship, free parameters, trials, loss) that `lint` can judge
-before anything is run; an `Estimator` turns it into a `Fit`: a ship ready to simulate and a digest of its problem.
+Contract: a `Problem` is a document (ship, free parameters, trials, loss) that `lint.lint` can judge before anything
+is run; an `Estimator` turns it into a `Fit`: a ship ready to simulate, with the covariance and the digest of its
+problem.  All of these are frozen values of `problem`.
+
+What every estimator uses: `vector` (free parameters as arrays), `record` (a trial as a model sees it, and its
+windows), `nuisance` (nuisance parameters as arrays), `lint`, `watch` (progress), `resume` and `digest`.  The
+estimators live by school: `trajectory`, `shooting`, `population`, `tuning`, `networks`, `regression`, `filters`;
+`components` fits thrust maps and servos, `posterior` judges a fit, `design` plans trials.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Protocol
-
-import numpy as np
-
-from ..core.errors import FitError, StudyError
-from ..core.parameters import Free
-from ..data import Array, Trial
-from ..ships import Ship
-from .loss import Loss, Nuisance
+from .problem import (
+    Estimator,
+    Fit,
+    FitError,
+    Issue,
+    Loss,
+    Nuisance,
+    Problem,
+    Progress,
+    StudyError,
+    Verdict,
+)
 
 __all__ = [
     "Estimator", "Fit", "FitError", "Issue", "Loss", "Nuisance", "Problem", "Progress", "StudyError", "Verdict",
 ]  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Which parameters of which ship are to explain which trials; `validation` is only watched.
-
-    `extrapolate` lets commands leave the tested range of a thrust map, which `lint` refuses otherwise; `linted` says
-    that `lint` found no error in it or in what it was derived from, and is the estimators' own.
-    """
-
-    ship: Ship
-    trials: tuple[Trial, ...]
-    free: tuple[Free, ...]
-    loss: Loss = Loss()
-    nuisance: Nuisance = Nuisance()
-    validation: tuple[Trial, ...] = ()
-    extrapolate: bool = False
-    linted: bool = field(default=False, compare=False, repr=False)
-
-
-@dataclass(frozen=True)
-class Issue:
-    """One finding of `lint`: "error" forbids the run, "warning" does not."""
-
-    severity: str
-    where: str
-    text: str
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """What the data say about one parameter or one combination of parameters.
-
-    Attributes:
-        subject: path of the parameter, or the combination in words.
-        status: "identified", "weak" (the prior speaks as loud as the data), "not identified",
-            or "at bound".
-        text: the same in plain words, with the manoeuvre that would help where data are missing.
-    """
-
-    subject: str
-    status: str
-    text: str
-
-
-@dataclass(frozen=True)
-class Fit:
-    """The outcome of an estimation.
-
-    Attributes:
-        ship: the fitted ship, ready to simulate or save.
-        free: the parameters as they were declared (start, bounds, prior).
-        values, sigma: estimate and posterior standard deviation, in the order of `free`.
-        covariance: posterior covariance, shape (free, free).
-        shrinkage: per parameter, 1 - posterior variance / prior variance: what the data added.  Without prior an even
-            spread over the bounds is one; without bounds, size^2 is, of the larger of start and estimate.
-        at_bound: paths that ended on a bound.
-        verdicts: plain words, see `Verdict`.
-        history: rows (iteration, objective, validation or NaN, seconds).
-        objective: final value of the loss, prior included.
-        seconds, evaluations: what it cost.
-        status: why it stopped, in words.
-        digest: fingerprint of the problem.
-        ends: where each run of the search ended, shape (runs, 1 + free): objective and values.
-        nuisances: estimated along, by trial and name: current_x, current_y (north, east) [m/s], bias_CHANNEL.
-    """
-
-    ship: Ship
-    free: tuple[Free, ...]
-    values: Array
-    sigma: Array
-    covariance: Array
-    shrinkage: Array
-    at_bound: tuple[str, ...]
-    verdicts: tuple[Verdict, ...]
-    history: Array
-    objective: float
-    seconds: float
-    evaluations: int
-    status: str
-    digest: str
-    ends: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    nuisances: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
-
-
-Progress = Callable[[int, float, float], None]
-"""Called with (iteration, objective, validation or NaN) as a fit goes on."""
-
-
-class Estimator(Protocol):
-    """Anything that turns a problem into a fit; hyper-parameters live in its fields.
-
-    One that starts at measured states may have `starts_remedy`: the key of a study and what to write there, lest noise
-    pass for knowledge; ("", "") where it does not.
-    """
-
-    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
-        """Estimate the free parameters; a run killed with a `checkpoint` file goes on from it."""
-        ...

@@ -1,16 +1,16 @@
-"""What is wrong with a problem, told before anything is run.
+"""Checks of a problem before anything is run, and the decorator that puts them in front of every fit.
 
 An interval without width and bounds that exclude the start never get here: `Free` refuses them.
-
-What is wrong with thrusters, mass and sampling in a problem; `lint` asks.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -20,8 +20,8 @@ from ..data.check import check, check_set
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
-from . import Estimator, Issue, Nuisance, Problem, StudyError
-from .record import spread
+from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
+from .record import scales, step_of
 from .trajectory.objective import TrajectoryObjective
 
 # Kinds of findings of `check` that make a fit wrong rather than poor.
@@ -74,6 +74,31 @@ def raise_on_errors(issues: Iterable[Issue]) -> None:
         raise StudyError(f"{errors[0].where}: {errors[0].text}{more}")
 
 
+_P = ParamSpec("_P")
+_E = TypeVar("_E")
+
+
+def linted(
+    fit: Callable[Concatenate[_E, Problem, _P], Fit],
+) -> Callable[Concatenate[_E, Problem, _P], Fit]:
+    """The `fit` of an estimator that raises a StudyError on the first error of `lint` before it begins.
+
+    A problem is looked at once: what an estimator derives from it, for a stage, a fold or a start, is not looked at
+    again. Whether any trial feels a parameter is left to `lint` itself and to the verdict of the fit: it takes a
+    compilation.
+    """
+
+    @functools.wraps(fit)
+    def checked(self: _E, problem: Problem, *args: _P.args, **options: _P.kwargs) -> Fit:
+        if not problem.linted:
+            given: Any = self
+            raise_on_errors(lint(problem, estimator=given, felt=False))
+            problem = replace(problem, linted=True)
+        return fit(self, problem, *args, **options)
+
+    return checked
+
+
 def _free(problem: Problem) -> Iterator[Issue]:
     known = specs(problem.ship.model)
     if not problem.free and problem.ship.model.learned is None:  # a network is fitted by its weights
@@ -99,7 +124,7 @@ def _scales(problem: Problem) -> Iterator[Issue]:
         for name, value in table.items():
             if name not in STATES:
                 yield Issue("error", where, unknown(name, STATES, "channel"))
-            elif not 0 < value < math.inf and not (value == math.inf and where == "nuisance.initial"):  # a free start
+            elif not value > 0 or (math.isinf(value) and where != "nuisance.initial"):  # there, inf is free
                 yield Issue("error", f"{where}.{name}", f"is {value:g}; it must be above zero")
             elif name == "psi" and math.pi < value < math.inf:
                 in_radians = f"{value:g} deg is {math.radians(value):.3g} rad"
@@ -182,22 +207,21 @@ def _felt(problem: Problem) -> Iterator[Issue]:
     """Parameters whose change moves no prediction of the training trials, at the start of the search."""
     if isinstance(problem.ship.model, Sampled):
         return
-    dt = float(np.median([trial.dt for trial in problem.trials]))
+    dt = step_of(problem.trials)
     bare = replace(problem, nuisance=Nuisance())
     try:
         objective = TrajectoryObjective.build(
-            bare, bare.trials, dict(bare.loss.sigma) or spread(bare.trials), window=max(_WINDOW, dt), dt=dt,
+            bare, bare.trials, scales(bare), window=max(_WINDOW, dt), dt=dt,
             every=max(round(_EVERY / dt), 1), method="rk4", threads=None,
         )  # fmt: skip
     except DataError as error:
         yield Issue("error", "trials", str(error))
         return
     with np.errstate(over="ignore", invalid="ignore"):
-        normal = objective.normal(np.array([free.start for free in bare.free]), np.zeros(0))
+        normal = objective.normal(bare.vector.start, np.zeros(0))
     if not np.isfinite(normal.H).all():
         return  # the model blows up there, which the estimator tells by trial and state
-    prior = np.array([free.sigma**-2.0 for free in bare.free])
-    for free, felt in zip(bare.free, np.diag(normal.H) - prior, strict=True):
+    for free, felt in zip(bare.free, np.diag(normal.H) - bare.vector.precision, strict=True):
         if not felt > 1e-12 * free.scale**-2.0:
             alone = "only its prior would decide" if np.isfinite(free.sigma) else "nothing would decide"
             yield Issue(

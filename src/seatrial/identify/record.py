@@ -1,9 +1,14 @@
-"""Cutting trials into windows, one lane each: start state, inputs, what was measured, what it weighs."""
+"""A trial as a model sees it, and the windows that predictions are compared with: one lane of a kernel each.
+
+A `Record` is one trial on even steps: measured states, inputs, and the states that are not measured.  `windows` cuts
+records into windows that start at measured states; `shooting.chains` cuts them into windows that follow each other.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,38 +17,10 @@ from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import resample
 from ..models import STATES, Model
 from ..simulate.replay import inputs, unseen
-from . import Loss
+from . import Loss, Problem
 
 # A step may differ from the others by this fraction before the trial counts as uneven.
 _UNEVEN = 0.02
-
-
-@dataclass(frozen=True)
-class Windows:
-    """Windows of all trials, padded to one length.
-
-    Attributes:
-        state0: measured state at the start of each window, shape (lanes, states).
-        series: controls and environment per step, shape (lanes, steps, controls + 8).
-        measured: shape (lanes, rows, 6); zero where `scale` is zero.
-        scale: root weight over sigma of each entry, same shape; zero marks a gap or padding.
-        trial: index of the trial each window comes from, shape (lanes,).
-        samples: compared rows, gaps left out.
-        weight: share of a compared row that counts as independent.
-        dt, steps, every: time step of the integrator [s], its samples in a window, and how many of its steps lie
-            between compared rows.
-    """
-
-    state0: Array
-    series: Array
-    measured: Array
-    scale: Array
-    trial: NDArray[np.intp]
-    samples: int
-    weight: float
-    dt: float
-    steps: int
-    every: int
 
 
 def spread(trials: Sequence[Trial]) -> dict[str, float]:
@@ -61,12 +38,222 @@ def spread(trials: Sequence[Trial]) -> dict[str, float]:
     return out
 
 
+def scales(problem: Problem) -> dict[str, float]:
+    """Sigma of each compared channel: as the loss has it, else the `spread` of the training trials."""
+    return dict(problem.loss.sigma) or spread(problem.trials)
+
+
+def step_of(trials: Sequence[Trial], dt: float | None = None) -> float:
+    """Time step of a fit [s]: `dt` where it is given, else the median step of the trials."""
+    return dt or float(np.median([trial.dt for trial in trials]))
+
+
+class Settings(Protocol):
+    """How trajectories are cut, integrated and compared; every estimator of trajectories has these."""
+
+    @property
+    def window(self) -> float | None:
+        """Length of a prediction [s]; None runs each trial through."""
+        ...
+
+    @property
+    def every(self) -> int:
+        """Stride of the compared rows."""
+        ...
+
+    @property
+    def dt(self) -> float | None:
+        """Time step [s]; None takes the median step of the trials."""
+        ...
+
+    @property
+    def method(self) -> str:
+        """"euler" or "rk4"."""
+        ...
+
+    @property
+    def threads(self) -> int | None:
+        """None takes every processor."""
+        ...
+
+
+def cut_as(problem: Problem, settings: Settings) -> tuple[dict[str, float], dict[str, Any]]:
+    """Scale of each channel, and the arguments by which trials are cut and integrated."""
+    window = settings.window or max(trial.duration for trial in problem.trials)
+    return scales(problem), {
+        "window": window, "dt": step_of(problem.trials, settings.dt), "every": settings.every,
+        "method": settings.method, "threads": settings.threads,
+    }  # fmt: skip
+
+
 def even(trial: Trial, dt: float) -> Trial:
     """The trial on even steps of `dt` [s]; resampled where it is not already."""
     steps = np.diff(trial.t)
     if np.all(np.abs(steps - dt) <= _UNEVEN * dt):
         return trial
     return resample(trial, dt)
+
+
+def measured(trial: Trial) -> Array:
+    """The measured states side by side, heading unwrapped, shape (rows, 6).
+
+    Raises:
+        DataError: a channel is missing.
+    """
+    absent = [name for name in STATES if name not in trial]
+    if absent:
+        raise DataError(f"{trial.name}: no channel {', '.join(absent)}; a fit needs {', '.join(STATES)}")
+    state = trial.stack(*STATES)
+    state[:, 2] = unwrapped(state[:, 2])
+    return state
+
+
+class Piece(NamedTuple):
+    """One window of a record.
+
+    Attributes:
+        state0: state at its start.
+        series: controls and environment per step, the last row held beyond the end, shape (steps, controls + 8).
+        measured: compared rows, zero where `scale` is zero, shape (rows, 6).
+        scale: root weight over sigma of each entry, zero for a gap, shape (rows, 6).
+        rows: indices of the compared rows in the record, shape (rows,); the last one held beyond the end.
+        inside: compared rows that lie within the record.
+    """
+
+    state0: Array
+    series: Array
+    measured: Array
+    scale: Array
+    rows: NDArray[np.intp]
+    inside: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Record:
+    """One trial on even steps as a model sees it, row by row.
+
+    Attributes:
+        state: measured states, heading unwrapped, shape (rows, 6).
+        series: what acts, controls and environment, shape (rows, controls + 8).
+        hidden: states of the model that are not measured, shape (rows, states - 6).
+        complete: indices of the rows with all six states.
+    """
+
+    state: Array
+    series: Array
+    hidden: Array
+    complete: NDArray[np.intp]
+
+    @staticmethod
+    def of(trial: Trial, model: Model) -> Record:
+        """Read a trial.
+
+        Raises:
+            DataError: the trial lacks a channel.
+        """
+        state, series = measured(trial), inputs(trial, model)
+        complete = np.flatnonzero(np.isfinite(state).all(axis=1))
+        return Record(state, series, unseen(model, series, trial.dt), complete)
+
+    @property
+    def last(self) -> int:
+        """Index of the last complete row; 0 where there is none."""
+        return int(np.max(self.complete, initial=0))
+
+    @property
+    def bridged(self) -> Array:
+        """Measured states, gaps bridged by straight lines, shape (rows, 6)."""
+        rows, good = np.arange(len(self.state), dtype=np.float64), self.complete
+        return np.column_stack([np.interp(rows, rows[good], column[good]) for column in self.state.T])
+
+    def begins(self, onwards: int) -> Iterator[int]:
+        """First rows of windows, each complete, `onwards` rows apart or as soon after as a row is complete."""
+        first = 0
+        while first < self.last:
+            first = int(self.complete[np.searchsorted(self.complete, first)])
+            yield first
+            first += onwards
+
+    def window(self, begin: int, steps: int, every: int, scale: Array, *, joined: bool = False) -> Piece:
+        """The window of `steps` rows from row `begin`, of which every `every`-th is compared.
+
+        Args:
+            scale: root weight over sigma of each state.
+            joined: whether the first row counts in the window before.
+        """
+        at = np.arange(begin, begin + steps)
+        held = np.minimum(at, self.last)
+        rows, inside = held[::every], at[::every] <= self.last
+        counts = inside & ((at[::every] > begin) if joined else True)
+        state = self.state[rows]
+        scaled = np.where(np.isfinite(state) & counts[:, None], scale, 0.0)
+        start = np.append(self.state[begin], self.hidden[begin])
+        return Piece(start, self.series[held], np.where(scaled > 0, state, 0.0), scaled, rows, inside)
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows of all trials, padded to one length.
+
+    Attributes:
+        state0: measured state at the start of each window, shape (lanes, states).
+        series: controls and environment per step, shape (lanes, steps, controls + 8).
+        measured: shape (lanes, rows, 6); zero where `scale` is zero.
+        scale: root weight over sigma of each entry, same shape; zero marks a gap or padding.
+        trial: index of the trial each window comes from, shape (lanes,).
+        weight: share of a compared row that counts as independent.
+        dt, steps, every: time step of the integrator [s], its samples in a window, and how many of its steps lie
+            between compared rows.
+    """
+
+    state0: Array
+    series: Array
+    measured: Array
+    scale: Array
+    trial: NDArray[np.intp]
+    weight: float
+    dt: float
+    steps: int
+    every: int
+
+    @property
+    def samples(self) -> int:
+        """Compared rows, gaps left out."""
+        return int(self.scale.any(axis=2).sum())
+
+    @property
+    def entries(self) -> int:
+        """Compared numbers, gaps left out."""
+        return int((self.scale > 0).sum())
+
+
+def share(loss: Loss, interval: float) -> float:
+    """Share of a compared row that counts as independent, rows lying `interval` [s] apart."""
+    return 1.0 if loss.correlation <= 0 else min(interval / loss.correlation, 1.0)
+
+
+def root_weights(sigma: Mapping[str, float], weight: float) -> Array:
+    """Root of the weight over sigma of each state, zero for those that are not compared, shape (6,)."""
+    return np.array([np.sqrt(weight) / sigma[n] if n in sigma else 0.0 for n in STATES])
+
+
+def lanes(
+    parts: Sequence[tuple[int, Piece]], weight: float, *, dt: float, steps: int, every: int, substeps: int
+) -> dict[str, Any]:
+    """Arguments of `Windows`: pieces with the indices of their trials, one lane each.
+
+    Args:
+        dt, steps, every: of the rows of the trials.
+        substeps: equal steps of the integrator from row to row, with what acts held.
+    """
+    pieces = [piece for _, piece in parts]
+    return {
+        "state0": np.stack([p.state0 for p in pieces]),
+        "series": between(np.stack([p.series for p in pieces]), substeps),
+        "measured": np.stack([p.measured for p in pieces]), "scale": np.stack([p.scale for p in pieces]),
+        "trial": np.array([index for index, _ in parts], dtype=np.intp), "weight": weight, "dt": dt / substeps,
+        "steps": (steps - 1) * substeps + 1, "every": every * substeps,
+    }  # fmt: skip
 
 
 def windows(
@@ -83,51 +270,21 @@ def windows(
     Raises:
         DataError: a trial lacks a channel, or has no window with two complete rows.
     """
-    parts: list[tuple[Array, Array, Array, Array, int]] = []
     steps = max(round(window / dt), 1) + 1
-    rows = (steps - 1) // every + 1
-    weight = 1.0 if loss.correlation <= 0 else min(every * dt / loss.correlation, 1.0)
-    scale = np.array([np.sqrt(weight) / sigma[n] if n in sigma else 0.0 for n in STATES])
+    weight = share(loss, every * dt)
+    scale = root_weights(sigma, weight)
     onwards = steps - 1 if stride is None else max(round(stride / dt), 1)
+    parts: list[tuple[int, Piece]] = []
     for index, trial in enumerate(trials):
-        found = _cut(even(trial, dt), model, steps, rows, every, onwards, scale * np.sqrt(loss.weight(trial.name)))
+        record, own = Record.of(even(trial, dt), model), scale * np.sqrt(loss.weight(trial.name))
+        cut = [record.window(begin, steps, every, own) for begin in record.begins(onwards)]
+        found = [(index, piece) for piece in cut if piece.inside.sum() > 1]
         if not found:
             raise DataError(f"{trial.name}: no window of {window:g} s with two complete rows of {', '.join(STATES)}")
-        parts += [(*part, index) for part in found]
-    state0, series, measured, scaled, trial_of = (list(x) for x in zip(*parts, strict=True))
-    stacked = np.stack(scaled)
-    return Windows(
-        np.stack(state0), between(np.stack(series), substeps), np.stack(measured), stacked,
-        np.array(trial_of, dtype=np.intp), int((stacked.any(axis=2)).sum()), weight, dt / substeps,
-        (steps - 1) * substeps + 1, every * substeps,
-    )  # fmt: skip
+        parts += found
+    return Windows(**lanes(parts, weight, dt=dt, steps=steps, every=every, substeps=substeps))
 
 
 def between(series: Array, substeps: int) -> Array:
     """Inputs of every step of the integrator from those of every row, shape (lanes, steps, inputs); all hold."""
     return series if substeps == 1 else np.repeat(series, substeps, axis=1)[:, : (series.shape[1] - 1) * substeps + 1]
-
-
-def _cut(
-    trial: Trial, model: Model, steps: int, rows: int, every: int, onwards: int, scale: Array
-) -> list[tuple[Array, Array, Array, Array]]:
-    state = trial.stack(*STATES)
-    state[:, 2] = unwrapped(state[:, 2])
-    series = inputs(trial, model)
-    remembered = unseen(model, series, trial.dt)
-    good = np.asarray(np.isfinite(state).all(axis=1))
-    out: list[tuple[Array, Array, Array, Array]] = []
-    first, last = 0, int(np.max(np.flatnonzero(good), initial=0))
-    while first < last:
-        first = int(np.argmax(good[first:])) + first
-        at = np.arange(first, first + steps)
-        inside = at <= last
-        held = np.minimum(at, last)
-        compared, present = held[::every][:rows], inside[::every][:rows]
-        measured = state[compared]
-        scaled = np.where(np.isfinite(measured) & present[:, None], scale, 0.0)
-        if present.sum() > 1:
-            start = np.append(state[first], remembered[first])
-            out.append((start, series[held], np.where(scaled > 0, measured, 0.0), scaled))
-        first += onwards
-    return out

@@ -11,6 +11,7 @@ from ..core.parameters import Free
 from ..data import Array
 from ..ships import Ship
 from . import Problem, Progress
+from .vector import Vector
 
 MakeShip = Callable[[], Ship]
 """Makes the ship when it is asked; from any thread."""
@@ -62,7 +63,7 @@ def start(progress: Progress | None, ship: Ship) -> None:
 def with_values(ship: Ship, free: Sequence[Free], values: Array) -> MakeShip:
     """The ship with these values of the free parameters, as they are now; they may move on."""
     kept = np.array(values)
-    return lambda: ship.moved({f.path: float(v) for f, v in zip(free, kept, strict=True)})
+    return lambda: Vector.of(free).ship(ship, kept)
 
 
 def part(told: Any, name: str, problem: Problem, otherwise: Progress | None) -> Progress | None:

@@ -26,6 +26,7 @@ from ...simulate.loop import open_loop, open_loop_parameters
 from ...simulate.run import simulate, time_step
 from .. import Loss, StudyError
 from ..record import windows
+from ..vector import Vector
 from .optimal import Information, Plan, before, choose, expected
 
 # Independent readings per L/U, and length of a window in L/U, where nobody says otherwise.
@@ -157,9 +158,9 @@ def informations(
     )  # fmt: skip
     values = open_loop_parameters(ship)
     system = open_loop(ship)
-    for f in free:
-        values[system.parameters.index(f.path)] = f.start
-    _, slopes = sensitivity(system, [f.path for f in free]).run(
+    vector = Vector.of(free)
+    values[vector.positions(system.parameters)] = vector.start
+    _, slopes = sensitivity(system, vector.paths).run(
         cut.state0, cut.series, values, dt=cut.dt, steps=cut.steps, every=cut.every, method="rk4", threads=threads
     )
     weighted = slopes[:, :, : len(STATES)] * cut.scale[..., None]

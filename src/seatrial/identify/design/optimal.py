@@ -14,7 +14,8 @@ import numpy as np
 from ...core.parameters import Free
 from ...data import Array
 from .. import Verdict
-from ..posterior.verdicts import CLEAR, UNKNOWN, manoeuvre_for, prior_variance
+from ..posterior.verdicts import CLEAR, UNKNOWN, manoeuvre_for
+from ..vector import Vector
 
 # A parameter shows in a direction that the data leave open with this much of the unit vector.
 _SHOWS = 0.3
@@ -122,8 +123,7 @@ def expected(free: Sequence[Free], runs: Sequence[Information], reached: Sequenc
 
 def before(free: Sequence[Free]) -> Array:
     """Standard deviation before the data; a parameter with neither prior nor interval takes its own size."""
-    variance = prior_variance(free)
-    own = np.array([max(abs(f.start), 1e-12) for f in free])
+    variance, own = Vector.of(free).variance, np.maximum(np.abs(Vector.of(free).start), 1e-12)
     return np.where(np.isfinite(variance), np.sqrt(variance), own)
 
 

@@ -20,9 +20,10 @@ from ...data import Array, Trial
 from ...models import STATES
 from ...ships import Ship
 from .. import StudyError, Verdict
-from ..posterior.verdicts import CLEAR, UNKNOWN, prior_variance
+from ..nuisance import CURRENT
+from ..posterior.verdicts import CLEAR, UNKNOWN
+from ..vector import Vector
 from .kalman import over
-from .model import CURRENT
 
 
 class Estimate(NamedTuple):
@@ -119,7 +120,7 @@ class Filtered:
         units = specs(self.ship.model)
         return (fits, *(
             _verdict(f, self._last(f.path), variance, units[f.path].unit)
-            for f, variance in zip(self.free, prior_variance(self.free), strict=True)
+            for f, variance in zip(self.free, Vector(self.free).variance, strict=True)
         ))  # fmt: skip
 
     def _last(self, name: str) -> Estimate:

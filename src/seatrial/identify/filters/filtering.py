@@ -24,11 +24,12 @@ from ...models import Sampled
 from ...ships import Ship
 from ...simulate.replay import inputs
 from .. import FitError, StudyError
-from ..posterior.verdicts import prior_variance
+from ..nuisance import CURRENT
+from ..vector import Vector
 from .filtered import Filtered, Pass, innovation_test
 from .kalman import Extended, Unscented, over
 from .measurement import Antenna, Heading, Rate, Sensor
-from .model import CURRENT, FilterModel, trace
+from .model import FilterModel, trace
 
 __all__ = ["Filtered", "Kalman", "Tracker"]
 
@@ -100,7 +101,7 @@ class Kalman:
         if isinstance(ship.model, Sampled):
             raise StudyError(f"{ship.name}: a model in discrete time; a Kalman filter here needs rates, not samples")
         free = tuple(_free(ship, given) for given in self.parameters)
-        more = (*(CURRENT if self.current else ()), *(f.path for f in free))
+        more = (*(CURRENT if self.current else ()), *Vector(free).paths)
         model = trace(ship, more, tuple(self.measurement.values()))
         for name in (*self.start, *(name for name in self.process if not (name == "current" and self.current))):
             if name not in model.names:
@@ -114,7 +115,7 @@ class Kalman:
 def _free(ship: Ship, given: str | Free) -> Free:
     if isinstance(given, Free):
         read(ship.model, given.path)
-        if not np.isfinite(prior_variance((given,))[0]):
+        if not np.isfinite(Vector.of((given,)).variance[0]):
             raise StudyError(f"{given.path}: a filter starts from a prior; give a finite sigma or interval")
         return given
     value, meaning = float(read(ship.model, given)), specs(ship.model)[given]
@@ -155,10 +156,9 @@ class Tracker:
         events, series = timeline(trial, self.model), inputs(trial, self.ship.model)
         if not np.isfinite(series).all():
             raise DataError(f"{trial.name}: a control or the environment holds no value at all")
-        given: dict[str, tuple[float, float]] = {}
-        for f, variance in zip(self.free, prior_variance(self.free), strict=True):
-            known = np.isfinite(f.sigma) and np.isfinite(f.prior)
-            given[f.path] = (f.prior if known else f.start, float(np.sqrt(variance)))
+        vector = Vector(self.free)
+        prior = zip(vector.mean.tolist(), np.sqrt(vector.variance).tolist(), strict=True)
+        given: dict[str, tuple[float, float]] = dict(zip(vector.paths, prior, strict=True))
         given |= settings.start
         mean, sd = begin(self.ship, trial, tuple(settings.measurement.values()), names, given)
         run, updates = self._forward(trial, events, series, np.clip(mean, *self._bounds()), np.diag(sd**2))

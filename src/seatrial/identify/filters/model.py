@@ -20,9 +20,6 @@ from ...ships import Ship
 from ...simulate.loop import open_loop, open_loop_parameters
 from .measurement import Sensor
 
-CURRENT = ("environment.current_x", "environment.current_y")
-"""The current that the trial does not say, north and east [m/s], as states of the filter."""
-
 
 class Numeric:
     """A CasADi function called on buffers of its own, without the cost of conversion.

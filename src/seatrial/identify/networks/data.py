@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data import Array, DataError, Trial, unwrapped
+from ...data import Array, DataError, Trial
 from ...data.prepare import resampling
 from ...models import STATES
 from ...models.network import INPUTS
 from ...models.neural import Neural, features
 from ...simulate.replay import gaps, inputs
 from .. import Loss, StudyError
-from ..record import spread
+from ..record import measured, spread
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -129,8 +129,7 @@ def _read(trial: Trial, model: Neural, measured_wind: bool) -> tuple[Array, Arra
         raise DataError(f"{trial.name}: has a current; networks are trained in still water only")
     for rows in gaps(trial, model).values():  # what was filled is no data
         acting[rows] = np.nan
-    state = trial.stack(*STATES)
-    state[:, 2] = unwrapped(state[:, 2])
+    state = measured(trial)
     wind = acting[:, _WIND]
     if measured_wind and model.network.wind:
         absent = [name for name in ("U_A", "gamma_A") if name not in trial]

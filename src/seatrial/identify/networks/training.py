@@ -31,7 +31,7 @@ from ...models.network_pass import accelerations
 from ...models.neural import Neural
 from ...ships import Ship
 from .. import Fit, FitError, Problem, Progress, StudyError, Verdict
-from ..linted import linted
+from ..lint import linted
 from ..watch import tell
 from .data import CHANNELS, Rows, Source, answers, typical, weights_of_errors
 from .engine import Engine, Form, one_thread_each

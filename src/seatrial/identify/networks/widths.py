@@ -26,8 +26,8 @@ from ...core.files import write_whole
 from ...data import Trial
 from .. import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
 from ..digest import digest
-from ..linted import linted
-from ..record import spread
+from ..lint import linted
+from ..record import scales, step_of
 from ..resume import ResumeError, begin_anew
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.shooting import Trajectory
@@ -150,7 +150,7 @@ class Widths(Trajectory):
             before: fits for other widths that go before, to say how far the choice has come.
         """
         total, count = 0.0, 0.0
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        sigma = scales(problem)
         for number, out in enumerate(dealt(problem.trials, self.parts), start=before + 1):
             stage(progress, f"choosing widths: fit {number} of {len(self.widths) * self.parts}")
             seen = tuple(t for t in problem.trials if not any(t is other for other in out))
@@ -168,7 +168,7 @@ class Widths(Trajectory):
     def _judge(self, inner: Problem, out: Sequence[Trial], sigma: dict[str, float]) -> TrajectoryObjective:
         """Predictions of the trials left out, each weighing what it weighs in the fit."""
         plain = replace(inner, loss=replace(inner.loss, sigma=sigma), nuisance=Nuisance())
-        dt = self.dt or float(np.median([t.dt for t in inner.trials]))
+        dt = step_of(inner.trials, self.dt)
         return TrajectoryObjective.build(
             plain, out, sigma, window=self.window, dt=dt, every=self.every, method=self.method, threads=self.threads,
         )  # fmt: skip

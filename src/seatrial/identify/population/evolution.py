@@ -20,7 +20,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, BinaryIO, Self
+from typing import BinaryIO, Self
 
 import numpy as np
 
@@ -29,11 +29,12 @@ from ...data import Array
 from ...engine.rollout import is_rk4
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
-from ..linted import linted
-from ..record import spread
+from ..lint import linted
+from ..nuisance import begun_as, checked_initial
+from ..record import cut_as
 from ..resume import ResumeError, begin_anew
 from ..trajectory.gauss_newton import State, minimise
-from ..trajectory.objective import TrajectoryObjective, begun_as, checked_initial
+from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.shooting import finished
 from ..watch import tell, with_values
 from .scored import Batch, Scoring
@@ -108,11 +109,7 @@ class Evolution:
             FitError: no candidate of any run could be simulated.
         """
         low, high = box(problem)
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
-        window = self.window or max(trial.duration for trial in problem.trials)
-        settings: Any = {"window": window, "dt": dt, "every": self.every, "method": self.method,
-                         "threads": self.threads}  # fmt: skip
+        sigma, settings = cut_as(problem, self)
         own = begun_as(problem, self.initial)
         smooth = TrajectoryObjective.build(own, problem.trials, sigma, **settings)
         watch = Scoring.build(problem, problem.validation, sigma, **settings).batch(1) if problem.validation else None
@@ -135,17 +132,11 @@ def box(problem: Problem) -> tuple[Array, Array]:
     Raises:
         StudyError: a parameter with neither.
     """
-    low, high = [], []
-    for f in problem.free:
-        reach = 3.0 * f.sigma if math.isfinite(f.sigma) else math.inf
-        a, b = max(f.low, f.prior - reach if math.isfinite(reach) else -math.inf), min(
-            f.high, f.prior + reach if math.isfinite(reach) else math.inf
-        )
-        if not (math.isfinite(a) and math.isfinite(b)):
+    low, high = problem.vector.box
+    for f, known in zip(problem.free, np.isfinite(low) & np.isfinite(high), strict=True):
+        if not known:
             raise StudyError(f"free: {f.path} has no range; evolution needs ratio, low and high, or a prior")
-        low.append(a)
-        high.append(b)
-    return np.array(low), np.array(high)
+    return low, high
 
 
 @dataclass(frozen=True)
@@ -199,7 +190,7 @@ class _Search:
     @property
     def start(self) -> Array:
         """The declared start."""
-        return np.array([f.start for f in self.problem.free])
+        return self.problem.vector.start
 
     def run(
         self, number: int, population: int, record: Record, begun: Array
@@ -212,7 +203,7 @@ class _Search:
             mean=draw.random(self.low.size), sigma=self.settings.step, population_size=population,
             seed=int(draw.integers(2**31)),
         )  # fmt: skip
-        batch, bests = self.scoring.begun(self.smooth.starts(begun)).batch(population), []
+        batch, bests = self.scoring.begun(self.smooth.layout.starts(begun)).batch(population), []
         patience = _PATIENCE + math.ceil(_PER_DIMENSION * self.low.size / population)
         for _ in range(self.settings.generations):
             asked = np.array([strategy.ask() for _ in range(population)])

@@ -22,8 +22,8 @@ from ...ships import Ship
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
 from .. import Problem, StudyError
+from ..nuisance import held
 from ..record import Windows, windows
-from ..trajectory.objective import held
 
 # Steps times lanes below which threads cost more than they bring.
 _WORTH_A_THREAD = 100_000
@@ -121,12 +121,11 @@ class Scoring:
             substeps=substeps(problem.ship, dt, method),
         )  # fmt: skip
         layout, series = laid_out(cut)
-        free = tuple(f.path for f in problem.free)
         parameters = np.array([*open_loop_parameters(problem.ship), *layout.held.values(), *layout.weights])
         own = open_loop_memory(problem.ship, cut.state0, cut.series[:, 0, : -len(CHANNELS)])
         zero = np.zeros((cut.state0.shape[0], 1))
         return Scoring(
-            problem, cut, simulator(scored(problem.ship, layout), free), parameters, series,
+            problem, cut, simulator(scored(problem.ship, layout), problem.vector.paths), parameters, series,
             zero if own is None else np.hstack([zero, own]), method, threads,
         )  # fmt: skip
 
@@ -146,10 +145,8 @@ class Scoring:
 
     def prior(self, candidates: Array) -> Array:
         """Squared distance from the prior mean in its sigma, shape (candidates,)."""
-        free = self.problem.free
-        weight = np.array([f.sigma**-2.0 for f in free])
-        mean = np.array([f.prior if np.isfinite(f.sigma) else 0.0 for f in free])
-        return ((candidates - mean) ** 2 * weight).sum(axis=1)
+        vector = self.problem.vector
+        return ((candidates - vector.mean) ** 2 * vector.precision).sum(axis=1)
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,8 @@ from ...ships import Ship
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Fit, FitError, Loss, Problem
-from ..record import windows
-from ..trajectory.batch import Data, Many, Settings, prior
+from ..record import Settings, windows
+from ..trajectory.batch import Data, Many
 
 
 @dataclass(frozen=True)
@@ -126,9 +126,9 @@ def ensemble(
     state0[:, :, : len(STATES)] = clean[:, 0] + sigma * rng.standard_normal((members, cut.state0.shape[0], len(STATES)))
     measured = clean[None] + sigma * rng.standard_normal((members, *clean.shape))
     measured[:, :, 0] = state0[:, :, : len(STATES)]
-    mean, weight = prior(problem.free)
-    deviation = np.where(weight > 0, [f.sigma for f in problem.free], 0.0)
-    means = mean + np.where(weight > 0, deviation, 0.0) * rng.standard_normal((members, mean.size))
+    vector = problem.vector
+    deviation = np.where(vector.precision > 0, vector.sigma, 0.0)
+    means = vector.mean + deviation * rng.standard_normal((members, len(vector)))
     ends = many.descend(np.repeat(fit.values[None], members, axis=0), data=Data(state0, measured, means),
                         tolerance=1e-7)  # fmt: skip
     good = np.isfinite(ends.normals.costs)

@@ -17,7 +17,7 @@ from ...data import Array
 from ...models.hybrid import Hybrid
 from ...ships import Ship
 from .. import Fit, Problem
-from ..record import spread
+from ..record import cut_as
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.shooting import Trajectory
 from .verdicts import posterior
@@ -44,10 +44,9 @@ def freer(fit: Fit, problem: Problem, estimator: Trajectory, *, seed: int = 0) -
     ship, extra = with_units(fit.ship, UNITS, seed)
     free = (*fit.free, *extra)
     wide = replace(problem, ship=ship, free=free, validation=())
-    dt = estimator.dt or float(np.median([t.dt for t in problem.trials]))
+    sigma, arguments = cut_as(problem, estimator)
     objective = TrajectoryObjective.build(
-        wide, problem.trials, dict(problem.loss.sigma) or spread(problem.trials), window=estimator.window, dt=dt,
-        every=estimator.every, method=estimator.method, threads=estimator.threads, stride=estimator.stride,
+        wide, problem.trials, sigma, **arguments, stride=estimator.stride,
     )  # fmt: skip
     p, eta = np.append(fit.values, np.zeros(len(extra))), np.zeros(objective.nuisances)
     covariance, _ = posterior(objective.normal(p, eta), free, p, objective.variance(p, eta))

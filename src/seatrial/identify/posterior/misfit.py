@@ -15,7 +15,7 @@ import numpy as np
 from ...data import Array
 from ...models import STATES
 from .. import Fit, Loss, Nuisance, Problem
-from ..trajectory.batch import Settings, cut_as
+from ..record import Settings, cut_as
 from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.objective import TrajectoryObjective
 from .ensemble import white
@@ -101,8 +101,8 @@ def misfit(
     objective = TrajectoryObjective.build(told, told.trials, told.loss.sigma, **arguments)
     eta = np.zeros(objective.nuisances)
     begin = State(fit.values, eta, objective.cost(fit.values, eta))
-    low, high = np.array([f.low for f in fit.free]), np.array([f.high for f in fit.free])
-    end = minimise(objective, begin, low, high, iterations=30, tolerance=1e-6, each=lambda _: None)
+    vector = fit.vector
+    end = minimise(objective, begin, vector.low, vector.high, iterations=30, tolerance=1e-6, each=lambda _: None)
     cut = objective.windows
     left = np.where(cut.scale > 0, objective.residuals(end.p, end.eta), np.nan)
     lag = max(math.ceil(problem.loss.correlation / (cut.dt * cut.every)), 1)

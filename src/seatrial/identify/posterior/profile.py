@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ...core.parameters import Free
 from ...data import Array
 from .. import Fit, Problem, Verdict
-from ..trajectory.batch import Ends, Many, Settings
+from ..record import Settings
+from ..trajectory.batch import Ends, Many
 from .verdicts import CORRELATED, manoeuvre_for
 
 # chi^2 with one degree of freedom: 95 %.
@@ -152,12 +153,12 @@ def profiles(fit: Fit, problem: Problem, settings: Settings, *, variance: float 
     base = many.descend(fit.values[None])
     here, normals = base.values[0], base.normals
     n = here.size
-    samples, weight = float((many.windows.scale > 0).sum()), many.windows.weight
+    samples, weight = float(many.windows.entries), many.windows.weight
     alike = 1.0 / weight if variance is not None else max(1.0 / weight, _alike(many, here))
     noise = float(normals.data[0]) / max(samples * weight - n, 1.0) * alike * weight if variance is None else variance
     noise = max(noise, 1e-300)
     low, high = _range(fit, many)
-    width, prior = high - low, np.array([f.sigma**-2.0 for f in problem.free])
+    width, prior = high - low, problem.vector.precision
     H = (normals.H[0] - np.diag(prior)) / noise + np.diag(prior)
     information, vectors = np.linalg.eigh(np.outer(width, width) * H)
     information = np.maximum(information, 1e-12 * information.max())
@@ -193,8 +194,8 @@ def _alike(many: Many, values: Array) -> float:
 
 def _range(fit: Fit, many: Many) -> tuple[Array, Array]:
     """Bounds; where there are none, three deviations of the prior, or eight of the estimate."""
-    reach = np.array([3.0 * f.sigma if np.isfinite(f.sigma) else 8.0 * s
-                      for f, s in zip(fit.free, fit.sigma, strict=True)])  # fmt: skip
+    prior = fit.vector.sigma
+    reach = np.where(np.isfinite(prior), 3.0 * prior, 8.0 * fit.sigma)
     reach = np.where(np.isfinite(reach) & (reach > 0), reach, np.maximum(np.abs(fit.values), 1.0))
     low = np.where(np.isfinite(many.low), many.low, np.maximum(fit.values - reach, many.low))
     high = np.where(np.isfinite(many.high), many.high, np.minimum(fit.values + reach, many.high))

@@ -10,13 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ...core.parameters import Free
 from ...data import Array
-from .. import Fit, Verdict
+from .. import Fit, Problem, Verdict
 from ..trajectory.gauss_newton import Normal
+from ..vector import Vector
 
 # Share of the prior variance that the data must remove: below the first nothing is learned,
 # above the second the data speak clearly louder than the prior.  Of the squared size of a parameter, its variance
@@ -48,17 +50,6 @@ def manoeuvre_for(path: str) -> str:
     return next((text for prefix, text in EXCITES if path.startswith(prefix)), "more varied manoeuvres")
 
 
-def prior_variance(free: Sequence[Free]) -> Array:
-    """Variance before the data: of the Gaussian prior, else of a uniform one over the interval."""
-    out = np.full(len(free), np.inf)
-    for i, f in enumerate(free):
-        if np.isfinite(f.sigma):
-            out[i] = f.sigma**2
-        elif np.isfinite(f.high - f.low):
-            out[i] = (f.high - f.low) ** 2 / 12.0
-    return out
-
-
 def posterior(normal: Normal, free: Sequence[Free], values: Array, variance: float) -> tuple[Array, Array]:
     """Posterior covariance and the share of the prior variance that the data removed.
 
@@ -70,9 +61,10 @@ def posterior(normal: Normal, free: Sequence[Free], values: Array, variance: flo
             sigma need only be right up to a factor.
     """
     H, _ = normal.reduced(0.0)
-    prior = np.array([f.sigma**-2.0 for f in free])
+    vector = Vector.of(free)
+    prior = vector.precision
     whole = (H - np.diag(prior)) / max(variance, 1e-200) + np.diag(prior)
-    before, size = prior_variance(free), _size(free, values)
+    before, size = vector.variance, vector.size(values)
     curved = np.diag(whole) > 0
     unseen = np.where(np.isfinite(before), np.sqrt(before), np.where(size > 0, size, 1.0))
     scale = np.where(curved, np.where(curved, np.diag(whole), 1.0) ** -0.5, unseen)
@@ -85,10 +77,27 @@ def posterior(normal: Normal, free: Sequence[Free], values: Array, variance: flo
     return covariance, np.clip(share, 0.0, 1.0)
 
 
-def _size(free: Sequence[Free], values: Array) -> Array:
-    """How large each parameter is: at the start, where its prior has it or as estimated, whichever is largest."""
-    known = [max(abs(f.start), abs(f.prior) if np.isfinite(f.sigma) else 0.0) for f in free]
-    return np.maximum(known, np.abs(values))
+def judged(
+    problem: Problem, values: Array, normal: Normal, variance: float, *, history: Array, seconds: float,
+    evaluations: int, status: str, digest: str, **more: Any,
+) -> Fit:  # fmt: skip
+    """The `Fit` of `problem` at `values`: covariance, shrinkage, bounds and verdicts from the normal equations there.
+
+    Args:
+        normal, variance: as in `posterior`.
+        history, seconds, evaluations, status, digest: as in `Fit`.
+        more: further fields of `Fit`.
+    """
+    vector = problem.vector
+    covariance, shrinkage = posterior(normal, problem.free, values, variance)
+    at_bound = vector.at_bound(values)
+    return Fit(
+        ship=vector.ship(problem.ship, values), free=problem.free, values=values, sigma=np.sqrt(np.diag(covariance)),
+        covariance=covariance, shrinkage=shrinkage, at_bound=at_bound,
+        verdicts=verdicts(problem.free, values, covariance, shrinkage, at_bound),
+        history=np.asarray(history, dtype=np.float64).reshape(-1, 4), objective=normal.cost, seconds=seconds,
+        evaluations=evaluations, status=status, digest=digest, **more,
+    )  # fmt: skip
 
 
 def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
@@ -97,7 +106,7 @@ def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
     Args:
         unidentified: why, by path; a path that is not free is held at an assumed number.
     """
-    free = [f.path for f in fit.free]
+    free = fit.vector.paths
     told = [
         replace(v, status="not identified", text=f"{v.text}; all the same: {unidentified[v.subject]}")
         if v.subject in unidentified else v
@@ -127,10 +136,11 @@ def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> V
             f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it further out, "
             "so either the interval is too narrow or the model lacks something",
         )  # fmt: skip
-    size = float(_size([f], np.array([value]))[0])
+    one = Vector.of([f])
+    size = float(one.size(np.array([value]))[0])
     known = f"sigma is {sigma / size:.2g} of its size" if size > 0 else "not told from zero"
     own = 1.0 - min(sigma / size, 1.0) ** 2 if size > 0 else 0.0
-    if not np.isfinite(prior_variance([f])[0]):
+    if not np.isfinite(one.variance[0]):
         share, told = own, f"{told}: {known}"
     elif own < min(share, CLEAR):  # its own size is the stricter measure
         share, told = own, f"{told}: {known}, though the data removed {share:.0%} of the prior variance"

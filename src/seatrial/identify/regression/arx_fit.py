@@ -15,7 +15,7 @@ from ...data import Array, DataError, Trial
 from ...data.prepare import to_body
 from ...models.arx import CONSTANT, INPUTS, OUTPUTS, Arx, lag_of
 from .. import Fit, Problem, Progress, StudyError
-from ..linted import linted
+from ..lint import linted
 from ..record import even
 from .regression import Solution, criteria, least_squares, weighted_fit
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import math
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -18,17 +17,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.parameters import Free, update
-from ...data import Array, DataError, Trial, unwrapped
+from ...data import Array, DataError, Trial
 from ...environment import Environment
 from ...models import STATES, Sampled
 from ...simulate.replay import inputs
 from .. import Fit, Problem, Progress, StudyError
 from ..digest import digest
-from ..linted import linted
-from ..posterior.verdicts import posterior, verdicts
+from ..lint import linted
+from ..posterior.verdicts import judged
+from ..record import measured
 from ..trajectory.gauss_newton import Normal
 from ..trajectory.shooting import OneStep
+from ..vector import Vector
 from ..watch import tell, with_values
 
 VELOCITIES = STATES[3:]
@@ -141,12 +141,12 @@ def weighted_fit(
         raise DataError(f"{rows} windows for {n} free parameters; give longer trials, or shorter windows")
     scale = np.maximum(np.std(right, axis=0), 1e-12)
     scale = np.array([problem.loss.sigma.get(name, s) for name, s in zip(VELOCITIES, scale, strict=True)])
-    values, history = np.array([f.start for f in free]), list[tuple[float, float, float, float]]()
+    values, history = problem.vector.start, list[tuple[float, float, float, float]]()
     hessian, cost = np.eye(n), math.inf
     for turn in range(_PASSES):
         weighed = (matrix / scale[:, None]).reshape(-1, n)
         aim = (right / scale).ravel()
-        values, hessian, cost = _solve(weighed, aim, free)
+        values, hessian, cost = _solve(weighed, aim, problem.vector)
         history.append((turn + 1.0, cost, math.nan, time.perf_counter() - began))
         tell(progress, (turn + 1, cost, math.nan), with_values(problem.ship, free, values))
         # Channels that the free parameters do not touch keep their scale: they say nothing either way.
@@ -155,28 +155,22 @@ def weighted_fit(
     touched = np.any(matrix != 0.0, axis=(0, 2))
     left = ((right - matrix @ values) / scale)[:, touched]
     variance = float(np.sum(left**2)) / max(left.size - n, 1)
-    covariance, shrinkage = posterior(Normal(cost, hessian, np.zeros(n)), free, values, variance)
-    on = tuple(f.path for f, v in zip(free, values, strict=True) if v <= f.low or v >= f.high)
-    found = {f.path: float(v) for f, v in zip(free, values, strict=True)}
     mark = hashlib.sha256((digest(problem, OneStep()) + repr(estimator)).encode()).hexdigest()[:16]
-    return Fit(
-        ship=problem.ship.moved(found), free=free, values=values, sigma=np.sqrt(np.diag(covariance)),
-        covariance=covariance, shrinkage=shrinkage, at_bound=on,
-        verdicts=verdicts(free, values, covariance, shrinkage, on), history=np.array(history), objective=cost,
+    return judged(
+        problem, values, Normal(cost, hessian, np.zeros(n)), variance, history=np.array(history),
         seconds=time.perf_counter() - began, evaluations=_PASSES, status="solved: linear least squares", digest=mark,
     )  # fmt: skip
 
 
-def _solve(matrix: Array, right: Array, free: Sequence[Free]) -> tuple[Array, Array, float]:
+def _solve(matrix: Array, right: Array, vector: Vector) -> tuple[Array, Array, float]:
     """Estimates within bounds, Hessian with the priors, and the cost."""
     from scipy.optimize import lsq_linear
 
-    held = [f for f in free if math.isfinite(f.sigma)]
-    prior = np.array([[float(f is g) / f.sigma for g in free] for f in held]).reshape(-1, len(free))
-    joined = np.vstack([matrix, prior])
-    aim = np.concatenate([right, [f.prior / f.sigma for f in held]])
+    held = np.isfinite(vector.sigma)
+    joined = np.vstack([matrix, np.diag(1.0 / vector.sigma)[held]])
+    aim = np.concatenate([right, (vector.mean / vector.sigma)[held]])
     size = np.maximum(np.sqrt(np.mean(joined * joined, axis=0)), 1e-300)
-    low, high = np.array([f.low for f in free]), np.array([f.high for f in free])
+    low, high = vector.low, vector.high
     found: Any = lsq_linear(joined / size, aim, bounds=(low * size, high * size), method="bvls")
     values = np.clip(found.x / size, low, high)
     residual = joined @ values - aim
@@ -195,13 +189,13 @@ def _accelerations(problem: Problem) -> Any:
         )
     z, c, e = ca.SX.sym("z", len(STATES)), ca.SX.sym("c", len(model.controls)), ca.SX.sym("e", len(Environment._fields))
     p = ca.SX.sym("p", len(problem.free))
-    free = update(model, {f.path: p[k] for k, f in enumerate(problem.free)})
+    free = problem.vector.model(model, p)
     around = Environment(*ca.vertsplit(e))
     rates = free.derivative(tuple(ca.vertsplit(z)), tuple(ca.vertsplit(c)), around)[3:]
     y = ca.vertcat(*(ca.SX(rate) for rate in rates))
     slopes = ca.jacobian(y, p)
     curved = ca.sum1(ca.jacobian(ca.vec(slopes), p) != 0)
-    names = [f.path for k, f in enumerate(problem.free) if curved.nnz() and curved[0, k].nnz()]
+    names = [path for k, path in enumerate(problem.vector.paths) if curved.nnz() and curved[0, k].nnz()]
     if names:
         raise StudyError(
             f"free: the accelerations are not linear in {', '.join(names[:6])}; hold them, or take shooting:Trajectory"
@@ -212,11 +206,7 @@ def _accelerations(problem: Problem) -> Any:
 
 def _windows(trial: Trial, problem: Problem, slopes: Any, window: float) -> tuple[Array, Array]:
     """Equations of a trial: integrated slopes (windows, 3, free) and what they have to give (windows, 3)."""
-    absent = [name for name in STATES if name not in trial]
-    if absent:
-        raise DataError(f"{trial.name}: no channel {', '.join(absent)}; regression needs {', '.join(STATES)}")
-    state = trial.stack(*STATES)
-    state[:, 2] = unwrapped(state[:, 2])
+    state = measured(trial)
     acting, dt = inputs(trial, problem.ship.model)[:-1], np.diff(trial.t)
     middle = 0.5 * (state[1:] + state[:-1])
     n = len(problem.ship.model.controls)

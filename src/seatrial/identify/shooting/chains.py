@@ -15,51 +15,30 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data import Array, DataError, Trial, unwrapped
+from ...data import Array, DataError, Trial
 from ...models import STATES, Model
-from ...simulate.replay import inputs, unseen
-from ..loss import Loss
-from ..record import between, even
+from .. import Loss
+from ..record import Piece, Record, Windows, even, lanes, root_weights, share
 
 Index = NDArray[np.intp]
-Part = tuple[Array, Array, Array, Array, Array, Index]
 
 
 @dataclass(frozen=True)
-class Chains:
-    """Windows of all trials, one lane each, padded to one length.
+class Chains(Windows):
+    """Windows of all trials that follow each other, one lane each, padded to one length.
 
     The first row of a window is the last one of the window before and counts there only; the first row of a
-    trial counts in its first window.
+    trial counts in its first window.  Gaps are bridged in `state0`.
 
     Attributes:
-        nodes: measured state at the start of each window, gaps bridged, shape (lanes, states).
-        series: controls and environment per step, shape (lanes, steps, controls + 8).
-        measured: shape (lanes, rows, 6); zero where `scale` is zero.
-        scale: root weight over sigma of each entry, same shape; zero marks a gap or padding.
         motion: measured states with gaps bridged, shape (lanes, rows, 6).
         length: rows of each window that lie before its end or the trial's, shape (lanes,).
-        trial: index of the trial of each lane.
         levels: lanes of the first windows of all trials, of the second ones, and so on.
-        samples: entries that count.
-        weight: share of a compared row that counts as independent.
-        dt, steps, every: time step of the integrator [s], its samples in a window, and how many of its steps lie
-            between compared rows.
     """
 
-    nodes: Array
-    series: Array
-    measured: Array
-    scale: Array
     motion: Array
     length: Index
-    trial: Index
     levels: tuple[Index, ...]
-    samples: int
-    weight: float
-    dt: float
-    steps: int
-    every: int
 
     @property
     def trials(self) -> int:
@@ -75,62 +54,46 @@ def chains(
     """Every trial cut into windows of `window` seconds, the last one shorter.
 
     Args:
-        weights: what the squared residuals of a trial are multiplied by, by its name; 1 where it is not named.
+        weights: factors of the squared residuals of a trial, by its name; 1 where it is not named.
         substeps: equal steps of the integrator from row to row, `dt` [s] apart.
 
     Raises:
         DataError: a trial lacks a channel, or is shorter than two complete rows or one window.
     """
     jump = every * max(round(window / (dt * every)), 1)
-    share = 1.0 if loss.correlation <= 0 else min(every * dt / loss.correlation, 1.0)
-    base = np.array([np.sqrt(share) / sigma[n] if n in sigma else 0.0 for n in STATES])
-    parts: list[Part] = []
-    trial_of: list[int] = []
+    weight = share(loss, every * dt)
+    scale = root_weights(sigma, weight)
+    parts: list[tuple[int, Piece]] = []
+    motion: list[Array] = []
+    length: list[int] = []
     level_of: list[int] = []
     for index, trial in enumerate(trials):
-        cut = _cut(even(trial, dt), model, jump, every, base * np.sqrt(weights.get(trial.name, 1.0)))
-        parts += cut
-        trial_of += [index] * len(cut)
-        level_of += range(len(cut))
-    nodes, series, measured, scale, motion, length = (np.stack(x) for x in zip(*parts, strict=True))
-    level = np.array(level_of, dtype=np.intp)
+        record = _whole(even(trial, dt), model, jump)
+        bridged, own = record.bridged, scale * np.sqrt(weights.get(trial.name, 1.0))
+        begins = range(int(record.complete[0]), record.last, jump)
+        for level, begin in enumerate(begins):
+            piece = record.window(begin, jump + 1, every, own, joined=level > 0)
+            parts.append((index, piece._replace(state0=np.append(bridged[begin], record.hidden[begin]))))
+            motion.append(bridged[piece.rows])
+            length.append(np.count_nonzero(begin + every * np.arange(len(piece.rows) - 1) < record.last))
+        level_of += range(len(begins))
+    levels = np.array(level_of, dtype=np.intp)
     return Chains(
-        nodes, between(series, substeps), measured, scale, motion, length, np.array(trial_of, dtype=np.intp),
-        tuple(np.flatnonzero(level == k) for k in range(int(level.max()) + 1)),
-        int((scale > 0).sum()), share, dt / substeps,
-        jump * substeps + 1, every * substeps,
+        **lanes(parts, weight, dt=dt, steps=jump + 1, every=every, substeps=substeps),
+        motion=np.stack(motion), length=np.array(length, dtype=np.intp),
+        levels=tuple(np.flatnonzero(levels == k) for k in range(int(levels.max()) + 1)),
     )  # fmt: skip
 
 
-def _cut(trial: Trial, model: Model, jump: int, every: int, scale: Array) -> list[Part]:
-    absent = [name for name in STATES if name not in trial]
-    if absent:
-        raise DataError(f"{trial.name}: no channel {', '.join(absent)}; shooting needs {', '.join(STATES)}")
-    state = trial.stack(*STATES)
-    state[:, 2] = unwrapped(state[:, 2])
-    good = np.flatnonzero(np.isfinite(state).all(axis=1))
-    if good.size < 2:
+def _whole(trial: Trial, model: Model, jump: int) -> Record:
+    """The record of a trial that has two complete rows, and more rows than a window of `jump` steps."""
+    record = Record.of(trial, model)
+    if record.complete.size < 2:
         raise DataError(f"{trial.name}: no two rows with all of {', '.join(STATES)}")
-    first, last = int(good[0]), int(good[-1])
     if len(trial) <= jump:
         wanted = f"the {jump + 1} of one window; shorten the window"
         raise DataError(f"{trial.name}: {len(trial)} samples are fewer than {wanted}")
-    series = inputs(trial, model)
-    hidden = unseen(model, series, trial.dt)
-    rows = np.arange(len(state), dtype=np.float64)
-    bridged = np.column_stack([np.interp(rows, rows[good], column[good]) for column in state.T])
-    out: list[Part] = []
-    for begin in range(first, last, jump):
-        at = np.minimum(np.arange(begin, begin + jump + 1), last)
-        compared = np.arange(begin, begin + jump + 1, every)
-        counts = (compared <= last) & ((compared > begin) | (begin == first))
-        measured = state[np.minimum(compared, last)]
-        scaled = np.where(np.isfinite(measured) & counts[:, None], scale, 0.0)
-        node = np.append(bridged[begin], hidden[begin])
-        length = np.array(np.count_nonzero(compared[:-1] < last), dtype=np.intp)
-        motion = bridged[np.minimum(compared, last)]
-        out.append((node, series[at], np.where(scaled > 0, measured, 0.0), scaled, motion, length))
-    return out
+    return record
 
 
 # Channels of which one must be compared for the start of a position or of the heading to be told.
@@ -161,7 +124,7 @@ class FirstStates:
         free = np.array(told, dtype=np.intp)
         weight = np.array([0.0 if STATES[k] in compared else span[k] ** -2.0 for k in told])
         lanes = cut.levels[0]
-        return FirstStates(free, weight, cut.nodes[np.ix_(lanes, free)], lanes)
+        return FirstStates(free, weight, cut.state0[np.ix_(lanes, free)], lanes)
 
     @staticmethod
     def none(cut: Chains) -> FirstStates:

@@ -21,10 +21,10 @@ from ...engine.rollout import Sensitivity, Simulator, sensitivity, simulator
 from ...models import STATES, Sampled
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
+from ..nuisance import Nuisances
 from ..trajectory.gauss_newton import steps
 from .chains import Chains, FirstStates, Index
 from .constraints import Penalty
-from .nuisances import Nuisances
 
 _NUDGE = np.full(1, 1e-13)
 
@@ -126,10 +126,10 @@ class Condensed:
                 f"{problem.ship.name}: shooting in windows needs a continuous model; take arx_fit:ArxRegression"
             )
         system = open_loop(problem.ship)
-        free, own = tuple(f.path for f in problem.free), Nuisances.of(problem.nuisance)
+        vector, own = problem.vector, Nuisances.of(problem.nuisance)
         forward = simulator(system, own.lanewise)
-        kernel = sensitivity(system, (*free, *own.lanewise), own.lanewise)
-        where = np.array([system.parameters.index(path) for path in free], dtype=np.intp)
+        kernel = sensitivity(system, (*vector.paths, *own.lanewise), own.lanewise)
+        where = vector.positions(system.parameters)
         begun = FirstStates.of(cut, span) if freed else FirstStates.none(cut)
         return Condensed(
             problem, cut, forward, kernel, forward.pack(cut.series), where, anchor, penalty, own, begun, True, span,
@@ -139,7 +139,7 @@ class Condensed:
     def start(self, p: Array, own: Array | None = None) -> Point:
         """Parameters `p`, windows from measured states less their biases; without `own`, no nuisance."""
         own = np.zeros((self.chains.trials, self.nuisances.count)) if own is None else own
-        nodes = self.chains.nodes.copy()
+        nodes = self.chains.state0.copy()
         nodes[:, : len(STATES)] -= self.nuisances.offset(own)[self.chains.trial]
         return Point(p, nodes, own)
 

@@ -13,7 +13,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ...core.parameters import update
 from ...data import Array
 from .. import Problem, StudyError
 
@@ -51,7 +50,7 @@ class Inequalities:
             StudyError: the model has no mass matrix or no linear damping derivatives.
         """
         p = ca.SX.sym("p", len(problem.free))
-        model: Any = update(problem.ship.model, {f.path: p[k] for k, f in enumerate(problem.free)})
+        model: Any = problem.vector.model(problem.ship.model, p)
         try:
             found = {**_damping(model.damping), **_masses(model.inertia.matrix)}
         except AttributeError:
@@ -60,7 +59,7 @@ class Inequalities:
                 "(a fossen:Fossen ship); leave constraints = false for other families"
             ) from None
         touched = {name: ca.SX(h) for name, h in found.items() if ca.depends_on(ca.SX(h), p)}
-        start = ca.DM([f.start for f in problem.free])
+        start = ca.DM(problem.vector.start)
         values = np.array(ca.Function("v", [p], [ca.vertcat(*touched.values())])(start)).ravel()
         # Sizes are those at the start; a damping that starts at zero is measured in its own units.
         size = np.where(np.abs(values) > 0, np.abs(values), 1.0)

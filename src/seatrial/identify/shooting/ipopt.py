@@ -76,10 +76,10 @@ class FullSpace:
             anchor, begun, span: as in `Condensed`.
             exact: the exact Hessian of the Lagrangian; else Gauss-Newton's.
         """
-        free, lanes, states = len(problem.free), *cut.nodes.shape
+        free, lanes, states = len(problem.free), *cut.state0.shape
         start = np.arange(lanes) + cut.trial
         count = lanes + cut.trials
-        begin = np.array([abs(f.start) for f in problem.free])
+        begin = np.abs(problem.vector.start)
         size = np.where(begin > 0, begin, 10.0)
         q, X = ca.MX.sym("q", free), ca.MX.sym("X", states, count)
         p = q * size
@@ -142,8 +142,7 @@ def _interval(problem: Problem, cut: Chains, method: str) -> Any:
     z, p = ca.SX.sym("z", len(system.states)), ca.SX.sym("p", len(problem.free))
     acting = ca.SX.sym("a", len(system.series), cut.every)
     parameters = ca.SX(known)
-    for k, f in enumerate(problem.free):
-        parameters[system.parameters.index(f.path)] = p[k]
+    parameters[problem.vector.positions(system.parameters).tolist()] = p
     at, dt = z, cut.dt
     for step in range(cut.every):
         a = acting[:, step]

@@ -22,10 +22,9 @@ from ...models import STATES
 from ...simulate.approach import substeps
 from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
 from ..digest import digest
-from ..linted import linted
-from ..posterior.verdicts import posterior, verdicts
-from ..record import spread
-from ..trajectory.batch import prior as priors
+from ..lint import linted
+from ..posterior.verdicts import judged
+from ..record import scales, spread, step_of
 from ..trajectory.gauss_newton import Normal
 from ..trajectory.objective import TrajectoryObjective
 from ..watch import tell, with_values
@@ -34,7 +33,6 @@ from .condensed import DAMPING, Condensed, Linear, Point, Search, descend
 from .constraints import Inequalities, Penalty
 from .ipopt import FullSpace
 from .momentum import momentum_guess
-from .nuisances import Nuisances
 
 _SCHEDULES, _INITIAL = ("lo", "go", "logo"), ("free", "measured")
 _BACK_ENDS, _HESSIANS = ("engine", "ipopt"), ("gauss-newton", "exact")
@@ -117,7 +115,7 @@ class Shooting:
         began = time.perf_counter()
         self._check(problem)
         run = Run.of(self, problem, began, progress)
-        p = np.array([f.start for f in problem.free])
+        p = problem.vector.start
         for count in self._stages(len(problem.trials)):
             p = run.early(problem.trials[:count], p)
         stage = run.stage(problem.trials)
@@ -128,7 +126,11 @@ class Shooting:
         return [*range(self.growth, count, self.growth)] if self.growth and self.schedule != "lo" else []
 
     def _check(self, problem: Problem) -> None:
-        Nuisances.of(problem.nuisance)
+        if problem.nuisance.initial:
+            raise StudyError(
+                "[nuisance] initial is not for logo:Shooting, which frees the first state of a trial as a whole; "
+                'leave it out and say estimator.initial = "free", or use shooting:Trajectory'
+            )
         if self.back_end == "ipopt" and problem.nuisance != Nuisance():
             raise StudyError('estimator.back_end = "ipopt" takes no [nuisance]; leave it out, or take "engine"')
         names = [trial.name for trial in problem.trials]
@@ -169,11 +171,8 @@ class Run:
 
     @staticmethod
     def of(settings: Shooting, problem: Problem, began: float, progress: Progress | None) -> Run:
-        free = problem.free
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        dt = settings.dt or float(np.median([t.dt for t in problem.trials]))
-        start = np.array([f.start for f in free])
-        mean, prior = priors(free)
+        sigma, dt = scales(problem), step_of(problem.trials, settings.dt)
+        start, mean, prior = problem.vector.start, problem.vector.mean, problem.vector.precision
         ridge = settings.ridge * np.where(start != 0, np.abs(start), 1.0) ** -2.0
         weight = prior + ridge
         middle = (prior * mean + ridge * start) / np.where(weight > 0, weight, 1.0)
@@ -188,7 +187,7 @@ class Run:
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        return np.array([f.low for f in self.problem.free]), np.array([f.high for f in self.problem.free])
+        return self.problem.vector.low, self.problem.vector.high
 
     def each(self, search: Search) -> None:
         """Note where a search stands, with the standardised error of whole validation trials."""
@@ -207,7 +206,7 @@ class Run:
             dt=self.dt, every=own.every, weights=own.weights,
             substeps=substeps(part.ship, self.dt, method or own.method),
         )  # fmt: skip
-        penalty = Penalty(self.inequalities, _STIFF * max(cut.samples, 1), np.zeros(len(self.inequalities.names)))
+        penalty = Penalty(self.inequalities, _STIFF * max(cut.entries, 1), np.zeros(len(self.inequalities.names)))
         return Condensed.build(
             part, cut, anchor=self.anchor, penalty=penalty, freed=own.initial == "free", span=self.span,
             method=method or own.method, threads=own.threads,
@@ -308,7 +307,7 @@ class Run:
             span=self.span, method=own.method, exact=own.hessian == "exact", iterations=2 * own.iterations,
             tolerance=max(1e4 * own.tolerance, 1e-8),
         )  # fmt: skip
-        found = programme.solve(start.p, fine.nodes, *self.bounds)
+        found = programme.solve(start.p, fine.state0, *self.bounds)
         jump = (cut.steps - 1) // cut.every
         first = np.concatenate([np.flatnonzero(fine.trial == t)[::jump] for t in range(cut.trials)])
         point = replace(start, p=found.p, nodes=found.nodes[first])
@@ -320,32 +319,27 @@ class Run:
 
     def finished(self, stage: Condensed, point: Point) -> Fit:
         """The fit, with covariance and verdicts from the condensed normal equations."""
-        free, p, linked = self.problem.free, point.p, self.joins and self.settings.schedule != "lo"
+        p, linked = point.p, self.joins and self.settings.schedule != "lo"
         linear = replace(stage, linked=linked).linear(point)
-        covariance, shrinkage = self.spread(stage, linear, p)
-        at_bound = tuple(f.path for f, v in zip(free, p, strict=True) if v <= f.low or v >= f.high)
-        ship = self.problem.ship.moved({f.path: float(v) for f, v in zip(free, p, strict=True)})
-        return Fit(
-            ship=ship, free=free, values=p, sigma=np.sqrt(np.diag(covariance)), covariance=covariance,
-            shrinkage=shrinkage, at_bound=at_bound, verdicts=verdicts(free, p, covariance, shrinkage, at_bound),
-            history=np.array(self.history, dtype=np.float64).reshape(-1, 4), objective=linear.cost,
+        return judged(
+            self.problem, p, *self.information(stage, linear), history=np.array(self.history),
             seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
             digest=digest(self.problem, self.settings), ends=np.array([[linear.cost, *p]]),
-            nuisances=stage.nuisances.told(self.problem.trials, point.own),
+            nuisances=stage.nuisances.by_trial(self.problem.trials, point.own),
         )  # fmt: skip
 
-    def spread(self, stage: Condensed, linear: Linear, p: Array) -> tuple[Array, Array]:
-        """Posterior covariance, and the share of the prior variance that the data removed."""
+    def information(self, stage: Condensed, linear: Linear) -> tuple[Normal, float]:
+        """Normal equations of the parameters alone, and the mean squared weighted residual; see `posterior`."""
         n, count, m = linear.g_p.size, *linear.g.shape
-        samples = stage.chains.samples * stage.chains.weight
+        samples = stage.chains.entries * stage.chains.weight
         variance = linear.data / max(samples - n - count * (m - n), 1.0)
         # `posterior` divides all by the variance; the priors of the nuisances stand as they are given.
         N, own = linear.N.copy(), np.arange(n, m)
         N[:, own, own] += (variance - 1.0) * np.append(stage.begun.weight, stage.nuisances.deviation**-2.0)
         H, g, _ = stage.reduced(replace(linear, N=N), 0.0)
         # The ridge is no knowledge of the parameters: it steers, but does not sharpen what is claimed.
-        ridge = np.diag(self.anchor[1] - priors(self.problem.free)[1])
-        return posterior(Normal(linear.cost, H - ridge, g), self.problem.free, p, variance)
+        ridge = np.diag(self.anchor[1] - self.problem.vector.precision)
+        return Normal(linear.cost, H - ridge, g), variance
 
 
 def _watch(own: Shooting, problem: Problem, sigma: Mapping[str, float], dt: float) -> TrajectoryObjective | None:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from ...core.parameters import update
 from ...data import Array
 from ...environment import CHANNELS, Environment
 from ...models import Model
@@ -47,7 +46,7 @@ def momentum_guess(problem: Problem, cut: Chains, *, smooth: float, span: float,
     slope = np.concatenate([part[1] for part in parts])
     if len(error) * 3 <= start.size:
         return None
-    low, high = np.array([f.low for f in problem.free]), np.array([f.high for f in problem.free])
+    low, high = problem.vector.low, problem.vector.high
     moving = np.ones((1, start.size), dtype=np.bool_)
     scale, p = np.ones(3), start
     for _ in range(_PASSES):
@@ -68,7 +67,7 @@ def _balance(problem: Problem) -> Any:
         return None
     z, c, e = ca.SX.sym("z", len(model.states)), ca.SX.sym("c", len(model.controls)), ca.SX.sym("e", len(CHANNELS))
     p = ca.SX.sym("p", len(problem.free))
-    free: Any = update(model, {f.path: p[k] for k, f in enumerate(problem.free)})
+    free: Any = problem.vector.model(model, p)
     control = tuple(ca.vertsplit(c))
     fixed = (model.propeller is not None) + (model.rudder is not None)
     flow = Surroundings.of(tuple(ca.vertsplit(z)), Environment(*ca.vertsplit(e))).flow(free.body, *control[:fixed])

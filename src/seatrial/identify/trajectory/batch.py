@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.parameters import Free
 from ...data import Array, Trial
 from ...engine.rollout import Sensitivity, default_threads, sensitivity, simulator
 from ...engine.simd import LANES
@@ -23,10 +22,10 @@ from ...models import STATES
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
-from ..record import Windows, spread, windows
+from ..nuisance import Nuisances, begun_as, held
+from ..record import Settings, Windows, cut_as, windows
 from .gauss_newton import Mask, steps
 from .normals import Data, Ends, Normals
-from .objective import begun_as, held
 
 # Damping of Marquardt's diagonal: start, least, and ratio after a good step; after bad ones the ratio doubles.
 _DAMPING, _LEAST, _DOWN, _UP = 1e-2, 1e-9, 0.2, 4.0
@@ -34,44 +33,6 @@ _DAMPING, _LEAST, _DOWN, _UP = 1e-2, 1e-9, 0.2, 4.0
 _SETTLING = 8
 # A problem ends after so many steps in succession that no longer matter, or that fail.
 _STILL, _FAILED = 2, 7
-
-
-class Settings(Protocol):
-    """How trajectories are cut, integrated and compared; every estimator of trajectories has these."""
-
-    @property
-    def window(self) -> float | None:
-        """Length of a prediction [s]; None runs each trial through."""
-        ...
-
-    @property
-    def every(self) -> int:
-        """Stride of the compared rows."""
-        ...
-
-    @property
-    def dt(self) -> float | None:
-        """Time step [s]; None takes the median step of the trials."""
-        ...
-
-    @property
-    def method(self) -> str:
-        """"euler" or "rk4"."""
-        ...
-
-    @property
-    def threads(self) -> int | None:
-        """None takes every processor."""
-        ...
-
-
-def cut_as(problem: Problem, settings: Settings) -> tuple[dict[str, float], dict[str, Any]]:
-    """Scale of each channel, and the arguments by which trials are cut and integrated."""
-    sigma = dict(problem.loss.sigma) or spread(problem.trials)
-    dt = settings.dt or float(np.median([t.dt for t in problem.trials]))
-    window = settings.window or max(trial.duration for trial in problem.trials)
-    return sigma, {"window": window, "dt": dt, "every": settings.every, "method": settings.method,
-                   "threads": settings.threads}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -116,14 +77,13 @@ class Many:
             trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
             substeps=substeps(problem.ship, dt, method),
         )  # fmt: skip
-        free = tuple(f.path for f in problem.free)
-        kernel, chunk = sensitivity(open_loop(problem.ship), free, free), _chunk(cut.state0.shape[0])
+        vector = problem.vector
+        kernel, chunk = sensitivity(open_loop(problem.ship), vector.paths, vector.paths), _chunk(cut.state0.shape[0])
         return Many(
             problem, cut, tuple(np.flatnonzero((cut.scale > 0).any(axis=(0, 1))).tolist()),
-            tuple(STATES.index(name) for name in problem.nuisance.initial), kernel, chunk,
+            tuple(Nuisances.of(problem.nuisance).initial.tolist()), kernel, chunk,
             kernel.pack(np.tile(cut.series, (chunk, 1, 1))), open_loop_parameters(problem.ship),
-            np.array([f.low for f in problem.free]), np.array([f.high for f in problem.free]),
-            method, threads or default_threads(),
+            vector.low, vector.high, method, threads or default_threads(),
         )  # fmt: skip
 
     @staticmethod
@@ -172,8 +132,8 @@ class Many:
 
         with ThreadPoolExecutor(self.threads) as pool:
             G = np.concatenate(list(pool.map(products, parts)))
-        mean, weight = prior(self.problem.free)
-        away = values - (mean if data is None else data.mean)
+        vector = self.problem.vector
+        weight, away = vector.precision, values - (vector.mean if data is None else data.mean)
         whole = G.sum(axis=1)
         whole[:, range(n), range(n)] += weight
         costs = whole[:, -1, -1] + (weight * away**2).sum(axis=1)
@@ -254,12 +214,6 @@ class Many:
             if each:
                 each(now.costs, values)
         return Ends(np.clip(values, self.low, self.high), now.reduced(), count, still >= _STILL)
-
-
-def prior(free: Sequence[Free]) -> tuple[Array, Array]:
-    """Prior mean and 1/sigma^2 of each parameter; start and zero where there is no prior."""
-    mean = np.array([f.prior if np.isfinite(f.sigma) and np.isfinite(f.prior) else f.start for f in free])
-    return mean, np.array([f.sigma**-2.0 for f in free])
 
 
 def _chunk(lanes: int) -> int:

@@ -13,10 +13,13 @@ from ...core.parameters import Free
 from ...data import Array
 from .. import Fit, FitError, Problem, Progress
 from ..digest import digest
-from ..linted import linted
+from ..lint import linted
+from ..nuisance import begun_as, checked_initial
+from ..record import cut_as
+from ..vector import Vector
 from ..watch import tell, with_values
-from .batch import Many, cut_as
-from .objective import TrajectoryObjective, begun_as, checked_initial
+from .batch import Many
+from .objective import TrajectoryObjective
 from .shooting import Trajectory, finished
 
 
@@ -92,9 +95,7 @@ class MultiStart:
 
 def drawn(free: Sequence[Free], count: int, rng: np.random.Generator) -> Array:
     """The declared start, and others drawn within the bounds, or from start and scale where there are none."""
-    out = np.array([[f.start for f in free]] * count)
-    for k, f in enumerate(free):
-        boxed = np.isfinite(f.high - f.low)
-        others = rng.uniform(f.low, f.high, count) if boxed else rng.normal(f.start, f.scale, count)
-        out[1:, k] = np.clip(others[1:], f.low, f.high)
+    vector = Vector.of(free)
+    out = vector.drawn(count, rng)
+    out[0] = vector.start
     return out

@@ -8,84 +8,19 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...data import Array, Trial
 from ...engine.rollout import Sensitivity, Simulator, sensitivity, simulator
 from ...models import STATES
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
-from .. import Nuisance, Problem, StudyError
+from .. import Problem
+from ..nuisance import Index, Layout
 from ..record import Windows, windows
 from .gauss_newton import Block, Normal
 
-Index = NDArray[np.intp]
-CURRENT = ("environment.current_x", "environment.current_y")
-INITIAL = ("free", "measured")
-"""Where predictions begin: in a state estimated along with the parameters, or in the first row as recorded."""
 # Steps towards the starts that suit given parameters: the readings are near, so a few are plenty.
 _TOWARDS = 8
-
-
-def checked_initial(initial: str) -> None:
-    """Refuse what says nothing about where predictions begin.
-
-    Raises:
-        StudyError: neither of `INITIAL`.
-    """
-    if initial not in INITIAL:
-        raise StudyError(f"estimator.initial is '{initial}'; it is {' or '.join(INITIAL)}")
-
-
-def begun_as(problem: Problem, initial: str) -> Problem:
-    """The problem, the start of each window free where it is to be estimated: a first row is a reading as any other.
-
-    What the loss does not compare starts as recorded: nothing is known of its errors.
-    """
-    if initial != "free":
-        return problem
-    compared = [name for name in STATES if name in (problem.loss.sigma or STATES)]
-    return replace(problem, nuisance=replace(problem.nuisance, initial=dict.fromkeys(compared, math.inf)))
-
-
-def held(problem: Problem) -> bool:
-    """Whether the problem has nuisances beyond starts that nothing but the readings hold."""
-    own = problem.nuisance
-    return bool(own.current or own.bias or np.isfinite(list(own.initial.values())).any())
-
-
-@dataclass(frozen=True)
-class Groups:
-    """Where the nuisances of each trial stand in the nuisance vector, and their prior deviations."""
-
-    initial: Index
-    bias: Index
-    current: bool
-    slices: tuple[slice, ...]
-    lanes: tuple[Index, ...]
-    deviation: Array
-
-    @property
-    def flat(self) -> int:
-        """How many no prior holds."""
-        return int(np.isinf(self.deviation).sum())
-
-    @staticmethod
-    def of(nuisance: Nuisance, trial: Index) -> Groups:
-        """Per trial: initial offsets of each of its windows, then current, then sensor biases."""
-        initial = np.array([STATES.index(n) for n in nuisance.initial], dtype=np.intp)
-        bias = np.array([STATES.index(n) for n in nuisance.bias], dtype=np.intp)
-        tail = [nuisance.current] * 2 * (nuisance.current > 0) + list(nuisance.bias.values())
-        slices: list[slice] = []
-        lanes: list[Index] = []
-        deviation: list[float] = []
-        for index in np.unique(trial):
-            mine = np.flatnonzero(trial == index)
-            own = list(nuisance.initial.values()) * len(mine) + tail
-            slices.append(slice(len(deviation), len(deviation) + len(own)))
-            deviation += own
-            lanes.append(mine)
-        return Groups(initial, bias, nuisance.current > 0, tuple(slices), tuple(lanes), np.array(deviation))
 
 
 @dataclass(frozen=True)
@@ -94,7 +29,7 @@ class TrajectoryObjective:
 
     problem: Problem
     windows: Windows
-    groups: Groups
+    layout: Layout
     forward: Simulator
     slopes: Sensitivity
     packed: Any
@@ -112,51 +47,37 @@ class TrajectoryObjective:
             trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every, stride=stride,
             substeps=substeps(problem.ship, dt, method),
         )  # fmt: skip
-        groups = Groups.of(problem.nuisance, cut.trial)
+        layout = Layout.of(problem.nuisance, cut.trial)
         # The prior of a free initial state stands for its measurement, which must not count a second time.
         measured = [STATES.index(name) for name, sd in problem.nuisance.initial.items() if math.isfinite(sd)]
         cut.scale[:, 0, measured] = 0.0
         system = open_loop(problem.ship)
-        lanewise = CURRENT if groups.current else ()
-        free = (*(f.path for f in problem.free), *lanewise)
+        lanewise = layout.own.lanewise
+        free = (*problem.vector.paths, *lanewise)
         forward = simulator(system, lanewise)
-        where = np.array([system.parameters.index(f.path) for f in problem.free], dtype=np.intp)
+        where = problem.vector.positions(system.parameters)
         return TrajectoryObjective(
-            problem, cut, groups, forward, sensitivity(system, free, lanewise), forward.pack(cut.series),
+            problem, cut, layout, forward, sensitivity(system, free, lanewise), forward.pack(cut.series),
             where, method, threads,
         )  # fmt: skip
 
     @property
     def nuisances(self) -> int:
         """Length of the nuisance vector."""
-        return self.groups.deviation.size
+        return self.layout.deviation.size
 
     def _arguments(self, p: Array, eta: Array) -> tuple[Array, Array, dict[str, Any], Array]:
         """Initial states, parameters, run arguments and the bias to add to predictions."""
         parameters = open_loop_parameters(self.problem.ship)
         parameters[self.where] = p
-        state0, lanes = self.windows.state0.copy(), self.windows.state0.shape[0]
-        state0[:, : len(STATES)] += self.starts(eta)
-        current, bias = np.zeros((lanes, 2)), np.zeros((lanes, 1, len(STATES)))
-        for part, mine in zip(self.groups.slices, self.groups.lanes, strict=True):
-            own, n = eta[part], len(mine) * len(self.groups.initial)
-            if self.groups.current:
-                current[mine], n = own[n : n + 2], n + 2
-            bias[mine[:, None], 0, self.groups.bias] = own[n:]
+        state0 = self.windows.state0.copy()
+        state0[:, : len(STATES)] += self.layout.starts(eta)
+        nuisances, own = self.layout.own, self.layout.of_trials(eta)[self.layout.trial]
         arguments: dict[str, Any] = {
             "dt": self.windows.dt, "steps": self.windows.steps, "every": self.windows.every,
-            "method": self.method, "threads": self.threads,
-            "lanewise": current if self.groups.current else None,
+            "method": self.method, "threads": self.threads, "lanewise": nuisances.drift(own),
         }  # fmt: skip
-        return state0, parameters, arguments, bias
-
-    def starts(self, eta: Array) -> Array:
-        """How far from the recorded ones the nuisances `eta` let windows start, shape (lanes, 6)."""
-        out = np.zeros((self.windows.state0.shape[0], len(STATES)))
-        for part, mine in zip(self.groups.slices, self.groups.lanes, strict=True):
-            own = eta[part][: len(mine) * len(self.groups.initial)]
-            out[mine[:, None], self.groups.initial] = own.reshape(len(mine), -1)
-        return out
+        return state0, parameters, arguments, nuisances.offset(own)[:, None, :]
 
     def residuals(self, p: Array, eta: Array) -> Array:
         """Weighted residuals, shape (lanes, rows, 6); not finite where the model blows up."""
@@ -171,9 +92,8 @@ class TrajectoryObjective:
 
     def _prior(self, p: Array) -> tuple[Array, Array]:
         """Offset from the prior mean and 1/sigma^2 of each parameter; zero where there is no prior."""
-        mean = np.array([f.prior if np.isfinite(f.sigma) else f.start for f in self.problem.free])
-        weight = np.array([f.sigma**-2.0 for f in self.problem.free])
-        return p - np.where(np.isfinite(mean), mean, p), weight
+        vector = self.problem.vector
+        return p - vector.mean, vector.precision
 
     def cost(self, p: Array, eta: Array) -> float:
         """Objective; inf where any lane blows up within its window."""
@@ -181,7 +101,7 @@ class TrajectoryObjective:
         away, weight = self._prior(p)
         # A trial step may leave residuals that are finite, but not their squares.
         with np.errstate(over="ignore"):
-            total = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.groups.deviation) ** 2).sum())
+            total = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.layout.deviation) ** 2).sum())
         return total if np.isfinite(total) else float("inf")
 
     def normal(self, p: Array, eta: Array) -> Normal:
@@ -195,29 +115,17 @@ class TrajectoryObjective:
         away, weight = self._prior(p)
         H = J[:, :n].T @ J[:, :n] + np.diag(weight)
         g = J[:, :n].T @ e.ravel() + weight * away
-        blocks = tuple(self._block(i, slopes, e, eta, n) for i in range(len(self.groups.slices)) if self.nuisances)
-        cost = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.groups.deviation) ** 2).sum())
+        blocks = tuple(self._block(i, slopes, e, eta, n) for i in range(len(self.layout.slices)) if self.nuisances)
+        cost = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.layout.deviation) ** 2).sum())
         return Normal(cost, H, g, blocks)
 
     def _block(self, index: int, D: Array, e: Array, eta: Array, n: int) -> Block:
         """Normal equations of one trial's nuisances."""
-        part, mine = self.groups.slices[index], self.groups.lanes[index]
-        rows, width = D.shape[1] * D.shape[2], len(self.groups.initial)
-        N = np.zeros((len(mine), rows, part.stop - part.start))
-        own = D[mine].reshape(len(mine), rows, -1)
-        first = own.shape[2] - self.windows.state0.shape[1]
-        for k in range(len(mine)):
-            N[k, :, k * width : (k + 1) * width] = own[k][:, first + self.groups.initial]
-        at = len(mine) * width
-        if self.groups.current:
-            N[:, :, at : at + 2], at = own[:, :, n : n + 2], at + 2
-        scale = self.windows.scale[mine]
-        for k, channel in enumerate(self.groups.bias):
-            column = np.zeros_like(scale)
-            column[:, :, channel] = scale[:, :, channel]
-            N[:, :, at + k] = column.reshape(len(mine), rows)
+        part, mine = self.layout.slices[index], self.layout.lanes[index]
+        N = self.layout.columns(index, D[mine], self.windows.scale[mine], n)
+        own = D[mine].reshape(len(mine), N.shape[1], -1)
         flat, J = N.reshape(-1, N.shape[2]), own.reshape(-1, own.shape[2])[:, :n]
-        weight = self.groups.deviation[part] ** -2.0
+        weight = self.layout.deviation[part] ** -2.0
         return Block(
             part, flat.T @ flat + np.diag(weight), flat.T @ J,
             flat.T @ e[mine].ravel() + weight * eta[part],
@@ -229,8 +137,8 @@ class TrajectoryObjective:
         Samples are counted by their weight, so errors that last are not taken for many.
         """
         e = self.residuals(p, eta)
-        independent = float((self.windows.scale > 0).sum()) * self.windows.weight
-        return float((e * e).sum()) / max(independent - p.size - self.groups.flat, 1.0)
+        independent = float(self.windows.entries) * self.windows.weight
+        return float((e * e).sum()) / max(independent - p.size - self.layout.flat, 1.0)
 
     def begun(self, p: Array, until: float | None = None) -> Array:
         """The nuisances that suit `p` best, found from none.

@@ -23,11 +23,11 @@ from ...engine.rollout import is_rk4
 from ...models import STATES
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
-from ..linted import linted
-from ..posterior.verdicts import posterior, verdicts
-from ..record import spread
+from ..lint import linted
+from ..posterior.verdicts import judged
+from ..record import scales, step_of
 from ..resume import Resume
-from ..shooting.nuisances import Nuisances
+from ..vector import Vector
 from ..watch import tell, with_values
 from .gauss_newton import State, minimise
 from .objective import TrajectoryObjective
@@ -91,8 +91,7 @@ class Trajectory:
         if self.later:
             fit = replace(self, later=()).fit(self._begun(problem), progress=progress, checkpoint=checkpoint)
             return replace(fit, free=problem.free, seconds=time.perf_counter() - began, digest=digest(problem, self))
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
+        sigma, dt = scales(problem), step_of(problem.trials, self.dt)
         objective = TrajectoryObjective.build(
             problem, problem.trials, sigma, window=self.window, dt=dt, every=self.every,
             method=self.method, threads=self.threads, stride=self.stride,
@@ -104,7 +103,7 @@ class Trajectory:
         )  # fmt: skip
         print_ = digest(problem, self)
         resume = Resume.open(checkpoint, print_, began)
-        best = self._descend(objective, problem.free, resume, watch, progress)
+        best = self._descend(objective, problem.vector, resume, watch, progress)
         fit = finished(
             problem, objective, best.p, best.eta, np.array(resume.history), best.evaluations, best.done, print_
         )
@@ -119,22 +118,19 @@ class Trajectory:
             told = "no" if not late else "every"
             raise StudyError(f"estimator.later fits {told} free parameter; name those that join the others later")
         found = replace(self, later=()).fit(replace(problem, free=early))
-        at = dict(zip((f.path for f in early), found.values.tolist(), strict=True))
-        return replace(problem, free=tuple(replace(f, start=at.get(f.path, f.start)) for f in problem.free))
+        return replace(problem, free=problem.vector.started(found.vector.by_path(found.values)))
 
     def _descend(
-        self, objective: TrajectoryObjective, free: Sequence[Free], resume: Resume,
+        self, objective: TrajectoryObjective, vector: Vector, resume: Resume,
         watch: TrajectoryObjective | None, progress: Progress | None,
     ) -> State:  # fmt: skip
-        low, high = np.array([f.low for f in free]), np.array([f.high for f in free])
-
         def each(state: State) -> None:
             seen = watch.standardised(state.p) if watch else float("nan")
             resume.note(state, seen)
-            ship = with_values(objective.problem.ship, free, (resume.best() or state).p)
+            ship = with_values(objective.problem.ship, vector.free, (resume.best() or state).p)
             tell(progress, (len(resume.history), state.cost, seen), ship)
 
-        for start, p in enumerate(self._starts(free)):
+        for start, p in enumerate(self._starts(vector)):
             state = resume.state(start)
             if state is None:
                 eta = np.zeros(objective.nuisances)
@@ -142,17 +138,17 @@ class Trajectory:
                 resume.begin(start, state)
             if np.isfinite(state.cost):
                 resume.end(start, minimise(
-                    objective, state, low, high, iterations=self.iterations, tolerance=self.tolerance, each=each,
+                    objective, state, vector.low, vector.high,
+                    iterations=self.iterations, tolerance=self.tolerance, each=each,
                 ))  # fmt: skip
         best = resume.best()
         if best is None:
-            raise FitError("the model blows up at every start; " + objective.failure(self._starts(free)[0]))
+            raise FitError("the model blows up at every start; " + objective.failure(self._starts(vector)[0]))
         return best
 
-    def _starts(self, free: Sequence[Free]) -> list[Array]:
+    def _starts(self, vector: Vector) -> list[Array]:
         rng = np.random.default_rng(self.seed)
-        first = np.array([f.start for f in free])
-        return [first, *(np.array([_draw(f, rng) for f in free]) for _ in range(self.starts - 1))]
+        return [vector.start, *(vector.drawn(1, rng)[0] for _ in range(self.starts - 1))]
 
 
 def finished(
@@ -160,32 +156,11 @@ def finished(
     evaluations: int, status: str, print_: str,
 ) -> Fit:  # fmt: skip
     """The fit at `p`: covariance and verdicts from the exact normal equations there, whoever searched."""
-    normal = objective.normal(p, eta)
-    covariance, shrinkage = posterior(normal, problem.free, p, objective.variance(p, eta))
-    at_bound = tuple(f.path for f, v in zip(problem.free, p, strict=True) if v <= f.low or v >= f.high)
-    ship = problem.ship.moved({f.path: float(v) for f, v in zip(problem.free, p, strict=True)})
-    return Fit(
-        ship=ship, free=problem.free, values=p, sigma=np.sqrt(np.diag(covariance)),
-        covariance=covariance, shrinkage=shrinkage, at_bound=at_bound,
-        verdicts=verdicts(problem.free, p, covariance, shrinkage, at_bound),
-        history=np.asarray(history, dtype=np.float64).reshape(-1, 4), objective=normal.cost,
-        seconds=0.0, evaluations=evaluations, status=status, digest=print_, nuisances=_along(problem, objective, eta),
+    normal, layout = objective.normal(p, eta), objective.layout
+    return judged(
+        problem, p, normal, objective.variance(p, eta), history=history, seconds=0.0, evaluations=evaluations,
+        status=status, digest=print_, nuisances=layout.own.by_trial(problem.trials, layout.of_trials(eta)),
     )  # fmt: skip
-
-
-def _along(problem: Problem, objective: TrajectoryObjective, eta: Array) -> dict[str, dict[str, float]]:
-    """Currents and biases by trial; the offsets of the starts, one per window, are left out."""
-    own = Nuisances.of(replace(problem.nuisance, initial={}))
-    if not own.count:
-        return {}
-    tails = [eta[part.stop - own.count : part.stop] for part in objective.groups.slices]
-    return own.told(problem.trials, np.array(tails).reshape(-1, own.count))
-
-
-def _draw(f: Free, rng: np.random.Generator) -> float:
-    if np.isfinite(f.low) and np.isfinite(f.high):
-        return float(rng.uniform(f.low, f.high))
-    return float(np.clip(rng.normal(f.start, f.scale), f.low, f.high))
 
 
 @dataclass(frozen=True)
@@ -214,10 +189,9 @@ class OneStep:
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
     ) -> Fit:
         """Estimate the free parameters of `problem` from single steps; velocities only."""
-        dt = self.dt or float(np.median([t.dt for t in problem.trials]))
+        dt = step_of(problem.trials, self.dt)
         every = max(round(self.step / dt), 1)
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
-        velocities = {n: s for n, s in sigma.items() if n in STATES[3:]}
+        velocities = {n: s for n, s in scales(problem).items() if n in STATES[3:]}
         local = replace(problem, loss=replace(problem.loss, sigma=velocities, correlation=0.0))
         return Trajectory(
             window=every * dt, every=every, dt=dt, method=self.method, iterations=self.iterations,

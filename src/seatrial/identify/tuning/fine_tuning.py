@@ -14,15 +14,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
-from ...core.parameters import Free, read
+from ...core.parameters import Free
 from ...data import Array, Trial
 from ...engine.rollout import default_threads, is_rk4
 from .. import Fit, Nuisance, Problem, Progress, StudyError
-from ..linted import linted
+from ..lint import linted
+from ..nuisance import begun_as, checked_initial
 from ..population.evolution import Evolution
-from ..trajectory.objective import begun_as, checked_initial
 from ..trajectory.shooting import Trajectory
 from ..watch import part
 from .ranges import ITERATIONS, TOLERANCE, Scorer, flat_directions, longest, residuals, softened, within
@@ -127,7 +125,7 @@ class FineTuning:
         _check(problem, tests, self.ratios)
         plain = replace(problem, validation=())
         sweep = _Sweep(self, plain, Scorer.of(begun_as(plain, self.initial), self.dt, self.method), told, checkpoint)
-        untuned = np.array([float(read(problem.ship.model, f.path)) for f in problem.free])
+        untuned = problem.vector.current(problem.ship.model)
         ranges = sweep.ranges(tests)
         chosen = min(range(len(ranges)), key=lambda k: sum(ranges[k].left_out.values()))
         best = ranges[chosen]

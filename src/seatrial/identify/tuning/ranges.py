@@ -17,9 +17,11 @@ from ...core.parameters import Free, read
 from ...data import Array, Trial
 from ...models import STATES
 from .. import FitError, Problem, StudyError
-from ..record import spread, windows
+from ..nuisance import Layout
+from ..record import scales, step_of, windows
 from ..trajectory.batch import Many
-from ..trajectory.objective import Groups, TrajectoryObjective
+from ..trajectory.objective import TrajectoryObjective
+from ..vector import Vector
 
 # When a descent ends: so many iterations, or a relative decrease below this.
 ITERATIONS, TOLERANCE = 80, 1e-8
@@ -36,7 +38,7 @@ def longest(trials: Sequence[Trial]) -> float:
 class Scorer:
     """The loss of a problem on any trials, each predicted whole from its start; compiled once.
 
-    Where starts are free (`objective.begun_as`) those of a trial that was fitted are what suits all of it, those of
+    Where starts are free (`nuisance.begun_as`) those of a trial that was fitted are what suits all of it, those of
     one that is only predicted what suits its first ship length of way.
 
     Attributes:
@@ -51,9 +53,9 @@ class Scorer:
     @staticmethod
     def of(problem: Problem, dt: float | None, method: str) -> Scorer:
         """With the scales of the loss, or the spread of the trials where it names none."""
-        sigma = dict(problem.loss.sigma) or spread(problem.trials)
+        sigma = scales(problem)
         how: Any = {"window": longest(problem.trials), "every": 1, "method": method, "threads": 1,
-                    "dt": dt or float(np.median([t.dt for t in problem.trials]))}  # fmt: skip
+                    "dt": step_of(problem.trials, dt)}  # fmt: skip
         parts = problem, problem.trials, sigma
         return Scorer(TrajectoryObjective.build(*parts, **how), Many.build(*parts, **how), sigma)
 
@@ -67,8 +69,8 @@ class Scorer:
             trials, problem.ship.model, problem.loss, {n: factor * s for n, s in self.sigma.items()},
             window=longest(trials), dt=base.windows.dt * base.windows.every, every=1, substeps=base.windows.every,
         )  # fmt: skip
-        groups = Groups.of(problem.nuisance, cut.trial)
-        return replace(base, problem=problem, windows=cut, groups=groups, packed=base.forward.pack(cut.series))
+        layout = Layout.of(problem.nuisance, cut.trial)
+        return replace(base, problem=problem, windows=cut, layout=layout, packed=base.forward.pack(cut.series))
 
     def best(
         self, trials: Sequence[Trial], free: Sequence[Free], *, starts: int, seed: int, factor: float = 1.0
@@ -82,7 +84,7 @@ class Scorer:
         ends = replace(
             many, problem=objective.problem, windows=objective.windows,
             packed=many.kernel.pack(np.tile(objective.windows.series, (many.chunk, 1, 1))),
-            low=np.array([f.low for f in free]), high=np.array([f.high for f in free]),
+            low=Vector.of(free).low, high=Vector.of(free).high,
         ).descend(np.array(_starts(free, starts, seed)), iterations=ITERATIONS)  # fmt: skip
         best = int(np.argmin(ends.normals.costs))
         if not math.isfinite(ends.normals.costs[best]):
@@ -118,9 +120,8 @@ class Scorer:
 def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
     """Where descents begin: the declared start, then anywhere in the box, or in the prior where there is one."""
     draw = np.random.default_rng(seed)
-    low, high = np.array([f.low for f in free]), np.array([f.high for f in free])
-    first = np.array([f.start for f in free])
-    sigma = np.array([f.sigma for f in free])
+    vector = Vector.of(free)
+    first, low, high, sigma = vector.start, vector.low, vector.high, vector.sigma
     soft = np.isfinite(sigma)
     out = [first]
     for _ in range(starts - 1):
@@ -265,8 +266,8 @@ def flat_directions(
     a value that lies anywhere in its range.
     """
     objective = scorer.objective(trials)
-    half = np.array([0.5 * (f.high - f.low) for f in free])
+    half = 0.5 * (Vector.of(free).high - Vector.of(free).low)
     normal = objective.normal(values, objective.begun(values))
-    H = normal.reduced(0.0)[0] - np.diag([f.sigma**-2.0 for f in objective.problem.free])
+    H = normal.reduced(0.0)[0] - np.diag(objective.problem.vector.precision)
     curvature = half[:, None] * H * half[None, :] / max(left.variance * left.time, 1e-300)
     return int((np.linalg.eigvalsh(0.5 * (curvature + curvature.T)) < 3.0).sum())

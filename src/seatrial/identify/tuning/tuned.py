@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.parameters import Free, read
+from ...core.parameters import Free
 from ...data import Array, Trial
 from .. import Fit, Issue, Problem
+from ..vector import Vector
 from .ranges import Residuals
 
 # A value this near to an end of its range, over the range, is taken to be at it.
@@ -75,7 +76,7 @@ class Range:
     @property
     def position(self) -> Array:
         """Where each value lies in its range, -1 the lower end, +1 the upper."""
-        low, high = np.array([f.low for f in self.free]), np.array([f.high for f in self.free])
+        low, high = Vector.of(self.free).low, Vector.of(self.free).high
         return 2.0 * (self.fit.values - low) / (high - low) - 1.0
 
     @property
@@ -202,8 +203,8 @@ def _data(tuning: Tuning) -> Iterator[Issue]:
 
 def _halves(tuning: Tuning) -> list[float]:
     """Half widths that the widest ratio asks for."""
-    model = tuning.problem.ship.model
-    return [tuning.ranges[-1].ratio * abs(float(read(model, f.path))) for f in tuning.problem.free]
+    problem = tuning.problem
+    return (tuning.ranges[-1].ratio * np.abs(problem.vector.current(problem.ship.model))).tolist()
 
 
 def _search(tuning: Tuning) -> Iterator[Issue]:

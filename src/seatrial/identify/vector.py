@@ -1,0 +1,134 @@
+"""Vector of the free parameters: start, bounds, prior and names as arrays, and back into a model or a ship."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.parameters import Free, Scalar, read, update
+from ..data import Array
+from ..ships import Ship
+
+# Half width of the range that a Gaussian prior stands for, in its standard deviations.
+_REACH = 3.0
+
+
+@dataclass(frozen=True)
+class Vector:
+    """The free parameters in the order of their declaration; every array has shape (free,)."""
+
+    free: tuple[Free, ...]
+
+    @staticmethod
+    def of(free: Sequence[Free]) -> Vector:
+        """The vector of these parameters."""
+        return Vector(tuple(free))
+
+    def __len__(self) -> int:
+        return len(self.free)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Dotted paths in the model."""
+        return tuple(f.path for f in self.free)
+
+    @property
+    def start(self) -> Array:
+        """Values the search starts from."""
+        return np.array([f.start for f in self.free])
+
+    @property
+    def low(self) -> Array:
+        """Lower bounds; -inf where there is none."""
+        return np.array([f.low for f in self.free])
+
+    @property
+    def high(self) -> Array:
+        """Upper bounds; inf where there is none."""
+        return np.array([f.high for f in self.free])
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations of the Gaussian priors; inf where there is none."""
+        return np.array([f.sigma for f in self.free])
+
+    @property
+    def scale(self) -> Array:
+        """Typical sizes of a change; see `Free.scale`."""
+        return np.array([f.scale for f in self.free])
+
+    @property
+    def precision(self) -> Array:
+        """Inverse variances of the Gaussian priors: weights of squared offsets in an objective; 0 without prior."""
+        return np.array([f.sigma**-2.0 for f in self.free])
+
+    @property
+    def mean(self) -> Array:
+        """Means of the Gaussian priors; the start where a parameter has no prior."""
+        return np.array([f.prior if np.isfinite(f.sigma) and np.isfinite(f.prior) else f.start for f in self.free])
+
+    @property
+    def variance(self) -> Array:
+        """Variances before the data: of the Gaussian prior, else of a uniform one over the interval, else inf."""
+        out = np.full(len(self.free), np.inf)
+        for k, f in enumerate(self.free):
+            if np.isfinite(f.sigma):
+                out[k] = f.sigma**2
+            elif np.isfinite(f.high - f.low):
+                out[k] = (f.high - f.low) ** 2 / 12.0
+        return out
+
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """Bounds, and three standard deviations about the prior mean where that is narrower; may be infinite."""
+        reach = _REACH * self.sigma
+        return np.maximum(self.low, self.mean - reach), np.minimum(self.high, self.mean + reach)
+
+    def size(self, values: Array) -> Array:
+        """Magnitude of each parameter: the largest of start, prior mean and `values`."""
+        known = [max(abs(f.start), abs(f.prior) if np.isfinite(f.sigma) else 0.0) for f in self.free]
+        return np.maximum(known, np.abs(values))
+
+    def at_bound(self, values: Array) -> tuple[str, ...]:
+        """Paths of the parameters that lie on or beyond a bound."""
+        return tuple(f.path for f, v in zip(self.free, values, strict=True) if v <= f.low or v >= f.high)
+
+    def by_path(self, values: Array) -> dict[str, float]:
+        """Values by path."""
+        return dict(zip(self.paths, (float(v) for v in values), strict=True))
+
+    def current(self, model: Any) -> Array:
+        """Values that the parameters have in `model`."""
+        return np.array([float(read(model, path)) for path in self.paths])
+
+    def model(self, model: Any, values: Sequence[Scalar] | Array) -> Any:
+        """`model` with these values, which may be CasADi symbols."""
+        return update(model, {path: values[k] for k, path in enumerate(self.paths)})
+
+    def ship(self, ship: Ship, values: Array) -> Ship:
+        """`ship` with these values, also beyond what they can be: the outcome of a search is not refused."""
+        return ship.moved(self.by_path(values))
+
+    def positions(self, names: Sequence[str]) -> NDArray[np.intp]:
+        """Positions among `names`, such as the parameters of a compiled system."""
+        return np.array([names.index(path) for path in self.paths], dtype=np.intp)
+
+    def started(self, starts: Mapping[str, float]) -> tuple[Free, ...]:
+        """The free parameters with other starts, by path; those not named keep theirs."""
+        return tuple(replace(f, start=starts.get(f.path, f.start)) for f in self.free)
+
+    def drawn(self, count: int, rng: np.random.Generator) -> Array:
+        """Random starts, shape (count, free): uniform within the bounds, else normal about the start by `scale`.
+
+        One parameter is drawn after the other, `count` times each.
+        """
+        out = np.empty((count, len(self.free)))
+        for k, f in enumerate(self.free):
+            boxed = np.isfinite(f.high - f.low)
+            values = rng.uniform(f.low, f.high, count) if boxed else rng.normal(f.start, f.scale, count)
+            out[:, k] = np.clip(values, f.low, f.high)
+        return out
