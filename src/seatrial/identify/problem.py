@@ -10,6 +10,8 @@ from typing import Protocol
 
 import numpy as np
 
+from ..core.errors import FitError as FitError
+from ..core.errors import StudyError as StudyError
 from ..core.parameters import Free
 from ..data import Array, Trial
 from ..ships import Ship
