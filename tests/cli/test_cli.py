@@ -215,7 +215,7 @@ def test_a_ship_without_an_engine_cannot_stop_by_it(manoeuvre: str, capsys: pyte
     told = capsys.readouterr()
     assert told.out == ""
     (line,) = [one for one in told.err.splitlines() if "engine" in one]
-    assert f"{manoeuvre}: no revolutions move zeefakkel; her model has no engine; take" in line
+    assert f"{manoeuvre}: no revolutions move zeefakkel; its model has no engine; take" in line
 
 
 PLANTED = """

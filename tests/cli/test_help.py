@@ -11,8 +11,8 @@ import pytest
 import typer
 
 from seatrial.cli.app import app, main
-from seatrial.cli.manoeuvres import known
 from seatrial.ships.files import library
+from seatrial.workflow.simulation import known
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 COMMANDS: Any = typer.main.get_command(app)

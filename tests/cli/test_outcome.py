@@ -17,7 +17,7 @@ from seatrial.cli.support import fitting
 
 BUSY = """
 import signal, sys, time, typer
-from seatrial import cli_outcome
+from seatrial.cli import outcome as cli_outcome
 app = typer.Typer()
 
 @app.command()
@@ -61,7 +61,7 @@ def test_ctrl_c_in_a_fit_says_once_how_to_go_on(monkeypatch: pytest.MonkeyPatch,
         with fitting(Path("study.toml"), " to go on in run"):
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("seatrial.cli.ships.read_ship", read_ship)
+    monkeypatch.setattr("seatrial.workflow.request.ship_of", read_ship)
     assert main(["show", "kvlcc2"]) == 130
     assert capsys.readouterr().err == "interrupted; run the same command again to go on in run\n"
 

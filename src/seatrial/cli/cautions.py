@@ -8,8 +8,9 @@ import numpy as np
 
 from ..data import Trial
 from ..ships import Ship
+from ..ships.felt import feels
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
-from .support import UsageError, feels
+from .support import UsageError
 
 # Median steps of a trial that are missing in one place: worth a word.
 _LEAP = 10

@@ -14,21 +14,11 @@ from typing import Any
 
 import typer
 
-from ..core.files import BusyError
-from ..core.parameters import ParameterError
-from ..data import DataError
-from ..engine import SimulationError
-from ..environment.weather import WeatherError
-from ..identify import FitError, StudyError
-from ..ships import ShipError
-from .support import Stopped, UsageError, obeyed
-from .terminal import note, note_warning
+from .render import note, note_warning
 
 WRONG, FAILED, INTERRUPTED, PIPE = 2, 1, 130, 141
 # How long an interrupt may be on its way before it is taken to be lost [s].
 _AGAIN = 0.5
-_WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, UsageError, WeatherError, BusyError)
-_FAILED_RUN = (SimulationError, FitError)
 # What a disk does to a request that was right: it is full, or fails.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
@@ -49,7 +39,7 @@ def ended(command: Any, arguments: Sequence[str]) -> int:
             sys.stdout.flush()
         except KeyboardInterrupt as error:
             _heard()
-            note(str(error) if isinstance(error, Stopped) else "interrupted")
+            note(str(error) or "interrupted")
             return INTERRUPTED
         except BrokenPipeError:
             _give_up_output()
@@ -103,7 +93,7 @@ def _interruptible() -> Generator[None, None, None]:
     try:
         yield
     finally:
-        obeyed()
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
         if not heard:
             signal.signal(signal.SIGINT, before)
 
@@ -128,6 +118,7 @@ def _give_up_output() -> None:
 
 def _status(error: Exception) -> int:
     """One line to standard error for what is known to go wrong; anything else is a fault of ours."""
+    wrong_request, failed_run = _known_errors()
     usage = getattr(error, "format_message", None)
     if usage is not None:
         note(f"error: {usage()} (seatrial --help)")
@@ -135,11 +126,27 @@ def _status(error: Exception) -> int:
         if error.filename is None and _no_room(error):
             _give_up_output()
         note(f"error: {error.filename or 'standard output'}: {error.strerror}")
-    elif isinstance(error, (*_WRONG_REQUEST, *_FAILED_RUN)):
+    elif isinstance(error, (*wrong_request, *failed_run)):
         note(f"error: {error}")
     else:
         raise error
-    return FAILED if isinstance(error, _FAILED_RUN) or _no_room(error) else WRONG
+    return FAILED if isinstance(error, failed_run) or _no_room(error) else WRONG
+
+
+def _known_errors() -> tuple[tuple[type[Exception], ...], tuple[type[Exception], ...]]:
+    """Errors of a wrong request and of a failed run; imported only where there was one, for the sake of `--help`."""
+    from ..core.files import BusyError
+    from ..core.parameters import ParameterError
+    from ..data import DataError
+    from ..engine import SimulationError
+    from ..environment.weather import WeatherError
+    from ..identify import FitError, StudyError
+    from ..ships import ShipError
+    from ..workflow import RequestError
+
+    return (ParameterError, ShipError, DataError, StudyError, RequestError, WeatherError, BusyError), (
+        SimulationError, FitError,
+    )  # fmt: skip
 
 
 def _no_room(error: BaseException | None) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import socket
 import sys
 import threading
@@ -13,13 +12,14 @@ from typing import TYPE_CHECKING
 
 from ..identify import Fit, Problem, Progress
 from ..study.study import Study
+from ..workflow.serving import HERE, address, listen
 from .support import UsageError, note, obeyed
 
 if TYPE_CHECKING:
     from ..realtime.fit_page.board import Board
     from ..realtime.fit_page.server import Page
 
-HERE, PORT = "127.0.0.1", 8021
+PORT = 8021
 """Where the page of a fit is served; the bridge has the port before."""
 
 Told = Callable[[str, int, float], None]
@@ -34,44 +34,6 @@ def port_of(page: bool, port: int | None) -> int | None:
     if port is not None and not page:
         raise UsageError(f"--port {port} is of the page; add --page")
     return (PORT if port is None else port) if page else None
-
-
-def listen(host: str, port: int, anywhere: bool) -> socket.socket:
-    """The port of a page, taken before anything else is done.
-
-    Raises:
-        UsageError: an address or port that cannot be, or is taken.
-    """
-    try:
-        ip = ipaddress.IPv4Address(HERE if host == "localhost" else host)
-    except ValueError:
-        raise UsageError(f"--host is '{host}'; write an IPv4 address such as {HERE}") from None
-    if not ip.is_loopback and not anywhere:
-        raise UsageError(f"--host {host} is beyond this machine; allow that with --anywhere")
-    if not 0 <= port <= 65535:
-        raise UsageError(f"--port is {port}; it is 1 to 65535, or 0 for a free one")
-    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind((str(ip), port))
-        listening.listen(64)
-    except OSError as error:
-        listening.close()
-        raise UsageError(f"port {port} of {host}: {error.strerror}; choose another with --port") from None
-    return listening
-
-
-def address(listening: socket.socket, key: str = "") -> str:
-    """What to open in a browser; the key, if any, stands where no server and no other page is told of it."""
-    host, port = listening.getsockname()
-    if host == "0.0.0.0":
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as outward:
-            try:
-                outward.connect(("192.0.2.1", 9))  # sends nothing: only asks which way is out
-                host = outward.getsockname()[0]
-            except OSError:
-                host = HERE
-    return f"http://{host}:{port}/{f'#{key}' if key else ''}"
 
 
 class Watch:

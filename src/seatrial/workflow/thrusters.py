@@ -1,21 +1,21 @@
-"""The commands thrust-map and servo: what stands between an order and the force of a thruster."""
+"""Thrust of thrusters from a bollard pull, and servos from logs: fits, and the tables of a ship file."""
 
 from __future__ import annotations
 
 import math
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ..core.files import write_whole
-from ..data import Array, DataError
+from ..data import Array, DataError, Trial
 from ..data.table import lines_of, numbers, split_row
 from ..data.units import KNOWN
 from ..identify.components.servo import ServoFit, fit_servo, servos
 from ..identify.components.thrust_map import ThrustMap, fit_thrust, fit_thrusters, shared
-from .support import DEGREE, UsageError, emit, figure, note, show_table
+from . import RequestError
+from .request import Note, check_output, silent
 
 _HEAD = re.compile(r"^(?P<kind>[nT])(_(?P<name>\w+))?\s*\[(?P<unit>[^\]]+)\]$")
 _UNITS = {"n": "1/s", "T": "N"}
@@ -23,13 +23,22 @@ _HEADING = "# Tables of a ship file (docs/extending.md)."
 
 
 def thrust_map(
-    table: Path, out: Path | None, thrusters: str | None, together: bool, order: int | None, json: bool
-) -> None:
+    table: Path, out: Path | None = None, thrusters: str | None = None, together: bool = False,
+    order: int | None = None, note: Note = silent,
+) -> list[ThrustMap]:  # fmt: skip
     """Fit thrust by revolutions to a table of a bollard pull, and write the [thrusters] of a ship file.
+
+    Args:
+        table: file with columns such as ``n [1/s],T_1 [N],T_2 [N]``.
+        out: tables of a ship file to write (.toml).
+        thrusters: names of the ship's thrusters, such as ``1,2``.
+        together: whether the one column of thrust is that of all of them.
+        order: highest power of n; chosen by cross-validation unless given.
+        note: takes what was left out or assumed.
 
     Raises:
         DataError: a table that cannot be used; names column, line or revolutions.
-        UsageError: options that contradict each other.
+        RequestError: options that contradict each other.
     """
     _writable(out, "thrusters", table)
     names = None if thrusters is None else [name.strip() for name in thrusters.split(",") if name.strip()]
@@ -37,29 +46,20 @@ def thrust_map(
     rows = len(lines_of(table)) - 1
     if together:
         if not names or len(columns) != 1:
-            raise UsageError("--together takes one column of thrust and names whose it is: --thrusters 1,2")
+            raise RequestError("--together takes one column of thrust and names whose it is: --thrusters 1,2")
         ((_, (n, T)),) = columns.items()
         both = fit_thrust(n, T, name="+".join(names), order=order)
-        found = tuple(shared(name, both, len(names)) for name in names)
+        found = [shared(name, both, len(names)) for name in names]
     else:
-        found = fit_thrusters(columns, names, order=order)
+        found = [*fit_thrusters(columns, names, order=order)]
     for one in found:
         if one.rows < rows:
             note(f"note: thruster {one.name}: {rows - one.rows} of {rows} rows have no revolutions or no thrust")
         if one.n_low >= 0:
             note(f"note: thruster {one.name} was not tested astern; astern = 1 is an assumption")
     if out is not None:
-        _write(out, "\n".join(_map_toml(one, table.name) for one in found))
-    if json:
-        emit({"table": table, "file": out, "thrusters": {one.name: _map_json(one) for one in found}})
-        return
-    rows = [
-        (one.name, " ".join(f"n^{k}" for k in one.powers), f"{one.n_low:g} to {one.n_max:g}", f"{one.R2:.5f}",
-         figure(one.rmse, 3), *(figure(float(c), 5) for c in one.coefficients))
-        for one in found
-    ]  # fmt: skip
-    head = ("thruster", "terms", "tested [1/s]", "R^2", "rmse [N]", *(f"c_{k}" for k in range(6)))
-    show_table(head, rows, right=tuple(range(3, 11)))
+        _write(out, "\n".join(_map_toml(one, table.name) for one in found), note)
+    return found
 
 
 def read_pull(path: Path) -> dict[str, tuple[Array, Array]]:
@@ -107,8 +107,19 @@ def _filled(where: str, pair: Array) -> tuple[Array, Array]:
     return pair[~lacking, 0], pair[~lacking, 1]
 
 
-def servo(paths: Sequence[Path], controls: Sequence[str], out: Path | None, json: bool) -> None:
+def servo(
+    paths: Sequence[Path], controls: Sequence[str] = (), out: Path | None = None, note: Note = silent
+) -> tuple[list[Trial], list[ServoFit]]:
     """Fit the servos of trials that hold both order and angle, and write the [actuators] of a ship file.
+
+    Args:
+        paths: trial files, or folders of them.
+        controls: such as ``alpha_1``; all that have an order unless given.
+        out: tables of a ship file to write (.toml).
+        note: takes cautions.
+
+    Returns:
+        The trials, and a fit for each control.
 
     Raises:
         DataError: trials without both, or in degrees.
@@ -116,7 +127,7 @@ def servo(paths: Sequence[Path], controls: Sequence[str], out: Path | None, json
     from ..data.trialfile import read_trials
 
     _writable(out, "actuators", *paths)
-    trials = read_trials(paths)
+    trials = [*read_trials(paths)]
     wanted = tuple(controls) or servos(trials)
     if not wanted:
         raise DataError("no trial has order and angle of a servo; such as alpha_1_cmd [rad] and alpha_1 [rad]")
@@ -125,44 +136,21 @@ def servo(paths: Sequence[Path], controls: Sequence[str], out: Path | None, json
         for line in one.cautions:
             note(f"warning: {line}")
     if out is not None:
-        _write(out, "\n".join(_servo_toml(one) for one in found))
-    if json:
-        emit({"trials": [trial.name for trial in trials], "file": out,
-              "servos": {one.control: _servo_json(one) for one in found}})  # fmt: skip
-        return
-    rows = [
-        (one.control, *(_with(one, key, DEGREE if key in ("rate", "offset") else 1.0)
-                        for key in ("rate", "lag", "dead_time", "offset")),
-         figure(one.rmse / DEGREE, 3), f"{one.R2:.5f}", str(one.samples))
-        for one in found
-    ]  # fmt: skip
-    head = ("servo", "rate [deg/s]", "lag [s]", "dead time [s]", "offset [deg]", "rmse [deg]", "R^2", "samples")
-    show_table(head, rows, right=(5, 6, 7))
-
-
-def _with(one: ServoFit, key: str, unit: float) -> str:
-    value = one.offset if key == "offset" else float(getattr(one.servo, key))
-    return f"{value / unit:.5g} ± {one.sigma[key] / unit:.2g}" if key in one.sigma else "–"
+        _write(out, "\n".join(_servo_toml(one) for one in found), note)
+    return trials, found
 
 
 def _writable(out: Path | None, kind: str, *sources: Path) -> None:
-    """Refuse an output that is no TOML file, lies nowhere, is one of the inputs, or holds what is not ours to replace.
+    """Refuse an output that is no TOML file, has no folder, is an input, or is a file that this command did not write.
 
     Args:
-        kind: the table that tells a file of this command: "thrusters", or "actuators" alone.
+        kind: the table that marks a file of this command: "thrusters", or "actuators" alone.
     """
     if out is None:
         return
-    if out.suffix != ".toml":
-        raise UsageError(f"{out}: a part of a ship file ends in .toml")
-    if not out.parent.is_dir():
-        raise UsageError(f"{out}: no such folder: {out.parent}")
-    if out.is_dir():
-        raise UsageError(f"{out}: is a folder; name a file with -o")
-    if any(out.exists() and source.exists() and out.samefile(source) for source in sources):
-        raise UsageError(f"{out}: is an input; choose another file with -o")
+    check_output(out, (".toml",), "a part of a ship file", *sources)
     if out.exists() and not _ours(out, kind):
-        raise UsageError(f"{out}: exists, and this command did not write it; choose another file with -o")
+        raise RequestError(f"{out}: exists, and this command did not write it; choose another file with -o")
 
 
 def _ours(out: Path, kind: str) -> bool:
@@ -175,7 +163,7 @@ def _ours(out: Path, kind: str) -> bool:
     return text.startswith(_HEADING) and kind in tables and ("thrusters" in tables) == (kind == "thrusters")
 
 
-def _write(out: Path, text: str) -> None:
+def _write(out: Path, text: str, note: Note) -> None:
     write_whole(out, f"{_HEADING}\n\n{text}")
     note(f"wrote {out}")
 
@@ -187,7 +175,7 @@ def _number(value: float, unit: str, source: str, sigma: float | None = None) ->
 
 
 def _map_toml(one: ThrustMap, table: str) -> str:
-    """[thrusters.NAME] without its position, which no bollard pull tells, and the limits of its revolutions."""
+    """[thrusters.NAME] without its position, which no bollard pull contains, and the limits of its revolutions."""
     source = f"bollard pull, {table}: {one.rows} rows, R^2 {one.R2:.5f}, rmse {one.rmse:.3g} N".replace('"', "'")
     back = source if one.n_low < 0 else "assumed: not tested astern"
     lines = [f"[thrusters.{one.name}]", 'type = "azimuth:Azimuth"', "# x and y, the position [m], are to be added"]
@@ -204,15 +192,6 @@ def _map_toml(one: ThrustMap, table: str) -> str:
     return "\n".join(lines)
 
 
-def _map_json(one: ThrustMap) -> Mapping[str, Any]:
-    return {
-        "coefficients": one.coefficients.tolist(), "sigma": one.sigma.tolist(), "covariance": one.covariance.tolist(),
-        "powers": list(one.powers), "n_low": one.n_low, "n_max": one.n_max, "astern": one.astern, "R2": one.R2,
-        "rmse": one.rmse, "rows": one.rows,
-        "candidates": [{"powers": list(c.powers), "error": c.error, "monotone": c.monotone} for c in one.candidates],
-    }  # fmt: skip
-
-
 def _servo_toml(one: ServoFit) -> str:
     source = f"log of order and angle: {one.samples} samples, R^2 {one.R2:.5f}, rmse {one.rmse:.3g} rad"
     kind = type(one.servo).__name__
@@ -224,11 +203,3 @@ def _servo_toml(one: ServoFit) -> str:
         for key, unit in units.items() if key in one.sigma
     ]  # fmt: skip
     return "\n".join([*lines, ""])
-
-
-def _servo_json(one: ServoFit) -> Mapping[str, Any]:
-    return {
-        "rate": float(one.servo.rate), "lag": float(one.servo.lag), "dead_time": float(one.servo.dead_time),
-        "offset": one.offset, "sigma": dict(one.sigma), "rmse": one.rmse, "R2": one.R2, "samples": one.samples,
-        "cautions": list(one.cautions),
-    }  # fmt: skip

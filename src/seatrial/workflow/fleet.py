@@ -1,4 +1,4 @@
-"""Ships of a loop as the command line asks for them: the own one, and others that hold their course."""
+"""Ships of a real-time loop: the own ship, and other ships that keep their course."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from ..realtime.loop import Loop
 from ..realtime.plant import Plant
 from ..ships import Ship
 from ..simulate.approach import time_step
-from .support import DEGREE, UsageError, note, read_ship, speed_of
+from . import RequestError
+from .request import DEGREE, Note, ship_of, silent, speed_of
 
 Start = tuple[float, ...]
 """Initial (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s]."""
 
 
 def rate_of(ship: Ship, wanted: float) -> float:
-    """Ticks a second: those wanted, or the greatest below that a model in discrete time allows."""
+    """Tick rate [Hz]: the wanted one, or the greatest below it that a model in discrete time allows."""
     if not isinstance(ship.model, Sampled):
         return wanted
     dt = float(ship.model.dt)
@@ -27,7 +28,16 @@ def rate_of(ship: Ship, wanted: float) -> float:
 
 
 def plant_of(ship: Ship, rate: float, weather: Weather, start: Start, seed: int, through_water: bool = True) -> Plant:
-    """A ship at a step that fits the rate as well as her; velocities at the start are through water or over ground."""
+    """A ship at a time step that divides the tick and suits the ship.
+
+    Args:
+        ship: the ship.
+        rate: tick rate [Hz].
+        weather: what is around it.
+        start: initial state.
+        seed: of the weather.
+        through_water: whether the initial velocities are through water; over ground otherwise.
+    """
     fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
     dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
     x, y, psi, u, v_m, r = start
@@ -41,7 +51,7 @@ def others_of(texts: Iterable[str], rate: float, weather: Weather, seed: int) ->
     """Other ships, by number and name.
 
     Raises:
-        UsageError: one that is not written as it ought to be.
+        RequestError: a text of another form than ``SHIP@NORTH,EAST,HEADING[,SPEED]``.
     """
     found: dict[str, Plant] = {}
     for number, text in enumerate(texts, 1):
@@ -50,13 +60,13 @@ def others_of(texts: Iterable[str], rate: float, weather: Weather, seed: int) ->
     return found
 
 
-def keep_course(loop: Loop, names: Iterable[str]) -> None:
-    """Let these ships hold the heading that they have, each by an autopilot of its own."""
+def keep_course(loop: Loop, names: Iterable[str], note: Note = silent) -> None:
+    """Let these ships keep their initial heading, each with an autopilot of its own."""
     for name in names:
         if "delta" in loop.vessels[name].plant.ranges:
             CourseKeeper(loop, name)
         else:
-            note(f"note: --other {name.partition(' ')[2]}: nothing steers it; it sails as it will")
+            note(f"note: --other {name.partition(' ')[2]}: it has no rudder to steer; it drifts freely")
 
 
 def _other(text: str) -> tuple[Ship, Start]:
@@ -66,8 +76,8 @@ def _other(text: str) -> tuple[Ship, Start]:
         north, east, heading, *rest = (float(part) for part in place.split(","))
         (speed,) = rest or (None,)
     except ValueError:
-        raise UsageError(f"--other is '{text}'; write SHIP@NORTH,EAST,HEADING such as kcs@2000,500,180") from None
+        raise RequestError(f"--other is '{text}'; write SHIP@NORTH,EAST,HEADING such as kcs@2000,500,180") from None
     if not all(map(math.isfinite, (north, east, heading, speed or 0.0))) or (speed or 0.0) < 0.0:
-        raise UsageError(f"--other is '{text}'; place and heading are numbers, the speed zero or above")
-    ship = read_ship(name)
+        raise RequestError(f"--other is '{text}'; place and heading are numbers, the speed zero or above")
+    ship = ship_of(name)
     return ship, (north, east, heading * DEGREE, speed_of(ship, speed, f"--other {name}: speed"), 0.0, 0.0)
