@@ -6,16 +6,15 @@ Exit status: 0 done, 1 the run failed, 2 the request was wrong.
 
 from __future__ import annotations
 
-import functools
-import inspect
 import sys
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import typer
 
 from . import choosing, data, judging, plant, realtime, ships, simulation
 from . import options as o
+from .command import Command, Group, WithManoeuvres, offered
 from .outcome import ended
 from .render import emit, note, say
 
@@ -23,37 +22,13 @@ if TYPE_CHECKING:
     from ..data import Trial
 
 app = typer.Typer(
-    name="seatrial", no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+    name="seatrial", cls=Group, no_args_is_help=True, add_completion=False, rich_markup_mode=None,
     pretty_exceptions_enable=False, help="Build a ship manoeuvring model that you can trust from sea trial logs.",
 )  # fmt: skip
-
-_READ = {"ship", "model", "study"}
-"""Parameters of commands whose files may name classes of the user."""
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
     return ended(typer.main.get_command(app), sys.argv[1:] if arguments is None else arguments)
-
-
-def offered(command: Callable[..., None]) -> Callable[..., None]:
-    """The command, with `--trust` where it reads a ship, a model or a study."""
-    signature = inspect.signature(command, eval_str=True)
-    if not _READ & set(signature.parameters):
-        return command
-
-    @functools.wraps(command)
-    def run(*args: Any, trust: list[str] | None = None, **options: Any) -> None:
-        from ..ships.classes import trusting
-
-        with trusting(trust or ()):
-            command(*args, **options)
-
-    asked = inspect.Parameter("trust", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=o.Trust)
-    parameters = [*signature.parameters.values(), asked]
-    vars(run)["__signature__"] = signature.replace(parameters=parameters)
-    run.__annotations__ = {one.name: one.annotation for one in parameters}
-    return run
 
 
 def check(
@@ -128,5 +103,5 @@ for _command in (
     judging.requirements, judging.imo, plant.export, plant.thrust_map, plant.servo, data.resample, simulation.bench,
     data.import_, data.convert, check, identify, realtime.steer, realtime.bridge, predict, validate,
 ):  # fmt: skip
-    _cls = simulation.WithManoeuvres if _command is simulation.simulate else None
+    _cls = WithManoeuvres if _command is simulation.simulate else Command
     app.command(_command.__name__.strip("_").replace("_", "-"), cls=_cls)(offered(_command))

@@ -52,7 +52,7 @@ def ended(command: Any, arguments: Sequence[str]) -> int:
 def _run(command: Any, arguments: list[str]) -> int:
     """The command without the framework's own handling of Ctrl-C, which writes to the terminal and hides it."""
     try:
-        with command.make_context("seatrial", arguments or ["--help"]) as context:
+        with command.make_context("seatrial", arguments[:] or ["--help"]) as context:  # it empties what it is given
             command.invoke(context)
     except typer.Exit as done:
         return int(done.exit_code) if arguments else WRONG

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
-from typer.core import TyperCommand
 
 from . import options as o
 from .render import emit, figure, note, say, show_table
@@ -17,16 +16,6 @@ if TYPE_CHECKING:
     from ..manoeuvres import Index
 
 DEGREE = math.pi / 180.0
-
-
-class WithManoeuvres(TyperCommand):
-    """A command whose help lists the manoeuvres, which are imported only to show it."""
-
-    def get_help(self, ctx: Any) -> str:
-        """The help of the command, then the manoeuvres."""
-        from ..workflow.simulation import known
-
-        return f"{super().get_help(ctx)}\n\nManoeuvres: {', '.join(known())}."
 
 
 def simulate(
