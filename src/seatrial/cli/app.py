@@ -13,15 +13,13 @@ from typing import Annotated
 
 import typer
 
-from ..data import Trial
-from ..engine import SimulationError
 from .bench import bench
-from .cautions import cautions, trained
+from .fits import check, identify, predict, validate
 from .manoeuvres import simulate
 from .outcome import ended
 from .resample import resample
 from .ships import design, estimate, export, imo, models, requirements, servo, ships, show, thrust_map
-from .support import emit, make_folder, note, positive, read_ship, say, separate
+from .support import emit, make_folder, note, say
 from .trust import offer_trust
 
 app = typer.Typer(
@@ -32,13 +30,6 @@ app = typer.Typer(
 ShipName = Annotated[str, typer.Argument(help="A name of the library (seatrial ships) or a ship file.")]
 Trials = Annotated[list[Path], typer.Argument(help="Trial files, or folders of them.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
-Restart = Annotated[
-    float | None, typer.Option(help="Start anew from the measured state every so many seconds.")
-]
-SmoothStart = Annotated[
-    float | None, typer.Option(help="Estimate each start from the readings of so many seconds up to it.")
-]
-
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -63,7 +54,7 @@ def demo(
 
 
 for command in (ships, show, simulate, models, estimate, design, requirements, imo, export, thrust_map, servo,
-                resample, bench):  # fmt: skip
+                resample, bench, check, identify, predict, validate):  # fmt: skip
     # The first paragraph is for users; what a function raises is for its callers.
     app.command(help=(command.__doc__ or "").partition("\n\n")[0])(command)
 
@@ -95,39 +86,6 @@ def convert(
     from .convert import convert as run
 
     run(trials, to, out, json)
-
-
-@app.command()
-def check(
-    trials: Trials,
-    against: Annotated[
-        list[Path] | None,
-        typer.Option(help="Training files or folders: do they overlap with the trials, and cover them? Repeatable."),
-    ] = None,
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="With --against: page to write (.html).")] = None,
-    json: Json = False,
-) -> None:
-    """What is wrong with a trial: what, where, evidence, remedy; exit 1 on errors."""
-    from .check import check as run
-
-    run(trials, against or [], out, json)
-
-
-@app.command()
-def identify(
-    study: Annotated[Path, typer.Argument(help="A study file, or a table of many fits.")],
-    out: Annotated[Path, typer.Option("-o", "--out", help="Folder of the run; a killed run resumes from it.")],
-    quick: Annotated[bool, typer.Option("--quick", help="Of a table of fits: its rehearsal.")] = False,
-    only: Annotated[list[str] | None, typer.Option(help="Of a table of fits: run this one. Repeatable.")] = None,
-    page: Annotated[bool, typer.Option("--page", help="Show the running fit on a page of this machine.")] = False,
-    port: Annotated[int | None, typer.Option(help="Of the page; 0 takes a free one, without it 8021.")] = None,
-    json: Json = False,
-) -> None:
-    """Fit a ship to trials; writes model.toml, fit.json, history.csv and report.html."""
-    from .page import port_of
-    from .runs import identify as run
-
-    run(study, out, json, quick, only or (), port_of(page, port))
 
 
 @app.command()
@@ -201,61 +159,6 @@ def bridge(
 
     run(Request(ship, host, port, anywhere, factor, speed, heading, wind, gusts, current, waves, depth, seed, ghost,
                 tuple(other or ()), out, hold))  # fmt: skip
-
-
-@app.command()
-def predict(
-    model: ShipName,
-    trials: Trials,
-    out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the predictions.")],
-    restart: Restart = None,
-    smooth_start: SmoothStart = None,
-    json: Json = False,
-) -> None:
-    """Free-run prediction of trials on their own rows."""
-    from ..data.trialfile import read_trials, write_trial
-    from ..simulate.replay import replay
-    from .compared import in_found_currents
-    from .spread import spread_numbers, tell_spread
-
-    positive(restart=restart, smooth_start=smooth_start)
-    ship, measured = trained(read_ship(model), model), read_trials(trials)
-    separate(out, trials)
-    for line in cautions(ship, measured):
-        note(line)
-    predictions: list[Trial] = []
-    for trial in in_found_currents(measured, model):
-        try:
-            predictions.append(replay(ship, trial, restart=restart, smooth_start=smooth_start))
-        except SimulationError as error:  # the others go on
-            note(f"error: {error}")
-    make_folder(out)
-    for prediction in predictions:
-        write_trial(prediction, out / f"{prediction.name}.csv")
-    written = [str(out / f"{one.name}.csv") for one in predictions]
-    sure = tell_spread(model, ship, measured)
-    if json:
-        emit({"model": ship.name, "restart": restart, "written": written} | spread_numbers(sure))
-    else:
-        say("".join(f"{path}\n" for path in written))
-    if len(written) < len(measured):
-        raise typer.Exit(1)
-
-
-@app.command()
-def validate(
-    model: ShipName,
-    trials: Trials,
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="Report to write (.html; .json beside it).")] = None,
-    restart: Restart = None,
-    smooth_start: SmoothStart = None,
-    scale: Annotated[str | None, typer.Option(help="Divide errors as this fit did: its model.toml.")] = None,
-    json: Json = False,
-) -> None:
-    """How well a model predicts trials, beside two baselines."""
-    from .runs import validate as run
-
-    run(model, trials, out, restart, json, smooth_start, scale)
 
 
 offer_trust(app)

@@ -21,13 +21,15 @@ from ..engine import SimulationError
 from ..environment.weather import WeatherError
 from ..identify import FitError, StudyError
 from ..ships import ShipError
+from ..workflow import RequestError
 from .support import Stopped, UsageError, obeyed
 from .terminal import note, note_warning
 
 WRONG, FAILED, INTERRUPTED, PIPE = 2, 1, 130, 141
 # How long an interrupt may be on its way before it is taken to be lost [s].
 _AGAIN = 0.5
-_WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, UsageError, WeatherError, BusyError)
+_WRONG_REQUEST = (ParameterError, ShipError, DataError, StudyError, RequestError, UsageError, WeatherError,
+                  BusyError)  # fmt: skip
 _FAILED_RUN = (SimulationError, FitError)
 # What a disk does to a request that was right: it is full, or fails.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
