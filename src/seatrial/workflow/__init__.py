@@ -1,6 +1,10 @@
 """Workflows: identify, validate, predict, check and demo as functions that return values and print nothing.
 
 Contract: a workflow returns an `Outcome`; what the user should read while it runs goes to a `Sink`.
+
+`identify` from command to report: `cli.fits`, `identify` (the order of things), `plans` (a study or a table of fits, as
+`study.study` and `study.series` read them), `identify.lint`, the estimator, `study.store`, `reports` (which page),
+`comparing`, `report.report`, `report.sections`, and `shown` (the summary for a terminal).
 """
 
 from __future__ import annotations

@@ -21,7 +21,8 @@ def shown(document: Document, out: Path, kept_back: bool) -> tuple[Shown, ...]:
         kept_back: whether it is judged on trials that the fit has not seen.
     """
     of = "trials kept back" if kept_back else "the training trials (none was kept back)"
-    return _SUMMARIES[str(document["schema"])](document, out, of)
+    summary = _SUMMARIES.get(str(document["schema"]))
+    return (_wrote(out),) if summary is None else summary(document, out, of)
 
 
 def comparisons(report: Report) -> Table:
