@@ -27,12 +27,12 @@ FITS = "fits"
 
 @dataclass(frozen=True)
 class Member:
-    """A fitted ship, or one that is judged as it is.
+    """A fitted ship, or one that is judged without a fit.
 
     Attributes:
         seed: None where nothing was drawn.
         history: rows (iteration, objective, validation or NaN, seconds), shape (iterations, 4).
-        objective: what decided: the least loss on the validation trials, where the estimator watches them.
+        objective: the least loss on the validation trials, where the estimator watches them.
         summary: what `fit.json` holds; empty for a ship as it is.
     """
 
@@ -49,12 +49,12 @@ class Member:
 
 
 def folder(out: Path, row: Row, cell: Cell) -> Path:
-    """Where a cell is run."""
+    """Folder of a cell."""
     return out / FITS / row.key / cell.name
 
 
 def check(cells: Sequence[tuple[Row, Cell]], series: Series) -> list[str]:
-    """Warnings on every problem, each said once, with the places where it is found.
+    """Warnings of the lint on every problem, each once.
 
     Raises:
         StudyError: a problem that cannot be run.
@@ -117,7 +117,7 @@ def claimed(where: Path, series: Series, row: Row, cell: Cell) -> bool:
 
 @contextmanager
 def swept(where: Path, out: Path) -> Generator[None, None, None]:
-    """Take the folders above a cell away again where they were made for it and it was refused."""
+    """Remove the folders above a cell again where they were made for it and it was refused."""
     above = [path for path in (where.parent, out / FITS, out) if not path.exists()]
     try:
         yield
@@ -129,7 +129,7 @@ def swept(where: Path, out: Path) -> Generator[None, None, None]:
 
 
 def members(series: Series, row: Row, out: Path) -> tuple[Member, ...]:
-    """What is done of a row, in the order of its seeds.
+    """The fits of a row that are done, in the order of its seeds.
 
     Raises:
         StudyError: a folder holds the fit of another problem.
