@@ -13,7 +13,7 @@ import pytest
 
 from seatrial.cli import outcome as cli_outcome
 from seatrial.cli.app import main
-from seatrial.cli.support import fitting
+from seatrial.workflow.request import Stopped
 
 BUSY = """
 import signal, sys, time, typer
@@ -58,8 +58,7 @@ def test_ctrl_c_says_one_thing_once_and_exits_130(body: str, times: int) -> None
 
 def test_ctrl_c_in_a_fit_says_once_how_to_go_on(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     def read_ship(_: str) -> None:
-        with fitting(Path("study.toml"), " to go on in run"):
-            raise KeyboardInterrupt
+        raise Stopped("interrupted; run the same command again to go on in run")
 
     monkeypatch.setattr("seatrial.workflow.request.ship_of", read_ship)
     assert main(["show", "kvlcc2"]) == 130

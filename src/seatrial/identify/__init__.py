@@ -94,6 +94,7 @@ class Fit:
         digest: fingerprint of the problem.
         ends: where each run of the search ended, shape (runs, 1 + free): objective and values.
         nuisances: estimated along, by trial and name: current_x, current_y (north, east) [m/s], bias_CHANNEL.
+        details: what else the estimator has found, for a report of its own (`workflow.reports`); None where nothing.
     """
 
     ship: Ship
@@ -112,6 +113,7 @@ class Fit:
     digest: str
     ends: Array = field(default_factory=lambda: np.zeros((0, 0)))
     nuisances: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
+    details: object = field(default=None, compare=False, repr=False)
 
 
 Progress = Callable[[int, float, float], None]

@@ -1,4 +1,4 @@
-"""A fit on disk: the ship (model.toml), the numbers (fit.json) and the way there (history.csv)."""
+"""A fit on disk: the ship (model.toml), the numbers (fit.json) and the history of the search (history.csv)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def save_fit(
         problem: what was fitted, for the provenance: the ship it began from and the trials used.
         study: name of the study.
         text: the study as written, kept in fit.json.
-        scale: what the error of each state is divided by where this fit is judged, kept in fit.json.
+        scale: divisor of the error of each state where this fit is judged, kept in fit.json.
 
     Returns:
         The path of model.toml.
@@ -55,10 +55,10 @@ def save_fit(
 
 
 def load_fit_summary(path: str | Path) -> dict[str, Any]:
-    """What `save_fit` wrote to fit.json, from the file or its folder.
+    """The content of fit.json as `save_fit` wrote it, from the file or its folder.
 
     Raises:
-        StudyError: no such file, or not one of ours.
+        StudyError: no such file, or one of another schema.
     """
     where = Path(path)
     where = where / SUMMARY if where.is_dir() else where
@@ -66,13 +66,13 @@ def load_fit_summary(path: str | Path) -> dict[str, Any]:
 
 
 def fitted_scale(model: str | Path) -> dict[str, float]:
-    """What the errors of a fitted model were divided by where it was judged; empty where no fit beside it says so."""
+    """Divisors of the errors of a fitted model where it was judged; empty where no fit.json beside it has them."""
     found = _beside(model).get("scale")
     return found if isinstance(found, dict) and set(found) == set(STATES) and all(found.values()) else {}
 
 
 def fitted_nuisances(model: str | Path) -> dict[str, dict[str, float]]:
-    """Currents and biases that were estimated with a fitted model, by trial and name; empty where no fit is beside."""
+    """Currents and biases estimated with a fitted model, by trial and name; empty where no fit.json is beside it."""
     found = _beside(model).get("nuisances")
     return found if isinstance(found, dict) else {}
 
@@ -83,7 +83,7 @@ def _beside(model: str | Path) -> dict[str, Any]:
 
 
 def claim(folder: str | Path, digest: str, study: str) -> bool:
-    """Mark `folder` as the run of one problem, so that another cannot go on in it by mistake.
+    """Mark `folder` as the run of one problem, so that another cannot resume in it by mistake.
 
     Returns:
         Whether the folder was free until now.
@@ -108,7 +108,7 @@ def claim(folder: str | Path, digest: str, study: str) -> bool:
 
 @contextmanager
 def kept(folder: str | Path, fresh: bool) -> Generator[None, None, None]:
-    """Give a folder that was only just claimed free again where the estimator refuses the study."""
+    """Release a folder that was only just claimed, where the estimator refuses the study."""
     try:
         yield
     except (StudyError, DataError):
@@ -130,7 +130,7 @@ def _read(path: Path, schema: str) -> dict[str, Any]:
 
 
 def _sourced(fit: Fit, study: str) -> Ship:
-    """The fitted ship with the study as the source of each fitted number, less the cautions that it has overtaken."""
+    """The fitted ship with the study as the source of each fitted number, without cautions that no longer hold."""
     entries = dict(fit.ship.entries)
     for i, free in enumerate(fit.free):
         source = f"fitted in study {study}, from {free.start:.6g}"
