@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ..identify import Fit, Problem, Progress
 from ..study.study import Study
-from ..workflow.serving import HERE, address, listen
+from ..workflow.realtime import HERE, address, listen
 from .support import UsageError, note, obeyed
 
 if TYPE_CHECKING:
