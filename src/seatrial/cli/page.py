@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 from ..identify import Problem, Progress
 from ..workflow import RequestError
 from ..workflow.request import obeyed
-from ..workflow.serving import HERE, address, listen
 from .render import live, note
 
 if TYPE_CHECKING:
@@ -114,6 +113,8 @@ class Terminal:
 
     @property
     def _address(self) -> str:
+        from ..workflow.realtime import address
+
         return address(self._listening) if self._listening else ""
 
 
@@ -172,6 +173,8 @@ def watching(port: int | None) -> Generator[Terminal, None, None]:
     if port is None:
         yield Terminal()
         return
+    from ..workflow.realtime import HERE, listen
+
     with listen(HERE, port, False) as listening:
         try:
             from ..realtime.fit_page.server import Page

@@ -22,7 +22,7 @@ def export(
     dt: o.SlaveStep = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Export a ship as a CasADi function, C, Python or an FMU."""
-    from ..workflow.export import export as run
+    from ..workflow.plant import export as run
 
     made = run(model, casadi=casadi, c=c, python=python, actuators=actuators, fmu=fmu, fmi=fmi, hull=hull, dt=dt,
                note=note)  # fmt: skip
@@ -38,7 +38,7 @@ def thrust_map(
     order: o.Order = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Fit thrust by revolutions to a bollard pull."""
-    from ..workflow.thrusters import thrust_map as run
+    from ..workflow.plant import thrust_map as run
 
     found = run(table, out, thrusters, together, order, note)
     if json:
@@ -55,7 +55,7 @@ def thrust_map(
 
 def servo(trials: o.Trials, control: o.Control = None, out: o.TablesOut = None, json: o.Json = False) -> None:
     """Fit rate, lag and dead time of thrusters or rudders."""
-    from ..workflow.thrusters import servo as run
+    from ..workflow.plant import servo as run
 
     read, found = run(trials, control or (), out, note)
     if json:

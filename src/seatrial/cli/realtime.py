@@ -62,7 +62,7 @@ def bridge(
     hold: o.Hold = 5.0,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
-    from ..workflow.bridge import bridge as run
+    from ..workflow.realtime import bridge as run
 
     recordings = run(ship, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed, heading=heading,
                      wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed, ghost=ghost,

@@ -33,7 +33,7 @@ from ..realtime.wire import Address, Authority, Wire, WireError
 from ..sensors.suite import Suite, draught, usual
 from ..ships import Ship
 from . import RequestError
-from .fleet import Start, keep_course, others_of, plant_of, rate_of
+from .realtime import Start, keep_course, others_of, plant_of, rate_of
 from .request import (
     DEGREE,
     Around,
