@@ -21,7 +21,8 @@ had other work.
 
 The tables below are written by `make bench` from scripts of the repository, one a claim: the shortest of repeated
 runs."""
-SCRIPTS = ("engine", "peers", "campaign", "tuning", "export", "shooting", "networks", "training", "realtime", "envs")
+SCRIPTS = ("engine", "peers", "campaign", "tuning", "export", "shooting", "networks", "training", "realtime", "envs",
+           "cold_start")  # fmt: skip
 
 
 def publish(name: str, rows: list[dict[str, Any]]) -> None:

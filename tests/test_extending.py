@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.cli import manoeuvres as cli_manoeuvres
 from seatrial.cli.app import main
 from seatrial.core.parameters import near, read
 from seatrial.data import Trial
@@ -33,6 +32,7 @@ from seatrial.ships.files import FOLDER, load
 from seatrial.simulate.run import simulate
 from seatrial.study.study import read_estimator
 from seatrial.validate.requirements.probe import Probe
+from seatrial.workflow import simulation
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
@@ -170,14 +170,14 @@ def test_a_study() -> None:
 
 def test_a_manoeuvre(put: Put, capsys: pytest.CaptureFixture[str]) -> None:
     put("manoeuvres/weave.py")
-    cli_manoeuvres.known.cache_clear()
+    simulation.known.cache_clear()
     try:
         assert main(["simulate", "mariner_nomoto", "weave", "--rudder", "20", "--heading", "5", "--json"]) == 0
         told = json.loads(capsys.readouterr().out)
         assert told["indices"]["greatest_heading"]["value"] > 5.0
         assert main(["simulate", "mariner_nomoto", "weave", "--seed", "3"]) == 2
     finally:
-        cli_manoeuvres.known.cache_clear()
+        simulation.known.cache_clear()
 
 
 def test_weather() -> None:

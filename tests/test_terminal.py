@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from seatrial.cli.app import main
-from seatrial.cli.terminal import in_json, note, one_line, say, shown
+from seatrial.cli.render import in_json, note, one_line, say, shown
 
 EVIL = "a\x1b]0;owned\x07\x1b[2J\x9b31m\r\u202egnp\u2028b\x7f"
 ROOT = Path(__file__).parents[1] / "src" / "seatrial"
@@ -57,7 +57,7 @@ def test_names_of_files_reach_the_terminal_as_what_they_are(tmp_path: Path, caps
 
 
 def test_words_reach_a_terminal_through_one_door() -> None:
-    doors = {"terminal.py", "__main__.py", "cli_wire.py"}  # the last one hands on what a program beside it says
+    doors = {"render.py", "__main__.py"}
     for path in ROOT.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
         assert path.name in doors or not ("sys.stdout.write" in text or "sys.stderr.write" in text), path

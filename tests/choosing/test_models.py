@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from seatrial.choosing import CAPABILITIES
+from seatrial.choosing import survey as surveys
 from seatrial.choosing.families import FAMILIES
 from seatrial.choosing.purposes import PURPOSES
 from seatrial.choosing.survey import Assessment
-from seatrial.cli import models as cli_models
 from seatrial.cli.app import main
 
 ROOT = Path(__file__).parents[2]
@@ -27,7 +27,7 @@ SLOW = "seatrial requirements esso_osaka_3m_harbour --scope berthing"
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch, surveyed: tuple[Assessment, ...]) -> None:
     """The survey is made once for all tests that only read it."""
-    monkeypatch.setattr(cli_models, "survey", lambda: surveyed)
+    monkeypatch.setattr(surveys, "survey", lambda: surveyed)
 
 
 @pytest.mark.long

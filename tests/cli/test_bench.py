@@ -15,8 +15,8 @@ import pytest
 import seatrial.bench as room
 from seatrial.bench import PEERS, Peer, Row, fossen, turn
 from seatrial.bench.timing import best, control_loop, machine
-from seatrial.cli import bench as cli_bench
 from seatrial.cli.app import main
+from seatrial.workflow import bench as bench_workflow
 
 QUICK = Peer("quick", "something quick", "seatrial", "comes with seatrial", lambda: (Row("a step", 2e-9, 3e-6),))
 ABSENT = Peer("absent", "a program that is not here", "no_such_program", "pip install it", lambda: 1 / 0)
@@ -24,7 +24,7 @@ ABSENT = Peer("absent", "a program that is not here", "no_such_program", "pip in
 
 @pytest.fixture
 def peers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cli_bench, "control_loop", lambda: 5.0)
+    monkeypatch.setattr(bench_workflow, "control_loop", lambda: 5.0)
     monkeypatch.setattr(room, "PEERS", (QUICK, ABSENT))
 
 
@@ -55,7 +55,7 @@ def test_the_file_and_the_object_say_the_same(tmp_path: Path, capsys: Any) -> No
 @pytest.mark.usefixtures("peers")
 def test_a_busy_machine_is_told(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     loops = iter((5.0, 5.0, 5.1, 8.0))
-    monkeypatch.setattr(cli_bench, "control_loop", lambda: next(loops))
+    monkeypatch.setattr(bench_workflow, "control_loop", lambda: next(loops))
     assert main(["bench", "quick"]) == 0
     assert "the machine had other work" in capsys.readouterr().err
 
@@ -72,7 +72,7 @@ def test_a_peer_of_another_version_leaves_the_others(
     def moved() -> tuple[Row, ...]:
         raise TypeError("no such\nargument")
 
-    monkeypatch.setattr(cli_bench, "control_loop", lambda: 5.0)
+    monkeypatch.setattr(bench_workflow, "control_loop", lambda: 5.0)
     monkeypatch.setattr(room, "PEERS", (replace(QUICK, name="moved", measure=moved), QUICK))
     assert main(["bench", "-o", str(tmp_path)]) == 1
     out, err = capsys.readouterr()
@@ -82,7 +82,7 @@ def test_a_peer_of_another_version_leaves_the_others(
 
 
 def test_the_list_measures_nothing(capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cli_bench, "control_loop", lambda: 1 / 0)
+    monkeypatch.setattr(bench_workflow, "control_loop", lambda: 1 / 0)
     assert main(["bench", "--list"]) == 0
     out = capsys.readouterr().out
     assert all(peer.name in out for peer in PEERS)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -11,8 +13,8 @@ import pytest
 import typer
 
 from seatrial.cli.app import app, main
-from seatrial.cli.manoeuvres import known
 from seatrial.ships.files import library
+from seatrial.workflow.simulation import known
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 COMMANDS: Any = typer.main.get_command(app)
@@ -33,6 +35,55 @@ def test_help_is_for_users(name: str, capsys: pytest.CaptureFixture[str]) -> Non
     told = capsys.readouterr().out
     assert f"seatrial {name}" in told
     assert not re.search(r"\b(Raises|Args|Returns|Attributes|Yields):", told)
+
+
+VERBS = {
+    "add", "allow", "build", "check", "choose", "compare", "convert", "design", "divide", "end", "estimate",
+    "export", "fit", "identify", "import", "judge", "limit", "list", "listen", "mark", "measure", "name",
+    "obey", "place", "predict", "print", "read", "recommend", "record", "release", "replay", "resample",
+    "reset", "run", "seed", "send", "serve", "set", "show", "simulate", "split", "start", "steer", "trust",
+    "turn", "use", "validate", "write",
+}  # fmt: skip
+
+
+def test_help_texts_are_short_imperative_sentences() -> None:
+    """One sentence that begins with a verb, at most 80 characters, on every command, argument and option."""
+    wrong: list[str] = []
+    for name, command in COMMANDS.commands.items():
+        texts = {"": command.help, **{one.name: one.help for one in command.params}}
+        for option, text in texts.items():
+            first = (text or "").partition(" ")[0].lower()
+            if not (text and len(text) <= 80 and text.endswith(".") and first in VERBS and "\n" not in text):
+                wrong.append(f"{name} {option}: {text}")
+    assert not wrong, "\n".join(wrong)
+
+
+def test_the_list_of_commands_cuts_no_help_short(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    listed = capsys.readouterr().out.partition("Commands:")[2]
+    assert all(name in listed for name in NAMES)
+    assert "..." not in listed
+
+
+def test_help_of_simulate_lists_the_manoeuvres(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "--help"]) == 0
+    told = capsys.readouterr().out
+    listed = told.partition("Manoeuvres:")[2].strip().rstrip(".")
+    assert [name.strip() for name in listed.split(",")] == list(known())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "absent"),
+    [("['--help']", ("numpy", "scipy", "pydantic")),
+     ("['simulate', 'kvlcc2_l7', 'turning', '--rudder', '20', '--json']",
+      ("scipy.optimize", "scipy.linalg", "pydantic", "polars", "torch", "matplotlib", "seatrial.validate"))],
+    ids=["help", "simulate"],
+)  # fmt: skip
+def test_a_cold_start_imports_only_what_it_needs(arguments: str, absent: tuple[str, ...]) -> None:
+    code = f"import sys\nfrom seatrial.cli.app import main\nmain({arguments})\n"
+    code += f"sys.exit(', '.join(set(sys.modules) & set({absent!r})) or 0)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"imported for nothing: {done.stderr}"
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -14,11 +14,11 @@ import pytest
 
 from seatrial.cli import outcome as cli_outcome
 from seatrial.cli.app import main
-from seatrial.cli.support import fitting
+from seatrial.workflow.request import Stopped
 
 BUSY = """
 import signal, sys, time, typer
-from seatrial import cli_outcome
+from seatrial.cli import outcome as cli_outcome
 app = typer.Typer()
 
 @app.command()
@@ -59,10 +59,9 @@ def test_ctrl_c_says_one_thing_once_and_exits_130(body: str, times: int) -> None
 
 def test_ctrl_c_in_a_fit_says_once_how_to_go_on(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     def read_ship(_: str) -> None:
-        with fitting(Path("study.toml"), " to go on in run"):
-            raise KeyboardInterrupt
+        raise Stopped("interrupted; run the same command again to go on in run")
 
-    monkeypatch.setattr("seatrial.cli.ships.read_ship", read_ship)
+    monkeypatch.setattr("seatrial.workflow.request.ship_of", read_ship)
     assert main(["show", "kvlcc2"]) == 130
     said = capsys.readouterr().err
     assert re.fullmatch(r"interrupted\b.*\brun\n", said)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuator, Actuators
-from seatrial.cli import design as cli_design
-from seatrial.cli.support import UsageError
+from seatrial.cli import choosing as cli_design
 from seatrial.core.parameters import Free, ParameterError, read, values
 from seatrial.data import Trial
 from seatrial.identify import Loss, Nuisance, Problem, StudyError
@@ -30,6 +29,7 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
+from seatrial.workflow import RequestError
 
 TEN = math.radians(10.0)
 NOISE = {"x": 2.0, "y": 2.0, "psi": math.radians(0.5), "u": 0.05, "v_m": 0.05, "r": math.radians(0.02)}
@@ -212,9 +212,9 @@ def test_the_command_prints_a_plan_and_refuses_bad_words(capsys):
     assert document["length"] <= 30.0
     assert document["noise"]["psi"] == pytest.approx(math.radians(0.2))
     assert set(document["parameters"]) == set(values(load("mariner_nomoto").model))
-    with pytest.raises(UsageError, match="no channel 'z'"):
+    with pytest.raises(RequestError, match="no channel 'z'"):
         cli_design.design("mariner_nomoto", ["K"], noise="z=1")
-    with pytest.raises(UsageError, match="above zero"):
+    with pytest.raises(RequestError, match="above zero"):
         cli_design.design("mariner_nomoto", ["K"], budget=-1.0)
-    with pytest.raises(UsageError, match="no deviation"):
+    with pytest.raises(RequestError, match="no deviation"):
         cli_design.design("mariner_nomoto", ["K"], noise="psi=a")

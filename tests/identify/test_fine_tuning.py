@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from seatrial.cli.runs import identify
+from seatrial.cli.app import main
 from seatrial.core.parameters import Free, read
 from seatrial.identify import StudyError
 from seatrial.identify.population.evolution import Evolution
@@ -215,7 +215,7 @@ def test_studies_that_cannot_be(read_):
 @pytest.mark.long
 def test_the_command_runs_it_all_and_tells_of_a_finished_run(study, tmp_path, capsys):
     out = tmp_path / "run"
-    identify(study, out, True)
+    assert main(["identify", str(study), "-o", str(out), "--json"]) == 0
     first = json.loads(capsys.readouterr().out)
     assert first["schema"] == "seatrial-tuning/1"
     assert first["chosen"] == 0.2
@@ -226,9 +226,9 @@ def test_the_command_runs_it_all_and_tells_of_a_finished_run(study, tmp_path, ca
     best = next(r for r in first["ranges"] if r["ratio"] == first["chosen"])
     expected = {path: one["value"] for path, one in best["parameters"].items()}
     assert {path: read(fitted.model, path) for path in KEPT} == pytest.approx(expected)
-    identify(study, out, True)
+    assert main(["identify", str(study), "-o", str(out), "--json"]) == 0
     captured = capsys.readouterr()
     assert "done already" in captured.err
     assert json.loads(captured.out) == first
-    identify(study, out, False)
+    assert main(["identify", str(study), "-o", str(out)]) == 0
     assert "chosen" in capsys.readouterr().out

@@ -15,14 +15,16 @@ from network_trials import untrained, virtual
 
 from seatrial.cli.app import main
 from seatrial.data.trialfile import write_trial
-from seatrial.identify import Problem, StudyError
+from seatrial.identify import Problem, Progress, StudyError
 from seatrial.identify.networks.training import NoTorchError, Training
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
 from seatrial.study.data import read_compositions
 from seatrial.study.series import is_series, read_series
-from seatrial.study.series_run import FITS, left, members, run
+from seatrial.study.series_run import FITS, left, members
 from seatrial.validate.spread import NAME, load_members, spreads
+from seatrial.workflow import Silent
+from seatrial.workflow.identify import identify
 
 pytest.importorskip("torch")
 ROOT = Path(__file__).parents[2]
@@ -129,27 +131,40 @@ def test_a_run_that_is_cut_off_keeps_what_is_done(logs: Path, tmp_path: Path) ->
     cells = left(series, tmp_path)
     assert len(cells) == 3
 
-    begun: list[str] = []
-
-    def stop(*_: float) -> None:
-        if len(begun) == 2:
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        run(cells, series, tmp_path, told=begun.append, progress=stop)
+        identify(series.path, tmp_path, sink=Stopping(2))
     first = tmp_path / FITS / "memory" / "seed-1" / "fit.json"
     before = first.stat().st_mtime_ns
     rest = left(series, tmp_path)
     assert [(row.key, cell.name) for row, cell in rest] == [("memory", "seed-2"), ("none", "seed-7")]
-    assert not run(rest, series, tmp_path, told=begun.append)
+    outcome = identify(series.path, tmp_path)
+    assert list(outcome.result) == ["memory, seed-2", "none, seed-7"]
+    assert not outcome.errors
     assert first.stat().st_mtime_ns == before
     assert not left(series, tmp_path)
+    assert not list(tmp_path.rglob("checkpoint*"))
 
     again = tmp_path / "again"
-    run(left(series, again, ["memory"]), series, again, told=begun.append)
+    identify(series.path, again, only=["memory"])
     one, other = (members(series, series.rows[0], out)[1].ship.model.network for out in (tmp_path, again))
     assert one.digest == other.digest
     assert np.isfinite(members(series, series.rows[0], tmp_path)[0].history[:, 2]).all()
+
+
+class Stopping(Silent):
+    """A sink that interrupts a fit at its first row."""
+
+    def __init__(self, number: int) -> None:
+        self.left = number
+
+    def fit(self, name: str, problem: Problem, restart: float | None, *, several: bool) -> Progress:
+        self.left -= 1
+
+        def stop(*_: float) -> None:
+            if self.left == 0:
+                raise KeyboardInterrupt
+
+        return stop
 
 
 def test_a_table_that_goes_on_counts_what_is_done(
@@ -183,7 +198,7 @@ def test_only_some(logs: Path, tmp_path: Path) -> None:
 
 def test_a_folder_of_other_settings_is_refused(logs: Path, tmp_path: Path) -> None:
     series = read_series(written(logs), "quick")
-    run(left(series, tmp_path), series, tmp_path, told=lambda _: None)
+    identify(series.path, tmp_path, quick=True)
     other = read_series(written(logs))
     with pytest.raises(StudyError, match=r"other settings or data.* or remove this one"):
         left(other, tmp_path)
@@ -271,9 +286,9 @@ def test_a_hybrid_has_members_that_judge_the_tests(
 
 
 def test_what_is_refused_leaves_no_folder(logs: Path, tmp_path: Path) -> None:
-    series = read_series(written(logs, MIXED.replace("parts = 2", "parts = 3")))
+    path = written(logs, MIXED.replace("parts = 2", "parts = 3"))
     with pytest.raises(StudyError, match="parts is 3; there are 2 recordings"):
-        run(left(series, tmp_path / "run", ["fitted"]), series, tmp_path / "run", told=lambda _: None)
+        identify(path, tmp_path / "run", only=["fitted"])
     assert not list(tmp_path.iterdir())
 
 

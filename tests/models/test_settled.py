@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from seatrial.choosing.probing import Probe
-from seatrial.cli.support import feels
 from seatrial.environment import CALM
 from seatrial.envs.lanes import Lanes, Settings
 from seatrial.envs.tasks import Course
 from seatrial.models.linear import linearise
 from seatrial.models.settled import begun, settled, unseen
 from seatrial.models.trim import point
+from seatrial.ships.felt import feels
 from seatrial.ships.files import load
 
 HYBRID: Any = load("esso_osaka_3m_hybrid")

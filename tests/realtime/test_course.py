@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from seatrial.cli.fleet import keep_course, others_of, rate_of
 from seatrial.environment import Uniform
 from seatrial.realtime.loop import Loop
 from seatrial.ships.files import load
+from seatrial.workflow.realtime import keep_course, others_of, rate_of
 
 
 def sailing(text: str, weather: Uniform | None = None) -> tuple[Loop, str]:

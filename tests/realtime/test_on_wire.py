@@ -366,7 +366,7 @@ def test_a_run_as_fast_as_possible_and_one_that_fails(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("5 s sailed")
     unstable = save(load("kvlcc2").having({"hull.N_r": 1e9}), tmp_path / "unstable.toml")
     assert main(["steer", str(unstable), *options, "--wind", "20,90"]) == 1
-    assert "error: kvlcc2 sails no more: kvlcc2: x = inf" in capsys.readouterr().err
+    assert "error: the simulation of kvlcc2 failed: kvlcc2: x = inf" in capsys.readouterr().err
 
 
 def test_nothing_is_written_where_a_sentence_cannot_be_said(tmp_path, capsys):
@@ -481,7 +481,7 @@ def test_another_program_beside_her(code, status, capsys):
     assert main(["steer", "kvlcc2_l7", *options, "--beside", f'python -c "{code}"']) == status
     told = capsys.readouterr()
     if status:
-        assert "the program beside her failed, exit status 3" in told.err
+        assert "the program of --beside failed, exit status 3" in told.err
     else:
         assert told.out.startswith("127.0.0.1:")
 

@@ -12,8 +12,7 @@ from typing import Any
 
 import pytest
 
-from seatrial.cli.estimate import estimate as command
-from seatrial.cli.support import UsageError
+from seatrial.cli.ships import estimate as command
 from seatrial.core.parameters import values
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
@@ -24,6 +23,7 @@ from seatrial.ships.formulas import Particulars, added_mass, hull, propeller, re
 from seatrial.ships.formulas.reading import read_particulars
 from seatrial.ships.formulas.scatter import SCATTER
 from seatrial.simulate.run import approach, simulate
+from seatrial.workflow import RequestError
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples" / "particulars"
@@ -362,10 +362,10 @@ class TestCommand:
 
     def test_output_must_be_a_ship_file_in_a_folder_and_not_the_particulars(self, tmp_path: Path) -> None:
         path = written(tmp_path, BARE)
-        with pytest.raises(UsageError, match=r"ends in \.toml"):
+        with pytest.raises(RequestError, match=r"ends in \.toml"):
             command(path, tmp_path / "ship.json", json=False)
-        with pytest.raises(UsageError, match="no such folder"):
+        with pytest.raises(RequestError, match="no such folder"):
             command(path, tmp_path / "none" / "ship.toml", json=False)
-        with pytest.raises(UsageError, match="holds the particulars"):
+        with pytest.raises(RequestError, match="is an input"):
             command(path, path, json=False)
         assert path.read_text(encoding="utf-8") == BARE

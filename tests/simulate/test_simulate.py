@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from seatrial.core.parameters import update
 from seatrial.data import DataError, Trial
@@ -18,7 +20,7 @@ from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import STATES, Sampled
 from seatrial.ships import ShipError
 from seatrial.ships.files import library, load
-from seatrial.simulate.approach import step_doubt
+from seatrial.simulate.approach import bracketed_root, step_doubt
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import approach, campaign, fastest, simulate, surge_balance, time_step
 
@@ -58,6 +60,20 @@ def test_a_step_that_is_too_long_is_doubted() -> None:
     assert "inaccurate above some 4 s; take 0.1 s" in str(step_doubt(ship, 5.0))
     assert "unstable above some 40 s" in str(step_doubt(ship, 60.0))
     assert step_doubt(load("kvlcc2_l7_arx"), 60.0) is None  # runs at its own step and no other
+
+
+@pytest.mark.parametrize(
+    ("f", "low", "high"),
+    [(lambda x: x * x * x - 2.0, 0.0, 50.0), (lambda x: 1.0 - 1e-3 * x * abs(x), 1e-3, 2000.0),
+     (lambda x: math.tanh(40.0 * (x - 0.3)), -1.0, 90.0), (lambda x: math.exp(x) - 1e6, 0.0, 300.0),
+     (lambda x: x - 7.0, 7.0, 9.0)],
+)  # fmt: skip
+def test_a_root_between_two_signs_is_that_of_scipy(f: Any, low: float, high: float) -> None:
+    expected: Any = brentq(f, low, high, xtol=1e-14, rtol=1e-14)
+    asked: list[float] = []
+    found = bracketed_root(lambda x: asked.append(x) or f(x), low, high)
+    assert found == pytest.approx(expected, rel=1e-12)
+    assert len(asked) < 60
 
 
 def test_approach_without_a_balance_says_so(l7: Any) -> None:

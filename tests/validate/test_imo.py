@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from seatrial.cli.imo import imo
-from seatrial.cli.support import UsageError
+from seatrial.cli.judging import imo
 from seatrial.report.imo import document
 from seatrial.ships.files import library, load
 from seatrial.simulate.run import approach
 from seatrial.validate.imo import FAIL, NOT_APPLICABLE, PASS, ImoTable, imo_table, no_stop, overshoot_limits
+from seatrial.workflow import RequestError
 
 
 def rows_of(table: ImoTable) -> dict[tuple[str, str], object]:
@@ -139,5 +139,5 @@ def test_command(tmp_path, capsys):
     text = capsys.readouterr().out
     assert "Meets every criterion that could be judged (12)" in text
     for wrong in (tmp_path / "imo.txt", tmp_path / "nowhere" / "imo.html"):
-        with pytest.raises(UsageError):
+        with pytest.raises(RequestError):
             imo("kvlcc2", wrong, False)

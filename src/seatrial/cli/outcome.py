@@ -15,8 +15,7 @@ from typing import Any
 import typer
 
 from ..core.errors import RunError, SeatrialError
-from .support import Stopped, obeyed
-from .terminal import note, note_warning
+from .render import note, note_warning
 
 WRONG, FAILED, INTERRUPTED, PIPE = 2, 1, 130, 141
 # How long an interrupt may be on its way before it is taken to be lost [s].
@@ -41,7 +40,7 @@ def ended(command: Any, arguments: Sequence[str]) -> int:
             sys.stdout.flush()
         except KeyboardInterrupt as error:
             _heard()
-            note(str(error) if isinstance(error, Stopped) else "interrupted")
+            note(str(error) or "interrupted")
             return INTERRUPTED
         except BrokenPipeError:
             _give_up_output()
@@ -54,7 +53,7 @@ def ended(command: Any, arguments: Sequence[str]) -> int:
 def _run(command: Any, arguments: list[str]) -> int:
     """The command without the framework's own handling of Ctrl-C, which writes to the terminal and hides it."""
     try:
-        with command.make_context("seatrial", arguments or ["--help"]) as context:
+        with command.make_context("seatrial", arguments[:] or ["--help"]) as context:  # it empties what it is given
             command.invoke(context)
     except typer.Exit as done:
         return int(done.exit_code) if arguments else WRONG
@@ -95,7 +94,7 @@ def _interruptible() -> Generator[None, None, None]:
     try:
         yield
     finally:
-        obeyed()
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
         if not heard:
             signal.signal(signal.SIGINT, before)
 

@@ -1,149 +1,83 @@
-"""Pages of the command line: the port they are served at, and the page that shows a running fit."""
+"""Pages and progress of the command line: the port of a page, and the sink of a running workflow."""
 
 from __future__ import annotations
 
-import ipaddress
+import math
 import socket
 import sys
 import threading
-from collections.abc import Callable, Generator, Iterable, Mapping
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..identify import Fit, Problem, Progress
-from ..study.study import Study
-from .support import UsageError, note, obeyed
+from ..identify import Problem, Progress
+from ..workflow import RequestError
+from ..workflow.request import obeyed
+from .render import live, note
 
 if TYPE_CHECKING:
     from ..realtime.fit_page.board import Board
     from ..realtime.fit_page.server import Page
 
-HERE, PORT = "127.0.0.1", 8021
+PORT = 8021
 """Where the page of a fit is served; the bridge has the port before."""
 
-Told = Callable[[str, int, float], None]
+# Off a terminal a line of progress is at most one in so many seconds, of every so many rows, or after so long.
+_LEAST, _EVERY, _SILENCE = 1.0, 10, 10.0
 
 
 def port_of(page: bool, port: int | None) -> int | None:
     """The port of the page that was asked for; None where none was.
 
     Raises:
-        UsageError: a port without a page.
+        RequestError: a port without a page.
     """
     if port is not None and not page:
-        raise UsageError(f"--port {port} is of the page; add --page")
+        raise RequestError(f"--port {port} is of the page; add --page")
     return (PORT if port is None else port) if page else None
 
 
-def listen(host: str, port: int, anywhere: bool) -> socket.socket:
-    """The port of a page, taken before anything else is done.
-
-    Raises:
-        UsageError: an address or port that cannot be, or is taken.
-    """
-    try:
-        ip = ipaddress.IPv4Address(HERE if host == "localhost" else host)
-    except ValueError:
-        raise UsageError(f"--host is '{host}'; write an IPv4 address such as {HERE}") from None
-    if not ip.is_loopback and not anywhere:
-        raise UsageError(f"--host {host} is beyond this machine; allow that with --anywhere")
-    if not 0 <= port <= 65535:
-        raise UsageError(f"--port is {port}; it is 1 to 65535, or 0 for a free one")
-    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind((str(ip), port))
-        listening.listen(64)
-    except OSError as error:
-        listening.close()
-        raise UsageError(f"port {port} of {host}: {error.strerror}; choose another with --port") from None
-    return listening
-
-
-def address(listening: socket.socket, key: str = "") -> str:
-    """What to open in a browser; the key, if any, stands where no server and no other page is told of it."""
-    host, port = listening.getsockname()
-    if host == "0.0.0.0":
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as outward:
-            try:
-                outward.connect(("192.0.2.1", 9))  # sends nothing: only asks which way is out
-                host = outward.getsockname()[0]
-            except OSError:
-                host = HERE
-    return f"http://{host}:{port}/{f'#{key}' if key else ''}"
-
-
-class Watch:
-    """The page of a run of `identify`; without a socket there is none, and every call leaves things as they are."""
+class Terminal:
+    """A `workflow.Sink`: notes and progress on standard error, and the page of the fits where a socket is given."""
 
     def __init__(self, listening: socket.socket | None = None, page: type[Page] | None = None) -> None:
         self._listening, self._kind = listening, page
         self._board: Board | None = None
         self._page: Page | None = None
+        self._live: Callable[[str], None] | None = None
 
-    def begin(self, title: str, files: Mapping[str, Path] | None = None, before: Iterable[str] = ()) -> None:
-        """Serve the page; `files` are what the fits to come leave, where there are several, `before` what is done."""
-        if self._listening is None or self._kind is None:
+    def note(self, line: str) -> None:
+        """One line for the user."""
+        note(line)
+
+    @contextmanager
+    def fitting(self, title: str, files: Mapping[str, Path], before: Sequence[str]) -> Generator[None, None, None]:
+        """Serve the page, and keep a moving line on a terminal while fits run."""
+        self._serve(title, files, before)
+        if not sys.stderr.isatty():
+            yield
             return
-        from ..realtime.fit_page.board import Board
+        from rich.console import Console
 
-        self._board = Board(title, files, before=before)
-        self._page = self._kind(self._board, self._listening)
-        self._page.start()
-        note(f"page: {self._address}")
+        with Console(stderr=True).status("compiling") as status:
+            self._live = live(status)
+            try:
+                yield
+            finally:
+                self._live = None
 
-    def alone(self, study: Study, progress: Progress | None) -> Progress | None:
-        """The page and the one fit of a study; whom the estimator tells, `progress` among them."""
-        self.begin(study.title or f"{study.problem.ship.name}: {study.name}")
-        return self.fit(study.name, study.problem, study.restart, progress)
+    def fit(self, name: str, problem: Problem, restart: float | None, *, several: bool) -> Progress | None:
+        """A fit begins: on the page, and in words; of several, each begins by itself."""
+        if self._live is not None:
+            self._live("compiling")
+        if several:
+            return Words(self._live, board=self._board, restart=restart)
+        return _watched(self._board, name, problem, restart, Words(self._live))
 
-    def fit(
-        self, name: str, problem: Problem, restart: float | None, progress: Progress | None
-    ) -> Progress | None:  # fmt: skip
-        """A fit begins; whom its estimator tells, `progress` among them."""
-        if self._board is None:
-            return progress
-        part = self._board.begin(name, problem, restart)
-        part.beside = progress
-        return part
-
-    def sweep(self, restart: float | None, told: Told) -> Told:
-        """Many fits side by side, each begun by whoever makes them."""
-        if self._board is None:
-            return told
-        from ..realtime.fit_page.board import Parts
-
-        return Parts(self._board, restart, told, lambda name: lambda row, cost, _: told(name, row, cost))
-
-    def table(
-        self, title: str, files: Mapping[str, Path], restart: float | None, progress: Progress,
-        before: Iterable[str] = (),
-    ) -> Progress:  # fmt: skip
-        """The page and the fits of a table, one after the other.
-
-        Args:
-            title: of the table.
-            files: what the fits to come leave when they are done, by their names.
-            restart: of the tracks that are drawn [s].
-            progress: told of every row.
-            before: names of the fits that an earlier run has done.
-        """
-        self.begin(title, files, before)
-        if self._board is None:
-            return progress
-        from ..realtime.fit_page.board import Parts
-
-        return Parts(self._board, restart, progress, lambda _: progress)
-
-    def found(self, fit: Fit) -> None:
-        """The one fit has ended; what comes is the report."""
-        if self._board is not None and self._board.part is not None:
-            self._board.part.at(lambda: fit.ship)
-            self.reporting(fit.status)
-
-    def reporting(self, text: str = "") -> None:
-        """The fits have ended; what comes is the report."""
+    def reporting(self, text: str) -> None:
+        """The fits have ended; the report is being written."""
         if self._board is not None:
             self._board.end("writing the report", text)
 
@@ -167,27 +101,86 @@ class Watch:
         if self._page is not None:
             self._page.close()
 
+    def _serve(self, title: str, files: Mapping[str, Path], before: Sequence[str]) -> None:
+        if self._listening is None or self._kind is None:
+            return
+        from ..realtime.fit_page.board import Board
+
+        self._board = Board(title, files, before=before)
+        self._page = self._kind(self._board, self._listening)
+        self._page.start()
+        note(f"page: {self._address}")
+
     @property
     def _address(self) -> str:
+        from ..workflow.realtime import address
+
         return address(self._listening) if self._listening else ""
 
 
+class Words:
+    """Progress of a fit in words: on the moving line of a terminal, or a line now and then.
+
+    Args:
+        moving: puts a text on the moving line; None where there is none.
+        name: of the fit, where several run side by side.
+        board, restart: where each of several fits is shown (`part`), and the restarts of its predictions [s].
+        said: when the last line was written, shared by the fits side by side.
+    """
+
+    def __init__(
+        self, moving: Callable[[str], None] | None, name: str = "", *, board: Board | None = None,
+        restart: float | None = None, said: list[float] | None = None,
+    ) -> None:  # fmt: skip
+        self._moving, self._name, self._board, self._restart = moving, name, board, restart
+        self._said = [-math.inf] if said is None else said
+
+    def __call__(self, iteration: int, objective: float, validation: float) -> None:
+        """A row of the history."""
+        silence = time.monotonic() - self._said[0]
+        often = silence >= _SILENCE or (iteration % _EVERY == 0 and silence >= _LEAST)
+        if self._moving is None and iteration != 1 and not often:
+            return
+        watched = "" if math.isnan(validation) else f", validation {validation:.5g}"
+        self.stage(f"iteration {iteration}: objective {objective:.6g}{watched}")
+
+    def stage(self, text: str) -> None:
+        """What is being done, before there is a row."""
+        self._said[0] = time.monotonic()
+        (self._moving or note)(f"{self._name}: {text}" if self._name else text)
+
+    def part(self, name: str, problem: Problem) -> Progress:
+        """One of several fits begins; see `identify.watch.part`."""
+        return _watched(self._board, name, problem, self._restart, Words(self._moving, name, said=self._said))
+
+
+def _watched(board: Board | None, name: str, problem: Problem, restart: float | None, words: Words) -> Progress:
+    """A fit on the page, which passes its rows on to `words`; these alone where there is no page."""
+    if board is None:
+        return words
+    part = board.begin(name, problem, restart)
+    part.beside = words
+    return part
+
+
 @contextmanager
-def watching(port: int | None) -> Generator[Watch, None, None]:
-    """A page at this port for as long as a command runs; none without a port.
+def watching(port: int | None) -> Generator[Terminal, None, None]:
+    """The sink of a command, with a page at this port for as long as it runs; no page without a port.
 
     Raises:
-        UsageError: the port is taken, or the extra is not there.
+        RequestError: the port is taken, or the extra is not there.
     """
     if port is None:
-        yield Watch()
+        yield Terminal()
         return
+    from ..workflow.realtime import HERE, listen
+
     with listen(HERE, port, False) as listening:
         try:
             from ..realtime.fit_page.server import Page
         except ImportError as error:
-            raise UsageError(f"--page needs {error.name}; pip install 'seatrial[web]'") from None
-        watch = Watch(listening, Page)
+            raise RequestError(f"--page needs {error.name}; pip install 'seatrial[web]'") from None
+        watch = Terminal(listening, Page)
         try:
             yield watch
         except KeyboardInterrupt:

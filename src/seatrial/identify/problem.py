@@ -123,6 +123,7 @@ class Fit:
         digest: fingerprint of the problem.
         ends: where each run of the search ended, shape (runs, 1 + free): objective and values.
         nuisances: estimated along, by trial and name: current_x, current_y (north, east) [m/s], bias_CHANNEL.
+        details: what else the estimator has found, for sections of its own in the report; None where nothing.
     """
 
     ship: Ship
@@ -141,6 +142,7 @@ class Fit:
     digest: str
     ends: Array = field(default_factory=lambda: np.zeros((0, 0)))
     nuisances: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
+    details: object = field(default=None, compare=False, repr=False)
 
     @property
     def vector(self) -> Vector:

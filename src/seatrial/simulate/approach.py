@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -25,6 +24,8 @@ _UNSTABLE = 2.8
 _BETWEEN = 0.4
 # A search may start with almost no mass: stiffness adds no more than this many times the steps of size and speed.
 _STIFFEST = 16.0
+# A bracket of any width is down to rounding after far fewer halvings than these.
+_HALVINGS = 200
 
 
 def time_step(ship: Ship) -> float:
@@ -134,10 +135,35 @@ def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -
 
 
 def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -> float:
-    from scipy.optimize import brentq
-
     if f(low) * f(high) > 0:
         raise ShipError(f"{ship.name}: no steady run between {low:g} and {high:g}; "
                         "give n_P in [approach] of its file, or speed and revolutions where a command asks for both")
-    found: Any = brentq(f, low, high, xtol=1e-14, rtol=1e-14)  # type: ignore[arg-type]
-    return float(found)
+    return bracketed_root(f, low, high)
+
+
+def bracketed_root(f: Callable[[float], float], low: float, high: float) -> float:
+    """Root of a continuous function between two points where its signs differ, to rounding.
+
+    Inverse quadratic interpolation where it is safe, else bisection: Chandrupatla (1997), Advances in
+    Engineering Software 28(3).  Ours, because the import of scipy.optimize takes longer than most manoeuvres.
+    """
+    a, b, fa, fb = high, low, f(high), f(low)
+    c, fc, share = a, fa, 0.5
+    for _ in range(_HALVINGS):
+        x, fx = (b, fb) if abs(fb) < abs(fa) else (a, fa)
+        width = abs(b - a)
+        least = 2e-14 * abs(x) + 1e-14
+        if fx == 0.0 or width <= least:
+            return x
+        x = a + min(max(share, 0.5 * least / width), 1.0 - 0.5 * least / width) * (b - a)
+        fx = f(x)
+        if (fx > 0.0) == (fa > 0.0):
+            c, fc = a, fa
+        else:
+            c, b, fc, fb = b, a, fb, fa
+        a, fa = x, fx
+        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        quadratic = phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi
+        share = (fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+                 if quadratic else 0.5)  # fmt: skip
+    return a

@@ -1,13 +1,8 @@
-"""The table [data] of a study: files into trials, from one folder or from several sets.
+"""The table [data] of a study: files to trials of training, validation and test, from one folder or several sets.
 
-A set of another scale is brought to the ship's only where it says so.
-
-Named compositions of a data set: which recordings a publication trained on, kind by kind.
-
-A file of sets says in one place what several studies refer to: ``"@TZRB"`` stands for every recording of
-the composition TZRB, ``"@TZRB.R"`` for its random manoeuvres.  Nothing is read here but names.
-
-The table [data.smoother] of a study: motion from raw positions and headings, before anything is fitted.
+A set of another scale is brought to the scale of the ship only where it says so.  A file of sets names compositions
+of a data set that several studies refer to: ``"@TZRB"`` is every recording of the composition TZRB, ``"@TZRB.R"`` its
+random manoeuvres.  [data.smoother] estimates motion from raw positions and headings before anything is fitted.
 """
 
 from __future__ import annotations
@@ -41,12 +36,12 @@ Split = tuple[tuple[Trial, ...], tuple[Trial, ...], tuple[Trial, ...]]
 
 
 def read_data(path: Path, data: Any, ship: Ship) -> Split:
-    """Trials of training, validation and test; what is listed for the later is taken out of the earlier.
+    """Trials of training, validation and test; test has precedence over validation, and validation over training.
 
     Args:
         path: the study file; folders are relative to it, and errors begin with it.
         data: its table [data], checked: one folder with its lists, or `set`, several of those.
-        ship: whose scale ``scale_to = "ship"`` means.
+        ship: the ship whose scale ``scale_to = "ship"`` means.
 
     Raises:
         StudyError, DataError: naming file and key, or trial, and what would be right.
@@ -69,7 +64,7 @@ def read_data(path: Path, data: Any, ship: Ship) -> Split:
 
 
 def read_raw(path: Path, data: Any, ship: Ship) -> tuple[tuple[Any, Trial], ...]:
-    """Trials of test and validation of every set that has a smoother, before it: the table and the trial."""
+    """The table and the raw trial, for every trial of test and validation of a set that has a smoother."""
     found: list[tuple[Any, Trial]] = []
     for one in data.set or (data,):
         if one.smoother is not None:
@@ -79,7 +74,7 @@ def read_raw(path: Path, data: Any, ship: Ship) -> tuple[tuple[Any, Trial], ...]
 
 
 def chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) -> list[str]:
-    """Names that fit the patterns of `key`, in the order of the patterns; each fits at least one."""
+    """Names that match the patterns of `key`, in the order of the patterns; each pattern must match one."""
     every = list(names)
     found: dict[str, None] = {}
     for pattern in patterns:
@@ -93,7 +88,7 @@ def chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) 
 
 
 def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ...], ...]:
-    """Test, validation and training of one folder: a pattern gives way to the later list, a name is refused in two."""
+    """Test, validation and training of one folder; a name in two lists is refused, a pattern yields to test first."""
     root = _root(path, where, data.root)
     sets = read_compositions(path.parent / data.sets) if data.sets else {}
     read = _reader(path, where, data.format, data.mapping)
@@ -289,15 +284,15 @@ def _resolved(where: str, name: str, sets: Mapping[str, Composition]) -> Sequenc
     return sets[outer].parts[kind]
 
 
-# Of the innovation test [s]: the usual 2 L/U hangs on a length that may be assumed.
+# Window of the innovation test [s]; the usual 2 L/U depends on a length that may be assumed.
 _WINDOW = 10.0
 
 
 def kalman(said: Any, ship: Ship) -> Kalman:
-    """The filter that a table asks for; disturbances are its parameters.
+    """The Kalman filter of a table; the disturbances are its parameters.
 
     Raises:
-        StudyError, ParameterError: a noise of zero, or a path that the ship has not.
+        StudyError, ParameterError: a noise of zero, or a path that the ship does not have.
     """
     known, free = specs(ship.model), []
     for path, sd in said.parameters.items():
@@ -317,9 +312,9 @@ def kalman(said: Any, ship: Ship) -> Kalman:
 
 
 def smoothed(said: Any, ship: Ship, trial: Trial) -> Trial:
-    """The trial with motion from a Kalman smoother on the ship; what repeats a fix is no reading.
+    """The trial with motion from a Kalman smoother on the ship; repeated fixes are no measurements.
 
-    The current that the filter finds is not handed on: the fit has its own, and a forecast must not know it.
+    The current that the filter estimates is left out: the fit estimates its own, and a forecast must not use it.
     """
     found = kalman(said, ship).run(ship, own_samples(trial)).smoothed().trial()
     own = {name: v for name, v in found.channels.items() if name not in ("U_C", "gamma_C") or name in trial}

@@ -1,9 +1,7 @@
-"""Many fits in one file: models that are trained on different trials, with several seeds, and judged on the same.
+"""Files of many fits: models trained on different trials, with several seeds, and judged on the same tests.
 
-A `Series` is the table of a publication to be: its rows are models, its columns are trials that no fit has
-seen.  Each fit with each of its seeds is a `Cell`, a problem of its own that can be run by itself.
-
-The keys of a file of many fits and their types; imported only when one is read.
+A `Series` is a table: its rows are models, its columns are trials that no fit has seen.  Each fit with each of its
+seeds is a `Cell`, a problem of its own that can be run by itself.
 """
 
 from __future__ import annotations
@@ -39,7 +37,7 @@ class Cell:
     Attributes:
         seed: None where the estimator draws nothing.
         problem: what is fitted to what.
-        estimator: who searches, with this seed alone.
+        estimator: with this seed alone.
     """
 
     seed: int | None
@@ -53,7 +51,7 @@ class Cell:
 
     @property
     def digest(self) -> str:
-        """Fingerprint of everything that decides its numbers."""
+        """Fingerprint of everything that determines its numbers."""
         return digest(self.problem, self.estimator)
 
 
@@ -63,7 +61,7 @@ class Row:
 
     Attributes:
         key: its name in the file.
-        title: what it is, for people.
+        title: heading in the report.
         ship: as it is before any fit; the model itself where nothing is fitted.
         train: composition or files as the study names them.
         cells: one for each seed; none where the ship is judged as it is.
@@ -80,9 +78,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Claim:
-    """An order that is expected; the error of `worse` is at least `factor` times that of `better` in every row.
+    """An expected order: the error of `worse` is at least `factor` times that of `better` in every row.
 
-    Who is to be no worse gets a margin by a factor below one.
+    A factor below one is a margin: `better` is then no worse.
     """
 
     says: str
@@ -94,7 +92,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Published:
-    """What a publication found, by column and row: mean and, where there is one, standard deviation."""
+    """Results of a publication by column and row: mean and, where there is one, standard deviation."""
 
     source: str = ""
     note: str = ""

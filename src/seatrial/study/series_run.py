@@ -1,10 +1,10 @@
-"""Running the cells of a series, each in a folder of its own: what is done stays, what was killed goes on."""
+"""The cells of a series on disk, each in a folder of its own: which are done, and the fits that they hold."""
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,34 +14,25 @@ import numpy as np
 
 from ..core.parameters import unknown
 from ..data import Array
-from ..identify import Fit, FitError, Issue, Progress, StudyError
+from ..identify import Issue, StudyError
 from ..identify.lint import lines, lint, raise_on_errors
-from ..identify.networks.training import NoTorchError
-from ..identify.resume import forget
-from ..identify.watch import part
 from ..ships import Ship
 from ..ships.classes import foreign
 from ..ships.files import load
 from .series import Cell, Row, Series
-from .store import HISTORY, MODEL, SUMMARY, claim, kept, load_fit_summary, save_fit
+from .store import HISTORY, MODEL, SUMMARY, claim, load_fit_summary
 
-FITS, CHECKPOINT = "fits", "checkpoint.npz"
-
-Told = Callable[[str], None]
-"""Called with a line about each cell that begins or fails."""
-
-Beside = Callable[[Cell, Fit, Path], None]
-"""Writes what goes beside a fitted ship into the folder of its cell, before the ship is there and the cell done."""
+FITS = "fits"
 
 
 @dataclass(frozen=True)
 class Member:
-    """A fitted ship, or one that is judged as it is.
+    """A fitted ship, or one that is judged without a fit.
 
     Attributes:
         seed: None where nothing was drawn.
         history: rows (iteration, objective, validation or NaN, seconds), shape (iterations, 4).
-        objective: what decided: the least loss on the validation trials, where the estimator watches them.
+        objective: the least loss on the validation trials, where the estimator watches them.
         summary: what `fit.json` holds; empty for a ship as it is.
     """
 
@@ -58,12 +49,12 @@ class Member:
 
 
 def folder(out: Path, row: Row, cell: Cell) -> Path:
-    """Where a cell is run."""
+    """Folder of a cell."""
     return out / FITS / row.key / cell.name
 
 
 def check(cells: Sequence[tuple[Row, Cell]], series: Series) -> list[str]:
-    """Warnings on every problem, each said once, with the places where it is found.
+    """Warnings of the lint on every problem, each once.
 
     Raises:
         StudyError: a problem that cannot be run.
@@ -112,11 +103,11 @@ def _done(series: Series, out: Path, row: Row, cell: Cell) -> bool:
     where = folder(out, row, cell)
     if not (where / SUMMARY).exists():
         return False
-    _claimed(where, series, row, cell)
+    claimed(where, series, row, cell)
     return True
 
 
-def _claimed(where: Path, series: Series, row: Row, cell: Cell) -> bool:
+def claimed(where: Path, series: Series, row: Row, cell: Cell) -> bool:
     """Whether the folder of a cell was free until now."""
     try:
         return claim(where, cell.digest, f"{series.name}: {row.key}")
@@ -124,52 +115,9 @@ def _claimed(where: Path, series: Series, row: Row, cell: Cell) -> bool:
         raise StudyError(f"{error}, or remove this one, and it is fitted anew") from None
 
 
-def run(
-    cells: Sequence[tuple[Row, Cell]], series: Series, out: Path, *, told: Told, progress: Progress | None = None,
-    beside: Beside | None = None, scale: Mapping[str, float] | None = None,
-    done: int = 0,
-) -> list[str]:  # fmt: skip
-    """Fit cells, one after the other; `scale` is what their errors will be divided by, kept with each.
-
-    The first of them is told as the one after the `done` that were made before.
-
-    Returns:
-        The cells whose fit failed, with the reason; the others are done.  Those that lack PyTorch are told together.
-
-    Raises:
-        StudyError: a cell cannot be run, or its folder holds the fit of another problem.
-    """
-    failed: list[str] = []
-    untrained: dict[str, list[str]] = {}
-    for number, (row, cell) in enumerate(cells, start=1):
-        where = folder(out, row, cell)
-        told(f"{done + number} of {done + len(cells)}: {row.key}, {cell.name}")
-        try:
-            with _swept(where, out):
-                fresh = _claimed(where, series, row, cell)
-                with kept(where, fresh):
-                    seen = part(progress, f"{row.key}, {cell.name}", cell.problem, progress)
-                    fit = cell.estimator.fit(cell.problem, progress=seen, checkpoint=where / CHECKPOINT)
-        except NoTorchError as error:
-            untrained.setdefault(str(error), []).append(row.key)
-            continue
-        except FitError as error:
-            failed.append(f"{row.key}, {cell.name}: {error}")
-            told(f"error: {failed[-1]}")
-            continue
-        if beside is not None:
-            beside(cell, fit, where)
-        save_fit(fit, where, cell.problem, study=f"{series.name}: {row.key}", scale=scale)
-        forget(where / CHECKPOINT)
-    for reason, keys in untrained.items():
-        failed.append(f"{', '.join(dict.fromkeys(keys))}: {reason}")
-        told(f"error: {failed[-1]}")
-    return failed
-
-
 @contextmanager
-def _swept(where: Path, out: Path) -> Generator[None, None, None]:
-    """Take the folders above a cell away again where they were made for it and it was refused."""
+def swept(where: Path, out: Path) -> Generator[None, None, None]:
+    """Remove the folders above a cell again where they were made for it and it was refused."""
     above = [path for path in (where.parent, out / FITS, out) if not path.exists()]
     try:
         yield
@@ -181,7 +129,7 @@ def _swept(where: Path, out: Path) -> Generator[None, None, None]:
 
 
 def members(series: Series, row: Row, out: Path) -> tuple[Member, ...]:
-    """What is done of a row, in the order of its seeds.
+    """The fits of a row that are done, in the order of its seeds.
 
     Raises:
         StudyError: a folder holds the fit of another problem.

@@ -1,4 +1,4 @@
-"""A fit on disk: the ship (model.toml), the numbers (fit.json) and the way there (history.csv)."""
+"""A fit on disk: the ship (model.toml), the numbers (fit.json) and the history of the search (history.csv)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def save_fit(
         problem: what was fitted, for the provenance: the ship it began from and the trials used.
         study: name of the study.
         text: the study as written, kept in fit.json.
-        scale: what the error of each state is divided by where this fit is judged, kept in fit.json.
+        scale: divisor of the error of each state where this fit is judged, kept in fit.json.
 
     Returns:
         The path of model.toml.
@@ -57,10 +57,10 @@ def save_fit(
 
 
 def load_fit_summary(path: str | Path) -> dict[str, Any]:
-    """What `save_fit` wrote to fit.json, from the file or its folder.
+    """The content of fit.json as `save_fit` wrote it, from the file or its folder.
 
     Raises:
-        StudyError: no such file, or not one of ours.
+        StudyError: no such file, or one of another schema.
     """
     where = Path(path)
     where = where / SUMMARY if where.is_dir() else where
@@ -112,7 +112,7 @@ def _beside(model: str | Path) -> dict[str, Any]:
 
 
 def claim(folder: str | Path, digest: str, study: str) -> bool:
-    """Mark `folder` as the run of one problem, so that another cannot go on in it by mistake.
+    """Mark `folder` as the run of one problem, so that another cannot resume in it by mistake.
 
     Returns:
         Whether the folder was free until now.
@@ -137,7 +137,7 @@ def claim(folder: str | Path, digest: str, study: str) -> bool:
 
 @contextmanager
 def kept(folder: str | Path, fresh: bool) -> Generator[None, None, None]:
-    """Give a folder that was only just claimed free again where the estimator refuses the study."""
+    """Release a folder that was only just claimed, where the estimator refuses the study."""
     try:
         yield
     except (StudyError, DataError):
@@ -159,7 +159,7 @@ def _read(path: Path, schema: str) -> dict[str, Any]:
 
 
 def _sourced(fit: Fit, study: str) -> Ship:
-    """The fitted ship with the study as the source of each fitted number, less the cautions that it has overtaken."""
+    """The fitted ship with the study as the source of each fitted number, without cautions that no longer hold."""
     entries = dict(fit.ship.entries)
     for i, free in enumerate(fit.free):
         source = f"fitted in study {study}, from {free.start:.6g}"

@@ -1,11 +1,12 @@
-"""Studies: a TOML file that names ship, data, freedom, loss and estimator, read into a `Problem`.
+"""Study files: TOML that names ship, data, free parameters, loss and estimator, read into a `Problem`.
 
-What a study says that its tables alone cannot judge: settings against trials, and trials against the ship.
+Settings are checked against the trials, and the trials against the ship, as the tables alone cannot.
 """
 
 from __future__ import annotations
 
 import hashlib
+import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -13,12 +14,16 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .. import __version__
 from ..core.files import read_toml
 from ..core.parameters import Free, specs, unknown
 from ..data import Trial
+from ..data.prepare import unbroken
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
 from ..identify.digest import digest, include
+from ..models import STATES
 from ..ships import Ship, ShipError
 from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
@@ -27,16 +32,13 @@ from .freedom import freedom
 
 if TYPE_CHECKING:
     from .virtual import VirtualTrials
-import math
-
-import numpy as np
-
-from ..data.prepare import unbroken
-from ..models import STATES
 
 SCHEMA = "seatrial-study/1"
 # A trial fills a window with this share of its length.
 _FILLED = 0.9
+# A trial is split at a leap of so many median steps; a time step of more than so many is coarse.
+_MISSING, _COARSE = 10, 10
+_KINDS = ((int, "a whole number"), (float, "a number"), (str, "a text"), (bool, "true or false"))
 
 
 @dataclass(frozen=True)
@@ -47,12 +49,12 @@ class Study:
         test: trials kept apart from training and validation.
         restart: seconds between restarts in the report, or None.
         digest: fingerprint of ship, freedom, loss, estimator, all data, report and program version.
-        notes: what a reader should know: parameters that a pattern fits and that stay fixed.
+        notes: for the user: parameters that match a pattern and stay fixed, trials that were split, coarse time steps.
         title: heading of the report; empty where the study gives none.
-        rival: what a simpler model frees that is fitted beside; empty where there is none.
-        virtual: where the trials come from, if they are made.
-        published: what a paper found; empty where the study does not say.
-        unidentified: what these data do not tell though sigma may be small, by path, and why.
+        rival: free parameters of a simpler model that is fitted beside; empty where there is none.
+        virtual: source of the trials, if they are simulated.
+        published: results of a paper; empty where the study gives none.
+        unidentified: why parameters are not identified by these data though sigma may be small, by path.
     """
 
     name: str
@@ -125,16 +127,16 @@ def _read(here: Path) -> Study:
 
 
 def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:
-    """Trials kept back as they were read, each with the table [data.smoother] that the study puts on it.
+    """Trials kept back as they were read, each with the table [data.smoother] of the study for it.
 
-    Empty where the study has no such table. A forecast is held against these: what is smoothed has looked ahead.
+    Empty where the study has no such table. Forecasts are compared with these: smoothed states use later readings.
     """
     said = _checked(study.path, _document(study.path))
     return () if said.virtual is not None else read_raw(study.path, said.data, study.problem.ship)
 
 
 def _known(here: Path, ship: Ship, unidentified: Mapping[str, str]) -> None:
-    """Refuse a path of [report.unidentified] that the ship has not."""
+    """Refuse a path of [report.unidentified] that the ship does not have."""
     known = specs(ship.model)
     for path in unidentified:
         if path not in known:
@@ -142,7 +144,7 @@ def _known(here: Path, ship: Ship, unidentified: Mapping[str, str]) -> None:
 
 
 def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:
-    """The table [loss]; a weight that fits no trial of the training is refused."""
+    """The table [loss]; a weight whose pattern matches no training trial is refused."""
     for pattern in said.weights:
         if not any(fnmatchcase(trial.name, pattern) for trial in train):
             named = ", ".join(trial.name for trial in train[:3])
@@ -199,7 +201,7 @@ def read_ship(path: Path, name: str) -> Ship:
 
 
 def _long_enough(path: Path, trials: Iterable[Trial], estimator: Mapping[str, Any]) -> None:
-    """Refuse a window that the study asks for and a trial cannot fill; one that it leaves to us adapts."""
+    """Refuse a window of the study that is longer than a trial; a default window adapts."""
     window = float(estimator.get("window") or 0.0)
     for trial in trials:
         if trial.duration + trial.dt < _FILLED * window:
@@ -220,7 +222,7 @@ def _rival(path: Path, table: Any, free: tuple[Free, ...]) -> tuple[Free, ...]:
 
 
 def _made(path: Path, said: Any) -> tuple[VirtualTrials, Split]:
-    """Where the trials come from, and those of training, validation and test, chosen by their names."""
+    """The source of virtual trials, and the trials of training, validation and test, chosen by name."""
     from .virtual import virtual_trials
 
     try:
@@ -242,7 +244,7 @@ def read_estimator(path: Path, table: Mapping[str, Any], where: str = "estimator
     """The estimator of a table of the study at `path`; `where` is the place of the table.
 
     Raises:
-        StudyError: no such estimator, or a setting that it does not take.
+        StudyError: no such estimator, or a setting that it does not have.
     """
     given = dict(table)
     try:
@@ -266,18 +268,13 @@ def read_estimator(path: Path, table: Mapping[str, Any], where: str = "estimator
         raise StudyError(f"{path}: {where}: {error}") from None
 
 
-# Median steps of a trial: beyond, the trial is split; beyond, a time step is coarse.
-_MISSING, _COARSE = 10, 10
-_KINDS = ((int, "a whole number"), (float, "a number"), (str, "a text"), (bool, "true or false"))
-
-
 def kind(value: object) -> str:
-    """What a key must be, in words, by a value that it may have."""
+    """The type that a key must have, in words, by an example of its value."""
     return next((words for known, words in _KINDS if type(value) is known), f"a {type(value).__name__}")
 
 
 def finite(where: str, table: Mapping[str, Any]) -> None:
-    """Refuse settings that no estimator can work with, tables of numbers and threads included.
+    """Refuse settings that are not finite, weights that are no numbers, and a wrong number of threads.
 
     Raises:
         StudyError: naming the key.
@@ -296,7 +293,7 @@ def finite(where: str, table: Mapping[str, Any]) -> None:
 
 
 def positive(where: str, table: Mapping[str, float]) -> None:
-    """Refuse a standard deviation that is none.
+    """Refuse a standard deviation that is not positive and finite.
 
     Raises:
         StudyError: naming the key.
@@ -307,7 +304,7 @@ def positive(where: str, table: Mapping[str, float]) -> None:
 
 
 def no_infinity(where: str, value: Any, but: tuple[str, ...]) -> None:
-    """Refuse an infinite number anywhere in a document but below the keys that may hold one.
+    """Refuse an infinite number anywhere in a document except below the keys `but`.
 
     Raises:
         StudyError: naming the key.
@@ -324,10 +321,10 @@ def no_infinity(where: str, value: Any, but: tuple[str, ...]) -> None:
 
 
 def steps(path: Path, trials: Iterable[Trial], table: Mapping[str, Any]) -> list[str]:
-    """Judge dt and every against the trials.
+    """Check dt and every against the trials.
 
     Returns:
-        What to warn of.
+        Warnings.
 
     Raises:
         StudyError: a step, or the time between compared rows, longer than half a trial.
@@ -347,7 +344,7 @@ def steps(path: Path, trials: Iterable[Trial], table: Mapping[str, Any]) -> list
 
 
 def whole(trials: tuple[Trial, ...]) -> tuple[tuple[Trial, ...], list[str]]:
-    """Trials without long leaps of time, and which were split for them."""
+    """The trials split at long leaps of time, and a warning for each that was split."""
     out: list[Trial] = []
     notes: list[str] = []
     for trial in trials:
@@ -359,7 +356,7 @@ def whole(trials: tuple[Trial, ...]) -> tuple[tuple[Trial, ...], list[str]]:
 
 
 def filled(path: Path, ship: Ship, trials: Iterable[Trial]) -> None:
-    """Refuse a trial one of whose channels that the fit needs is empty.
+    """Refuse a trial in which a channel that the fit needs is empty.
 
     Raises:
         StudyError: naming trial and channel.

@@ -1,4 +1,4 @@
-"""Virtual trials: a truth that a study does not see, its weather, its sensors, and what they log.
+"""Virtual trials: simulated runs of a true ship, with weather and sensor noise, as a logger would record them.
 
 A study with a table [virtual] has no files: its trials are made from a ship of the library, given what the
 model under study lacks (wind with gusts, a lag of the rudder), and then recorded with noise.  Everything
@@ -110,7 +110,7 @@ class VirtualTrials:
         return tuple(self._trial(k, name) for k, name in enumerate(self.sails))
 
     def weather(self, number: int) -> Weather:
-        """What blows in trial `number`."""
+        """The weather of trial `number`."""
         current = tuple(self.sails.values())[number].current
         wind = self.wind if current is None else replace(self.wind, U_C=current[0], gamma_C=current[1])
         if not self.gusts:

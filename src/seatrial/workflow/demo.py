@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from ..cli.runs import PAGE, compared, scales
 from ..core.parameters import Free, read
 from ..data import Trial
 from ..data.check import check
@@ -24,6 +23,8 @@ from ..ships import Ship
 from ..ships.files import load
 from ..simulate.run import approach, simulate
 from ..study.store import MODEL, save_fit
+from .comparing import compared, scales
+from .plans import PAGE
 
 SHIP, SEED = "kvlcc2_l7", 20
 # The hull is unstable on course: from a noisy start even the true ship drifts away within minutes.

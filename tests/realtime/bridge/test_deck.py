@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.cli.bridge import cannot
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import read_trial
 from seatrial.manoeuvres import Index
@@ -25,6 +24,7 @@ from seatrial.realtime.plant import Compiled
 from seatrial.realtime.rerun import rerun
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
+from seatrial.workflow.realtime import cannot
 
 SHIP = load("kvlcc2_l7")
 N_P = 10.42
@@ -340,7 +340,7 @@ def test_what_the_ship_cannot_do_is_off_with_the_reason(compiled: Compiled) -> N
 def test_ships_without_engine_or_rudder_have_no_such_manoeuvres() -> None:
     without = cannot(load("zeefakkel"))
     assert list(without) == ["Stopping", "Crash stop"]
-    assert without["Stopping"] == "no revolutions move zeefakkel; her model has no engine"
+    assert without["Stopping"] == "no revolutions move zeefakkel; its model has no engine"
     by_moment = cannot(load("cybership2"))
     assert "Zigzag 10/10" in by_moment
     assert "Stopping" not in by_moment

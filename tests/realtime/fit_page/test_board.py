@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.cli.support import Spoken
+from seatrial.cli.page import Words
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Problem
@@ -172,7 +172,7 @@ def test_what_goes_on_before_the_first_row_is_told_on_both_sides(problem: Proble
     said: list[str] = []
     board = Board("run")
     seen = board.begin("a", problem, None)
-    seen.beside = Spoken(said.append, lambda *row: f"row {row[0]}")
+    seen.beside = Words(said.append)
     stage(seen, "choosing widths: fit 1 of 4")
     assert said == ["choosing widths: fit 1 of 4"]
     assert board.news(Seen())["doing"] == "choosing widths: fit 1 of 4"

@@ -22,7 +22,7 @@ from ..lint import linted
 from ..nuisance import begun_as, checked_initial
 from ..population.evolution import Evolution
 from ..trajectory.shooting import Trajectory
-from ..watch import part
+from ..watch import part, stage
 from .ranges import ITERATIONS, TOLERANCE, Scorer, flat_directions, longest, residuals, softened, within
 from .tuned import Method, Range, Tuning
 
@@ -35,6 +35,24 @@ Found = TypeVar("Found")
 
 def _silent(what: str, iteration: int, objective: float) -> None:
     """Nobody listens."""
+
+
+@dataclass(frozen=True)
+class _Relay:
+    """Progress of one fit as the progress of the several that it is made of; see `watch.part`."""
+
+    progress: Progress | None
+
+    def __call__(self, what: str, iteration: int, objective: float) -> None:
+        """A fit with a trial left out, or in a soft range, has ended."""
+        if hasattr(self.progress, "stage"):
+            stage(self.progress, f"{what}: objective {objective:.6g}")
+        elif self.progress is not None:
+            self.progress(iteration, objective, math.nan)
+
+    def part(self, name: str, problem: Problem) -> Progress | None:
+        """A fit to all tuning trials begins."""
+        return part(self.progress, name, problem, self.progress)
 
 
 @dataclass(frozen=True)
@@ -101,13 +119,9 @@ class FineTuning:
 
     @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
-        """The fit within the range chosen by leaving trials out; see `tune` and `Estimator`."""
-
-        def told(what: str, iteration: int, objective: float) -> None:
-            if progress:
-                progress(iteration, objective, math.nan)
-
-        return self.tune(problem, problem.validation, told=told, checkpoint=checkpoint).fit
+        """The fit within the range chosen by leaving trials out; its `details` are the `Tuning`; see `tune`."""
+        tuning = self.tune(problem, problem.validation, told=_Relay(progress), checkpoint=checkpoint)
+        return replace(tuning.fit, details=tuning)
 
     def tune(
         self, problem: Problem, tests: Sequence[Trial] = (), *, told: Told = _silent, checkpoint: Path | None = None

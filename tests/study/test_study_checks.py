@@ -138,10 +138,8 @@ def test_a_study_with_a_rival_says_how_it_goes_on_and_whose_file_it_is(
     thrown: BaseException, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
-    from seatrial.cli.shooting import is_shot
-
     path = ROOT / "studies" / "you2023.toml"
-    assert is_shot(read_study(path))
+    assert read_study(path).rival
 
     def fit(*_: object, **__: object) -> None:
         raise thrown

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from seatrial.cli.app import main
-from seatrial.cli.cautions import cautions
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
 from seatrial.environment import Uniform
@@ -21,6 +20,7 @@ from seatrial.models.neural import Neural
 from seatrial.ships.files import load, save
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import simulate
+from seatrial.workflow.advice import cautions
 
 SHIP = load("esso_osaka_3m")
 RUN = simulate(

@@ -1,43 +1,55 @@
-"""The command models: the families of ship models, and which of them suits a purpose."""
+"""Commands that choose: models (families, or a recommendation for a purpose) and design (of trials)."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..choosing import CAPABILITIES
-from ..choosing.purposes import BERTHING, COLLISION_AVOIDANCE, PURPOSES, Advice, Purpose, fittest, recommend, unmet
-from ..choosing.survey import Assessment, survey
-from .support import UsageError, emit, figure, say, show_table
+from . import options as o
+from .render import emit, figure, note, say, show_table
+
+if TYPE_CHECKING:
+    from ..choosing.purposes import Advice, Purpose
+    from ..choosing.survey import Assessment
+    from ..identify.design.optimal import Plan
 
 _CELL = {"planned": "–"}
 _BEST, _WIDTH = 3, 150
 
 
-def models(purpose: str | None, json: bool) -> None:
-    """Show every family, or rank them for a purpose.
+def models(purpose: o.Purpose = None, json: o.Json = False) -> None:
+    """Compare model families, or recommend one for a purpose."""
+    if purpose is None:
+        from ..choosing.survey import survey
 
-    Raises:
-        UsageError: an unknown purpose; lists the known ones.
-    """
-    wanted = None if purpose is None else _find(purpose)
-    families = survey()
-    if wanted is None:
+        families = survey()
         emit({"families": [_document(f) for f in families]}) if json else _show(families)
         return
-    advice = recommend(wanted, families)
+    from ..workflow.judging import recommend
+
+    wanted, advice = recommend(purpose)
     emit(_advice_document(wanted, advice)) if json else _show_advice(wanted, advice)
 
 
-def _find(name: str) -> Purpose:
-    known = {purpose.key: purpose for purpose in PURPOSES}
-    if name not in known:
-        raise UsageError(f"--for: no purpose '{name}'; known: {', '.join(known)}")
-    return known[name]
+def design(
+    ship: o.ShipName, free: o.FreeParameters, budget: o.Budget = 60.0, noise: o.Noise = None,
+    interval: o.Interval = None, repeats: o.Repeats = 1, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Design sea trials that determine parameters of a ship."""
+    from ..workflow.judging import design as run
+
+    made = run(ship, free, budget=budget, noise=noise, interval=interval, repeats=repeats, note=note)
+    if json:
+        emit({"ship": made.ship.name, "budget": budget, "noise": made.noise, **_plan_document(made.plan)})
+    else:
+        _show_plan(made.ship.name, made.plan)
 
 
 def _show(families: Sequence[Assessment]) -> None:
+    from ..choosing import CAPABILITIES
+    from ..choosing.purposes import PURPOSES
+
     show_table(
         ("family", "equation", "controls", "feels", "gives", "numbers", "T'", "numbers from", "ns", "ships"),
         [_row(f) for f in families], right=(5, 6, 8),
@@ -115,7 +127,9 @@ def _cell(f: Assessment, keys: Sequence[str]) -> str:
 
 
 def _next(purpose: Purpose, advice: Sequence[Advice]) -> list[str]:
-    """Commands to type next: how to get the numbers of the best families, and the check on one of their ships."""
+    """Next commands: how to get the coefficients of the best families, and the check on one of their ships."""
+    from ..choosing.purposes import fittest
+
     best = [a.assessment for a in advice[:_BEST]]
     lines = [line for f in best for line in f.family.next]
     ship = next((fittest(purpose, f) for f in best if f.ships), None)
@@ -127,6 +141,9 @@ def _say(*lines: str) -> None:
 
 
 def _document(f: Assessment) -> dict[str, Any]:
+    from ..choosing import CAPABILITIES
+    from ..choosing.purposes import BERTHING, COLLISION_AVOIDANCE, unmet
+
     family = f.family
     return {
         "family": family.key, "name": family.name, "status": "available" if family.classes else "planned",
@@ -160,3 +177,48 @@ def _advice_document(purpose: Purpose, advice: Sequence[Advice]) -> dict[str, An
             for a in advice
         ],
     }  # fmt: skip
+
+
+def _plan_document(found: Plan) -> dict[str, Any]:
+    from ..identify.design.excitation import TABLE_1
+
+    return {
+        "manoeuvres": [{"name": name, "length": length, "gain": gain} for name, length, gain in found.chosen],
+        "length": found.length, "log_det": found.log_det,
+        "parameters": {
+            f.path: {"value": f.start, "sigma": sigma, "removed": share, "status": verdict.status}
+            for f, sigma, share, verdict in zip(
+                found.free, found.sigma.tolist(), found.share.tolist(), found.verdicts, strict=False
+            )
+        },
+        "open": [{"combination": v.subject, "text": v.text} for v in found.verdicts[len(found.free) :]],
+        "left_out": list(found.left_out),
+        "published": [
+            {"reference": p.reference, "model": p.model, "parameters": list(p.parameters),
+             "manoeuvres": p.manoeuvres, "length": list(p.length)} for p in TABLE_1
+        ],
+    }  # fmt: skip
+
+
+def _show_plan(name: str, found: Plan) -> None:
+    from ..identify.design.excitation import TABLE_1
+
+    rows = [(what, figure(length), figure(gain)) for what, length, gain in found.chosen]
+    rows.append(("together", figure(found.length), figure(found.log_det)))
+    show_table((f"{name}: manoeuvre", "T'", "adds to log det"), rows, right=(1, 2))
+    parameters = [
+        (f.path, figure(f.start), figure(sigma, 2), f"{share:.0%}", verdict.status)
+        for f, sigma, share, verdict in zip(
+            found.free, found.sigma.tolist(), found.share.tolist(), found.verdicts, strict=False
+        )
+    ]
+    show_table(("parameter", "value", "expected +-", "prior removed", "status"), parameters, right=(1, 2, 3))
+    for verdict in found.verdicts:
+        if verdict.status != "identified":
+            say(f"{verdict.subject}: {verdict.text}\n")
+    published = [
+        (f"[{p.reference}]", p.model, ", ".join(map(str, p.parameters)), p.manoeuvres,
+         figure(p.length[0]) if p.length[0] == p.length[1] else f"{p.length[0]:g}-{p.length[1]:g}")
+        for p in TABLE_1
+    ]  # fmt: skip
+    show_table(("Sawada 2024 Table 1", "model", "parameters", "manoeuvres", "T'"), published, right=(2, 4))

@@ -1,4 +1,4 @@
-"""What is judged beside what, and by which scales: for `validate` and the report of a fit."""
+"""Comparisons of a model and its baselines with trials, and the scales of their errors."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from typing import Any
 from ..data import Trial
 from ..engine import SimulationError
 from ..ships import Ship
+from ..ships.files import load
 from ..validate import Comparison
-from .support import UsageError, note, read_ship
+from . import RequestError, Sink
 
 
 def compared(
     ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float], base: Ship | None = None,
     *, smooth_start: float | None = None,
-) -> tuple[tuple[Comparison, ...], int]:
+) -> tuple[tuple[Comparison, ...], tuple[str, ...]]:
     """Each trial beside the ship, the ship it was fitted from (`base`, or as its file says), and constant velocity.
 
     Returns:
-        The comparisons and how many predictions blew up; those are left out and told.
+        The comparisons, and a line for each prediction that blew up, which is left out.
     """
     from ..simulate.replay import replay
     from ..validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity
 
     found: list[Comparison] = []
-    failed = 0
+    failed: list[str] = []
     for trial in trials:
         rows = slice(0, 0)
         for label, model in _models(ship, base).items():
             try:
                 predicted = replay(model, trial, restart=restart, smooth_start=smooth_start)
             except SimulationError as error:
-                note(f"error: {label}: {error}")
-                failed += 1
+                failed.append(f"{label}: {error}")
                 continue
             first, last = trial.t.searchsorted([predicted.t[0], predicted.t[-1]])
             rows = slice(int(first), int(last) + 1)
@@ -44,7 +44,7 @@ def compared(
         if len(part):
             steady = constant_velocity(part, restart)
             found.append(compare(part, steady, label=CONSTANT_VELOCITY, restart=restart, sigma=sigma, L_pp=ship.L_pp))
-    return tuple(found), failed
+    return tuple(found), tuple(failed)
 
 
 def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mapping[str, float]:
@@ -60,17 +60,17 @@ def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mappin
 
 
 def scales_asked(trials: Sequence[Trial], fit: str | None) -> tuple[Mapping[str, float], str]:
-    """Scale of each state, and where it comes from in words: a fit that is named, or the trials alone.
+    """Scale of each state, and its origin in words: the fit that is named, or the trials alone.
 
     Raises:
-        UsageError: no fit is kept beside the model that was named.
+        RequestError: no fit is saved beside the model that is named.
     """
     from ..study.store import fitted_scale
     from ..validate.metrics import ESSO_OSAKA_SIGMA
 
     held = {} if fit is None else fitted_scale(fit)
     if fit is not None and not held:
-        raise UsageError(f"--scale: {fit}: no fit beside it has kept its scales; name the model.toml of a fit")
+        raise RequestError(f"--scale: {fit}: no fit beside it has kept its scales; name the model.toml of a fit")
     sigma = scales(trials, held)
     if held:
         return sigma, f"as where {fit} was fitted"
@@ -78,8 +78,8 @@ def scales_asked(trials: Sequence[Trial], fit: str | None) -> tuple[Mapping[str,
         else "the spread of these trials"
 
 
-def in_found_currents(trials: Iterable[Trial], model: str) -> list[Trial]:
-    """Trials that a fit was made on with the current that it estimated for them, which is said."""
+def in_found_currents(trials: Iterable[Trial], model: str, sink: Sink) -> list[Trial]:
+    """The trials, those that the model was fitted to with the current that the fit estimated, which is noted."""
     from ..identify.nuisance import with_current
     from ..study.store import fitted_nuisances
 
@@ -91,33 +91,33 @@ def in_found_currents(trials: Iterable[Trial], model: str) -> list[Trial]:
             own = found[trial.name]
             north, east = own["current_x"], own["current_y"]
             towards = math.degrees(math.atan2(east, north)) % 360.0
-            note(f"note: {trial.name}: a current of {math.hypot(north, east):.3g} m/s towards {towards:.3g} deg acts, "
-                 "as the fit estimated it")  # fmt: skip
+            sink.note(f"note: {trial.name}: a current of {math.hypot(north, east):.3g} m/s towards {towards:.3g} deg "
+                      "acts, as the fit estimated it")  # fmt: skip
     return out
 
 
 def provenance(ship: Ship) -> Mapping[str, Any]:
-    """How a ship was fitted, as her file says; empty where she was not."""
+    """How a ship was fitted, as its file says; empty where it was not."""
     found = ship.notes.get("provenance", {})
     return found if isinstance(found, Mapping) else {}
 
 
 def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
-    """Who predicts, by label: the model, and the one that it was fitted from."""
+    """The ships that predict, by label: the model, and the one that it was fitted from."""
     made = provenance(ship)
     base = made.get("ship")
     if fitted_from is None and base is None:
         return {"published" if _of_the_library(ship, ship.name) else ship.name: ship}
     before = fitted_from or _began(ship, made)
     if before is None:  # fitted by a version that kept no start
-        return {"fitted": ship} | ({"published": read_ship(str(base))} if _of_the_library(ship, str(base)) else {})
+        return {"fitted": ship} | ({"published": load(str(base))} if _of_the_library(ship, str(base)) else {})
     if not before.model.trained:
         return {"fitted": ship}
     return {"fitted": ship, "published" if _published(before) else "untuned": before}
 
 
 def _began(ship: Ship, made: Mapping[str, Any]) -> Ship | None:
-    """The ship that a fit started from, rebuilt from its provenance; None where that is not told."""
+    """The ship that a fit started from, rebuilt from its provenance; None where the file does not say."""
     began = made.get("began")
     if not isinstance(began, Mapping) or not began or ship.model.learned is not None:
         return None
@@ -128,15 +128,15 @@ def _published(ship: Ship) -> bool:
     """Whether this very ship is in the library: structure and every value."""
     from ..core.parameters import values
 
-    return _of_the_library(ship, ship.name) and values(read_ship(ship.name).model) == values(ship.model)
+    return _of_the_library(ship, ship.name) and values(load(ship.name).model) == values(ship.model)
 
 
 def _of_the_library(ship: Ship, name: str) -> bool:
-    """Whether the library's ship of this name is one of the same structure, not another model of hers."""
+    """Whether the library's ship of this name is one of the same structure, not another model of that ship."""
     from ..core.parameters import values
     from ..ships.files import library
 
     if name not in library():
         return False
-    held = read_ship(name).model
+    held = load(name).model
     return type(held) is type(ship.model) and set(values(held)) == set(values(ship.model))

@@ -1,0 +1,128 @@
+"""Types of the commands' arguments and options, each with its help, written once.
+
+Help is an imperative sentence of at most 80 characters.  Nothing here imports the package: `--help` needs no NumPy.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from typer import Argument, Option
+
+# What a command works on.
+ShipName = Annotated[str, Argument(help="Name a ship of the library (seatrial ships) or a ship file.")]
+ManoeuvreName = Annotated[str, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).")]
+Trials = Annotated[list[Path], Argument(help="Name trial files, or folders of them.")]
+Particulars = Annotated[Path, Argument(help="Name a file of particulars (docs/tutorials/estimate.md).")]
+StudyFile = Annotated[Path, Argument(help="Name a study file, or a table of many fits.")]
+Pull = Annotated[Path, Argument(help="Name a bollard pull table with columns such as n [1/s],T_1 [N].")]
+Source = Annotated[Path, Argument(metavar="SRC", help="Name a log, or a folder of logs.")]
+LogFormat = Annotated[
+    str, Argument(help="Name frt-esso, simman, usv-asw, nmea, mcap, rosbag2, or csv with --mapping.")
+]  # fmt: skip
+Peers = Annotated[list[str] | None, Argument(metavar="[NAME]...", help="Name peers to measure; all unless given.")]
+
+# Output.
+Json = Annotated[bool, Option("--json", help="Print one JSON object and nothing else.")]
+Page = Annotated[Path | None, Option("-o", "--out", help="Write the report to this file (.html).")]
+Report = Annotated[Path | None, Option("-o", "--out", help="Write the report to this file (.html; .json beside it).")]
+CoveragePage = Annotated[Path | None, Option("-o", "--out", help="Write a page on --against to this file (.html).")]
+TrialOut = Annotated[Path | None, Option("-o", "--out", help="Write the run to this trial file (.csv).")]
+TrialFolder = Annotated[Path, Option("-o", "--out", help="Write the trial files to this folder.")]
+LogFolder = Annotated[Path, Option("-o", "--out", help="Write the logs to this folder.")]
+DemoFolder = Annotated[Path, Option("-o", "--out", help="Write the report and the model to this folder.")]
+RunFolder = Annotated[Path, Option("-o", "--out", help="Write the run to this folder; resume it if it was killed.")]
+PredictionFolder = Annotated[Path, Option("-o", "--out", help="Write the predictions to this folder.")]
+RecordingFolder = Annotated[Path, Option("-o", "--out", help="Write recordings to this folder.")]
+BenchFolder = Annotated[Path | None, Option("-o", "--out", help="Write bench.json to this folder.")]
+ShipOut = Annotated[Path, Option("-o", "--out", help="Write the ship to this file (.toml).")]
+TablesOut = Annotated[Path | None, Option("-o", "--out", help="Write tables of a ship file to this file (.toml).")]
+Sources = Annotated[bool, Option("--sources", help="Show the source of each value.")]
+Listed = Annotated[bool, Option("--list", help="List the peers and measure nothing.")]
+
+# Manoeuvres.
+Rudder = Annotated[float | None, Option(help="Set the rudder angle, magnitude [deg].")]
+HeadingChange = Annotated[float | None, Option(help="Set the heading change, such as of a zigzag [deg].")]
+Side = Annotated[str | None, Option(help="Turn first to port or starboard.")]
+Seed = Annotated[int | None, Option(help="Seed a random manoeuvre and the gusts.")]
+ApproachSpeed = Annotated[float | None, Option(help="Set the approach speed [m/s].")]
+Rps = Annotated[float | None, Option(help="Set the propeller revolutions [1/s].")]
+Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
+TimeStep = Annotated[float | None, Option(help="Set the time step [s].")]
+
+# What is around the ship.
+Wind = Annotated[str | None, Option(help="Set the true wind M/S,DEG: speed and direction it comes from.")]
+Gusts = Annotated[str | None, Option(help="Add gusts of a spectrum such as davenport.")]
+Current = Annotated[str | None, Option(help="Set the current M/S,DEG: speed and direction it flows towards.")]
+Waves = Annotated[str | None, Option(help="Set waves M,S,DEG: height, mean period, direction they come from.")]
+Depth = Annotated[float | None, Option(help="Set the water depth [m]; deep water unless given.")]
+
+# Trials and predictions.
+NewStep = Annotated[float, Option(help="Set the new time step [s].")]
+Mapping = Annotated[Path | None, Option(help="Read a mapping file: csv, nmea, mcap, rosbag2.")]
+RobotFormat = Annotated[str, Option(help="Choose the format, mcap or rosbag2.")]
+Against = Annotated[
+    list[Path] | None, Option(help="Compare with training files: overlap and coverage. Repeatable.")
+]  # fmt: skip
+Restart = Annotated[float | None, Option(help="Reset to the measured state every N seconds.")]
+SmoothStart = Annotated[float | None, Option(help="Estimate initial states from the last N seconds of data.")]
+Scale = Annotated[str | None, Option(help="Divide errors as in the fit of this model.toml.")]
+Quick = Annotated[bool, Option("--quick", help="Run the rehearsal of a table of fits.")]
+OnlyFits = Annotated[list[str] | None, Option("--only", help="Run only this fit of a table of fits. Repeatable.")]
+FitPage = Annotated[bool, Option("--page", help="Show the running fit on a local page.")]
+FitPort = Annotated[int | None, Option(help="Serve --page at this port, 0 for a free one (default: 8021).")]
+Trust = Annotated[list[str] | None, Option(metavar="MODULE", help="Import classes of files from MODULE. Repeatable.")]
+
+# Design and judgement.
+Purpose = Annotated[str | None, Option("--for", help="Recommend families for a purpose such as berthing.")]
+FreeParameters = Annotated[list[str], Option("--free", help="Name parameters to be identified, such as 'hull.*'.")]
+Budget = Annotated[float, Option(help="Limit the length of all trials together, T' = T V/L.")]
+Noise = Annotated[str | None, Option(help="Set sensor noise such as x=0.5,psi=0.1 (m, m/s, deg, deg/s).")]
+Interval = Annotated[float | None, Option(help="Set the time between independent readings [s].")]
+Repeats = Annotated[int, Option(help="Limit how often one manoeuvre is run.")]
+Scope = Annotated[str, Option(help="Choose collision-avoidance, berthing or functional.")]
+
+# Export and thrusters.
+Casadi = Annotated[Path | None, Option(help="Write a CasADi function; its step and names go beside it.")]
+CFolder = Annotated[Path | None, Option("--c", help="Write a C99 source file and its header to this folder.")]
+PythonFile = Annotated[Path | None, Option(help="Write a Python file that needs the standard library only.")]
+ActuatorStep = Annotated[
+    float | None, Option(metavar="S", help="Add a step of S seconds from orders, through the actuators.")
+]
+Fmu = Annotated[Path | None, Option(help="Write a co-simulation slave (.fmu) driven by orders.")]
+Fmi = Annotated[int | None, Option(help="Choose version 2 or 3 of FMI for --fmu (default: 2).")]
+HullAlone = Annotated[bool, Option("--hull", help="Write --fmu for the hull alone, driven by forces.")]
+SlaveStep = Annotated[float | None, Option(help="Set the internal step of --fmu [s].")]
+Thrusters = Annotated[str | None, Option(help="Name the ship's thrusters, such as 1,2.")]
+Together = Annotated[bool, Option("--together", help="Split one column of thrust among all thrusters.")]
+Order = Annotated[int | None, Option(help="Limit the power of n; cross-validate unless given.")]
+Control = Annotated[list[str] | None, Option(help="Fit this control, such as alpha_1; all with orders unless given.")]
+
+# Real time.
+Nmea = Annotated[str, Option(help="Listen at udp://127.0.0.1:PORT or tcp://127.0.0.1:PORT.")]
+To = Annotated[list[str] | None, Option(help="Send to this udp address as well. Repeatable.")]
+Anywhere = Annotated[bool, Option("--anywhere", help="Allow addresses beyond this machine.")]
+Framed = Annotated[bool, Option("--framed", help="Send datagrams of IEC 61162-450.")]
+Sentences = Annotated[str | None, Option("--only", help="Send only these sentences, such as HDT,ROT,RMC; also VDO.")]
+Place = Annotated[str | None, Option(help="Start at LAT,LON [deg].")]
+Antenna = Annotated[str | None, Option(help="Place the antenna FORWARD,STARBOARD of midship [m].")]
+Rate = Annotated[float, Option(help="Set the tick rate [Hz].")]
+Factor = Annotated[float, Option(help="Set simulated over real time, 0.1 to 100; inf for the fastest.")]
+End = Annotated[float | None, Option(help="End after this simulated time [s].")]
+Hold = Annotated[float, Option(help="Release command after this silence [s].")]
+Commander = Annotated[list[str] | None, Option(help="Obey only this HOST or HOST:PORT. Repeatable.")]
+StartSpeed = Annotated[float | None, Option(help="Set the initial speed [m/s].")]
+StartHeading = Annotated[float, Option(help="Set the initial heading [deg].")]
+Other = Annotated[list[str] | None, Option(help="Add another ship SHIP@NORTH,EAST,DEG. Repeatable.")]
+Mmsi = Annotated[int | None, Option(help="Set the MMSI of the transponder (VDO): nine digits.")]
+WithSensors = Annotated[bool, Option("--sensors", help="Simulate the errors of the usual instruments.")]
+InstrumentSeed = Annotated[int, Option(help="Seed the instruments and the gusts.")]
+GustSeed = Annotated[int, Option(help="Seed the gusts.")]
+SentenceLog = Annotated[Path | None, Option(help="Write the sentences that are sent to this file (.nmea).")]
+Record = Annotated[Path | None, Option("-o", "--out", help="Record to this trial file (.csv).")]
+Beside = Annotated[str | None, Option(help="Run a program until the end; {address} in it is the ship's.")]
+Simulator = Annotated[bool, Option("--simulator", help="Mark the sentences as those of a simulator.")]
+Host = Annotated[str, Option(help="Serve at this address.")]
+Port = Annotated[int, Option(help="Serve at this port; 0 takes a free one.")]
+Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the ship.")]

@@ -1,0 +1,130 @@
+r"""Output of the commands: results, notes, JSON and tables; the one place that writes to a terminal.
+
+A name, a title or a cell of a foreign file may hold escape sequences, line ends or marks that turn the direction of
+writing.  They are shown as their escapes (``\x1b``), never sent.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.status import Status
+
+_LONGEST = 2000
+
+
+def shown(text: str) -> str:
+    """Text for a terminal: lines and tabs stay, every other character that is not printed is written as its escape."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in "\n\t" else " " if c.isspace() else _escaped(c) for c in text)
+
+
+def one_line(text: str) -> str:
+    """The same in one line of a length that can be read."""
+    line = shown("; ".join(part.strip() for part in text.splitlines() if part.strip()))
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST - 100]} ... {line[-90:]}"
+
+
+def in_json(text: str) -> str:
+    """A JSON text with what is not printed as JSON escapes it; only strings hold any."""
+    return "".join(c if c.isprintable() or c in " \n" else _units(c) for c in text)
+
+
+def say(text: str) -> None:
+    """Results to standard output, with what would control a terminal escaped."""
+    _write(sys.stdout, shown(text))
+
+
+def note(text: str) -> None:
+    """One line for the user on standard error; a closed standard error does not stop the work."""
+    try:
+        _write(sys.stderr, one_line(text) + "\n")
+    except OSError:
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+
+
+def note_warning(message: Warning | str, *_: Any) -> None:
+    """A Python warning as one line for the user."""
+    note(f"note: {message}")
+
+
+def hand_on(text: str, *, aside: bool) -> None:
+    """Output of another program, unchanged, to standard output or, `aside`, to standard error."""
+    stream = sys.stderr if aside else sys.stdout
+    if stream is not None:
+        stream.write(text)
+
+
+def emit(document: Mapping[str, Any]) -> None:
+    """One JSON object to standard output; a number that is not finite becomes null."""
+    say(in_json(json.dumps(_plain(document), ensure_ascii=False, allow_nan=False)) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value
+
+
+def console() -> Console:
+    """Standard output as Rich writes it; wide where it is no terminal, so that nothing is cut."""
+    from rich.console import Console
+
+    return Console(highlight=False, width=None if sys.stdout.isatty() else 160, soft_wrap=True)
+
+
+def show_table(head: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[int] = ()) -> None:
+    """A plain table; `right` are the columns of numbers."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for k, name in enumerate(head):
+        table.add_column(escape(shown(name)), justify="right" if k in right else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*(escape(shown(cell)) for cell in row))
+    console().print(table)
+
+
+def live(status: Status) -> Callable[[str], None]:
+    """A function that puts a text on the moving line of a terminal."""
+    from rich.markup import escape
+
+    return lambda text: status.update(escape(one_line(text)))
+
+
+def figure(value: float | None, digits: int = 4) -> str:
+    """A number for a table."""
+    return "–" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def _write(stream: IO[str] | None, text: str) -> None:
+    if stream is None:  # closed by the caller
+        return
+    encoding = getattr(stream, "encoding", None) or "utf-8"
+    stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
+
+
+def _escaped(c: str) -> str:
+    return c.encode("unicode_escape").decode("ascii")
+
+
+def _units(c: str) -> str:
+    code = c.encode("utf-16-be", "surrogatepass")
+    return "".join(f"\\u{code[k : k + 2].hex()}" for k in range(0, len(code), 2))

@@ -1,0 +1,87 @@
+"""Conversion of trial files: logs of other tools to trials and back, and trials on another time step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.parameters import unknown
+from ..data.formats.importing import import_log
+from ..data.prepare import resample as resampled
+from ..data.sidecar import read_sidecar, sidecar_path
+from ..data.trialfile import read_trials, write_trial
+from ..exchange.robot_log import FORMATS, save_robot_log
+from . import RequestError
+from .request import Note, make_folder, separate, silent
+
+
+@dataclass(frozen=True)
+class Imported:
+    """Trial files written from logs.
+
+    Attributes:
+        written: the files.
+        lines: counts of lines by trial, of logs that consist of lines.
+        processing: what was done to each trial, from its sidecar.
+    """
+
+    written: tuple[Path, ...]
+    lines: Mapping[str, Mapping[str, int]]
+    processing: Mapping[str, Sequence[Any]]
+
+
+def import_logs(format: str, source: Path, out: Path, mapping: Path | None = None, note: Note = silent) -> Imported:
+    """Write a trial file for each log, with a note on each one of which something could not be read.
+
+    Raises:
+        DataError: a log that cannot be read; then nothing has been written.
+    """
+    written = tuple(import_log(format, source, out, mapping))
+    found = {path.stem: read_sidecar(path) for path in written}
+    for path, meta in zip(written, found.values(), strict=True):
+        if damage := _damage(meta.get("lines", {})):
+            note(f"warning: {path.stem}: {damage}; see processing in {sidecar_path(path)}")
+    return Imported(
+        written, {name: meta["lines"] for name, meta in found.items() if "lines" in meta},
+        {name: meta.get("processing", []) for name, meta in found.items()},
+    )  # fmt: skip
+
+
+def _damage(lines: Mapping[str, int]) -> str:
+    """What is missing of a log of lines, in words; nothing where it is whole."""
+    parts: list[str] = []
+    if lines.get("invalid"):
+        parts.append(f"{lines['invalid']} of {lines['all']} lines are no valid sentence")
+    if lines.get("untimed"):
+        parts.append(f"{lines['untimed']} sentences have no time")
+    return " and ".join(parts) + " and are left out" if parts else ""
+
+
+def convert(trials: Sequence[Path], to: str, out: Path) -> list[Path]:
+    """Write each trial as a log of format `to`; the files.
+
+    Raises:
+        RequestError: no such format.
+        DataError: a trial that cannot be read, or cannot be written in the format.
+    """
+    if to not in FORMATS:
+        raise RequestError(f"--to: {unknown(to, FORMATS, 'format')}")
+    read = read_trials(trials)
+    make_folder(out)
+    return [save_robot_log(trial, to, out) for trial in read]
+
+
+def resample(trials: Sequence[Path], dt: float, out: Path) -> list[Path]:
+    """Write each trial on even steps of `dt` [s]; the files.
+
+    Raises:
+        DataError: a trial that cannot be read or resampled, or a folder that holds the trials themselves.
+    """
+    made = [resampled(trial, dt) for trial in read_trials(trials)]
+    separate(out, trials)
+    make_folder(out)
+    for trial in made:
+        write_trial(trial, out / f"{trial.name}.csv")
+    return [out / f"{trial.name}.csv" for trial in made]

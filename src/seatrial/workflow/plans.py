@@ -1,0 +1,283 @@
+"""What `identify` is asked for: a study as one job, or a table of fits as a job for each cell."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Protocol
+
+from .. import __version__
+from ..identify import Estimator, Fit, Issue, Problem, StudyError
+from ..identify.tuning.fine_tuning import FineTuning
+from ..study.series import FULL, QUICK, Series, is_series, read_series
+from ..study.series_run import Cell, Row, asked, check, claimed, folder, left
+from ..study.store import SUMMARY, claim, load_fit_summary
+from ..study.study import Study, read_study
+from . import Document, RequestError, Sink
+from .comparing import scales
+from .reports import details, judged_on, report, sources
+
+PAGE = "report.html"
+
+
+@dataclass(frozen=True)
+class Job:
+    """One fit of a plan, in a folder of its own.
+
+    Attributes:
+        name: of the fit, for progress.
+        study: what `fit.json` calls its study.
+        where: its folder.
+        restart: seconds between restarts where its predictions are drawn.
+        text: the study as written, kept in `fit.json`.
+        scale: of each state where the fit is judged, kept in `fit.json`; None where it is not kept.
+        spread: scale of each state for the members of a hybrid; None makes none.
+        unidentified: why parameters cannot be identified whatever sigma is, by path.
+    """
+
+    name: str
+    study: str
+    problem: Problem
+    estimator: Estimator
+    where: Path
+    restart: float | None
+    text: str = ""
+    scale: Mapping[str, float] | None = None
+    spread: Mapping[str, float] | None = None
+    unidentified: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    @property
+    def several(self) -> bool:
+        """Whether its estimator makes several fits and reports each by itself."""
+        return isinstance(self.estimator, FineTuning)
+
+
+class Plan(Protocol):
+    """A study file, read: its jobs and its report.
+
+    Attributes:
+        path: the file.
+        title: of the report.
+        out: folder of the run.
+        partial: the report shows the jobs that are done where others fail; if not, one that fails ends the run.
+        kept_back: the report judges the fit on trials that it has not seen.
+    """
+
+    @property
+    def path(self) -> Path: ...
+
+    @property
+    def title(self) -> str: ...
+
+    @property
+    def out(self) -> Path: ...
+
+    @property
+    def partial(self) -> bool: ...
+
+    @property
+    def kept_back(self) -> bool: ...
+
+    def jobs(self) -> Sequence[Job]:
+        """All that were asked for."""
+        ...
+
+    def left(self) -> Sequence[Job]:
+        """Those that are still to be fitted.
+
+        Raises:
+            StudyError: the folder holds the fit of another problem.
+        """
+        ...
+
+    def lint(self) -> Sequence[str]:
+        """Warnings on what is left.
+
+        Raises:
+            StudyError: a problem that cannot be fitted.
+        """
+        ...
+
+    def claim(self, job: Job) -> bool:
+        """Mark the folder of a job as its own; returns whether it was free.
+
+        Raises:
+            StudyError: the folder holds the fit of another problem.
+        """
+        ...
+
+    def report(self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink) -> None:
+        """Write the page and its numbers.
+
+        Args:
+            fits: made in this run, by the name of the job.
+            failed: a line for each job that failed.
+        """
+        ...
+
+    def document(self) -> Document:
+        """What a finished run has found, from its files."""
+        ...
+
+
+def read_plan(path: Path, out: Path, quick: bool = False, only: Sequence[str] = ()) -> Plan:
+    """Read a study or a table of fits.
+
+    Args:
+        out: folder of the run.
+        quick, only: of a table: its rehearsal, and the models to fit.
+
+    Raises:
+        RequestError, StudyError, ShipError, DataError, ParameterError: what is wrong, with file, key and remedy.
+    """
+    if is_series(path):
+        return TablePlan(read_series(path, QUICK if quick else FULL), out, tuple(only))
+    if quick or only:
+        raise RequestError(f"{path}: is one study; --quick and --only are for a table of fits ('seatrial-series/1')")
+    study = read_study(path)
+    if study.rival and study.virtual and not study.test:
+        raise StudyError(f"{path}: [rival] is judged on trials kept back, of a truth that is known; name some in "
+                         "data.test, of [virtual]")  # fmt: skip
+    return StudyPlan(study, out)
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """One study: one job, in the folder of the run itself."""
+
+    study: Study
+    out: Path
+    partial: bool = False
+
+    @property
+    def path(self) -> Path:
+        """The study file."""
+        return self.study.path
+
+    @property
+    def title(self) -> str:
+        """Of the study; where it has none, ship and file."""
+        return self.study.title or f"{self.study.problem.ship.name}: {self.study.name}"
+
+    @property
+    def kept_back(self) -> bool:
+        """Whether the study keeps any trials back."""
+        return bool(self.study.problem.validation or self.study.test)
+
+    def jobs(self) -> Sequence[Job]:
+        """The one."""
+        study = self.study
+        problem, text = study.problem, study.path.read_text(encoding="utf-8")
+        job = Job(study.name, study.name, problem, study.estimator, self.out, study.restart, text,
+                  unidentified=study.unidentified)  # fmt: skip
+        if job.several:  # all trials kept back are tests, which decide nothing
+            return (replace(job, problem=replace(problem, validation=(*problem.validation, *study.test))),)
+        if study.rival and study.virtual:
+            return (job,)
+        return (replace(job, scale=scales(judged_on(study), study.sigma), spread=scales(problem.trials, study.sigma)),)
+
+    def left(self) -> Sequence[Job]:
+        """The one, unless its report is written."""
+        (job,) = self.jobs()
+        done = (self.out / SUMMARY).exists() and (self.out / PAGE).exists()
+        return () if done and not self.claim(job) else (job,)
+
+    def lint(self) -> Sequence[str]:
+        """Notes of the study and warnings of the lint."""
+        from ..identify.lint import lines, lint, raise_on_errors
+
+        study = self.study
+        issues: Sequence[Issue] = lint(study.problem, study.test, study.estimator)
+        raise_on_errors(issues)
+        return (*study.notes, *lines(issues))
+
+    def claim(self, job: Job) -> bool:
+        """Mark the folder of the run."""
+        return claim(job.where, self.study.digest, self.study.name)
+
+    def report(self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink) -> None:
+        """The report that the estimator and the study ask for."""
+        fit = fits[self.study.name]
+        provenance = {
+            "study": str(self.path), "digest": self.study.digest, "version": f"seatrial {__version__}",
+            "command": f"seatrial identify {self.path} -o {self.out}",
+        }  # fmt: skip
+        report(details(self.study, fit, sink), self.study, fit, self.out / PAGE, provenance, sink)
+
+    def document(self) -> Document:
+        """The numbers of the report; of a plain fit, `fit.json` with the errors and forecasts of its report."""
+        numbers = _numbers(self.out)
+        if numbers["schema"] != "seatrial-report/1":
+            return numbers
+        judged = {key: numbers[key] for key in ("standardised", "forecasts")}
+        return {**load_fit_summary(self.out), **judged}
+
+
+@dataclass(frozen=True)
+class TablePlan:
+    """A table of fits: a job for each model and seed, each in a folder of its own; see `study.series`."""
+
+    series: Series
+    out: Path
+    only: tuple[str, ...] = ()
+    partial: bool = True
+    kept_back: bool = True
+
+    @property
+    def path(self) -> Path:
+        """The file of the table."""
+        return self.series.path
+
+    @property
+    def title(self) -> str:
+        """Of the table."""
+        return self.series.title or self.series.name
+
+    def jobs(self) -> Sequence[Job]:
+        """The cells, in the order of the file."""
+        return [self._job(row, cell) for row, cell in asked(self.series, self.only)]
+
+    def left(self) -> Sequence[Job]:
+        """Those that leave no fit yet."""
+        return [self._job(row, cell) for row, cell in left(self.series, self.out, self.only)]
+
+    def lint(self) -> Sequence[str]:
+        """Warnings of the lint on each problem, once."""
+        return check(left(self.series, self.out, self.only), self.series)
+
+    def claim(self, job: Job) -> bool:
+        """Mark the folder of a cell."""
+        return claimed(job.where, self.series, *self._cells()[job.name])
+
+    def report(self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink) -> None:
+        """The table, of all fits that are done."""
+        from ..report.series import write
+        from ..validate.series import judged
+
+        quick = " --quick" if self.series.budget == QUICK else ""
+        options = quick + "".join(f" --only {name}" for name in self.only)
+        write(self.out / PAGE, self.series, judged(self.series, self.out), failed=failed, provenance={
+            "study": str(self.path), "version": f"seatrial {__version__}",
+            "data": sources(self.series.tests.values()),
+            "command": f"seatrial identify {self.path}{options} -o {self.out}",
+        })  # fmt: skip
+
+    def document(self) -> Document:
+        """The numbers of the report."""
+        return _numbers(self.out)
+
+    def _cells(self) -> Mapping[str, tuple[Row, Cell]]:
+        return {f"{row.key}, {cell.name}": (row, cell) for row, cell in asked(self.series, self.only)}
+
+    def _job(self, row: Row, cell: Cell) -> Job:
+        from ..validate.series import sigma
+
+        scale, where = sigma(self.series), folder(self.out, row, cell)
+        return Job(f"{row.key}, {cell.name}", f"{self.series.name}: {row.key}", cell.problem, cell.estimator, where,
+                   self.series.restart, scale=scale, spread=scale)  # fmt: skip
+
+
+def _numbers(out: Path) -> Mapping[str, object]:
+    return json.loads((out / PAGE).with_suffix(".json").read_text(encoding="utf-8"))

@@ -1,0 +1,250 @@
+"""Ships in real time: the fleet of a loop, the socket of a page, and the bridge, a page to steer a ship by hand."""
+
+from __future__ import annotations
+
+import ipaddress
+import math
+import secrets
+import socket
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Unpack
+
+from ..environment import Weather
+from ..manoeuvres import Manoeuvre
+from ..models import Sampled, follows, unit
+from ..realtime.bridge.deck import Deck, Outfit
+from ..realtime.bridge.ghost import Ghost
+from ..realtime.bridge.view import OWN
+from ..realtime.conning import CourseKeeper
+from ..realtime.loop import Loop, LoopError
+from ..realtime.plant import Plant
+from ..ships import Ship
+from ..simulate.approach import time_step
+from . import RequestError
+from .request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
+from .simulation import known, lacks, order
+
+HERE = "127.0.0.1"
+
+_RATE = 20.0
+
+_BUTTONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
+    "Turn 35° starboard": ("turning", {}),
+    "Turn 35° port": ("turning", {"side": "port"}),
+    "Zigzag 10/10": ("zigzag", {}),
+    "Zigzag 20/20": ("zigzag", {"rudder": 20.0, "heading": 20.0}),
+    "Initial turning": ("initial-turning", {}),
+    "Pull-out": ("pull-out", {}),
+    "Williamson turn": ("williamson", {}),
+    "Scharnow turn": ("scharnow", {}),
+    "Stopping": ("stopping", {}),
+    "Crash stop": ("crash-astern", {}),
+}
+"""Manoeuvres on the page: text, kind, and its options [deg]."""
+
+Start = tuple[float, ...]
+"""Initial (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s]."""
+
+
+def rate_of(ship: Ship, wanted: float) -> float:
+    """Tick rate [Hz]: the wanted one, or the greatest below it that a model in discrete time allows."""
+    if not isinstance(ship.model, Sampled):
+        return wanted
+    dt = float(ship.model.dt)
+    return 1.0 / (dt * max(round(1.0 / (wanted * dt)), 1))
+
+
+def plant_of(ship: Ship, rate: float, weather: Weather, start: Start, seed: int, through_water: bool = True) -> Plant:
+    """A ship at a time step that divides the tick and suits the ship.
+
+    Args:
+        ship: the ship.
+        rate: tick rate [Hz].
+        weather: what is around it.
+        start: initial state.
+        seed: of the weather.
+        through_water: whether the initial velocities are through water; over ground otherwise.
+    """
+    fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
+    dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
+    x, y, psi, u, v_m, r = start
+    if through_water:
+        _, _, north, east, *_ = weather.series(dt, 1)[0].tolist()
+        u, v_m = u + north * math.cos(psi) + east * math.sin(psi), v_m + east * math.cos(psi) - north * math.sin(psi)
+    return Plant.of(ship, dt=dt, environment=weather, start=(x, y, psi, u, v_m, r), seed=seed)
+
+
+def others_of(texts: Iterable[str], rate: float, weather: Weather, seed: int) -> dict[str, Plant]:
+    """Other ships, by number and name.
+
+    Raises:
+        RequestError: a text of another form than ``SHIP@NORTH,EAST,HEADING[,SPEED]``.
+    """
+    found: dict[str, Plant] = {}
+    for number, text in enumerate(texts, 1):
+        ship, start = _other(text)
+        found[f"{number} {ship.name}"] = plant_of(ship, rate, weather, start, seed)
+    return found
+
+
+def keep_course(loop: Loop, names: Iterable[str], note: Note = silent) -> None:
+    """Let these ships keep their initial heading, each with an autopilot of its own."""
+    for name in names:
+        if "delta" in loop.vessels[name].plant.ranges:
+            CourseKeeper(loop, name)
+        else:
+            note(f"note: --other {name.partition(' ')[2]}: it has no rudder to steer; it drifts freely")
+
+
+def _other(text: str) -> tuple[Ship, Start]:
+    """Another ship: NAME@NORTH,EAST,HEADING[,SPEED] [m, deg, m/s]."""
+    name, _, place = text.partition("@")
+    try:
+        north, east, heading, *rest = (float(part) for part in place.split(","))
+        (speed,) = rest or (None,)
+    except ValueError:
+        raise RequestError(f"--other is '{text}'; write SHIP@NORTH,EAST,HEADING such as kcs@2000,500,180") from None
+    if not all(map(math.isfinite, (north, east, heading, speed or 0.0))) or (speed or 0.0) < 0.0:
+        raise RequestError(f"--other is '{text}'; place and heading are numbers, the speed zero or above")
+    ship = ship_of(name)
+    return ship, (north, east, heading * DEGREE, speed_of(ship, speed, f"--other {name}: speed"), 0.0, 0.0)
+
+
+def listen(host: str, port: int, anywhere: bool) -> socket.socket:
+    """Take the port of a page before any other work.
+
+    Raises:
+        RequestError: an address or port that is impossible, not allowed, or taken.
+    """
+    try:
+        ip = ipaddress.IPv4Address(HERE if host == "localhost" else host)
+    except ValueError:
+        raise RequestError(f"--host is '{host}'; write an IPv4 address such as {HERE}") from None
+    if not ip.is_loopback and not anywhere:
+        raise RequestError(f"--host {host} is beyond this machine; allow that with --anywhere")
+    if not 0 <= port <= 65535:
+        raise RequestError(f"--port is {port}; it is 1 to 65535, or 0 for a free one")
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((str(ip), port))
+        listening.listen(64)
+    except OSError as error:
+        listening.close()
+        raise RequestError(f"port {port} of {host}: {error.strerror}; choose another with --port") from None
+    return listening
+
+
+def address(listening: socket.socket, key: str = "") -> str:
+    """What to open in a browser; the key, if any, is in the fragment, which no server and no other page receives."""
+    host, port = listening.getsockname()
+    if host == "0.0.0.0":
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as outward:
+            try:
+                outward.connect(("192.0.2.1", 9))  # sends nothing: only asks for the outward interface
+                host = outward.getsockname()[0]
+            except OSError:
+                host = HERE
+    return f"http://{host}:{port}/{f'#{key}' if key else ''}"
+
+
+def bridge(
+    ship: str | Path | Ship, *, host: str = HERE, port: int = 8020, anywhere: bool = False, factor: float = 1.0,
+    speed: float | None = None, heading: float = 0.0, seed: int = 1, ghost: Path | None = None,
+    other: Sequence[str] = (), out: Path = Path(), hold: float = 5.0, note: Note = silent, **around: Unpack[Around],
+) -> list[Path]:  # fmt: skip
+    """Serve a page on which a ship is steered by hand, until Ctrl-C.
+
+    Args:
+        ship: a name of the library, a ship file or a ship.
+        host: address to serve at.
+        port: port to serve at; 0 takes a free one.
+        anywhere: whether addresses beyond this machine are allowed.
+        factor: ratio of simulated to real time.
+        speed: initial speed [m/s].
+        heading: initial heading [deg].
+        seed: of the gusts.
+        ghost: measured trial to replay beside the ship.
+        other: other ships, each ``SHIP@NORTH,EAST,DEG``.
+        out: folder for recordings.
+        hold: time after which a silent commander loses command [s].
+        note: takes the address of the page and events.
+        around: weather and depth, see `surroundings`.
+
+    Returns:
+        The recordings.
+
+    Raises:
+        RequestError: a request that cannot be carried out.
+    """
+    positive(speed=speed, hold=hold)
+    with listen(host, port, anywhere) as listening:
+        serve = _server(anywhere)
+        vessel = ship_of(ship)
+        beside = _ghost(vessel, ghost, note)
+        rate = rate_of(vessel, _RATE)
+        weather = surroundings(vessel, seed, note, **around).weather
+        start = (0.0, 0.0, heading * DEGREE, speed_of(vessel, speed), 0.0, 0.0)
+        own = plant_of(vessel, rate, weather, start if beside is None else beside.start, seed, beside is None)
+        try:
+            loop = Loop({OWN: own, **others_of(other, rate, weather, seed)}, rate, factor)
+        except LoopError as error:
+            raise RequestError(str(error)) from None
+        if not out.is_dir():
+            what = "a file" if out.exists() else "no such folder"
+            raise RequestError(f"-o: {out}: {what}; recordings go into a folder")
+        keep_course(loop, (name for name in loop.vessels if name != OWN), note)
+        deck = Deck(loop, Outfit(_drills(vessel), out, beside, hold, cannot(vessel)))
+        key = secrets.token_urlsafe(16) if anywhere else ""
+        note(f"{vessel.name}: {address(listening, key)} (Ctrl-C ends it)")
+        try:
+            serve(deck, loop, listening, key)
+        except KeyboardInterrupt:
+            obeyed()
+            note("ended")
+        return [*deck.close()]
+
+
+def _server(everywhere: bool) -> Callable[[Deck, Loop, socket.socket, str], None]:
+    """Serves the page to this machine, or to any address."""
+    try:
+        from ..realtime.bridge.server import serve
+        from ..realtime.pages import LOCAL, anywhere
+    except ImportError as error:
+        raise RequestError(f"bridge needs {error.name}; pip install 'seatrial[web]'") from None
+    names = anywhere() if everywhere else LOCAL
+    return lambda deck, loop, listening, key: serve(deck, loop, listening, names, key)
+
+
+def _ghost(ship: Ship, path: Path | None, note: Note) -> Ghost | None:
+    if path is None:
+        return None
+    from ..data.trialfile import read_trial
+
+    ghost = Ghost(read_trial(path), ship.model.controls)
+    if ghost.ship and ghost.ship != ship.name:
+        note(f"note: --ghost: {path} is a trial of {ghost.ship}, not of {ship.name}")
+    return ghost
+
+
+def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
+    """The buttons."""
+
+    def made(kind: str, given: Mapping[str, Any]) -> Callable[[float], Manoeuvre]:
+        return lambda n_P: order(kind, ship, ship.speed, n_P, dict(given))
+
+    return {text: made(kind, given) for text, (kind, given) in _BUTTONS.items() if kind in known()}
+
+
+def cannot(ship: Ship) -> dict[str, str]:
+    """Buttons of what the ship cannot do, and why not."""
+    steering = [name for name, (of, _) in zip(ship.model.controls, follows(ship.model), strict=True) if of == "delta"]
+    turns = any(unit(name) == "rad" for name in steering)
+    found: dict[str, str] = {}
+    for text, (kind, _) in _BUTTONS.items():
+        engine = getattr(known()[kind], "by_engine", False)
+        why = lacks(ship, known()[kind]) if engine or turns else f"{ship.name} has nothing that is steered by an angle"
+        if why is not None:
+            found[text] = why
+    return found

@@ -1,0 +1,241 @@
+"""Requests to a workflow: checks of settings, and conversion of text such as ``5,90`` to SI values.
+
+Every function of `workflow` returns values and prints nothing.  What a user should know while it runs goes to its
+argument `note`, a line at a time; a request that cannot be carried out is a `RequestError`.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypedDict, Unpack
+
+from ..core.files import REACH, in_reach
+from ..data import DataError
+from ..environment import Uniform, Weather
+from ..forces.shallow import SHALLOWEST
+from ..ships import Ship
+from ..ships.felt import feels
+from . import RequestError
+
+DEGREE = math.pi / 180.0
+
+Note = Callable[[str], object]
+"""Takes a line for the user: a warning, or what is being done."""
+
+PAGES = (".html", ".htm")
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C in work that can be resumed; the text says how."""
+
+
+def silent(_: str) -> None:
+    """Ignore a note."""
+
+
+def obeyed() -> None:
+    """Stop the timer that repeats a Ctrl-C until it is handled (the command line sets it)."""
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def ship_of(ship: str | Path | Ship) -> Ship:
+    """A ship of the library by name, a ship file, or a ship as it is."""
+    from ..ships.files import load
+
+    return ship if isinstance(ship, Ship) else load(str(ship))
+
+
+def doubts(ship: Ship) -> list[str]:
+    """Lines on what is physically doubtful in the mass matrix of a ship that has one."""
+    ask = getattr(getattr(ship.model, "inertia", None), "doubts", None)
+    displaced = float(getattr(getattr(ship.model, "body", None), "m", 0.0))
+    return [] if ask is None else [f"{ship.name}: {text}" for text in ask(displaced, float(ship.L_pp))]
+
+
+def positive(**options: float | None) -> None:
+    """Refuse an option that is given and is not a positive number."""
+    for name, value in options.items():
+        option = f"--{name.replace('_', '-')}"
+        if value is not None and not (value > 0 and math.isfinite(value)):
+            raise RequestError(f"{option} is {value:g}; it must be above zero")
+        if value is not None and not in_reach(value):
+            raise RequestError(f"{option} is {value:g}; {REACH}")
+
+
+def finite(**options: float | None) -> None:
+    """Refuse an option that is given and is not a finite number."""
+    for name, value in options.items():
+        if value is not None and not math.isfinite(value):
+            raise RequestError(f"--{name} is {value:g}; it must be a finite number")
+        if value is not None and value != 0.0 and not in_reach(value):
+            raise RequestError(f"--{name} is {value:g}; {REACH}")
+
+
+def speed_of(ship: Ship, speed: float | None, option: str = "--speed") -> float:
+    """Initial speed [m/s]; that of the ship's file where none is given.
+
+    Raises:
+        RequestError: a speed above a Froude number of one and above twice the ship's own; no such ship reaches it.
+    """
+    if speed is None:
+        return ship.speed
+    most = max(math.sqrt(9.81 * ship.L_pp), 2.0 * ship.speed)
+    if not speed <= most:
+        raise RequestError(
+            f"{option} is {speed:g} m/s; {ship.name} goes {ship.speed:g} m/s, "
+            f"and {most:.3g} m/s is the most that makes sense"
+        )
+    return speed
+
+
+def numbers(option: str, text: str, form: str) -> list[float]:
+    """Numbers separated by commas, as many as `form` has, such as ``M/S,DEG such as 5,90``.
+
+    Raises:
+        RequestError: anything else.
+    """
+    wanted = form.partition(" ")[0].count(",") + 1
+    try:
+        found = [float(part) for part in text.split(",")]
+    except ValueError:
+        found = []
+    if len(found) != wanted:
+        raise RequestError(f"{option} is '{text}'; write {form}")
+    return found
+
+
+def vector(option: str, text: str | None, most: float = math.inf) -> tuple[float, float]:
+    """Magnitude [m/s], up to `most`, and direction [rad] from ``M/S,DEG``.
+
+    Raises:
+        RequestError: anything else.
+    """
+    if text is None:
+        return 0.0, 0.0
+    size, direction = numbers(option, text, "M/S,DEG such as 5,90")
+    if not (size >= 0 and all(one == 0.0 or in_reach(one) for one in (size, direction))):
+        raise RequestError(f"{option} is '{text}'; the speed is zero or above, the direction a number")
+    if size > most:
+        raise RequestError(f"{option} is '{text}'; {size:g} m/s is beyond any on record ({most:g} m/s): write M/S,DEG")
+    return size, math.copysign(abs(direction) % 360.0, direction) * DEGREE
+
+
+def _waves(text: str | None) -> tuple[float, float, float]:
+    if text is None:
+        return 0.0, 0.0, 0.0
+    height, period, direction = numbers("--waves", text, "M,S,DEG such as 2,8,180")
+    if not (height >= 0 and period > 0 and all(one == 0.0 or in_reach(one) for one in (height, period, direction))):
+        raise RequestError(f"--waves is '{text}'; the height is zero or above, the period above zero")
+    return height, period, direction * DEGREE
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Weather and depth around a ship.
+
+    Attributes:
+        weather: as a simulation takes it.
+        settings: the same in the units of the request, for output.
+    """
+
+    weather: Weather
+    settings: Mapping[str, object]
+
+
+class Around(TypedDict, total=False):
+    """Weather and depth as a request gives them; each may be missing or None.
+
+    Attributes:
+        wind: true wind, ``M/S,DEG`` that it comes from.
+        gusts: spectrum of gusts about the wind.
+        current: ``M/S,DEG`` that it flows towards.
+        waves: ``M,S,DEG``: height, mean period, direction that they come from.
+        depth: of the water [m].
+    """
+
+    wind: str | None
+    gusts: str | None
+    current: str | None
+    waves: str | None
+    depth: float | None
+
+
+def surroundings(ship: Ship, seed: int = 1, note: Note = silent, **around: Unpack[Around]) -> Surroundings:
+    """What is `around` a ship, with the seed of its gusts.
+
+    Raises:
+        RequestError: a value that cannot be read, or an influence that the ship's model has no force for.
+    """
+    from ..environment.weather import Gust
+
+    depth, gusts = around.get("depth"), around.get("gusts")
+    U_T, gamma_T = vector("--wind", around.get("wind"), 150.0)
+    U_C, gamma_C = vector("--current", around.get("current"), 15.0)
+    H_S, T_W, gamma_W = _waves(around.get("waves"))
+    base = Uniform(U_T, gamma_T, U_C, gamma_C, H_S, T_W, gamma_W, depth or math.inf)
+    needs = (("--wind", U_T, "wind_x", "wind"), ("--waves", H_S, "wave_x", "waves"),
+             ("--depth", depth or 0.0, "per_depth", "shallow water"))  # fmt: skip
+    for option, given, channel, what in needs:
+        if given and not feels(ship, channel):
+            raise RequestError(f"{option}: {ship.name} has no force of {what}; see seatrial show {ship.name}")
+    _check_depth(ship, depth, note)
+    if gusts is not None and not U_T:
+        raise RequestError("--gusts need a mean wind to blow about; give --wind M/S,DEG")
+    settings = {"wind": {"speed": U_T, "from": gamma_T / DEGREE},
+                "current": {"speed": U_C, "towards": gamma_C / DEGREE},
+                "waves": {"height": H_S, "period": T_W, "from": gamma_W / DEGREE},
+                "depth": depth, "gusts": gusts}  # fmt: skip
+    return Surroundings(base if gusts is None else Gust(base, gusts, seed), settings)
+
+
+def _check_depth(ship: Ship, depth: float | None, note: Note) -> None:
+    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0))
+    if depth is not None and depth <= draught:
+        raise RequestError(f"--depth is {depth:g} m; {ship.name} draws {draught:g} m and would be aground")
+    if depth is not None and depth < SHALLOWEST * draught:
+        note(f"note: --depth: h/d is {depth / draught:.3g}; corrections end at {SHALLOWEST:g}, whose factors are used")
+
+
+def separate(folder: Path, sources: Iterable[Path]) -> None:
+    """Refuse a folder of results that holds the trials they are made from."""
+    for source in sources:
+        at = source if source.is_dir() else source.parent
+        if at.resolve() == folder.resolve():
+            raise DataError(f"{folder}: holds the trials themselves; choose another folder with -o")
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for results.
+
+    Raises:
+        RequestError: something else is in its place.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RequestError(f"{folder}: not a folder that can be made: {error.strerror}") from None
+
+
+def check_output(out: Path | None, kinds: tuple[str, ...], what: str, *inputs: Path) -> None:
+    """Refuse an output of another kind, without a folder, or in the place of an input, before the work begins.
+
+    Args:
+        out: the file to write; None is never refused.
+        kinds: endings that are accepted; the first is named.
+        what: the file, such as "a ship file".
+        inputs: files that must not be replaced.
+    """
+    if out is None:
+        return
+    if out.suffix.lower() not in kinds:
+        raise RequestError(f"{out}: {what} ends in {kinds[0]}")
+    if not out.parent.is_dir():
+        raise RequestError(f"{out}: no such folder: {out.parent}")
+    if out.is_dir():
+        raise RequestError(f"{out}: is a folder; name a file with -o")
+    if any(out.exists() and source.exists() and out.samefile(source) for source in inputs):
+        raise RequestError(f"{out}: is an input; choose another file with -o")

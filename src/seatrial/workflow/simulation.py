@@ -1,0 +1,287 @@
+"""Simulation of a standard manoeuvre by name, up to its last index or the end of the ship's validity."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import math
+import pkgutil
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+
+from .. import manoeuvres
+from ..core.files import in_reach
+from ..core.parameters import unknown
+from ..data import Trial
+from ..engine import SimulationError
+from ..environment import Weather
+from ..manoeuvres import Index, Manoeuvre, Settings
+from ..models import follows
+from ..ships import Ship
+from ..ships.felt import driven
+from ..simulate.approach import approach, step_doubt, surge_balance, time_step
+from . import RequestError
+from .request import DEGREE, Around, Note, doubts, finite, make_folder, positive, ship_of, silent, surroundings
+
+# A manoeuvre that is not over after this many ship lengths of way never will be.
+_FIRST, _LAST = 30.0, 2000.0
+_OPTIONS = ("rudder", "heading", "side", "seed")
+
+
+@cache
+def known() -> dict[str, type[Manoeuvre]]:
+    """Every manoeuvre of the package by its kind."""
+    found: dict[str, type[Manoeuvre]] = {}
+    for module in pkgutil.iter_modules(manoeuvres.__path__, f"{manoeuvres.__name__}."):
+        members: list[tuple[str, Any]] = inspect.getmembers(importlib.import_module(module.name), inspect.isclass)
+        for _, cls in members:
+            if cls.__module__ == module.name and isinstance(getattr(cls, "kind", None), str):
+                found[cls.kind] = cls
+    return dict(sorted(found.items()))
+
+
+def find(name: str) -> type[Manoeuvre]:
+    """A manoeuvre by its kind.
+
+    Raises:
+        RequestError: an unknown one; lists the known ones.
+    """
+    if name not in known():
+        near = unknown(name, known(), "manoeuvre").partition(";")[0]
+        raise RequestError(f"{near}; known: {', '.join(known())}")
+    return known()[name]
+
+
+def rudder_limit(ship: Ship) -> float:
+    """Greatest angle of what follows the order delta [rad]; infinite without a limit."""
+    servos = [ship.actuators.of(c) for c, (order, _) in zip(ship.model.controls, follows(ship.model), strict=True)
+              if order == "delta"]  # fmt: skip
+    return min((abs(float(getattr(servo, "high", math.inf))) for servo in servos), default=math.inf)
+
+
+def lacks(ship: Ship, cls: type[Manoeuvre]) -> str | None:
+    """What a manoeuvre needs and the ship lacks; None where nothing is missing."""
+    if getattr(cls, "by_engine", False) and not driven(ship):
+        return f"no revolutions move {ship.name}; its model has no engine"
+    return None
+
+
+def order(name: str, ship: Ship, U: float, n_P: float, given: Mapping[str, Any]) -> Manoeuvre:
+    """The named manoeuvre with the options `given` (degrees), at speed U [m/s] and revolutions n_P [1/s].
+
+    Raises:
+        RequestError: an option that the manoeuvre does not take, an impossible angle, a rudder beyond the ship's, or an
+            engine that the ship lacks.
+    """
+    cls = find(name)
+    if (why := lacks(ship, cls)) is not None:
+        raise RequestError(f"{name}: {why}; take a manoeuvre by the rudder such as turning, or a ship with an engine")
+    for option in given:
+        if option not in cls.takes:
+            takes = ", ".join(f"--{one}" for one in cls.takes) or "none of " + ", ".join(f"--{o}" for o in _OPTIONS)
+            raise RequestError(f"{name} takes no --{option}; it takes {takes}")
+    limit = rudder_limit(ship)
+    settings = Settings(
+        n_P, U, ship.L_pp, limit, rudder=_angle("--rudder", given.get("rudder")),
+        heading=_angle("--heading", given.get("heading")), side=_side(given.get("side", "starboard")),
+        seed=int(given.get("seed", 1)), controls=_greatest(ship),
+        astern=ship.validity.get("n_P", (-math.inf, 0.0))[0] < 0.0 and ship.validity.get("u", (-1.0, 0.0))[0] < 0.0,
+    )  # fmt: skip
+    if settings.rudder is not None and settings.rudder > limit * (1 + 1e-9):
+        raise RequestError(
+            f"--rudder is {given['rudder']:g} deg; the rudder of {ship.name} goes to {limit / DEGREE:g} deg"
+        )
+    return cls.ordered(settings)
+
+
+def _greatest(ship: Ship) -> dict[str, float]:
+    found = {name: float(getattr(ship.actuators.of(name), "high", math.inf)) for name in ship.model.controls}
+    return {name: high if math.isfinite(high) else 0.0 for name, high in found.items()}
+
+
+def _side(text: str) -> float:
+    if text not in ("port", "starboard"):
+        raise RequestError(f"--side is '{text}'; known: port, starboard")
+    return -1.0 if text == "port" else 1.0
+
+
+def _angle(option: str, degrees: float | None) -> float | None:
+    if degrees is not None and not (0 < degrees <= 360 and in_reach(degrees)):
+        raise RequestError(f"{option} is {degrees:g} deg; it is a magnitude above 0 (--side gives the side)")
+    return None if degrees is None else degrees * DEGREE
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A simulated manoeuvre.
+
+    Attributes:
+        ship: the ship.
+        policy: the manoeuvre as it was ordered.
+        trial: the run.
+        settings: speed, revolutions, set points, time step and surroundings, in the units of the request.
+        complete: whether the manoeuvre ended and a requested duration was reached.
+        reason: why the run ended before; None where it is complete.
+    """
+
+    ship: Ship
+    policy: Manoeuvre
+    trial: Trial
+    settings: Mapping[str, object]
+    complete: bool
+    reason: str | None = None
+
+    @property
+    def indices(self) -> Mapping[str, Index]:
+        """The indices of the manoeuvre that the run reached."""
+        return self.policy.indices(self.trial, self.ship.L_pp)
+
+
+def simulate(
+    ship: str | Path | Ship, manoeuvre: str, *, rudder: float | None = None, heading: float | None = None,
+    side: str | None = None, seed: int | None = None, speed: float | None = None, rps: float | None = None,
+    duration: float | None = None, dt: float | None = None, out: Path | None = None, note: Note = silent,
+    **around: Unpack[Around],
+) -> Simulated:  # fmt: skip
+    """Run a manoeuvre; without a duration until it holds all its indices.
+
+    Args:
+        ship: a name of the library, a ship file or a ship.
+        manoeuvre: its kind, see `known`.
+        rudder: rudder angle, magnitude [deg].
+        heading: heading change, such as of a zigzag [deg].
+        side: first side, port or starboard.
+        seed: of a random manoeuvre and of the gusts.
+        speed: approach speed [m/s]; that of the ship's file unless given.
+        rps: propeller revolutions [1/s]; those that hold the speed unless given.
+        duration: length of the run [s].
+        dt: time step [s]; one that suits the ship unless given.
+        out: trial file to write (.csv).
+        note: takes warnings.
+        around: weather and depth, see `surroundings`.
+
+    Raises:
+        RequestError, ShipError: a request that cannot be carried out.
+        SimulationError: a run that fails at its very beginning.
+    """
+    positive(speed=speed, duration=duration, dt=dt, depth=around.get("depth"))
+    finite(rps=rps)
+    if seed is not None and seed < 0:
+        raise RequestError(f"--seed is {seed}; it is zero or above")
+    takes = find(manoeuvre).takes
+    vessel = ship_of(ship)
+    _check_revolutions(vessel, rps)
+    for line in doubts(vessel):
+        note(f"warning: {line}")
+    if dt is not None and (doubt := step_doubt(vessel, dt)) is not None:
+        note(f"warning: --dt: {doubt}")
+    place = surroundings(vessel, 1 if seed is None else seed, note, **around)
+    U, n_P = approach(vessel, speed, rps)
+    given = {"rudder": rudder, "heading": heading, "side": side,
+             "seed": seed if not around.get("gusts") or "seed" in takes else None}  # fmt: skip
+    policy = order(manoeuvre, vessel, U, n_P, {key: value for key, value in given.items() if value is not None})
+    run, reason = _run(vessel, policy, U, duration, dt, place.weather)
+    for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run)):
+        note(line)
+    if out is not None:
+        write(run, out, note)
+    settings = {"speed": U, "rps": n_P, **_set_points(policy, side), "duration": run.duration,
+                "dt": dt or time_step(vessel), **place.settings}  # fmt: skip
+    return Simulated(vessel, policy, run, settings, reason is None, reason)
+
+
+def _run(
+    ship: Ship, policy: Manoeuvre, speed: float, duration: float | None, dt: float | None, around: Weather
+) -> tuple[Trial, str | None]:
+    """The run, and why it is not complete; without a duration it grows until it holds all its indices."""
+    from ..simulate.run import simulate as run_once
+
+    length = duration or _FIRST * ship.L_pp / max(speed, 1e-3)
+    limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
+    begin = 0.0 if getattr(policy, "from_rest", False) else speed
+    while True:
+        try:
+            run = run_once(ship, policy, speed=begin, duration=length, environment=around, dt=dt)
+        except SimulationError as error:
+            return _until(ship, policy, begin, around, dt, duration, error)
+        complete = policy.complete(run) or (duration is not None and _timed(policy))
+        if complete or 2 * length > limit:
+            return run, None if complete else f"not over after {run.duration:g} s"
+        length *= 2
+
+
+def _timed(policy: Manoeuvre) -> bool:
+    """Whether the clock alone ends the manoeuvre, so that any length of it is whole."""
+    return bool(getattr(policy, "timed", False))
+
+
+def _until(
+    ship: Ship, policy: Manoeuvre, speed: float, around: Weather, dt: float | None, duration: float | None,
+    error: SimulationError,
+) -> tuple[Trial, str | None]:  # fmt: skip
+    """The run up to where it left the ship's validity or diverged.
+
+    Raises:
+        SimulationError: at its very beginning.
+    """
+    from ..simulate.run import simulate as run_once
+
+    step = dt or time_step(ship)
+    end = 0.0 if error.time is None else error.time - step
+    if end < 2.0 * step:
+        raise error
+    run = run_once(ship, policy, speed=speed, duration=end, environment=around, dt=dt)
+    whole = duration is None and not _timed(policy) and policy.complete(run)
+    return run, None if whole else str(error)
+
+
+def _unfelt(ship: Ship, U: float, rps: float | None) -> Iterator[str]:
+    """What a user gave that the ship's model ignores."""
+    if rps is not None and surge_balance(ship, U, rps) == surge_balance(ship, U, 2 * rps + 1):
+        yield f"note: --rps: revolutions do not enter the model of {ship.name}"
+
+
+def _beyond(ship: Ship, run: Trial) -> Iterator[str]:
+    """Where the controls went beyond what the ship's file calls valid."""
+    for name in ship.model.controls:
+        low, high = ship.validity.get(name, (-math.inf, math.inf))
+        least, most = float(np.min(run[name])), float(np.max(run[name]))
+        if least < low - 1e-9 or most > high + 1e-9:
+            yield (f"note: {name} went from {least:.4g} to {most:.4g}; the file of {ship.name} claims to hold "
+                   f"within [{low:g}, {high:g}] ([validity])")  # fmt: skip
+
+
+def _check_revolutions(ship: Ship, rps: float | None) -> None:
+    """Refuse revolutions at which the thrust of the ship was never measured."""
+    if rps is None:
+        return
+    from ..identify.lint import tested
+
+    for control, (low, high) in tested(ship).items():
+        if control.startswith("n_") and not low <= rps <= high:
+            raise RequestError(
+                f"--rps is {rps:g}; thrust by {control} of {ship.name} was tested from {low:g} to {high:g} 1/s"
+            )
+
+
+def _set_points(policy: Any, side: str | None) -> dict[str, object]:
+    found: dict[str, object] = {}
+    if isinstance(getattr(policy, "delta", None), float):
+        found["rudder"] = abs(policy.delta / DEGREE)
+    if isinstance(getattr(policy, "psi", None), float):
+        found["heading"] = policy.psi / DEGREE
+    return {**found, "side": side or "starboard"} if "side" in policy.takes else found
+
+
+def write(run: Trial, out: Path, note: Note = silent) -> None:
+    """Write a trial file."""
+    from ..data.trialfile import write_trial
+
+    make_folder(out.parent)
+    write_trial(run, out)
+    note(f"wrote {out}")

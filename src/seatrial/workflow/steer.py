@@ -1,0 +1,307 @@
+"""A ship as an NMEA 0183 device in real time: it sends its instruments' sentences and obeys orders."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.util import find_spec
+from pathlib import Path
+from typing import BinaryIO, Unpack
+
+from ..core.parameters import unknown
+from ..data import DataError
+from ..data.geodesy import Datum
+from ..data.nmea.ship import Fittings
+from ..engine import SimulationError
+from ..environment import Weather
+from ..models import STATES
+from ..realtime.aboard import RATES, TRANSPONDER, TRANSPONDER_RATE
+from ..realtime.loop import Loop, LoopError
+from ..realtime.on_wire import OnWire, Speech
+from ..realtime.plant import Plant
+from ..realtime.recording import Recording
+from ..realtime.targets import Targets
+from ..realtime.wire import Address, Authority, Wire, WireError
+from ..sensors.suite import Suite, draught, usual
+from ..ships import Ship
+from . import RequestError
+from .realtime import Start, keep_course, others_of, plant_of, rate_of
+from .request import (
+    DEGREE,
+    Around,
+    Note,
+    finite,
+    numbers,
+    obeyed,
+    positive,
+    ship_of,
+    silent,
+    speed_of,
+    surroundings,
+)
+
+OWN = "ship"
+
+
+@dataclass(frozen=True)
+class Steered:
+    """A run on the wire that has ended.
+
+    Attributes:
+        loop: the loop; its report counts ticks and events.
+        on_wire: who had command, and what was sent and received.
+        written: recorded trial files.
+        failure: why the ship or the recording failed; None where neither did.
+    """
+
+    loop: Loop
+    on_wire: OnWire
+    written: tuple[Path, ...]
+    failure: str | None
+
+    @property
+    def plant(self) -> Plant:
+        """The ship, in its final state."""
+        return self.loop.vessels[OWN].plant
+
+    @property
+    def state(self) -> dict[str, float]:
+        """Its final state by name, SI units."""
+        return {name: self.plant[name] for name in STATES}
+
+
+def steer(
+    ship: str | Path | Ship, nmea: str, *, to: Sequence[str] = (), anywhere: bool = False, framed: bool = False,
+    only: str | None = None, place: str | None = None, antenna: str | None = None, rate: float = 10.0,
+    factor: float = 1.0, duration: float | None = None, hold: float = 10.0, commander: Sequence[str] = (),
+    speed: float | None = None, heading: float = 0.0, other: Sequence[str] = (), mmsi: int | None = None,
+    sensors: bool = False, seed: int = 0, log: Path | None = None, out: Path | None = None,
+    beside: str | None = None, simulator: bool = False, note: Note = silent, printed: Note = silent,
+    **around: Unpack[Around],
+) -> Steered:  # fmt: skip
+    """Run a ship as an NMEA 0183 device until the duration is over, Ctrl-C, or the end of the program beside it.
+
+    Args:
+        ship: a name of the library, a ship file or a ship.
+        nmea: address to listen at, such as ``udp://127.0.0.1:10110``.
+        to: further addresses to send to (udp).
+        anywhere: whether addresses beyond this machine are allowed.
+        framed: whether datagrams are those of IEC 61162-450.
+        only: sentences to send, such as ``HDT,ROT,RMC``.
+        place: initial ``LAT,LON`` [deg].
+        antenna: ``FORWARD,STARBOARD`` of midship [m].
+        rate: tick rate [Hz].
+        factor: ratio of simulated to real time.
+        duration: simulated time after which the run ends [s].
+        hold: time after which a silent commander loses command [s].
+        commander: ``HOST`` or ``HOST:PORT`` whose orders are obeyed; all unless given.
+        speed: initial speed [m/s].
+        heading: initial heading [deg].
+        other: other ships, each ``SHIP@NORTH,EAST,DEG``.
+        mmsi: of the transponder.
+        sensors: whether the sentences are those of the usual instruments with their errors.
+        seed: of instruments and gusts.
+        log: file for the sentences that are sent (.nmea).
+        out: trial file to record (.csv).
+        beside: program to run at the same time; ``{address}`` in it is the address.
+        simulator: whether the sentences are marked as those of a simulator.
+        note: takes the address and events.
+        printed: takes the standard output of the program beside the ship.
+        around: weather and depth, see `surroundings`.
+
+    Raises:
+        RequestError: a request that cannot be carried out.
+        SimulationError: the program beside the ship failed.
+    """
+    positive(rate=rate, duration=duration, hold=hold, speed=speed)
+    finite(heading=heading)
+    vessel = ship_of(ship)
+    start = (0.0, 0.0, heading * DEGREE, speed_of(vessel, speed), 0.0, 0.0)
+    offset = None if antenna is None else _pair("--antenna", antenna, "FORWARD,STARBOARD in metres")
+    weather = surroundings(vessel, seed, note, **around).weather
+    try:
+        address, *targets = (Address.parse(one, anywhere) for one in (nmea, *to))
+        loop = _loop(vessel, start, rate, factor, weather, other, seed, note,
+                     {OWN: usual(vessel, offset)} if sensors else None)  # fmt: skip
+        speech = Speech(_fittings(vessel, place, offset, mmsi, simulator), _rates(only), framed)
+        authority = Authority.of(tuple(commander))
+        wire = Wire(address, to=targets)
+    except (WireError, LoopError) as error:
+        raise RequestError(str(error)) from None
+    try:
+        on_wire = _on_wire(loop, wire, speech, hold, authority)
+        record = None if out is None else _recording(loop, out, speech.fittings, place is not None)
+        _hear_others(loop, on_wire)
+        with _writing(log) as on_wire.log:
+            note(f"{vessel.name} on {wire.address}, {loop.rate:g} Hz, time factor {factor:g}; Ctrl-C ends it")
+            _run(loop, duration or math.inf, beside, wire.address, note, printed)
+            _end(record)
+    finally:
+        wire.close()
+    return Steered(loop, on_wire, tuple(record.paths) if record else (), _failure(vessel, loop, record))
+
+
+def _loop(
+    ship: Ship, start: Start, rate: float, factor: float, weather: Weather, other: Sequence[str], seed: int,
+    note: Note, sensors: Mapping[str, Suite] | None,
+) -> Loop:  # fmt: skip
+    """A loop with the ship and the others in it."""
+    ticks = rate_of(ship, rate)
+    fleet = {OWN: plant_of(ship, ticks, weather, start, seed), **others_of(other, ticks, weather, seed)}
+    loop = Loop(fleet, ticks, factor, sensors=sensors)
+    keep_course(loop, (name for name in fleet if name != OWN), note)
+    return loop
+
+
+def _end(record: Recording | None) -> None:
+    """End a recording; why the last row was not written is in its failure."""
+    if record is not None:
+        with suppress(DataError):
+            record.close()
+
+
+def _failure(ship: Ship, loop: Loop, record: Recording | None) -> str | None:
+    if (failure := loop.vessels[OWN].failure) is not None:
+        return f"the simulation of {ship.name} failed: {failure}"
+    if record is not None and record.failure:
+        return f"the recording is not whole: {record.failure}"
+    return None
+
+
+def _on_wire(loop: Loop, wire: Wire, speech: Speech, hold: float, authority: Authority) -> OnWire:
+    try:
+        return OnWire(loop, OWN, wire, speech, hold=hold, authority=authority)
+    except WireError as error:
+        raise RequestError(f"--only: {error}") from None
+
+
+@contextmanager
+def _beside(command: str | None, address: Address, printed: Note) -> Generator[subprocess.Popen[bytes] | None]:
+    """Another program for as long as the ship runs; its standard output follows at the end."""
+    if command is None:
+        yield None
+        return
+    words = [word.replace("{address}", f"{address.host}:{address.port}") for word in shlex.split(command)]
+    if words and words[0] == "python":  # the one that runs here, whatever the path holds
+        words[0] = sys.executable
+    with tempfile.TemporaryFile() as output:
+        try:
+            process = subprocess.Popen(words, stdout=output)
+        except (OSError, IndexError) as error:
+            raise RequestError(f"--beside: '{command}' cannot be run: {error}") from None
+        try:
+            yield process
+        finally:
+            if process.poll() is None:
+                process.terminate()
+            process.wait()
+            output.seek(0)
+            printed(output.read().decode(errors="replace"))
+
+
+def _run(
+    loop: Loop, duration: float, command: str | None, address: Address, note: Note, printed: Note
+) -> None:  # fmt: skip
+    """Run the loop, with a note on each event; not longer than the program beside the ship runs.
+
+    Raises:
+        SimulationError: that program failed.
+    """
+    reported = 0
+
+    def report(loop: Loop) -> None:
+        nonlocal reported
+        counted = sum(loop.report.events.values())
+        for event in loop.events[-(counted - reported) :] if counted > reported else ():
+            note(f"{event.t:9.1f} s  {event.kind}: {event.text}")
+        reported = counted
+
+    loop.after(report)
+    with _beside(command, address, printed) as process:
+        if process is not None:
+            loop.after(lambda loop: loop.stop() if process.poll() is not None else None)
+        try:
+            loop.run(duration)
+        except KeyboardInterrupt:
+            obeyed()
+            note("ended")
+        failed = process is not None and process.poll()
+    if failed:
+        raise SimulationError(f"the program of --beside failed, exit status {failed}")
+
+
+def _hear_others(loop: Loop, on_wire: OnWire) -> None:
+    """Report the other ships by AIS."""
+    others = [name for name in loop.vessels if name != OWN]
+    if others and find_spec("pyais") is None:
+        raise RequestError("--other is heard by AIS, which needs the extra 'nmea': pip install 'seatrial[nmea]'")
+    if others:
+        Targets(loop, others, on_wire)
+
+
+def _fittings(
+    ship: Ship, place: str | None, antenna: tuple[float, float] | None, mmsi: int | None, simulator: bool
+) -> Fittings:
+    latitude, longitude = _pair("--place", place, "LAT,LON in degrees such as 35.1,139.7")
+    if mmsi is not None and not 200_000_000 <= mmsi <= 799_999_999:
+        raise RequestError(f"--mmsi is {mmsi}; that of a ship has nine digits, the first 2 to 7")
+    return Fittings(
+        Datum(latitude, longitude), round(time.time()), antenna or (0.0, 0.0), stern=-0.5 * ship.L_pp,
+        transducer=draught(ship), simulator=simulator, mmsi=mmsi or 0,
+    )  # fmt: skip
+
+
+def _pair(option: str, text: str | None, form: str) -> tuple[float, float]:
+    if text is None:
+        return 0.0, 0.0
+    first, second = numbers(option, text, form)
+    if not (math.isfinite(first) and math.isfinite(second)):
+        raise RequestError(f"{option} is '{text}'; write {form}")
+    return first, second
+
+
+def _rates(only: str | None) -> dict[str, float] | None:
+    if only is None:
+        return None
+    known = {**RATES, TRANSPONDER: TRANSPONDER_RATE}
+    names = [name.strip().upper() for name in only.split(",")]
+    for name in names:
+        if name not in known:
+            raise RequestError(f"--only: {unknown(name, known, 'sentence')}")
+    return {name: known[name] for name in names}
+
+
+@contextmanager
+def _writing(path: Path | None) -> Generator[BinaryIO | None]:
+    if path is None:
+        yield None
+        return
+    try:
+        file = path.open("xb")
+    except FileExistsError:
+        raise RequestError(f"--log: {path}: is there already; choose another name") from None
+    except OSError as error:
+        raise RequestError(f"--log: {path}: {error.strerror}") from None
+    try:
+        with file:
+            yield file
+    except RequestError:  # nothing was sent
+        path.unlink()
+        raise
+
+
+def _recording(loop: Loop, out: Path, fittings: Fittings, placed: bool) -> Recording:
+    datum = {"datum": {"latitude": fittings.datum.latitude, "longitude": fittings.datum.longitude}}
+    start = datetime.fromtimestamp(fittings.epoch, UTC).isoformat()
+    plant = loop.vessels[OWN].plant
+    record = Recording(plant, out, kind="by wire", meta={"start": start, **(datum if placed else {})})
+    loop.witness(OWN, record)
+    return record

@@ -1,0 +1,164 @@
+"""Workflows as a Python user calls them: values come back, nothing is printed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from seatrial.cli.app import main
+from seatrial.data.trialfile import read_trial, write_trial
+from seatrial.identify import Fit, Problem, Progress, StudyError
+from seatrial.identify.trajectory.shooting import Trajectory
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.report.report import Report
+from seatrial.ships.files import load
+from seatrial.simulate.run import approach, simulate
+from seatrial.study.study import Study
+from seatrial.workflow import RequestError, Silent, Sink, Table, reports
+from seatrial.workflow.check import check
+from seatrial.workflow.identify import identify
+from seatrial.workflow.validate import predict, validate
+
+STUDY = """schema = "seatrial-study/1"
+ship = "kvlcc2_l7"
+[data]
+root = "logs"
+train = ["port"]
+test = ["starboard"]
+[free]
+"hull.N_r" = { prior = 0.3 }
+[loss]
+sigma = { x = 9.0, y = 9.0, psi = 0.5, u = 0.1, v_m = 0.1, r = 0.1 }
+[estimator]
+type = "shooting:Trajectory"
+window = 30.0
+iterations = 3
+"""
+
+
+class Recording(Silent):
+    """A sink that keeps what it is given."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.rows: dict[str, list[float]] = {}
+        self.ended: list[str] = []
+
+    def note(self, line: str) -> None:
+        self.lines.append(line)
+
+    def fit(self, name: str, problem: Problem, restart: float | None, *, several: bool) -> Progress:
+        rows = self.rows.setdefault(name, [])
+        return lambda iteration, objective, validation: rows.append(objective)
+
+    def reporting(self, text: str) -> None:
+        self.ended.append(text)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    at = tmp_path_factory.mktemp("workflow")
+    (at / "logs").mkdir()
+    ship = load("kvlcc2_l7")
+    truth = ship.having({"hull.N_r": 1.2 * float(ship.model.hull.N_r)})
+    for name, side in (("port", -1.0), ("starboard", 1.0)):
+        run = simulate(truth, Zigzag(approach(truth)[1], 0.35, 0.35, side), duration=60.0, dt=0.1, every=5, name=name)
+        write_trial(run, at / "logs" / f"{name}.csv")
+    (at / "study.toml").write_text(STUDY)
+    return at / "study.toml"
+
+
+def test_identify_returns_fit_document_and_summary_and_prints_nothing(
+    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sink, out = Recording(), tmp_path / "run"
+    outcome = identify(study, out, sink=sink)
+    assert capsys.readouterr() == ("", "")
+    fit = outcome.result["study"]
+    truth = 1.2 * float(load("kvlcc2_l7").model.hull.N_r)
+    assert abs(fit.values[0] - truth) < 0.1 * abs(truth)  # it starts at a sixth off
+    assert outcome.document["standardised"] == json.loads((out / "report.json").read_text())["standardised"]
+    (table, *lines) = outcome.shown
+    assert isinstance(table, Table)
+    assert table.rows[0][0] == "hull.N_r"
+    assert str(lines[-1]).endswith(f"wrote {out}/model.toml, {out}/report.html")
+    assert sink.rows["study"][-1] == fit.objective
+    assert sink.ended == [fit.status]
+    assert {p.name for p in out.iterdir()} == {
+        "fit.json", "history.csv", "model.toml", "report.html", "report.json", "run.json"}  # fmt: skip
+
+    again = identify(study, out, sink=sink)
+    assert not again.result
+    assert again.document == outcome.document
+    assert any("done already" in line for line in sink.lines)
+
+    assert main(["identify", str(study), "-o", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(outcome.document))
+
+    (changed := study.with_name("changed.toml")).write_text(STUDY.replace("iterations = 3", "iterations = 2"))
+    with pytest.raises(StudyError, match="other settings"):
+        identify(changed, out)
+
+
+def test_validate_predict_and_check_return_values(
+    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = study.parent / "logs"
+    report = validate("kvlcc2_l7", [logs]).result
+    assert report.pooled["published"] < report.pooled["constant velocity"]
+    (first, second) = predict("kvlcc2_l7", [logs], tmp_path / "p", restart=20.0).result
+    assert read_trial(tmp_path / "p" / "port.csv")["psi"] == pytest.approx(first["psi"])
+    assert len(second) == len(read_trial(logs / "starboard.csv"))
+    found = check([logs])
+    assert set(found.result) == {"port", "starboard"}
+    assert found.document["counts"] == {
+        s: sum(f.severity == s for some in found.result.values() for f in some) for s in ("error", "warning", "info")
+    }
+    assert capsys.readouterr() == ("", "")
+
+
+def test_wrong_requests_are_refused_with_nothing_written(study: Path, tmp_path: Path) -> None:
+    with pytest.raises(RequestError, match="--quick"):
+        identify(study, tmp_path / "run", quick=True)
+    with pytest.raises(RequestError, match="html"):
+        validate("kvlcc2_l7", [study.parent / "logs"], out=tmp_path / "run.json")
+    with pytest.raises(RequestError, match="--against"):
+        check([study.parent / "logs"], out=tmp_path / "page.html")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RequestError, match="is a file"):
+        identify(study, tmp_path / "file")
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+@dataclass(frozen=True)
+class Halves:
+    """Details of an estimator that brings a page of its own."""
+
+    count: int
+
+
+@dataclass(frozen=True)
+class Halving(Trajectory):
+    """An estimator with details."""
+
+    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
+        return replace(super().fit(problem, progress=progress, checkpoint=checkpoint), details=Halves(2))
+
+
+def test_an_estimator_brings_its_own_report(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def write(
+        found: Halves, study: Study, fit: Fit, page: Path, provenance: Mapping[str, str], sink: Sink
+    ) -> None:  # fmt: skip
+        Report(f"{found.count} halves of {study.name}", (), fit, provenance=provenance).write(page)
+
+    reports.report.register(Halves, write)
+    monkeypatch.setattr("seatrial.study.study.find_class", lambda *_: Halving)
+    outcome = identify(study, tmp_path / "run")
+    assert outcome.result["study"].details == Halves(2)
+    assert "2 halves of study" in (tmp_path / "run" / "report.html").read_text()
