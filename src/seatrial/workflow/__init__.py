@@ -13,9 +13,10 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
-from ..identify import Problem, Progress
+if TYPE_CHECKING:
+    from ..identify import Problem, Progress
 
 __all__ = ["SILENT", "Document", "Outcome", "RequestError", "Shown", "Silent", "Sink", "Table", "figure"]
 
