@@ -157,8 +157,9 @@ Progress = Callable[[int, float, float], None]
 class Estimator(Protocol):
     """Anything that turns a problem into a fit; hyper-parameters live in its fields.
 
-    One that starts at measured states may have `starts_remedy`: the key of a study and what to write there, lest noise
-    pass for knowledge; ("", "") where it does not.
+    One that starts at measured initial states may have `starts_remedy`: the key of a study and what to write there so
+    that their noise is not taken for information; ("", "") otherwise.  One that makes several fits and reports each by
+    `watch.part` has `several = True`.
     """
 
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:

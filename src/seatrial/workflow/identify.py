@@ -8,7 +8,6 @@ from pathlib import Path
 
 from ..core.files import held_alone
 from ..identify import Fit, FitError, StudyError
-from ..identify.networks.training import NoTorchError
 from ..identify.posterior.verdicts import overruled
 from ..identify.resume import forget
 from ..identify.watch import start
@@ -88,7 +87,9 @@ def _fits(
                 sink.note(f"{number} of {len(jobs)}: {job.name}")
             try:
                 fits[job.name] = _fit(plan, job, sink)
-            except NoTorchError as error:
+            except StudyError as error:
+                if not (plan.partial and _lacks_torch(error)):
+                    raise
                 untrained.setdefault(str(error), []).append(job.name.rpartition(", ")[0])
             except FitError as error:
                 if not plan.partial:
@@ -102,6 +103,12 @@ def _fits(
     return fits, failed
 
 
+def _lacks_torch(error: StudyError) -> bool:
+    from ..identify.networks.training import NoTorchError
+
+    return isinstance(error, NoTorchError)
+
+
 def _fit(plan: Plan, job: Job, sink: Sink) -> Fit:
     """Fit one job and save it."""
     with ExitStack() as stack:
@@ -111,7 +118,7 @@ def _fit(plan: Plan, job: Job, sink: Sink) -> Fit:
         try:
             fit = job.estimator.fit(job.problem, progress=progress, checkpoint=job.where / CHECKPOINT)
         except StudyError as error:  # an estimator does not know the file
-            if plan.partial and isinstance(error, NoTorchError):
+            if plan.partial and _lacks_torch(error):
                 raise
             raise StudyError(str(error) if str(plan.path) in str(error) else f"{plan.path}: {error}") from None
     fit = overruled(fit, job.unidentified)

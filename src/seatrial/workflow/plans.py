@@ -10,7 +10,6 @@ from typing import Protocol
 
 from .. import __version__
 from ..identify import Estimator, Fit, Issue, Problem, StudyError
-from ..identify.tuning.fine_tuning import FineTuning
 from ..study.series import FULL, QUICK, Series, is_series, read_series
 from ..study.series_run import Cell, Row, asked, check, claimed, folder, left
 from ..study.store import SUMMARY, claim, load_fit_summary
@@ -51,7 +50,7 @@ class Job:
     @property
     def several(self) -> bool:
         """Whether its estimator makes several fits and reports each by itself."""
-        return isinstance(self.estimator, FineTuning)
+        return getattr(self.estimator, "several", False)
 
 
 class Plan(Protocol):

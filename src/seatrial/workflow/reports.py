@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import singledispatch
 from pathlib import Path
 
 from ..data import Trial
 from ..data.check import check
-from ..identify import Fit, Problem
+from ..identify import Fit
 from ..identify.shooting.nuisances import with_current
-from ..identify.tuning.fine_tuning import FineTuning
-from ..identify.tuning.tuned import Tuning
 from ..report.caveats import assumptions
 from ..report.report import Report
 from ..ships.files import load
 from ..study.store import MODEL
 from ..study.study import Study
 from ..validate.foresight import foreseen
-from ..validate.shooting_cases import Shot, shot
 from . import Sink
 from .comparing import compared, scales
 
@@ -28,10 +24,14 @@ Provenance = Mapping[str, str]
 
 def details(study: Study, fit: Fit, sink: Sink) -> object:
     """What the report is about beside the fit: a rival in several weathers, or what the estimator has found."""
-    if study.virtual is None or not study.rival:
-        return fit.details
-    sink.note(f"{fit.status}; the rival, and both in other weathers")
-    return shot(study, fit, study.virtual)
+    if study.virtual is not None and study.rival:
+        from .pages import rivals
+
+        sink.note(f"{fit.status}; the rival, and both in other weathers")
+        return rivals(study, fit, study.virtual)
+    if fit.details is not None:
+        from . import pages as pages  # registers those of the package
+    return fit.details
 
 
 @singledispatch
@@ -62,32 +62,6 @@ def report(found: object, study: Study, fit: Fit, page: Path, provenance: Proven
     ).write(page)  # fmt: skip
 
 
-@report.register
-def _(found: Tuning, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
-    """Of a fine-tuning: its ranges and methods, and what the data determine."""
-    from ..report.tuning import write
-
-    estimator = study.estimator
-    if not isinstance(estimator, FineTuning):
-        raise TypeError(f"{type(estimator).__name__} makes no Tuning")
-    sink.note("what the data determine: profiles, repetitions, bands")
-    write(
-        page, found, title=study.title or f"{study.problem.ship.name}: fine-tuning", method=estimator.method,
-        provenance={**provenance, "data": sources(study.problem.trials)},
-        sections=_identifiability(fit, study.problem, found.tests, estimator),
-    )  # fmt: skip
-
-
-@report.register
-def _(found: Shot, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
-    """Of a study with a rival on virtual trials: both beside the truth, in several weathers."""
-    from ..report.shooting import write
-
-    virtual = study.virtual
-    truth = {} if virtual is None else {"truth": f"{virtual.ship.name}, seed {virtual.seed}"}
-    write(page, found, provenance={**provenance, **truth})
-
-
 def judged_on(study: Study) -> Sequence[Trial]:
     """The trials kept back; those of training, where none was."""
     return (*study.problem.validation, *study.test) or study.problem.trials
@@ -100,21 +74,3 @@ def sources(trials: Iterable[Trial]) -> str:
 
 def _counted(parts: Mapping[str, Sequence[Trial]]) -> str:
     return ", ".join(f"{len(trials)} {what}" for what, trials in parts.items() if trials)
-
-
-def _identifiability(
-    fit: Fit, problem: Problem, tests: Sequence[Trial], estimator: FineTuning
-) -> list[tuple[str, str]]:  # fmt: skip
-    """Sections on the chosen fit: profiles, correlations, restarts, residuals, and bands on the test trials."""
-    from ..identify.posterior.ensemble import bands, ensemble
-    from ..identify.posterior.misfit import misfit
-    from ..identify.posterior.profile import profiles
-    from ..report.identifiability import sections
-    from ..validate.comparison import manoeuvre
-
-    settings, chosen = estimator.evolution(), replace(problem, free=fit.free)
-    group = ensemble(fit, chosen, settings)
-    return sections(
-        fit, profiles(fit, chosen, settings), group=group, left=misfit(fit, chosen, settings),
-        predicted=[bands(group, trial, manoeuvre(trial)) for trial in tests],
-    )  # fmt: skip

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from ...core.parameters import Free
 from ...data import Array, Trial
@@ -89,6 +89,7 @@ class FineTuning:
     agreement: float = 1e-4
     seed: int = 1
     threads: int | None = None
+    several: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         ratios: Any = self.ratios
