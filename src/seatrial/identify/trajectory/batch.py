@@ -2,7 +2,7 @@
 
 Each problem has its own parameter values, and may have its own held parameters and its own data; all share
 ship, controls and loss.  One kernel call integrates the trajectories of all of them with their exact
-derivatives; what differs is only which lanes belong to whom.
+derivatives; only the assignment of lanes to problems differs.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from .normals import Data, Ends, Normals
 
 # Damping of Marquardt's diagonal: start, least, and ratio after a good step; after bad ones the ratio doubles.
 _DAMPING, _LEAST, _DOWN, _UP = 1e-2, 1e-9, 0.2, 4.0
-# Most steps by which free starts come to suit given parameters.
+# Most steps to the best initial states for given parameters.
 _SETTLING = 8
-# A problem ends after so many steps in succession that no longer matter, or that fail.
+# A problem ends after this many successive steps that no longer matter, or that fail.
 _STILL, _FAILED = 2, 7
 
 
@@ -45,7 +45,7 @@ class Many:
         chunk: problems that are integrated together.
         packed: series of the windows, repeated for a chunk.
         low, high: bounds, shape (free,).
-        begun: which entries of the start of each window are estimated; none where it is taken as recorded.
+        begun: entries of the initial state of each window that are estimated; the others are as recorded.
     """
 
     problem: Problem
@@ -94,7 +94,7 @@ class Many:
         return Many.build(own, problem.trials, sigma, **arguments)
 
     def predicted(self, values: Array) -> Array:
-        """Windows as one ship sails them from their starts, shape (windows, rows, 6)."""
+        """Predictions of all windows by one set of values, shape (windows, rows, 6)."""
         cut = self.windows
         state0 = cut.state0.copy()
         if self.begun:
@@ -110,7 +110,7 @@ class Many:
         return self.settled(values, data).reduced()
 
     def settled(self, values: Array, data: Data | None) -> Normals:
-        """The same with the starts that suit `values`, not eliminated."""
+        """The same at the best initial states for `values`, not eliminated."""
         offset = np.zeros((len(values), self.windows.state0.shape[0], len(self.begun)))
         now = self.at(values, offset, data)
         for _ in range(_SETTLING if self.begun else 0):
@@ -123,7 +123,7 @@ class Many:
         return now
 
     def at(self, values: Array, offset: Array, data: Data | None) -> Normals:
-        """Objective and normal equations at `values` and at starts so far from the recorded ones."""
+        """Objective and normal equations at `values` and at these offsets of the initial states."""
         count, n = values.shape
         parts = [np.arange(a, min(a + self.chunk, count)) for a in range(0, count, self.chunk)]
 
@@ -182,9 +182,9 @@ class Many:
         Args:
             starts: shape (problems, free).
             data: what to fit to; None takes the trials.
-            held: what does not move, shape (problems, free).
+            held: parameters that do not move, shape (problems, free).
             tolerance: relative decrease that no longer matters.
-            each: called with all objectives and values after every iteration; they move on.
+            each: called with all objectives and values after every iteration; the arrays are reused.
         """
         values = np.clip(starts, self.low, self.high)
         moving = np.ones(values.shape, dtype=np.bool_) if held is None else ~held
@@ -217,6 +217,6 @@ class Many:
 
 
 def _chunk(lanes: int) -> int:
-    """Problems of so many windows that fill the kernel's blocks best, in no more than four blocks or one problem."""
+    """Number of problems of `lanes` windows that fills the kernel's blocks best, at most four blocks or one problem."""
     sizes = [k for k in range(1, LANES + 1) if k * lanes <= 4 * LANES] or [1]
     return min(sizes, key=lambda k: (-(-k * lanes // LANES) * LANES / (k * lanes), k))

@@ -1,4 +1,4 @@
-"""Normal equations of many problems at once, those of their estimated starts kept apart until they are eliminated."""
+"""Normal equations of many problems at once, with those of their initial states apart until they are eliminated."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .gauss_newton import Mask
 
 @dataclass(frozen=True)
 class Data:
-    """What each problem is fitted to, in place of the trials.
+    """Data that each problem is fitted to, in place of the trials.
 
     Attributes:
         state0: state at the start of each window, shape (problems, windows, states).
         measured: shape (problems, windows, rows, 6).
-        mean: in place of the priors' means, shape (problems, free).
+        mean: replaces the prior means, shape (problems, free).
     """
 
     state0: Array
@@ -41,7 +41,7 @@ class Normals:
         g: shape (problems, free).
         own, cross, slope: of the estimated starts: Hessian (problems, windows, starts, starts), mixed with the
             parameters (problems, windows, starts, free), gradient (problems, windows, starts).
-        offset: where the starts are, beyond the recorded ones, shape (problems, windows, starts).
+        offset: initial states less the recorded ones, shape (problems, windows, starts).
     """
 
     costs: Array
@@ -54,7 +54,7 @@ class Normals:
     offset: Array
 
     def updated(self, index: Any, other: Normals, which: Mask) -> None:
-        """Take over `other`, which stands for the problems `index`, where `which` says so."""
+        """Take over `other`, which belongs to the problems `index`, where `which` is set."""
         for mine, its in zip(self.parts, other.parts, strict=True):
             mine[index[which]] = its[which]
 
