@@ -53,7 +53,7 @@ REFUSED = {
     "beyond the thrust map": (
         lambda t: t.having(n_1=t["n_1"] + 5.0), "n_1 goes from 12.03 to 12.03 1/s, thrust was tested from 0 to 10 1/s"),
     "a column too many": (
-        lambda t: t.having(n_3=t["n_1"]), "commands thrusters by n_3 that qiuxin5 has not (it has 1, 2)"),
+        lambda t: t.having(n_3=t["n_1"]), "commands thrusters by n_3 that qiuxin5 lacks (it has 1, 2)"),
     "a column too few": (
         lambda t: replace(t, channels={k: v for k, v in t.channels.items() if k not in ("n_2", "n_2_cmd", "n_P")}),
         "no channel n_2"),

@@ -108,7 +108,7 @@ def warned(capsys) -> str:
 
 REFUSED = {
     # at 20 deg of rudder the flap is far from its limit
-    "unfelt": (("rudder.epsilon", "rudder.delta_f_max"), ("rudder.delta_f_max", "no training trial feels it")),
+    "unfelt": (("rudder.epsilon", "rudder.delta_f_max"), ("rudder.delta_f_max", "insensitive")),
     "beyond physics": (('"propeller.w_P0" = { ratio = 0.3 }', '"hull.R_0" = { ratio = 1.5 }'), ("hull.R_0", "[0, 1]")),
     "beyond physics, absolute": (
         ('"propeller.w_P0" = { ratio = 0.3 }', '"hull.R_0" = { low = -0.1, high = 0.1 }'), ("hull.R_0", "[0, 1]")

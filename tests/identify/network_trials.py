@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -22,7 +23,7 @@ TRUTH = load("esso_osaka_3m")
 @cache
 def virtual(seed: int, duration: float = 60.0) -> Trial:
     """A random run in a wind that depends on the seed."""
-    wind = Uniform(U_T=1.0, gamma_T=0.7 * seed)
+    wind = Uniform(U_T=1.0, gamma_T=math.fmod(0.7 * seed, 2.0 * math.pi))
     policy = HumanRandom(n_P=10.0, delta=0.6, seed=seed)
     return simulate(
         TRUTH, policy, speed=0.3, duration=duration, dt=0.1, method="euler", environment=wind, name=f"random {seed}"

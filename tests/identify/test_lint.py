@@ -72,13 +72,13 @@ def test_errors(problem: Problem, case: str) -> None:
 def test_a_sound_problem_has_no_errors(problem: Problem) -> None:
     issues = lint(problem)
     assert [issue for issue in issues if issue.severity == "error"] == []
-    assert any("kept back" in issue.text for issue in issues)
+    assert any((issue.severity, issue.where) == ("warning", "validation") for issue in issues)
 
 
 def test_white_noise_and_measured_starts_make_sigma_too_small(problem: Problem) -> None:
     sure = replace(problem, loss=Loss(correlation=0.0))
-    assert any("sigma comes out too small" in i.text and i.severity == "warning" for i in lint(sure))
-    assert not any("too small" in i.text for i in lint(problem))
+    assert any((i.severity, i.where) == ("warning", "nuisance.initial") for i in lint(sure))
+    assert not any(i.where == "nuisance.initial" for i in lint(problem))
 
 
 def test_test_trials_that_overlap_are_refused(problem: Problem) -> None:
@@ -102,15 +102,15 @@ def test_fewer_samples_than_parameters_is_a_warning(problem: Problem) -> None:
     assert "25 complete samples for 26 free parameters" in found[0].text
 
 
-def test_parameters_that_no_trial_feels_are_named(problem: Problem) -> None:
+def test_parameters_to_which_the_data_are_insensitive_are_named(problem: Problem) -> None:
     straight = simulate(problem.ship, Straight(approach(problem.ship)[1]), duration=60, dt=0.1, name="straight")
     paths = ("hull.R_0", "hull.N_v")
     loss = Loss({"psi": 0.03, "u": 0.02, "v_m": 0.01, "r": 0.003})
     boxed = replace(problem, trials=(straight,), free=near(problem.ship.model, *paths, ratio=0.3), loss=loss)
-    found = [i for i in lint(boxed) if "feels" in i.text]
+    found = [i for i in lint(boxed) if i.where in paths]
     assert [(i.severity, i.where) for i in found] == [("error", "hull.N_v")]
     softly = replace(boxed, free=tuple(replace(f, prior=f.start, sigma=0.1) for f in boxed.free))
-    found = [i for i in lint(softly) if "feels" in i.text]
+    found = [i for i in lint(softly) if i.where in paths]
     assert [(i.severity, i.where) for i in found] == [("warning", "hull.N_v")]
 
 
@@ -138,7 +138,7 @@ def test_commands_beyond_the_thrust_map_are_refused_unless_asked(tug: Problem) -
     (trial,) = tug.trials
     fast = replace(tug, trials=(trial.having(n_1=trial["n_1"] + 5.0),))
     assert "a: n_1 goes from 12.03 to 12.03 1/s, thrust was tested from 0 to 10 1/s" in _said(fast, "error")
-    assert "extrapolated, as asked" in _said(replace(fast, extrapolate=True), "warning")
+    assert "extrapolated" in _said(replace(fast, extrapolate=True), "warning")
     assert "thrust was tested" not in _said(replace(fast, extrapolate=True), "error")
     back = replace(tug, trials=(trial.having(n_2=-trial["n_2"]),))
     assert "n_2 goes from -7.03" in _said(back, "error")
@@ -149,7 +149,7 @@ def test_commands_beyond_the_thrust_map_are_refused_unless_asked(tug: Problem) -
 def test_more_columns_than_thrusters(tug: Problem) -> None:
     (trial,) = tug.trials
     spare = replace(tug, trials=(trial.having(n_3=trial["n_1"], alpha_3=trial["alpha_1"]),))
-    assert "commands thrusters by n_3, alpha_3 that qiuxin5 has not (it has 1, 2)" in _said(spare, "error")
+    assert "commands thrusters by n_3, alpha_3 that qiuxin5 lacks (it has 1, 2)" in _said(spare, "error")
     still = replace(tug, trials=(trial.having(n_3=0 * trial["n_1"]),))
     assert _said(still, "error") == ""
 

@@ -73,6 +73,6 @@ def test_what_no_data_of_a_kind_tell_is_not_identified_however_small_sigma_is():
     assert {name: v.status for name, v in found.items()} == {
         "hull.Y_v": "not identified", "hull.N_r": "identified", "propeller.D_P": "not identified",
     }  # fmt: skip
-    assert found["hull.Y_v"].text == "well; all the same: the antenna"
+    assert found["hull.Y_v"].text == "well; nevertheless: the antenna"
     assert found["propeller.D_P"].text == "held, not fitted: a scale"
     assert overruled(fit, {}).verdicts == fit.verdicts

@@ -119,7 +119,7 @@ def test_the_numbers(tuning, tmp_path):
     "words",
     [
         "a_r = 0.4 is chosen", "8 independent ones for 2", "1 of 2 combinations", "rudder.epsilon",
-        "no better than untuned: D-10 <b> at 0.2", "overfitting", "what is left of x is 5 m RMS",
+        "no better than untuned: D-10 <b> at 0.2", "overfitting", "x is 5 m RMS",
         "it is the chosen one",
     ],
 )  # fmt: skip

@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -30,22 +30,22 @@ _FATAL = ("sign", "axes", "unit", "scale", "step", "short")
 _LENGTH = 0.02
 
 
-# Where the noise of measured starts is dealt with, and how, where the estimator does not say.
+# Key and remedy for the noise of measured initial states, for an estimator that names none.
 _DEVIATIONS = ("nuisance.initial", "give its deviations")
-# Length and stride of the predictions by which a parameter is felt [s].
+# Length and stride of the predictions by which sensitivity is checked [s].
 _WINDOW, _EVERY = 100.0, 1.0
 
 
 def lint(
     problem: Problem, test: Sequence[Trial] = (), estimator: Estimator | None = None, *, felt: bool = True
 ) -> tuple[Issue, ...]:
-    """All that forbids a run or should be known before it, errors first.
+    """Findings that forbid a run or should be known before it, errors first.
 
     Args:
-        problem: what is to be fitted to what.
-        test: trials that nothing but the report will see.
-        estimator: who is to fit it; None says what holds for `shooting:Trajectory`.
-        felt: whether to predict the trials, to see that each parameter moves some prediction.
+        problem: the problem.
+        test: trials that only the report uses.
+        estimator: the estimator that will fit it; None assumes `shooting:Trajectory`.
+        felt: whether to predict the trials, to check that each parameter changes some prediction.
     """
     found = [*_free(problem), *_scales(problem), *_starts(problem, estimator), *mass(problem)]
     found += [*_trials(problem, test), *_sets(problem, test)]
@@ -55,7 +55,7 @@ def lint(
 
 
 def lines(issues: Iterable[Issue]) -> tuple[str, ...]:
-    """Warnings and errors as lines, in their order; what holds of many trials alike is said once, with how many."""
+    """Warnings and errors as lines, in order; a finding that several trials share is listed once, with their number."""
     places: dict[tuple[str, str], dict[str, None]] = {}
     for issue in issues:
         places.setdefault((issue.severity, issue.text), {})[issue.where] = None
@@ -74,29 +74,25 @@ def raise_on_errors(issues: Iterable[Issue]) -> None:
         raise StudyError(f"{errors[0].where}: {errors[0].text}{more}")
 
 
-_P = ParamSpec("_P")
-_E = TypeVar("_E")
+_F = TypeVar("_F", bound=Callable[..., Fit])
 
 
-def linted(
-    fit: Callable[Concatenate[_E, Problem, _P], Fit],
-) -> Callable[Concatenate[_E, Problem, _P], Fit]:
+def linted(fit: _F) -> _F:
     """The `fit` of an estimator that raises a StudyError on the first error of `lint` before it begins.
 
-    A problem is looked at once: what an estimator derives from it, for a stage, a fold or a start, is not looked at
-    again. Whether any trial feels a parameter is left to `lint` itself and to the verdict of the fit: it takes a
-    compilation.
+    A problem is checked once: those that an estimator derives from it, for a stage, a fold or a start, are not
+    checked again.  Whether the trials are sensitive to each parameter is left to `lint` itself and to the verdict of
+    the fit: it takes a compilation.
     """
 
     @functools.wraps(fit)
-    def checked(self: _E, problem: Problem, *args: _P.args, **options: _P.kwargs) -> Fit:
+    def checked(self: Any, problem: Problem, *args: Any, **options: Any) -> Fit:
         if not problem.linted:
-            given: Any = self
-            raise_on_errors(lint(problem, estimator=given, felt=False))
+            raise_on_errors(lint(problem, estimator=self, felt=False))
             problem = replace(problem, linted=True)
         return fit(self, problem, *args, **options)
 
-    return checked
+    return cast(_F, checked)
 
 
 def _free(problem: Problem) -> Iterator[Issue]:
@@ -114,7 +110,7 @@ def _free(problem: Problem) -> Iterator[Issue]:
         meaning = known.get(free.path)
         if meaning and not meaning.low <= free.start <= meaning.high:
             reach = f"[{meaning.low:g}, {meaning.high:g}]"
-            yield Issue("error", free.path, f"starts at {free.start:g}, outside of what it can be, {reach}")
+            yield Issue("error", free.path, f"starts at {free.start:g}, outside its physical range {reach}")
 
 
 def _scales(problem: Problem) -> Iterator[Issue]:
@@ -134,12 +130,12 @@ def _scales(problem: Problem) -> Iterator[Issue]:
 
 
 def _starts(problem: Problem, estimator: Estimator | None) -> Iterator[Issue]:
-    """Starts that are taken as measured, with what the estimator has against their noise (its `starts_remedy`)."""
+    """Initial states that are taken as measured, with the estimator's remedy for their noise (`starts_remedy`)."""
     where, remedy = _DEVIATIONS if estimator is None else getattr(estimator, "starts_remedy", ("", ""))
     if remedy and problem.loss.correlation == 0 and not problem.nuisance.initial:
         yield Issue(
             "warning", where, "every sample counts as independent while windows start at measured states: "
-            f"the noise of a start then passes for knowledge, and sigma comes out too small; {remedy}",
+            f"the noise of initial states counts as information, and sigma is too small; {remedy}",
         )  # fmt: skip
 
 
@@ -170,7 +166,7 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
         yield Issue("warning", trial.name, f"is of ship '{name}', the study is of '{ship.name}'")
     windy = ship.model.feels_wind
     if windy and no_wind(trial, ship.model):
-        yield Issue("warning", trial.name, "has no wind (U_T, gamma_T), which the model could use; taken as still air")
+        yield Issue("warning", trial.name, "has no wind (U_T, gamma_T), which the model uses; still air is assumed")
     if told := wind_words(trial, windy):
         yield Issue("warning", trial.name, told)
     part = trial.rows(predicted(trial))
@@ -200,11 +196,11 @@ def _sets(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
                 remedy = finding.remedy.replace("test", later).replace("training", earlier)
                 yield Issue("error", finding.where, f"{what} ({finding.evidence}); {remedy}")
     if not (problem.validation or test):
-        yield Issue("warning", "validation", "no trial is kept back; the fit says nothing about unseen manoeuvres")
+        yield Issue("warning", "validation", "no trial is held out; nothing is known of unseen manoeuvres")
 
 
 def _felt(problem: Problem) -> Iterator[Issue]:
-    """Parameters whose change moves no prediction of the training trials, at the start of the search."""
+    """Parameters to which no prediction of the training trials is sensitive at the start of the search."""
     if isinstance(problem.ship.model, Sampled):
         return
     dt = step_of(problem.trials)
@@ -220,13 +216,14 @@ def _felt(problem: Problem) -> Iterator[Issue]:
     with np.errstate(over="ignore", invalid="ignore"):
         normal = objective.normal(bare.vector.start, np.zeros(0))
     if not np.isfinite(normal.H).all():
-        return  # the model blows up there, which the estimator tells by trial and state
+        return  # the model blows up there, which the estimator reports by trial and state
     for free, felt in zip(bare.free, np.diag(normal.H) - bare.vector.precision, strict=True):
         if not felt > 1e-12 * free.scale**-2.0:
-            alone = "only its prior would decide" if np.isfinite(free.sigma) else "nothing would decide"
+            alone = "would be its prior" if np.isfinite(free.sigma) else "would be arbitrary"
             yield Issue(
                 "warning" if np.isfinite(free.sigma) else "error", free.path,
-                f"no training trial feels it at {free.start:g}: {alone}; leave it out of [free], or add a manoeuvre",
+                f"the data are insensitive to it at {free.start:g}; the result {alone}; leave it out of [free], "
+                "or add a manoeuvre",
             )  # fmt: skip
 
 
@@ -237,9 +234,9 @@ _UNEVEN = 0.02
 
 
 def mass(problem: Problem) -> Iterator[Issue]:
-    """What is doubtful about the mass matrix that the fit begins with; accepted, as fitted ones often are so."""
+    """Doubts about the mass matrix at the start; warnings only, because fitted ones often share them."""
     for text in problem.ship.model.mass_doubts(float(problem.ship.L_pp)):
-        yield Issue("warning", "inertia", f"{text}; the fit begins there all the same")
+        yield Issue("warning", "inertia", f"{text}; the fit starts there anyway")
 
 
 def tested(ship: Ship) -> dict[str, tuple[float, float]]:
@@ -267,23 +264,23 @@ def untested(ship: Ship, trial: Trial) -> Iterator[str]:
 
 
 def commands(problem: Problem, trial: Trial) -> Iterator[Issue]:
-    """Commands that the thrust map was not made for, and commands of thrusters that the ship has not."""
+    """Commands beyond the thrust map, and commands of thrusters that the ship lacks."""
     ship = problem.ship
     for what in untested(ship, trial):
         if problem.extrapolate:
-            yield Issue("warning", trial.name, f"{what}; extrapolated, as asked")
+            yield Issue("warning", trial.name, f"{what}; extrapolated, as the problem allows")
         else:
-            yield Issue("error", trial.name, f"{what}; test further, leave these rows out, or ask for it: "
+            yield Issue("error", trial.name, f"{what}; test further, leave these rows out, or set "
                         "extrapolate = true in [data]")  # fmt: skip
     spare = [name for name in _thrusting(ship, trial) if np.nanmax(np.abs(trial[name]), initial=0.0) > 0]
     if spare:
         names = ", ".join(ship.model.thrusters_by_name)
-        yield Issue("error", trial.name, f"commands thrusters by {', '.join(spare)} that {ship.name} has not (it has "
+        yield Issue("error", trial.name, f"commands thrusters by {', '.join(spare)} that {ship.name} lacks (it has "
                     f"{names}); add them to the ship, rename the columns, or take them out")  # fmt: skip
 
 
 def _thrusting(ship: Ship, trial: Trial) -> list[str]:
-    """Channels named like controls of thrusters that the ship has not."""
+    """Channels named like controls of thrusters that the ship lacks."""
     own = [f"{prefix}_{name}" for name, part in ship.model.thrusters_by_name.items() for prefix in part.prefixes]
     stems = {control.partition("_")[0] for control in own}
     return [
@@ -294,7 +291,7 @@ def _thrusting(ship: Ship, trial: Trial) -> list[str]:
 
 
 def sampling(trial: Trial) -> Iterator[Issue]:
-    """Steps that differ: the fit interpolates."""
+    """Uneven steps, where the fit interpolates."""
     steps = np.diff(trial.t)
     off = np.abs(steps - trial.dt) > _UNEVEN * trial.dt
     if off.any():

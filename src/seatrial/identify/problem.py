@@ -20,14 +20,14 @@ from .vector import Vector
 
 @dataclass(frozen=True)
 class Loss:
-    """What a fit holds against a prediction.
+    """How predictions are compared with measurements.
 
     Attributes:
         sigma: scale of each compared channel by name, SI units; the residual is divided by it.
-            Empty takes the standard deviation over the training trials.
-        correlation: time over which the errors of a prediction are alike [s]; it says how many
+            Empty: the standard deviation over the training trials.
+        correlation: correlation time of the errors of a prediction [s]; it determines how many
             samples count as independent against the prior.  0 counts every sample.
-        weights: how much the trials whose names fit a shell-style pattern count (the first that fits); others count 1.
+        weights: weight of the trials whose names match a shell-style pattern (the first match); others weigh 1.
     """
 
     sigma: Mapping[str, float] = field(default_factory=dict[str, float])
@@ -35,17 +35,17 @@ class Loss:
     weights: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def weight(self, name: str) -> float:
-        """How much the trial of this name counts."""
+        """Weight of the trial of this name."""
         return next((w for pattern, w in self.weights.items() if fnmatchcase(name, pattern)), 1.0)
 
 
 @dataclass(frozen=True)
 class Nuisance:
-    """What differs from window to window or from trial to trial and is estimated along.
+    """Nuisance parameters: quantities of each window or trial that are estimated along with the parameters.
 
     Attributes:
         initial: standard deviation of the initial state's offset by channel; empty: as measured.  Infinite: free,
-            the first reading counting as any other.
+            and the first reading counts as any other.
         current: standard deviation of a constant current per trial, each component [m/s]; 0: none.
         bias: standard deviation of a constant sensor bias per trial by channel; empty: none.
     """
@@ -57,10 +57,17 @@ class Nuisance:
 
 @dataclass(frozen=True)
 class Problem:
-    """Which parameters of which ship are to explain which trials; `validation` is only watched.
+    """The parameters of a ship to be estimated from trials.
 
-    `extrapolate` lets commands leave the tested range of a thrust map, which `lint` refuses otherwise; `linted` says
-    that `lint` found no error in it or in what it was derived from, and is the estimators' own.
+    Attributes:
+        ship: the ship, with the parameters that the search starts from.
+        trials: training trials.
+        free: the parameters to estimate.
+        loss: how predictions are compared with measurements.
+        nuisance: what else is estimated.
+        validation: trials on which the fit is evaluated as it runs; they decide nothing.
+        extrapolate: whether commands may leave the tested range of a thrust map, which `lint` refuses otherwise.
+        linted: whether `lint` found no error in this problem or in the one it was derived from; set by estimators.
     """
 
     ship: Ship
@@ -89,13 +96,13 @@ class Issue:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the data say about one parameter or one combination of parameters.
+    """What the data determine about one parameter or one combination of parameters.
 
     Attributes:
         subject: path of the parameter, or the combination in words.
-        status: "identified", "weak" (the prior speaks as loud as the data), "not identified",
+        status: "identified", "weak" (the prior weighs about as much as the data), "not identified",
             or "at bound".
-        text: the same in plain words, with the manoeuvre that would help where data are missing.
+        text: the finding in words, with the manoeuvre that would help where data are missing.
     """
 
     subject: str
@@ -112,17 +119,18 @@ class Fit:
         free: the parameters as they were declared (start, bounds, prior).
         values, sigma: estimate and posterior standard deviation, in the order of `free`.
         covariance: posterior covariance, shape (free, free).
-        shrinkage: per parameter, 1 - posterior variance / prior variance: what the data added.  Without prior an even
-            spread over the bounds is one; without bounds, size^2 is, of the larger of start and estimate.
+        shrinkage: per parameter, 1 - posterior variance / prior variance: what the data added.  Without a prior it is
+            the variance of a uniform density over the bounds; without bounds, the square of the larger of start and
+            estimate.
         at_bound: paths that ended on a bound.
-        verdicts: plain words, see `Verdict`.
+        verdicts: see `Verdict`.
         history: rows (iteration, objective, validation or NaN, seconds).
         objective: final value of the loss, prior included.
-        seconds, evaluations: what it cost.
-        status: why it stopped, in words.
+        seconds, evaluations: wall time [s] and number of evaluations of the objective.
+        status: reason why the search stopped.
         digest: fingerprint of the problem.
         ends: where each run of the search ended, shape (runs, 1 + free): objective and values.
-        nuisances: estimated along, by trial and name: current_x, current_y (north, east) [m/s], bias_CHANNEL.
+        nuisances: nuisance parameters by trial and name: current_x, current_y (north, east) [m/s], bias_CHANNEL.
         details: what else the estimator has found, for sections of its own in the report; None where nothing.
     """
 
@@ -151,17 +159,17 @@ class Fit:
 
 
 Progress = Callable[[int, float, float], None]
-"""Called with (iteration, objective, validation or NaN) as a fit goes on."""
+"""Called with (iteration, objective, validation or NaN) after each iteration of a fit."""
 
 
 class Estimator(Protocol):
     """Anything that turns a problem into a fit; hyper-parameters live in its fields.
 
-    One that starts at measured initial states may have `starts_remedy`: the key of a study and what to write there so
-    that their noise is not taken for information; ("", "") otherwise.  One that makes several fits and reports each by
-    `watch.part` has `several = True`.
+    An estimator that starts predictions at measured states may have `starts_remedy`: the key of a study and what to
+    write there, so that the noise of initial states does not count as information; ("", "") where there is none.  One that
+    makes several fits and reports each by `watch.part` has `several = True`.
     """
 
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
-        """Estimate the free parameters; a run killed with a `checkpoint` file goes on from it."""
+        """Estimate the free parameters; a killed run resumes from its `checkpoint` file."""
         ...

@@ -263,8 +263,8 @@ def windows(
     """Every trial cut into windows of `window` seconds, the last one shorter; one follows the other.
 
     From row to row, `dt` [s] apart, the integrator takes `substeps` equal steps (`approach.substeps`), with
-    what acts held.  With a `stride` [s] a window begins every so many seconds, so that windows overlap where
-    it is shorter.
+    inputs held constant.  With a `stride` [s] a window begins every `stride` seconds, so that windows overlap
+    if it is shorter.
     A window starts at a complete row; rows with gaps inside it weigh nothing.
 
     Raises:

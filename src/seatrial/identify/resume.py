@@ -1,4 +1,4 @@
-"""Where a fit stands, on disk: written whole every so often, read back after a kill."""
+"""Checkpoint of a fit: written whole at intervals, read back after a kill."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..core.errors import ResumeError as ResumeError
 from ..core.files import packed, set_aside, write_whole
 from .trajectory.gauss_newton import State
 
-# A kill loses no more than this [s]; quick iterations do not wait for the disk.
+# A kill loses at most this time [s]; fast iterations do not wait for the disk.
 _PAUSE = 0.2
 
 
@@ -43,13 +43,13 @@ def kept_arrays(path: Path | None, needed: Iterable[str]) -> dict[str, Any] | No
 
 
 def begin_anew(path: Path) -> None:
-    """Set a damaged checkpoint aside, and warn that the fit begins anew."""
+    """Set a damaged checkpoint aside, and warn that the fit starts from the beginning."""
     aside = set_aside(path)
-    warnings.warn(f"{path}: is damaged; set aside as {aside.name}, and the fit begins anew", stacklevel=2)
+    warnings.warn(f"{path}: is damaged; set aside as {aside.name}, and the fit starts from the beginning", stacklevel=2)
 
 
 def forget(checkpoint: Path) -> None:
-    """Remove a checkpoint, and what stands beside it under its stem: the fit is saved."""
+    """Remove a checkpoint and the files beside it with its stem, once the fit is saved."""
     for file in checkpoint.parent.glob(f"{checkpoint.stem}.*"):
         file.unlink(missing_ok=True)
 
@@ -64,7 +64,7 @@ class Resume:
         began: start of the clock, seconds already spent included.
         states: last state of each start.
         history: rows (iteration, objective, validation, seconds).
-        current, written: the start at work; when the file was last written [s].
+        current, written: number of the running start; when the file was last written [s].
     """
 
     path: Path | None
@@ -77,7 +77,7 @@ class Resume:
 
     @staticmethod
     def open(path: Path | None, digest: str, began: float) -> Resume:
-        """Read `path` where it holds this problem; start afresh where there is none.
+        """Read `path` if it holds this problem; an empty record if there is no file.
 
         Raises:
             ResumeError: the file belongs to another problem.
@@ -106,7 +106,7 @@ class Resume:
         return Resume(path, digest, began - spent, states, history)  # type: ignore[arg-type]
 
     def state(self, start: int) -> State | None:
-        """Where start number `start` stands; None where it has not begun."""
+        """State of start number `start`; None if it has not begun."""
         self.current = start
         return self.states.get(start)
 

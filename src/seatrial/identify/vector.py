@@ -105,8 +105,8 @@ class Vector:
         """Values that the parameters have in `model`."""
         return np.array([float(read(model, path)) for path in self.paths])
 
-    def model(self, model: Any, values: Sequence[Scalar] | Array) -> Any:
-        """`model` with these values, which may be CasADi symbols."""
+    def model(self, model: Any, values: Scalar) -> Any:
+        """`model` with these values, an array or a vector of CasADi symbols."""
         return update(model, {path: values[k] for k, path in enumerate(self.paths)})
 
     def ship(self, ship: Ship, values: Array) -> Ship:

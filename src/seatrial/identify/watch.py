@@ -1,4 +1,4 @@
-"""Progress for those who also want to see the ship as a search has her."""
+"""Progress of a fit for a live page: rows, the best ship so far, and stages."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from . import Problem, Progress
 from .vector import Vector
 
 MakeShip = Callable[[], Ship]
-"""Makes the ship when it is asked; from any thread."""
+"""Makes the ship on request, from any thread."""
 
 
 class Watcher(Protocol):
-    """A `Progress` that is also told the best ship so far; both return at once."""
+    """A `Progress` that also receives the best ship so far; both methods return at once."""
 
     def __call__(self, iteration: int, objective: float, validation: float) -> None:
-        """The search goes on."""
+        """Take the row of one iteration."""
         ...
 
     def at(self, ship: MakeShip) -> None:
-        """Called just before `__call__`."""
+        """Take the best ship; called just before `__call__`."""
         ...
 
 
 def tell(progress: Progress | None, row: tuple[int, float, float], ship: MakeShip) -> None:
-    """Tell `progress`, if any, of (iteration, objective, validation or NaN), and of the ship if it is a `Watcher`."""
+    """Report (iteration, objective, validation or NaN) to `progress`, if any, and the ship to a `Watcher`."""
     if progress is None:
         return
     at = getattr(progress, "at", None)
@@ -40,9 +40,9 @@ def tell(progress: Progress | None, row: tuple[int, float, float], ship: MakeShi
 
 
 def stage(progress: Progress | None, text: str) -> None:
-    """Say what goes on before there is a row, to the first who has a method `stage`.
+    """Report what a fit does before its first row, to the first object that has a method `stage`.
 
-    Asked are `progress` and whom it passes its rows on to, its `beside`.
+    Searched are `progress` and the object that it passes its rows on to, its `beside`.
     """
     asked: Any = progress
     while asked is not None:
@@ -54,24 +54,24 @@ def stage(progress: Progress | None, text: str) -> None:
 
 
 def start(progress: Progress | None, ship: Ship) -> None:
-    """Show a `Watcher` the ship that a search begins with, where it is long until the first row."""
+    """Show a `Watcher` the ship at the start of a search whose first row takes long."""
     at: Callable[[MakeShip], None] | None = getattr(progress, "at", None)
     if at is not None:
         at(lambda: ship)
 
 
 def with_values(ship: Ship, free: Sequence[Free], values: Array) -> MakeShip:
-    """The ship with these values of the free parameters, as they are now; they may move on."""
+    """Makes the ship with a copy of these values of the free parameters."""
     kept = np.array(values)
     return lambda: Vector.of(free).ship(ship, kept)
 
 
 def part(told: Any, name: str, problem: Problem, otherwise: Progress | None) -> Progress | None:
-    """Who is told of one fit of several.
+    """The receiver of the progress of one fit of several.
 
     Args:
-        told: who is told of all of them; who wants each by itself has a method `part` of name and problem.
-        otherwise: who is told where `told` has none.
+        told: receiver of all of them; one with a method `part` makes a receiver from the name and problem of each.
+        otherwise: the receiver if `told` has no such method.
     """
     make: Callable[[str, Problem], Progress] | None = getattr(told, "part", None)
     return otherwise if make is None else make(name, problem)

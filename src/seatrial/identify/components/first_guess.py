@@ -26,7 +26,7 @@ CLARKE = (4.0, 9.0)
 
 _DRAG = 1.0
 _USUAL = 0.3
-"""Relative uncertainty where two formulas do not tell one."""
+"""Relative uncertainty where two formulas do not give one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,7 +169,7 @@ def fossen_ship(
 ) -> Ship:  # fmt: skip
     """A ship ready for a study: matrices of a first guess, measured thrust maps and servos.
 
-    What the particulars do not tell is zero; all 22 numbers are there to be freed.
+    Parameters that the particulars do not determine are zero; all 22 can be freed.
 
     Args:
         name: of the ship.

@@ -4,7 +4,7 @@ Least squares on the exact model of `actuators`: a rate that is clipped to what 
 dead time, run freely through the whole log from a first angle that is estimated, one for each log: started
 from its noisy reading, the whole first ramp would be late or early by that noise, which looks like a lag.
 You 2023 Eq. 9, whose epsilon is 0, is the rate alone.  Lag and dead time are kept where the Bayesian
-information criterion and an F-test both ask for them; what a log cannot tell is left at zero.
+information criterion and an F-test both ask for them; what a log cannot determine is left at zero.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ class _Found:
 
     @property
     def told(self) -> float:
-        """Readings that tell as much as these would if their noise were white."""
+        """Equivalent number of readings with white noise."""
         alike = _alike(self.errors)
         return self.errors.size * (1 - alike) / (1 + alike)
 

@@ -1,12 +1,11 @@
 """Thrust by revolutions, per thruster, from bollard-pull data: the polynomial of `forces.azimuth.Azimuth`.
 
-Which terms are kept is decided by cross-validation: all rows of one level of revolutions are left out
-at a time, except the greatest, since to predict that one is to extrapolate, which a map refuses.  Every
-set leaves a level to spare when one is left out, so that an error is never that of an exact interpolation.
-Of the sets whose error is not significantly above the least, the one with fewest terms is taken; a
-polynomial that falls anywhere within the tested range, or pushes against n there, is none of them.
-
-Least squares of a polynomial in the revolutions, and what levels that were left out say of its uncertainty.
+Terms are selected by cross-validation: all rows of one level of revolutions are left out at a time, except
+the greatest, because predicting that one is extrapolation, which a map refuses.  Every set leaves a level to
+spare when one is left out, so that an error is never that of an exact interpolation.  Of the sets whose error
+is not significantly above the least, the one with fewest terms is taken; a polynomial that falls anywhere
+within the tested range, or pushes against n there, is excluded.  The errors at the levels left out also give
+the uncertainty of the polynomial.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ _NOISE, _RIPPLE = 0.02, 1e-3
 _AT_REST = 0.02
 # Levels of revolutions that a set of terms leaves to spare, so that one is left when another is left out.
 _SPARE = 2
-# Levels of revolutions from which on the table itself tells its noise.
+# Fewest levels of revolutions from which the noise of a table can be estimated.
 _MANY = 16
 
 
@@ -276,7 +275,7 @@ def least_squares(n: Array, thrust: Array, powers: Sequence[int]) -> tuple[Array
     scale = top ** np.array(powers, dtype=np.float64)
     A = design(n / top, powers)
     c, *_ = np.linalg.lstsq(A, thrust, rcond=None)
-    # Without an offset a row at rest is met by any coefficients: it tells nothing of the noise.
+    # Without an offset a row at rest is met by any coefficients: it carries no information about the noise.
     rows = n.size if 0 in powers else int((n != 0).sum())
     spare = max(rows - len(powers), 1)
     noise = float(((thrust - A @ c) ** 2).sum()) / spare
@@ -286,7 +285,7 @@ def least_squares(n: Array, thrust: Array, powers: Sequence[int]) -> tuple[Array
 
 
 def inflation(n: Array, thrust: Array, powers: tuple[int, ...]) -> float:
-    """What the scatter about the map understates: few rows to tell it, and terms that the map lacks.
+    """Uncertainty that the scatter about the map understates: few rows, and terms that the map lacks.
 
     Rows of one level share what the terms miss, so the mean of a level that was left out is off by more than
     scatter, over the root of the rows, would have it; few spare rows spread as Student's t does.

@@ -1,1 +1,1 @@
-"""Which manoeuvres tell most about the parameters that are wanted."""
+"""Design of trials: manoeuvres that are most informative about chosen parameters."""

@@ -1,4 +1,4 @@
-"""The manoeuvres that excitation design chooses from where nobody names others."""
+"""Default candidates of excitation design: turns, zigzags and random runs."""
 
 from __future__ import annotations
 

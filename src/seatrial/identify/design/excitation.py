@@ -1,7 +1,7 @@
-"""Excitation design: which manoeuvres tell most about the parameters that are wanted, before going to sea.
+"""Excitation design: choice of the manoeuvres that are most informative about chosen parameters.
 
 Each candidate is simulated, and the exact sensitivities of the replayed run to the free parameters
-give its Fisher information, the start of every window being unknown too.  A set is chosen greedily so
+give its Fisher information, the initial state of every window being unknown too.  A set is chosen greedily so
 that the determinant of the posterior precision is greatest (D-optimal) within a budget of dimensionless
 length T' = T V/L (Sawada 2024 Eq. 33).
 """
@@ -29,7 +29,7 @@ from ..record import windows
 from ..vector import Vector
 from .optimal import Information, Plan, before, choose, expected
 
-# Independent readings per L/U, and length of a window in L/U, where nobody says otherwise.
+# Default number of independent readings per L/U, and default length of a window in L/U.
 _READINGS, _WINDOW = 10.0, 10.0
 
 
@@ -64,7 +64,7 @@ TABLE_1 = (
 
 @dataclass(frozen=True)
 class Candidate:
-    """A manoeuvre that may be run: its name in the plan, how it is steered, how long and from what speed.
+    """A manoeuvre that may be run: its name in the plan, its policy, its duration and its initial speed.
 
     Attributes:
         duration: length of the run [s].
@@ -106,7 +106,7 @@ def wanted(ship: Ship, paths: Sequence[str | Free]) -> tuple[Free, ...]:
     A parameter of zero takes the median magnitude of those beside it as its prior deviation.
 
     Raises:
-        ParameterError: a path that the model has not.
+        ParameterError: a path that the model lacks.
     """
     known = {path: (meaning, float(value)) for path, meaning, value in walk(ship.model)}
     found: dict[str, Free] = {}
@@ -132,7 +132,7 @@ def informations(
     ship: Ship, free: Sequence[Free], runs: Sequence[tuple[Trial, float]], noise: Mapping[str, float], *,
     interval: float | None = None, window: float | None = None, threads: int | None = None,
 ) -> tuple[Information, ...]:  # fmt: skip
-    """What each run tells about the free parameters.
+    """Fisher information of each run about the free parameters.
 
     The run is replayed in windows from its own controls; the state at the start of each window is unknown
     but for the readings in it, as in a fit with `Nuisance.initial`.

@@ -1,4 +1,4 @@
-"""Choosing a set of runs by what each tells: greedy D-optimal design, and what to expect of a set.
+"""Choice of a set of runs by Fisher information: greedy D-optimal design, and the expected result of a set.
 
 Pure linear algebra on Fisher matrices; `excitation` computes those from simulated runs.
 """
@@ -25,7 +25,7 @@ _OPEN = 1.0
 
 @dataclass(frozen=True)
 class Information:
-    """What one run tells: `matrix` is the Fisher information, shape (free, free); `length` is its T'."""
+    """One run: `matrix` is its Fisher information, shape (free, free); `length` is its T'."""
 
     name: str
     matrix: Array
@@ -34,7 +34,7 @@ class Information:
 
 @dataclass(frozen=True)
 class Plan:
-    """A set of manoeuvres and what is to be expected of it.
+    """A set of manoeuvres and its expected result.
 
     Attributes:
         chosen: names in the order of choice, each with its T' and the log det that it adds.
@@ -43,7 +43,7 @@ class Plan:
         free: the parameters.
         sigma: expected standard deviation of each, prior included.
         share: share of each prior variance that the data remove.
-        verdicts: each parameter, then each combination that stays open, in plain words.
+        verdicts: each parameter, then each combination that stays undetermined.
         left_out: candidates that could not be run, with the reason.
     """
 
@@ -99,7 +99,7 @@ def _log_det(matrix: Array) -> float:
 
 
 def expected(free: Sequence[Free], runs: Sequence[Information], reached: Sequence[float] = ()) -> Plan:
-    """What a given set of runs tells, in this order.
+    """Expected result of a given set of runs, in this order.
 
     Args:
         reached: the log det after each run, where it is known already.

@@ -1,4 +1,4 @@
-"""What a filter found: states with their covariances, parameters, and whether the model fits.
+"""Result of a filter: states with their covariances, parameters, and the innovation test of the model.
 
 Whether the innovations of a filter are as large as the filter believes.
 
@@ -115,7 +115,7 @@ class Filtered:
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """The innovation test ("fits" or "does not fit"), then what the readings say about each parameter."""
+        """The innovation test ("fits" or "does not fit"), then the verdict on each parameter."""
         fits = Verdict("model", "fits" if self.consistency.fits else "does not fit", self.consistency.text)
         units = specs(self.ship.model)
         return (fits, *(
@@ -177,7 +177,7 @@ class Window:
     Attributes:
         start, end: its times [s].
         nis: NIS in it, per degree of freedom; 1 on average under the right model.
-        limit: what a right model stays below.
+        limit: upper limit under the right model.
         readings: degrees of freedom.
     """
 
@@ -209,7 +209,7 @@ def innovation_test(
     t: Array, innovations: Array, squares: Array, nis: Array, channels: tuple[str, ...], *,
     window: float, false_alarm: float,
 ) -> Consistency:  # fmt: skip
-    """Judge the innovations window by window.
+    """Test the innovations window by window.
 
     Args:
         t: times of the updates [s], shape (updates,).

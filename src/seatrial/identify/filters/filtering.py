@@ -33,7 +33,7 @@ from .model import FilterModel, trace
 
 __all__ = ["Filtered", "Kalman", "Tracker"]
 
-# Length of a window of the innovation test in L/U, where nobody says otherwise.
+# Default length of a window of the innovation test in L/U.
 _WINDOW = 2.0
 
 
@@ -217,7 +217,7 @@ class Tracker:
 
 
 def inside(mean: Array, cov: Array, low: Array, high: Array) -> Array:
-    """The mean moved onto the bounds it is beyond, and the other states with it as they are correlated."""
+    """The mean moved onto the bounds that it exceeds, the other states following by their correlation."""
     for _ in range(3):
         beyond = np.flatnonzero((mean < low) | (mean > high))
         if not beyond.size:
@@ -228,7 +228,7 @@ def inside(mean: Array, cov: Array, low: Array, high: Array) -> Array:
     return np.clip(mean, low, high)
 
 
-# The first speed and rate of turn are slopes over this many L/U, and over so many readings at least.
+# The first speed and rate of turn are slopes over this many L/U, and over this many readings at least.
 _STRETCH, _FIRST = 0.2, 5
 # The first readings set the mean and are used again as readings, so they count little as the former.
 _WIDE = 10.0

@@ -1,9 +1,9 @@
-"""How well a model foresees an unseen log: predictions from what a filter knew at their start, and no later.
+"""Forecast errors of a model on an unseen log: predictions from the filter's state at their start.
 
 A replay that restarts from smoothed states has looked ahead. Here the filter runs once through the log, with
 disturbances (a current, a walking parameter) as its states; each forecast begins at what it believed at that
 row, holds the disturbances, takes the controls as logged, and is held against raw positions and headings.
-In a closed loop the later controls answer to what really came, so they tell a little of it.
+In a closed loop the later controls respond to the measured motion, so they contain a little of it.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ keeps the covariance symmetric and positive whatever the gain.
 
 The unscented Kalman filter: a Gaussian carried by points instead of slopes.
 
-Scaled sigma points (Julier 2002; weights as in Wan and van der Merwe 2000), drawn anew after each
+Scaled sigma points (Julier 2002; weights as in Wan and van der Merwe 2000), drawn again after each
 prediction.  The process noise is added, as the extended filter computes it about the mean.
 """
 
@@ -49,7 +49,7 @@ class Extended:
         model: the ship and its sensors.
         density: spectral density of the white noise on the rate of each state, shape (n,).
         step: longest Runge-Kutta step [s].
-        iterations: how often an update linearises anew about its own result; 1 is the plain filter.
+        iterations: how often an update is linearised again about its own result; 1 is the plain filter.
     """
 
     model: FilterModel

@@ -1,4 +1,4 @@
-"""What a navigation sensor reads when the ship is in a given state: antenna, compass, gyro, speed log.
+"""Measurement models of navigation sensors: antenna, compass, gyro and speed log.
 
 A sensor has a place on the ship (its lever arm: x forward of midship, y to starboard), white noise and
 a delay: what the trial holds at time t was true at t - delay.  Any frozen dataclass with the members of

@@ -1,4 +1,4 @@
-"""The ship as a filter sees it: its step, its readings and their exact Jacobians, traced once.
+"""Process and measurement model of a filter: step, readings and their exact Jacobians, traced once.
 
 The state of the filter is that of the model, then whatever else is estimated: components of the
 current, parameters.  These do not change by themselves; their process noise lets them walk.

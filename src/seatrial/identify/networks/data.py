@@ -1,4 +1,4 @@
-"""Trials as rows that windows are cut from, in PyTorch: what was measured, what acted, and what an error counts.
+"""Trials as rows in PyTorch from which windows are cut: measurements, inputs, and weights of errors.
 
 Batches of windows, and the weights of a network of tanh folded into those of a network of logistic functions.
 
@@ -38,7 +38,7 @@ else:
 
 
 CHANNELS = (*STATES, "rate of u", "rate of v_m", "rate of r")
-"""What a loss compares, in the order of `Batch.weight`."""
+"""Compared quantities, in the order of `Batch.weight`."""
 
 # A step may differ from the model's sample time by this fraction.
 _UNEVEN = 0.02
@@ -67,7 +67,7 @@ class Rows:
 
     @staticmethod
     def of(trials: Sequence[Trial], model: Neural, measured_wind: bool, window: int) -> Rows:
-        """Read trials of which each is to hold a window of so many rows.
+        """Read trials, each of which must hold a window of `window` rows.
 
         Raises:
             DataError: a channel is missing, there is a current, the sample time is not the model's, or a trial
@@ -195,7 +195,7 @@ class Source:
     def batch(self, starts: NDArray[np.int64], rows: int) -> Batch:
         """The windows that begin at `starts`, positions from their own beginnings.
 
-        With `repeat`, the first so many rows are copies of the one after them.
+        With `repeat`, the first `repeat` rows are copies of the one after them.
         """
         import torch
 
@@ -265,7 +265,7 @@ class Folded(NamedTuple):
 
 
 def input_matrix(weights: Mapping[str, Tensor], scale: Tensor) -> Tensor:
-    """What multiplies the seven inputs, their scale taken in, shape (7, units)."""
+    """Factors of the seven inputs, their scale included, shape (7, units)."""
     import torch
 
     names = ("W_ih",) if "W_ih" in weights else ("W_x0", "W_u0", "W_w0")

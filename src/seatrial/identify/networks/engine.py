@@ -41,7 +41,7 @@ _PIECE = 256
 
 
 class Form(NamedTuple):
-    """What a loss is made of.
+    """Settings of a loss.
 
     Attributes:
         network: kind, layers, memory and scale; its weights play no part.

@@ -2,11 +2,10 @@
 
 PyTorch, of the extra `neural`, is imported when a training begins and never before.
 
-The epochs of a training: batches in the order of the seed, Adam, the watched loss, when to stop.
-
-Where a training stands: weights, moments of Adam and the place in the order of batches, written whole to a file.
-
-The order of the batches of an epoch follows from seed and epoch, so a place in it says all that is still to come.
+The module is one idea, hence its length: the settings (`Training`), the epochs that they describe (batches in the order
+of the seed, Adam, the watched loss, the stopping rule) and the checkpoint (`Stand`: weights, moments of Adam and the
+position in the order of batches, written whole to a file) follow from each other line by line.  The order of the
+batches of an epoch follows from seed and epoch, so the position in it determines all that is still to come.
 """
 
 from __future__ import annotations
@@ -266,14 +265,14 @@ _BLAMED = (3, 4, 5, 6, 7, 8, 2, 0, 1)
 
 @dataclass(frozen=True)
 class Plan:
-    """What a training does, the same for every seed.
+    """Plan of a training, the same for every seed.
 
     Attributes:
         engine: loss and gradient.
         source, watched: rows of training, and of validation or None.
         stages: rows of a window and the first rows of all windows, in the order of the curriculum.
         watch: the same of the watched windows.
-        epochs, batch, patience: at most so many passes; windows of a batch; epochs without a better watched loss.
+        epochs, batch, patience: most passes; windows of a batch; epochs without a better watched loss.
         rate, cosine: learning rate, and whether it falls to zero along a half wave of the cosine.
         seeds: one training each.
         begin: weights of a seed.
@@ -296,7 +295,7 @@ class Plan:
 
 
 class Loop:
-    """A training under way.
+    """A running training.
 
     Args:
         plan: what to do.
@@ -396,7 +395,7 @@ class Loop:
         return ""
 
     def _broken(self, wrong: str) -> str:
-        """What to say where the loss stopped being a number.
+        """The message for a loss that is not finite.
 
         Raises:
             FitError: there is nothing better to keep than where it began.
@@ -446,7 +445,7 @@ _ROW = 4
 
 @dataclass
 class Stand:
-    """One mutable record: everything that the rest of a training follows from.
+    """State of a training, the only mutable record: all that the rest of it follows from.
 
     Attributes:
         seed: index of the seed at work.

@@ -1,13 +1,12 @@
-"""How freely a correction may move, chosen by trials that were left out.
+"""Prior width of a hybrid's correction, selected by cross-validation.
 
-A polynomial or a network beside the physics needs data in proportion to its numbers.  Its prior says how much it may
-say; too wide for the data, it follows their accidents.  `Widths` fits with several widths to parts of the training
-trials, judges each by the others, and fits all of them with the best: few trials shrink the correction, down to none,
-without anybody's choice.
+A polynomial or a network beside the physics needs data in proportion to the number of its parameters.  Its prior
+limits its size; too wide for the data, it overfits.  `Widths` fits with several widths to parts of the training
+trials, evaluates each on the others, and fits all of them with the best: with few trials the correction shrinks, down
+to none, without a choice by hand.
 
-Which trials were cut from one recording: they share its weather and its errors, so none is a test of another.
-
-Scores of the widths of a prior, kept beside a checkpoint: a run that was killed does not ask again.
+Trials cut from one recording share its weather and its errors, so none is a test of another: they are left out
+together.  Scores of the widths are kept beside a checkpoint, so that a killed run does not compute them again.
 """
 
 from __future__ import annotations
@@ -133,7 +132,7 @@ class Widths(Trajectory):
         )  # fmt: skip
 
     def _scaled(self, problem: Problem, width: float) -> Problem:
-        """The problem with the priors of `vary` so wide; with 0 these stand at their means and are not free."""
+        """The problem with the priors of `vary` scaled by `width`; with 0 these are held at their means."""
         if width > 0:
             free = tuple(replace(f, sigma=width * f.sigma) if self._varied(f.path) else f for f in problem.free)
             return replace(problem, free=free)
@@ -181,7 +180,7 @@ def _counted(judge: TrajectoryObjective, out: Sequence[Trial], loss: Loss) -> fl
     return float(rows @ weight[judge.windows.trial])
 
 
-# What `data.prepare` notes when it cuts a trial at its gaps, and names the parts NAME_1, NAME_2, ...
+# The note of `data.prepare` on a trial that it cuts at its gaps, with parts named NAME_1, NAME_2, ...
 _CUT = re.compile(r"run (\d+) (?:without gaps|between leaps of time)")
 # The second at which a recording began: 06-Aug-2020_16_24_25, 2020-08-06T16:24:25, 20200806_162425.
 _STAMP = re.compile(
@@ -191,7 +190,7 @@ _PART = re.compile(r"(.+)_(\d{1,3})")
 
 
 def recording(trial: Trial) -> str:
-    """What the recording is called that a trial comes from.
+    """Name of the recording that a trial comes from.
 
     Parts that were cut here say so in their processing. A data set that ships its recordings in parts names them after
     the second at which they began, and what stands around it is kind and number of the part.
@@ -208,7 +207,7 @@ def recording(trial: Trial) -> str:
 def recordings(trials: Iterable[Trial]) -> list[list[Trial]]:
     """The trials by recording, in the order of their names.
 
-    Where names hold no time, NAME (or NAME_1) and NAME_2 are one recording if the clock of the one goes on in the
+    Where names hold no time, NAME (or NAME_1) and NAME_2 are one recording if the clock of the one continues in the
     other, after a pause no longer than the longer of the two.
     """
     found: dict[str, list[Trial]] = {}
@@ -224,13 +223,13 @@ def recordings(trials: Iterable[Trial]) -> list[list[Trial]]:
 
 
 def dealt(trials: Sequence[Trial], parts: int) -> list[list[Trial]]:
-    """The trials in so many parts, whole recordings dealt by turns in the order of their names."""
+    """The trials in `parts` parts, whole recordings dealt by turns in the order of their names."""
     groups = recordings(trials)
     return [[trial for group in groups[part::parts] for trial in group] for part in range(parts)]
 
 
 def _place(group: Sequence[Trial]) -> tuple[str, int]:
-    """Where its first trial stands among its likes; part 10 after part 2."""
+    """Sort key of a recording by its first trial; part 10 after part 2."""
     part = _PART.fullmatch(group[0].name)
     return (part[1], int(part[2])) if part else (group[0].name, 0)
 
@@ -245,7 +244,7 @@ def _goes_on(one: Trial, other: Trial) -> bool:
 
 @dataclass
 class Scores:
-    """What each width has scored; the one mutable record of the choice.
+    """Score of each width; the only mutable record of the selection.
 
     Attributes:
         path: file of the scores, or None to keep nothing.
@@ -259,7 +258,7 @@ class Scores:
 
     @staticmethod
     def beside(checkpoint: Path | None, digest: str) -> Scores:
-        """Read what stands beside `checkpoint` where it is of this problem; start afresh where there is none.
+        """Read the file beside `checkpoint` if it is of this problem; an empty record if there is none.
 
         Raises:
             ResumeError: the file belongs to another problem.
@@ -281,7 +280,7 @@ class Scores:
         return Scores(path, digest, found)
 
     def note(self, width: float, score: float) -> None:
-        """Note what a width has scored, and write all in one step."""
+        """Note the score of a width, and write all in one step."""
         self.found[width] = score
         if self.path is None:
             return

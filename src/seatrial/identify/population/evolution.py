@@ -1,13 +1,11 @@
 """Fitting by CMA-ES: whole generations, restarts with doubled population, the box kept by a penalty.
 
 Suyama 2023 section 5: covariance matrix adaptation (Hansen) with restarts (Auger and Hansen 2005) within a
-box.  The strategy itself is the library `cmaes`; ours are the objective, which scores a generation in
-one kernel call, the box, the rule when to stop, and the record from which a killed run goes on.
+box.  The strategy itself is the library `cmaes`; this module adds the objective, which scores a generation in
+one kernel call, the box, the stopping rule, and the record from which a killed run resumes.
 
-The record of a search by generations: what each scored, appended as it comes, read back after a kill.
-
-The search itself is a function of its seed and of these numbers, so replaying them restores it bit for
-bit, and nothing of the strategy's inner state is ever stored.
+The record holds the scores of each generation, appended as they come.  The search is a function of its seed and of
+these numbers, so replaying them restores it bit for bit; the inner state of the strategy is not stored.
 """
 
 from __future__ import annotations
@@ -43,7 +41,7 @@ from .scored import Batch, Scoring
 _STEEP = 10.0
 # A population is as good as converged when its best has not moved for this many generations.
 _PATIENCE, _PER_DIMENSION = 10, 30
-# When parameters and starts have gone down together: after so many iterations, or below this relative decrease.
+# The joint descent of parameters and initial states ends after this many iterations, or below this relative decrease.
 _JOINED, _CLOSE = 60, 1e-9
 
 
@@ -53,18 +51,18 @@ class Evolution:
 
     Attributes:
         window: length of a prediction before it restarts [s]; None runs each trial through.
-        every: compare every so many steps.
+        every: stride of the compared steps.
         dt: time step [s]; None takes the median step of the trials.
-        initial: "free" estimates the state at the start of each window along: where a run ends, parameters and starts
-            go down together, and the next run begins from these starts.  "measured" takes the row as recorded.
+        initial: "free" estimates the initial state of each window: where a run ends, parameters and initial states
+            are refined together, and the next run begins from these states.  "measured" takes the row as recorded.
         method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
         population: candidates of a generation in the first run; doubled at each restart up to `largest`.
-        agree: stop when so many runs have found the best objective again, within `agreement` (relative).
-        runs: at most so many runs.
-        generations: at most so many generations of a run.
+        agree: stop when this many runs have found the best objective, within `agreement` (relative).
+        runs: most runs.
+        generations: most generations of a run.
         tolerance: a run has converged when its best moves by less than this (relative).
         step: first standard deviation, as a share of the box.
-        seed: of everything random; with it the outcome is the same on any number of threads.
+        seed: of all random numbers; the outcome is the same on any number of threads.
         threads: None takes every processor.
     """
 
@@ -97,7 +95,7 @@ class Evolution:
 
     @property
     def starts_remedy(self) -> tuple[str, str]:
-        """What to do about the noise of measured starts; see `Estimator`."""
+        """Remedy for the noise of measured initial states; see `Estimator`."""
         return ("estimator.initial", 'say "free"') if self.initial == "measured" else ("", "")
 
     @linted
@@ -179,7 +177,7 @@ class _Search:
         return np.array(ends), begun, np.array(history), said, evaluations
 
     def joined(self, end: Array, begun: Array) -> tuple[Array, Array]:
-        """Where parameters and starts go down to together from the end of a run, and these starts."""
+        """Parameters and initial states refined together from the end of a run, and these states."""
         if not begun.size or not np.isfinite(end[0]):
             return end, begun
         state = State(end[1:], begun, float(end[0]))
@@ -234,7 +232,7 @@ class _Search:
         return costs, seen / (windows.weight * max(windows.samples, 1))
 
     def told(self, asked: Array, inside: Array, costs: Array) -> Array:
-        """What the strategy hears: the objective at the nearest point of the box, and a penalty for the way there.
+        """Values given to the strategy: the objective at the nearest point of the box, plus a penalty on the distance.
 
         The penalty is measured in the generation's own spread of objectives and of samples, so that it
         neither hides the objective nor lets the mean wander off, whatever their scales.  A candidate
@@ -254,7 +252,7 @@ class _Search:
 
 @dataclass
 class Record:
-    """Generations in order; the one mutable thing of a search.
+    """Generations in order; the only mutable state of a search.
 
     Attributes:
         old: numbers of an earlier process that were not used yet.
@@ -268,7 +266,7 @@ class Record:
 
     @staticmethod
     def open(path: Path | None, digest: str) -> Record:
-        """Read `path` where it holds this problem; start afresh where there is none.
+        """Read `path` if it holds this problem; an empty record if there is no file.
 
         Raises:
             ResumeError: the file belongs to another problem.
@@ -298,7 +296,7 @@ class Record:
     def next(self, size: int, score: Callable[[], tuple[Array, float]]) -> tuple[Array, float, float]:
         """Scores of the next generation, its validation and the seconds so far; `score` is asked where none is kept.
 
-        A generation is kept as (seconds, validation, scores...); one that was cut short by a kill is scored anew.
+        A generation is kept as (seconds, validation, scores...); one that was cut short by a kill is scored again.
         """
         if self.old.size >= size + 2:
             row, self.old = self.old[: size + 2], self.old[size + 2 :]

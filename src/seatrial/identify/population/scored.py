@@ -1,8 +1,8 @@
-"""Trajectories scored while they are integrated: only the score comes out, whatever the number of lanes.
+"""Objective of many candidates, summed while their trajectories are integrated: only the scores are returned.
 
 Reading back every state of a generation of candidates and reducing it costs more than simulating it, so
-the weighted squares are summed in the memory of the compiled step.  What holds over all samples (a calm
-sea, steady revolutions, a weight) goes in as a parameter, what moves as a series.
+the weighted squares are summed in the memory of the compiled step.  Inputs that are constant over all samples (a
+calm sea, steady revolutions, a weight) are parameters, the others series.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ _WORTH_A_THREAD = 100_000
 
 @dataclass(frozen=True)
 class Layout:
-    """What of the inputs moves, what is compared, and whether one mask tells what counts.
+    """Which inputs change with time, which states are compared, and whether one mask holds for all of them.
 
     Attributes:
-        moving: positions, among controls and environment, of those that change with time.
+        moving: positions, among controls and environment, of the inputs that change with time.
         held: values of the others, by position.
-        compared: positions among `STATES` of what the loss compares.
-        weights: weight of each compared state where they hold; empty where they come as series.
+        compared: positions among `STATES` of the states that the loss compares.
+        weights: constant weight of each compared state; empty if weights are series.
     """
 
     moving: tuple[int, ...]
@@ -90,9 +90,9 @@ class Scoring:
     Attributes:
         windows: the windows of all trials, cut as `Trajectory` cuts them.
         kernel: compiled with the free parameters lanewise.
-        parameters: shared values; those of the free ones are not looked at.
+        parameters: shared values; those of the free parameters are not used.
         series: shape (windows, steps, series).
-        memory: what each window begins with, shape (windows, memory).
+        memory: initial memory of each window, shape (windows, memory).
     """
 
     problem: Problem
@@ -109,7 +109,7 @@ class Scoring:
         problem: Problem, trials: Sequence[Trial], sigma: Mapping[str, float], *,
         window: float, dt: float, every: int, method: str, threads: int | None,
     ) -> Scoring:  # fmt: skip
-        """Cut the windows, find out what moves, and compile.
+        """Cut the windows, find the inputs that change, and compile.
 
         Raises:
             StudyError: the problem has nuisances, which only the gradient estimators eliminate.
@@ -130,13 +130,13 @@ class Scoring:
         )  # fmt: skip
 
     def begun(self, offset: Array) -> Scoring:
-        """With the start of each window so far from the recorded one, shape (windows, 6)."""
+        """The same with these offsets of the initial states from the recorded ones, shape (windows, 6)."""
         state0 = self.windows.state0.copy()
         state0[:, : len(STATES)] += offset
         return replace(self, windows=replace(self.windows, state0=state0))
 
     def batch(self, size: int) -> Batch:
-        """Ready to score `size` candidates at a time, as often as wanted."""
+        """A batch that scores `size` candidates at a time."""
         w = self.series.shape[0]
         return Batch(
             self, size, self.kernel.pack(np.repeat(self.series, size, axis=0)),
@@ -151,7 +151,7 @@ class Scoring:
 
 @dataclass(frozen=True)
 class Batch:
-    """A `Scoring` with its series repeated for so many candidates, a window's candidates side by side."""
+    """A `Scoring` with its series repeated for `size` candidates, the candidates of a window side by side."""
 
     scoring: Scoring
     size: int
@@ -162,7 +162,7 @@ class Batch:
 
     @property
     def threads(self) -> int | None:
-        """As asked; one where the work is over before a second thread has woken up."""
+        """As set; one if the work ends before a second thread has started."""
         work = self.size * self.windows * self.scoring.windows.steps
         return 1 if self.scoring.threads is None and work < _WORTH_A_THREAD else self.scoring.threads
 

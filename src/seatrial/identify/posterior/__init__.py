@@ -1,1 +1,1 @@
-"""What the data say after a fit: verdicts, profiles, ensembles, residual tests."""
+"""Uncertainty of a fit: posterior and verdicts, profile likelihoods, ensembles, residual tests."""

@@ -1,7 +1,7 @@
-"""How sure a prediction is: the fit repeated on data as they might have been, and each repetition sailed.
+"""Uncertainty of predictions: an ensemble of fits to repetitions of the trials, and prediction bands.
 
-A parametric bootstrap (Efron and Tibshirani 1993, chapter 6): the fitted ship sails the trials again, every
-repetition with noise of its own on the samples and on the states from which the predictions start, and all are
+A parametric bootstrap (Efron and Tibshirani 1993, chapter 6): the trials are simulated again with the fitted ship,
+every repetition with its own noise on the samples and on the initial states of the predictions, and all are
 fitted in one batch.  The spread of these fits within the box is the uncertainty that the data leave.
 """
 
@@ -27,7 +27,7 @@ from ..trajectory.batch import Data, Many
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Fits that the data might as well have given.
+    """Fits to repetitions of the data.
 
     Attributes:
         ship: the fitted one.
@@ -60,7 +60,7 @@ class Ensemble:
 
 @dataclass(frozen=True)
 class Bands:
-    """A trial as every member would sail it.
+    """A trial as simulated with every member.
 
     Attributes:
         trial: the trial whose controls and environment were used.
@@ -108,7 +108,7 @@ def ensemble(
 
     Args:
         fit: the optimum.
-        problem: what was fitted, without nuisances.
+        problem: the problem that was fitted, without nuisance parameters.
         settings: how trajectories were cut and compared; the estimator that made the fit.
         members: number of repetitions.
         noise: standard deviation of each measured state's noise; None estimates it (`white`).
@@ -154,11 +154,11 @@ def white(fit: Fit, problem: Problem, settings: Settings) -> dict[str, float]:
 
 
 def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:
-    """A trial sailed by every member from its first complete state, under its own controls and environment.
+    """A trial simulated with every member from its first complete state, under its own controls and environment.
 
     Args:
         group: the members.
-        trial: measured, or simulated for a manoeuvre not sailed yet.
+        trial: measured, or simulated for a manoeuvre not run yet.
         manoeuvre: reads the indices off each run, as `Turning` does; None reads none.
 
     Raises:

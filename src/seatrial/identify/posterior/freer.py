@@ -1,9 +1,9 @@
-"""What a fit would know had it been given more freedom than it used: the posterior with random units added.
+"""Posterior of a hybrid with random hidden units added, to represent what its correction could not learn.
 
-A posterior knows only the terms that its model has, and is sure of itself wherever these are; what the model lacks
-it cannot doubt.  So a hybrid is given hidden units with random weights, whose outputs are zero in the fit and free in
-its posterior.  Where there were trials these pin the outputs down; where there were none nothing does, and members
-drawn from the posterior drift apart (the idea of randomised priors, Osband, Aslanides and Cassirer 2018).
+A posterior covers only the terms of its model, and is too narrow where the model lacks some.  So a hybrid receives
+hidden units with random weights, whose outputs are zero in the fit and free in its posterior.  Where there are trials
+they determine the outputs; elsewhere nothing does, and members drawn from the posterior diverge (randomised priors,
+Osband, Aslanides and Cassirer 2018).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def freer(fit: Fit, problem: Problem, estimator: Trajectory, *, seed: int = 0) -
 
     Args:
         fit: of `problem` by `estimator`; its ship is a hybrid.
-        problem: what was fitted.
+        problem: the problem that was fitted.
         estimator: how the trials were cut and compared.
         seed: of the units.
 
@@ -54,7 +54,7 @@ def freer(fit: Fit, problem: Problem, estimator: Trajectory, *, seed: int = 0) -
 
 
 def with_units(ship: Ship, count: int, seed: int, width: float = WIDTH) -> tuple[Ship, tuple[Free, ...]]:
-    """The ship with `count` more hidden units of random weights, silent as yet, and their outputs as parameters.
+    """The ship with `count` more hidden units of random weights and zero outputs, and these outputs as parameters.
 
     Args:
         ship: a hybrid.

@@ -1,7 +1,7 @@
-"""Whether residuals look like noise: what a fit leaves over tells when the model lacks something.
+"""Test of the residuals of a fit against sensor noise, which shows whether the model lacks something.
 
-The start states are measured, hence wrong by their noise, and a wrong start bends the whole track; so the fit
-is first repeated with the starts free within that noise, and only what then remains is judged.
+Initial states are measured, hence wrong by their noise, and a wrong initial state bends the whole track; so the fit
+is first repeated with the initial states free within that noise, and only the remaining residuals are tested.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from ..trajectory.objective import TrajectoryObjective
 from .ensemble import white
 
 # Residuals larger than the noise by this share, correlations beyond this (over their own scatter), and runs fewer
-# than expected by so many deviations are more than chance and the fit itself explain.
+# than expected by this many deviations are more than chance and the fit itself explain.
 _LARGE, _ALIKE, _RUNS = 1.15, 0.1, -4.0
 
 
 @dataclass(frozen=True)
 class Remainder:
-    """What is left of one channel.
+    """Residuals of one channel.
 
     Attributes:
         channel: name of the state.
@@ -46,12 +46,12 @@ class Remainder:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What does not look like noise, in words."""
+        """Deviations from noise, one line each."""
         out: list[str] = []
         if self.size > _LARGE:
             out.append(f"{self.channel}: the residuals are {self.size:.2g} times the sensor noise")
         if self.correlation > _ALIKE + 4.0 / math.sqrt(max(self.samples, 1)):
-            out.append(f"{self.channel}: residuals stay alike beyond the correlation time "
+            out.append(f"{self.channel}: residuals are correlated beyond the correlation time "
                        f"(correlation {self.correlation:.2f})")  # fmt: skip
         if self.runs < _RUNS:
             out.append(f"{self.channel}: residuals keep their sign for longer than chance allows "
@@ -61,7 +61,7 @@ class Remainder:
 
 @dataclass(frozen=True)
 class Misfit:
-    """What is left of every compared channel."""
+    """Residuals of every compared channel."""
 
     remainders: tuple[Remainder, ...]
 
@@ -85,17 +85,17 @@ class Misfit:
 def misfit(
     fit: Fit, problem: Problem, settings: Settings, *, noise: Mapping[str, float] | None = None
 ) -> Misfit:
-    """Hold the residuals of a fit against the sensor noise.
+    """Compare the residuals of a fit with the sensor noise.
 
     Args:
         fit: the optimum.
-        problem: what was fitted.
+        problem: the problem that was fitted.
         settings: how trajectories were cut and compared; the estimator that made the fit.
         noise: declared standard deviation of each measured state's noise; None estimates it (`white`).
     """
     sigma, arguments = cut_as(problem, settings)
     level = white(fit, problem, settings) if noise is None else {n: float(noise.get(n, 0.0)) for n in STATES}
-    # A channel without noise would weigh infinitely; a millionth of the scale stands for it.
+    # A channel without noise would have infinite weight; a millionth of the scale replaces zero.
     level = {n: max(v, 1e-6 * sigma.get(n, 1.0), 1e-9) for n, v in level.items()}
     told = replace(problem, nuisance=Nuisance(initial=level), loss=Loss({n: level[n] for n in sigma}, 0.0))
     objective = TrajectoryObjective.build(told, told.trials, told.loss.sigma, **arguments)

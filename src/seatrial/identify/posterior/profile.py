@@ -24,14 +24,14 @@ THRESHOLD = 3.841458820694124
 # A walk ends where the rise leaves no doubt.
 _ENOUGH = 4.0 * THRESHOLD
 _STEPS, _REACH, _MOST = 8, 4.0, 30
-# An interval wider than this share of the range tells little; a direction as uncertain as a quarter of the
+# An interval wider than this share of the range is uninformative; a direction as uncertain as a quarter of the
 # box is about as free as one that was never measured (a uniform density has 0.29).
 _WIDE, _FREE = 0.5, 0.25
 # Correlations of residuals below this are chance.
 _LASTS = 0.05
 # Inverse variance of a uniform density, in units of its range.
 _BOX = 12.0
-# Components of a direction smaller than this share of its largest are left unsaid.
+# Components of a direction smaller than this share of its largest are not listed.
 _NAMED = 0.2
 
 
@@ -82,7 +82,7 @@ class Profile:
 
     @property
     def verdict(self) -> Verdict:
-        """The same in plain words."""
+        """The status in words."""
         a, b = (f"{x:.4g}" for x in self.interval)
         told = f"95 % interval {a} to {b}, {self.percent} of the range"
         traded = "it trades off with others, and its place in the range means little; " if self.loose else ""
@@ -141,7 +141,7 @@ def profiles(fit: Fit, problem: Problem, settings: Settings, *, variance: float 
 
     Args:
         fit: the optimum.
-        problem: what was fitted, without nuisances.
+        problem: the problem that was fitted, without nuisance parameters.
         settings: how trajectories were cut and compared; the estimator that made the fit.
         variance: mean square of the weighted residuals that is noise; None estimates it from the residuals, and
             counts as one those that are alike.
@@ -179,7 +179,7 @@ def profiles(fit: Fit, problem: Problem, settings: Settings, *, variance: float 
 def _alike(many: Many, values: Array) -> float:
     """Number of neighbouring residuals that count as one: 1 + 2 sum of their correlations, while these last.
 
-    An error of the start, or of the model, bends a whole track: its residuals are many but tell one thing.
+    An error of the start, or of the model, bends a whole track: its residuals are many but count as one.
     """
     scale = many.windows.scale
     e = np.where(scale > 0, (many.predicted(values) - many.windows.measured) * scale, 0.0)
@@ -233,7 +233,7 @@ class _Walk:
             rise = self._rise(ends.normals.data, ends.normals.costs, first.data[0], first.costs[0])
             for k, lane in enumerate(going):
                 kept[which[lane]].append((float(ahead[k]), float(rise[k]), ends.values[k]))
-            # A step over the whole slope is taken again, shorter; a valley that goes on is left faster.
+            # A step over the whole slope is repeated, shorter; along a long valley steps grow.
             jumped = (rise >= _ENOUGH) & (last[going] < 1.0)
             step[going] *= np.where(jumped, 0.2, 2.0 if turn >= _STEPS else 1.0)
             on = going[~jumped]
@@ -291,7 +291,7 @@ def _combination(names: Sequence[str], direction: Array, deviation: float) -> Ve
     order = _parts(direction)
     parts = [f"{names[k]} {direction[k] / direction[order[0]]:+.2f}" for k in order]
     if len(order) == 1:
-        return Verdict(names[order[0]], "not identified", "moves freely by itself; the data do not feel it")
+        return Verdict(names[order[0]], "not identified", "the data are insensitive to it")
     wide = "the whole box" if deviation > 1.0 else f"{deviation:.0%} of the box"
     return Verdict(
         ", ".join(names[k] for k in order), "not identified",

@@ -1,4 +1,4 @@
-"""What the data say about each parameter, and in plain words.
+"""Posterior covariance of the parameters, and a verdict on each in words.
 
 The posterior is Gaussian about the optimum.  A direction of parameter space is determined where the
 data tighten the prior (or the interval) markedly; where they do not, the verdict says so and names
@@ -21,7 +21,7 @@ from ..trajectory.gauss_newton import Normal
 from ..vector import Vector
 
 # Share of the prior variance that the data must remove: below the first nothing is learned,
-# above the second the data speak clearly louder than the prior.  Of the squared size of a parameter, its variance
+# above the second the data clearly outweigh the prior.  Of the squared size of a parameter, its variance
 # must leave as much: sigma is below .32 of the size of what is identified, and below .71 of what is weak.
 UNKNOWN, CLEAR = 0.5, 0.9
 CORRELATED = 0.95
@@ -46,7 +46,7 @@ EXCITES = (
 
 
 def manoeuvre_for(path: str) -> str:
-    """The manoeuvre that would tell most about a parameter."""
+    """The manoeuvre that is most informative about a parameter."""
     return next((text for prefix, text in EXCITES if path.startswith(prefix)), "more varied manoeuvres")
 
 
@@ -101,14 +101,14 @@ def judged(
 
 
 def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
-    """The fit with the verdict "not identified" on what no data of this kind tell, however small sigma is.
+    """The fit with the verdict "not identified" on parameters that data of this kind cannot determine, at any sigma.
 
     Args:
-        unidentified: why, by path; a path that is not free is held at an assumed number.
+        unidentified: reasons by path; a path that is not free is held at an assumed number.
     """
     free = fit.vector.paths
     told = [
-        replace(v, status="not identified", text=f"{v.text}; all the same: {unidentified[v.subject]}")
+        replace(v, status="not identified", text=f"{v.text}; nevertheless: {unidentified[v.subject]}")
         if v.subject in unidentified else v
         for v in fit.verdicts
     ]  # fmt: skip
@@ -133,12 +133,12 @@ def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> V
     told = f"{value:.4g} +- {sigma:.2g}"
     if bound:
         return Verdict(
-            f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it further out, "
+            f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it beyond, "
             "so either the interval is too narrow or the model lacks something",
         )  # fmt: skip
     one = Vector.of([f])
     size = float(one.size(np.array([value]))[0])
-    known = f"sigma is {sigma / size:.2g} of its size" if size > 0 else "not told from zero"
+    known = f"sigma is {sigma / size:.2g} of its size" if size > 0 else "not distinguished from zero"
     own = 1.0 - min(sigma / size, 1.0) ** 2 if size > 0 else 0.0
     if not np.isfinite(one.variance[0]):
         share, told = own, f"{told}: {known}"
@@ -147,7 +147,7 @@ def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> V
     elif share >= CLEAR:
         told = f"{told}: {known}, and the data removed {share:.0%} of the prior variance"
     elif share >= UNKNOWN:
-        told = f"{told}: data and prior speak about equally loud ({share:.0%})"
+        told = f"{told}: data and prior weigh about the same ({share:.0%})"
     else:
         told = f"{told} is little more than the prior ({share:.0%} removed)"
     if share >= CLEAR:

@@ -61,14 +61,14 @@ def least_squares(matrix: Array, right: Array) -> Solution:
     """The `values` that bring ``matrix @ values`` nearest to `right`.
 
     Raises:
-        DataError: fewer equations than unknowns, or unknowns that the equations cannot tell apart.
+        DataError: fewer equations than unknowns, or unknowns that the equations do not separate.
     """
     rows, n = matrix.shape
     if rows <= n:
         raise DataError(f"{rows} equations for {n} unknowns; give longer trials, or leave some out")
     size = np.sqrt(np.mean(matrix * matrix, axis=0))
     if np.any(size == 0.0) or np.linalg.matrix_rank(matrix / size) < n:
-        raise DataError(f"the data cannot tell the {n} unknowns apart: some are not excited, as by a control held")
+        raise DataError(f"the data do not separate the {n} unknowns: some are not excited, as by a control held")
     q, triangle = np.linalg.qr(matrix / size)
     values = np.linalg.solve(triangle, q.T @ right) / size
     residual = right - matrix @ values
@@ -131,7 +131,7 @@ def weighted_fit(
         problem: the problem; its loss gives the scale of a channel where it names it.
         matrix: shape (rows, channels, free parameters).
         right: shape (rows, channels); the channels are u, v_m, r.
-        estimator: for the digest; it must have a telling `repr`.
+        estimator: for the digest; its `repr` must list its settings.
         began: time of `perf_counter` at the start.
         progress: called after each pass.
     """
@@ -149,7 +149,7 @@ def weighted_fit(
         values, hessian, cost = _solve(weighed, aim, problem.vector)
         history.append((turn + 1.0, cost, math.nan, time.perf_counter() - began))
         tell(progress, (turn + 1, cost, math.nan), with_values(problem.ship, free, values))
-        # Channels that the free parameters do not touch keep their scale: they say nothing either way.
+        # Channels that the free parameters do not affect keep their scale: they carry no information.
         left = np.sqrt(np.mean((right - matrix @ values) ** 2, axis=0))
         scale = np.where(np.isin(VELOCITIES, list(problem.loss.sigma)), scale, np.maximum(left, 1e-9 * scale))
     touched = np.any(matrix != 0.0, axis=(0, 2))

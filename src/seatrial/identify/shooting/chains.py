@@ -1,10 +1,9 @@
-"""Trials cut into chains of windows for multiple shooting: each window goes on where the one before ends.
+"""Chains of windows for multiple shooting, each window starting where the one before ends, and free first states.
 
-Which entries of the first state of a trial a fit may move, and what holds those that no reading does.
-
-A position or heading that no compared channel follows from is held at its measurement: nothing else tells it.
-Any other entry whose own channel is left out, as the speeds are where only positions are compared, is drawn to its
-measurement by the spread of that channel over the trials, so weakly that it only decides where the data say nothing.
+A position or heading that determines no compared channel is held at its measurement.  Any other entry of the first
+state of a trial is free.  One whose own channel is not compared, such as a speed where only positions are, has a
+prior at its measurement with the spread of that channel over the trials: so weak that it matters only where the data
+do not determine the entry.
 """
 
 from __future__ import annotations
@@ -75,7 +74,7 @@ def chains(
             piece = record.window(begin, jump + 1, every, own, joined=level > 0)
             parts.append((index, piece._replace(state0=np.append(bridged[begin], record.hidden[begin]))))
             motion.append(bridged[piece.rows])
-            length.append(np.count_nonzero(begin + every * np.arange(len(piece.rows) - 1) < record.last))
+            length.append(int((begin + every * np.arange(len(piece.rows) - 1) < record.last).sum()))
         level_of += range(len(begins))
     levels = np.array(level_of, dtype=np.intp)
     return Chains(
@@ -96,7 +95,7 @@ def _whole(trial: Trial, model: Model, jump: int) -> Record:
     return record
 
 
-# Channels of which one must be compared for the start of a position or of the heading to be told.
+# Channels of which one must be compared for an initial position or heading to be determined.
 _TOLD_BY = {"x": ("x",), "y": ("y",), "psi": ("psi", "x", "y")}
 
 
@@ -118,7 +117,7 @@ class FirstStates:
 
     @staticmethod
     def of(cut: Chains, span: Array) -> FirstStates:
-        """Those that the compared channels tell; `span` is the spread of each channel, shape (states,)."""
+        """Those that the compared channels determine; `span` is the spread of each channel, shape (states,)."""
         compared = {STATES[k] for k in np.flatnonzero(cut.scale.max(axis=(0, 1)))}
         told = [k for k, name in enumerate(STATES) if compared & {*_TOLD_BY.get(name, STATES)}]
         free = np.array(told, dtype=np.intp)

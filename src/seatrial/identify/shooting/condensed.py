@@ -31,7 +31,7 @@ _NUDGE = np.full(1, 1e-13)
 
 @dataclass(frozen=True)
 class Point:
-    """Where a search stands.
+    """Unknowns of a search.
 
     Attributes:
         p: parameters, shape (free,).
@@ -90,7 +90,7 @@ class Condensed:
         problem, chains: what is fitted, and how it is cut.
         anchor: mean of the prior and the ridge together, and their weight, shape (2, free).
         penalty: inequalities.
-        nuisances: what each trial has of its own.
+        nuisances: currents and biases of each trial.
         begun: which entries of the first state of each trial are free (their measurements count as any other row).
         linked: whether windows must join; else each starts from its measured state, a local optimisation.
         span: scale of each state's gaps, shape (states,).
@@ -178,7 +178,7 @@ class Condensed:
         return (float((weight * away**2).sum() + z @ z), weight * away + dz.T @ z, np.diag(weight) + dz.T @ dz)
 
     def priors(self, point: Point) -> float:
-        """What the nuisances and the first states that no reading holds add to the objective."""
+        """Part of the objective of the nuisance parameters and of the first states without compared readings."""
         return self.nuisances.prior(point.own) + self.begun.prior(point.nodes)
 
     def cost(self, point: Point) -> tuple[float, Array]:
@@ -310,13 +310,13 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Search:
-    """Where a descent stands.
+    """State of a descent.
 
     Attributes:
         point, cost: parameters and start states, and the objective there.
         iteration, evaluations: what it took.
         closed: whether the windows join.
-        done: why it stopped, in words; "converged" where it did.
+        done: reason why it stopped; "converged" where it did.
     """
 
     point: Point

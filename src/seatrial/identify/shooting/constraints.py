@@ -1,8 +1,8 @@
-"""What a ship's matrices must satisfy, as inequalities on the free parameters for both back ends.
+"""Inequality constraints on the free parameters for both back ends: conditions on mass and damping matrices.
 
-You 2023 Eq. 19 asks X_u > 0 and X_u (Y_v N_r - Y_r N_v) > 0 of a table in which negative numbers damp; what is
-meant, and what its own result satisfies, is -X_u > 0 and Y_v N_r - Y_r N_v > 0: a ship that loses way, and
-that is stable on a straight course at rest.  Eq. 18 (masses above zero) is completed to a positive definite M.
+You 2023 Eq. 19 asks X_u > 0 and X_u (Y_v N_r - Y_r N_v) > 0 of a table in which negative numbers damp; the
+intended conditions, which its own result satisfies, are -X_u > 0 and Y_v N_r - Y_r N_v > 0: a ship that slows down,
+and that is stable on a straight course at rest.  Eq. 18 (masses above zero) is completed to a positive definite M.
 """
 
 from __future__ import annotations

@@ -20,19 +20,19 @@ from .. import FitError, Problem
 from .chains import Chains, FirstStates, Index
 from .constraints import Inequalities
 
-# A bound so many sizes away is none: the barrier would otherwise pull towards the middle.
+# A bound this many sizes away is left out: the barrier would otherwise pull towards the middle.
 _FAR = 1e6
 
 
 @dataclass(frozen=True)
 class Solved:
-    """Where IPOPT ended.
+    """Result of IPOPT.
 
     Attributes:
         p, nodes: parameters (free,), and states at the start of each lane (lanes, states).
         cost: the objective, priors included.
         iterations: of IPOPT.
-        status: its own word for why it stopped.
+        status: its return status.
         success: whether that is a solution.
     """
 

@@ -4,7 +4,7 @@ LO is a prediction over short stretches from measured states, or, where the mome
 parameters, one linear system.  GO is the whole trajectory by multiple shooting.  Trials are added step by step,
 each GO begins where the last one ended, and LO is the way back in where it stalls.
 
-One fit by multiple shooting as it goes on: stages, ways in, and what is made of the point where it ends.
+`Run` is one fit by multiple shooting: its stages, its starting points, and the fit at its end.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Shooting:
         growth: trials that are added at a time; 0 takes all at once.
         window: length of the windows of multiple shooting [s].
         smooth: length over which measured velocities are smoothed for LO [s].
-        every: compare every so many steps.
+        every: stride of the compared steps.
         dt: time step [s]; None takes the median step of the trials.
         method: as in `Trajectory`.
         ridge: weight of the squared offset from the start, relative to the start (absolute where that is zero).
@@ -57,7 +57,7 @@ class Shooting:
         initial: first state of each trial "free", its measurement counting as any other row, or as "measured".
         weights: of the manoeuvres by trial name; 1 where not named.
         back_end: "engine", or "ipopt" (CasADi), to which `hessian` belongs: "gauss-newton" or "exact".
-        iterations, tolerance: stop after so many, or when the relative decrease is smaller.
+        iterations, tolerance: stop after this many iterations, or when the relative decrease is smaller.
         threads: None takes every processor.
     """
 
@@ -97,7 +97,7 @@ class Shooting:
 
     @property
     def starts_remedy(self) -> tuple[str, str]:
-        """What to do about the noise of measured starts; see `Estimator`."""
+        """Remedy for the noise of measured initial states; see `Estimator`."""
         if self.schedule == "lo":
             return "loss.correlation", "give the time over which errors are alike"
         return ("", "") if self.initial == "free" else ("estimator.initial", 'say "free"')
@@ -106,7 +106,7 @@ class Shooting:
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
 
-        A fit takes about a second, so nothing is kept in `checkpoint`: a killed run starts anew.
+        A fit takes about a second, so nothing is kept in `checkpoint`: a killed run starts from the beginning.
 
         Raises:
             StudyError: nuisances that there cannot be, or weights of trials that there are not.
@@ -144,7 +144,7 @@ _LADDER, _LOCAL = (0.0, 0.2, 1.0), 12
 # any longer prediction blows up is walked back.  Steps at most (a mass grows twofold a step), and damping.
 _FAR, _FAR_DAMPING = 80, 1e-2
 UNJOINED = "LO only: no whole trajectory could be joined"
-"""Status of a fit whose GO came to nothing; its parameters and their sigma are those of short predictions."""
+"""Status of a fit whose GO failed; its parameters and their sigma are those of short predictions."""
 
 # Weight of a squared violation (relative) per sample; rounds of the multipliers of constraints.
 _STIFF, _ROUNDS = 1e5, 6
@@ -152,7 +152,7 @@ _STIFF, _ROUNDS = 1e5, 6
 
 @dataclass
 class Run:
-    """One fit as it goes on: what stays the same over its stages, and what it has cost so far."""
+    """One running fit: what is the same in all stages, and what it has cost so far."""
 
     settings: Shooting
     problem: Problem
@@ -190,7 +190,7 @@ class Run:
         return self.problem.vector.low, self.problem.vector.high
 
     def each(self, search: Search) -> None:
-        """Note where a search stands, with the standardised error of whole validation trials."""
+        """Note the state of a search, with the standardised error of whole validation trials."""
         seen = self.watch.standardised(search.point.p) if self.watch else float("nan")
         self.history.append((len(self.history) + 1.0, search.cost, seen, time.perf_counter() - self.began))
         ship = with_values(self.problem.ship, self.problem.free, search.point.p)

@@ -21,7 +21,7 @@ from .. import Problem
 from ..trajectory.gauss_newton import steps
 from .chains import Chains
 
-# Damping of the step's matrix: what the data do not see stays where it is.
+# Damping of the step's matrix: parameters that the data do not excite keep their values.
 _NUDGE = np.full(1, 1e-9)
 # Passes over the weights of surge, sway and yaw.
 _PASSES = 2
@@ -36,7 +36,7 @@ def momentum_guess(problem: Problem, cut: Chains, *, smooth: float, span: float,
         cut: the trials.
         smooth: length over which velocities are smoothed by a quadratic [s].
         span: length of the windows over which the balance is drawn [s].
-        start: values of what the data do not see, shape (free,).
+        start: values of parameters that the data do not excite, shape (free,).
     """
     balance = _balance(problem)
     if balance is None:

@@ -2,14 +2,15 @@
 
 Each problem has its own parameter values, and may have its own held parameters and its own data; all share
 ship, controls and loss.  One kernel call integrates the trajectories of all of them with their exact
-derivatives; what differs is only which lanes belong to whom.
+derivatives; only the assignment of lanes to problems differs.  The normal equations of the initial states are kept
+apart until they are eliminated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,14 +26,103 @@ from .. import Problem, StudyError
 from ..nuisance import Nuisances, begun_as, held
 from ..record import Settings, Windows, cut_as, windows
 from .gauss_newton import Mask, steps
-from .normals import Data, Ends, Normals
 
 # Damping of Marquardt's diagonal: start, least, and ratio after a good step; after bad ones the ratio doubles.
 _DAMPING, _LEAST, _DOWN, _UP = 1e-2, 1e-9, 0.2, 4.0
-# Most steps by which free starts come to suit given parameters.
+# Most steps to the best initial states for given parameters.
 _SETTLING = 8
-# A problem ends after so many steps in succession that no longer matter, or that fail.
+# A problem ends after this many successive steps that no longer matter, or that fail.
 _STILL, _FAILED = 2, 7
+
+
+@dataclass(frozen=True)
+class Data:
+    """Data that each problem is fitted to, in place of the trials.
+
+    Attributes:
+        state0: state at the start of each window, shape (problems, windows, states).
+        measured: shape (problems, windows, rows, 6).
+        mean: replaces the prior means, shape (problems, free).
+    """
+
+    state0: Array
+    measured: Array
+    mean: Array
+
+    def of(self, index: Any) -> Data:
+        """Some of the problems."""
+        return Data(self.state0[index], self.measured[index], self.mean[index])
+
+
+@dataclass(frozen=True)
+class Normals:
+    """Objectives (prior included), their data's part, and halved derivatives of each problem.
+
+    Attributes:
+        costs, data: shape (problems,); inf where the model blows up.
+        H: shape (problems, free, free).
+        g: shape (problems, free).
+        own, cross, slope: of the estimated starts: Hessian (problems, windows, starts, starts), mixed with the
+            parameters (problems, windows, starts, free), gradient (problems, windows, starts).
+        offset: initial states less the recorded ones, shape (problems, windows, starts).
+    """
+
+    costs: Array
+    data: Array
+    H: Array
+    g: Array
+    own: Array
+    cross: Array
+    slope: Array
+    offset: Array
+
+    def updated(self, index: Any, other: Normals, which: Mask) -> None:
+        """Take over `other`, which belongs to the problems `index`, where `which` is set."""
+        for mine, its in zip(self.parts, other.parts, strict=True):
+            mine[index[which]] = its[which]
+
+    @property
+    def parts(self) -> tuple[Array, ...]:
+        """All of it, each with the problems first."""
+        return self.costs, self.data, self.H, self.g, self.own, self.cross, self.slope, self.offset
+
+    def of(self, index: Any) -> Normals:
+        """Some of the problems."""
+        return Normals(*(part[index] for part in self.parts))
+
+    def back(self, damping: Array | None = None) -> Array:
+        """Answer of the starts to the parameters and by themselves, shape (problems, windows, starts, free + 1)."""
+        extra = np.zeros(len(self.costs)) if damping is None else damping
+        unit = np.eye(self.own.shape[-1])
+        # Where the model blows up there is nothing to solve.
+        known = np.isfinite(self.costs)[:, None, None, None]
+        hessian = np.where(known, self.own * (1.0 + extra[:, None, None, None] * unit), unit)
+        found: Any = np.linalg.solve(hessian, np.concatenate([self.cross, self.slope[..., None]], axis=3))
+        return np.asarray(found, dtype=np.float64)
+
+    def reduced(self, back: Array | None = None) -> Normals:
+        """The starts eliminated: H and g of the parameters alone."""
+        if not self.offset.shape[2]:
+            return self
+        found = np.einsum("pwsn,pwsm->pnm", self.cross, self.back() if back is None else back)
+        return replace(self, H=self.H - found[..., :-1], g=self.g - found[..., -1])
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where each problem ended.
+
+    Attributes:
+        values: shape (problems, free).
+        normals: objective and normal equations there.
+        iterations: steps tried, shape (problems,).
+        converged: whether the last steps no longer mattered, shape (problems,).
+    """
+
+    values: Array
+    normals: Normals
+    iterations: NDArray[np.intp]
+    converged: Mask
 
 
 @dataclass(frozen=True)
@@ -45,7 +135,7 @@ class Many:
         chunk: problems that are integrated together.
         packed: series of the windows, repeated for a chunk.
         low, high: bounds, shape (free,).
-        begun: which entries of the start of each window are estimated; none where it is taken as recorded.
+        begun: entries of the initial state of each window that are estimated; the others are as recorded.
     """
 
     problem: Problem
@@ -94,7 +184,7 @@ class Many:
         return Many.build(own, problem.trials, sigma, **arguments)
 
     def predicted(self, values: Array) -> Array:
-        """Windows as one ship sails them from their starts, shape (windows, rows, 6)."""
+        """Predictions of all windows by one set of values, shape (windows, rows, 6)."""
         cut = self.windows
         state0 = cut.state0.copy()
         if self.begun:
@@ -110,7 +200,7 @@ class Many:
         return self.settled(values, data).reduced()
 
     def settled(self, values: Array, data: Data | None) -> Normals:
-        """The same with the starts that suit `values`, not eliminated."""
+        """The same at the best initial states for `values`, not eliminated."""
         offset = np.zeros((len(values), self.windows.state0.shape[0], len(self.begun)))
         now = self.at(values, offset, data)
         for _ in range(_SETTLING if self.begun else 0):
@@ -123,7 +213,7 @@ class Many:
         return now
 
     def at(self, values: Array, offset: Array, data: Data | None) -> Normals:
-        """Objective and normal equations at `values` and at starts so far from the recorded ones."""
+        """Objective and normal equations at `values` and at these offsets of the initial states."""
         count, n = values.shape
         parts = [np.arange(a, min(a + self.chunk, count)) for a in range(0, count, self.chunk)]
 
@@ -182,9 +272,9 @@ class Many:
         Args:
             starts: shape (problems, free).
             data: what to fit to; None takes the trials.
-            held: what does not move, shape (problems, free).
+            held: parameters that do not move, shape (problems, free).
             tolerance: relative decrease that no longer matters.
-            each: called with all objectives and values after every iteration; they move on.
+            each: called with all objectives and values after every iteration; the arrays are reused.
         """
         values = np.clip(starts, self.low, self.high)
         moving = np.ones(values.shape, dtype=np.bool_) if held is None else ~held
@@ -217,6 +307,6 @@ class Many:
 
 
 def _chunk(lanes: int) -> int:
-    """Problems of so many windows that fill the kernel's blocks best, in no more than four blocks or one problem."""
+    """Number of problems of `lanes` windows that fills the kernel's blocks best, at most four blocks or one problem."""
     sizes = [k for k in range(1, LANES + 1) if k * lanes <= 4 * LANES] or [1]
     return min(sizes, key=lambda k: (-(-k * lanes // LANES) * LANES / (k * lanes), k))

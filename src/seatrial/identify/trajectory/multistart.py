@@ -29,10 +29,10 @@ class MultiStart:
 
     Attributes:
         window, every, dt, method, threads: as in `Trajectory`; None for the window runs each trial through.
-        initial: "free" estimates the state at the start of each window along, its reading counting as any other;
-            "measured" starts from the row as recorded, noise and all.
+        initial: "free" estimates the initial state of each window, its reading counting as any other;
+            "measured" starts from the row as recorded, with its noise.
         starts: the first is the declared one, others are drawn within bounds (or the prior) from `seed`.
-        iterations, tolerance: stop after so many, or when two steps decrease by less than this (relative).
+        iterations, tolerance: stop after this many iterations, or when two steps decrease by less than this (relative).
     """
 
     window: float | None = None
@@ -55,14 +55,14 @@ class MultiStart:
 
     @property
     def starts_remedy(self) -> tuple[str, str]:
-        """What to do about the noise of measured starts; see `Estimator`."""
+        """Remedy for the noise of measured initial states; see `Estimator`."""
         return ("estimator.initial", 'say "free"') if self.initial == "measured" else ("", "")
 
     @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters of `problem`; see `Estimator`.
 
-        A fit takes about a second, so nothing is kept in `checkpoint`: a killed run starts anew.
+        A fit takes about a second, so nothing is kept in `checkpoint`: a killed run starts from the beginning.
 
         Raises:
             StudyError: the problem has nuisances.

@@ -19,7 +19,7 @@ from ..nuisance import Index, Layout
 from ..record import Windows, windows
 from .gauss_newton import Block, Normal
 
-# Steps towards the starts that suit given parameters: the readings are near, so a few are plenty.
+# Steps to the best initial states for given parameters: the readings are near, so a few suffice.
 _TOWARDS = 8
 
 
@@ -48,7 +48,7 @@ class TrajectoryObjective:
             substeps=substeps(problem.ship, dt, method),
         )  # fmt: skip
         layout = Layout.of(problem.nuisance, cut.trial)
-        # The prior of a free initial state stands for its measurement, which must not count a second time.
+        # The prior of a free initial state represents its measurement, which must not count twice.
         measured = [STATES.index(name) for name, sd in problem.nuisance.initial.items() if math.isfinite(sd)]
         cut.scale[:, 0, measured] = 0.0
         system = open_loop(problem.ship)
@@ -132,19 +132,19 @@ class TrajectoryObjective:
         )  # fmt: skip
 
     def variance(self, p: Array, eta: Array) -> float:
-        """Mean squared residual over sigma^2 per degree of freedom: how far sigma was from the truth.
+        """Mean squared residual over sigma^2 per degree of freedom: the factor by which sigma^2 was wrong.
 
-        Samples are counted by their weight, so errors that last are not taken for many.
+        Samples are counted by their weight, so that lasting errors do not count as many.
         """
         e = self.residuals(p, eta)
         independent = float(self.windows.entries) * self.windows.weight
         return float((e * e).sum()) / max(independent - p.size - self.layout.flat, 1.0)
 
     def begun(self, p: Array, until: float | None = None) -> Array:
-        """The nuisances that suit `p` best, found from none.
+        """The best nuisance parameters for `p`, searched from zero.
 
         Args:
-            until: seconds of each window that have a say; None is all of it.
+            until: seconds of each window that are used; None uses all of it.
         """
         here, eta = self, np.zeros(self.nuisances)
         if not eta.size:
@@ -173,7 +173,7 @@ class TrajectoryObjective:
             return float((e * e).sum()) / (self.windows.weight * max(self.windows.samples, 1))
 
     def failure(self, p: Array) -> str:
-        """Which trial and state blow up first at `p`, in words."""
+        """Description of the trial and state that blow up first at `p`."""
         state0, parameters, arguments, _ = self._arguments(p, np.zeros(self.nuisances))
         with np.errstate(all="ignore"):
             run = self.forward.run(state0, self.packed, parameters, **arguments)

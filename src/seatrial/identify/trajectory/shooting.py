@@ -1,8 +1,8 @@
 """Fitting through the simulated trajectory: windows as lanes, exact sensitivities, Gauss-Newton.
 
-`Trajectory` holds long predictions, restarted from measured (or estimated) states, against the
+`Trajectory` compares long predictions, restarted from measured (or estimated) states, with the
 measurement: the global optimisation (GO) of You 2023 and the loss of Wakita 2022 Eq. 23, for any
-model.  `OneStep` holds single steps against it: the local optimisation (LO), a cheap first guess.
+model.  `OneStep` compares single steps with it: the local optimisation (LO), a cheap first guess.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ class Trajectory:
     Attributes:
         window: length of a prediction before it restarts [s].
         stride: time from the start of one prediction to that of the next [s]; None is the window.
-        every: compare every so many steps.
+        every: stride of the compared steps.
         dt: time step [s]; None takes the median step of the trials.
         method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
-        iterations, tolerance: stop after so many, or when the relative decrease is smaller.
-        later: shell-style patterns of parameters that stay as they are until the others have been fitted, and join
-            them then: a correction should not learn what the physics below it can.
+        iterations, tolerance: stop after this many iterations, or when the relative decrease is smaller.
+        later: shell-style patterns of parameters that are held until the others have been fitted, and are then
+            fitted with them: a correction should not learn what the physics can explain.
         starts: number of starts; the first is the declared one, others are drawn within bounds
             (or the prior) from `seed`.
         threads: None takes every processor.
@@ -75,7 +75,7 @@ class Trajectory:
 
     @property
     def starts_remedy(self) -> tuple[str, str]:
-        """What to do about the noise of measured starts; see `Estimator`."""
+        """Remedy for the noise of measured initial states; see `Estimator`."""
         return "nuisance.initial", "give its deviations"
 
     @linted
@@ -111,7 +111,7 @@ class Trajectory:
         return replace(fit, objective=best.cost, seconds=time.perf_counter() - resume.began, ends=ends)
 
     def _begun(self, problem: Problem) -> Problem:
-        """The problem, its search starting where all but the later parameters fit best without them."""
+        """The problem, started at the fit of all but the later parameters."""
         late = [f.path for f in problem.free if any(fnmatchcase(f.path, pattern) for pattern in self.later)]
         early = tuple(f for f in problem.free if f.path not in late)
         if not late or not early:
@@ -155,7 +155,7 @@ def finished(
     problem: Problem, objective: TrajectoryObjective, p: Array, eta: Array, history: Array,
     evaluations: int, status: str, print_: str,
 ) -> Fit:  # fmt: skip
-    """The fit at `p`: covariance and verdicts from the exact normal equations there, whoever searched."""
+    """The fit at `p`, found by any search: covariance and verdicts from the exact normal equations there."""
     normal, layout = objective.normal(p, eta), objective.layout
     return judged(
         problem, p, normal, objective.variance(p, eta), history=history, seconds=0.0, evaluations=evaluations,
@@ -181,7 +181,7 @@ class OneStep:
 
     @property
     def starts_remedy(self) -> tuple[str, str]:
-        """What to do about the noise of measured starts; see `Estimator`."""
+        """Remedy for the noise of measured initial states; see `Estimator`."""
         return "nuisance.initial", "give its deviations"
 
     @linted

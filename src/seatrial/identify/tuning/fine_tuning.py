@@ -27,7 +27,7 @@ from .ranges import ITERATIONS, TOLERANCE, Scorer, flat_directions, longest, res
 from .tuned import Method, Range, Tuning
 
 Told = Callable[[str, int, float], None]
-"""Called with (what, iteration, objective) as the fits go on; from several threads."""
+"""Called with (what, iteration, objective) while the fits run; from several threads."""
 
 Key = TypeVar("Key")
 Found = TypeVar("Found")
@@ -131,7 +131,7 @@ class FineTuning:
 
         Args:
             checkpoint: each fit to all tuning trials keeps its own file beside it, of the same stem; a killed run
-                that is given the same path goes on and ends with the same numbers.
+                that is given the same path resumes and ends with the same numbers.
 
         Raises:
             StudyError: ratios beyond what [free] declares, one tuning trial only, or a trial in both sets.
@@ -213,11 +213,11 @@ class _Sweep:
         return tuple(self._range(ratio, boxes[ratio], found, hard, soft, tests) for ratio in ratios)
 
     def _whole(self, name: str, estimator: Any, ratio: float, free: tuple[Free, ...]) -> Callable[[], Fit]:
-        """A fit to all tuning trials, with a file of its own from which it goes on."""
+        """A fit to all tuning trials, with a checkpoint file of its own."""
         path = self.checkpoint and self.checkpoint.with_name(
             f"{self.checkpoint.stem}.{f'{ratio:g}'.replace('.', '_')}_{name}{self.checkpoint.suffix}"
         )
-        # The gradient takes free starts as nuisances that nothing but the readings hold.
+        # The gradient method takes free initial states as nuisance parameters without a prior.
         own = self.problem if name == "evolution" else begun_as(self.problem, self.settings.initial)
         problem = replace(own, free=free)
 

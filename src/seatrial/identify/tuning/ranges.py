@@ -1,4 +1,4 @@
-"""How far parameters may move: boxes of a ratio, soft ranges, what they cost on trials not fitted, and what is left.
+"""Ranges of parameters: boxes of a ratio, soft ranges, their losses on left-out trials, and the residuals of a fit.
 
 Suyama 2023 section 4.2 sets the range by hand and can only warn that a wide one may overfit.  Here each range
 is judged by predicting every tuning trial from a fit to the others.
@@ -23,9 +23,9 @@ from ..trajectory.batch import Many
 from ..trajectory.objective import TrajectoryObjective
 from ..vector import Vector
 
-# When a descent ends: so many iterations, or a relative decrease below this.
+# A descent ends after this many iterations, or at a relative decrease below this.
 ITERATIONS, TOLERANCE = 80, 1e-8
-# Rows that tell the start of a trial, at least.
+# Fewest rows from which the initial state of a trial is estimated.
 _FIRST = 10
 
 
@@ -38,8 +38,8 @@ def longest(trials: Sequence[Trial]) -> float:
 class Scorer:
     """The loss of a problem on any trials, each predicted whole from its start; compiled once.
 
-    Where starts are free (`nuisance.begun_as`) those of a trial that was fitted are what suits all of it, those of
-    one that is only predicted what suits its first ship length of way.
+    Where initial states are free (`nuisance.begun_as`) those of a fitted trial are estimated from all of it, those of
+    one that is only predicted from the time it takes to travel its first ship length.
 
     Attributes:
         base, many: the objective of the problem's own trials, for one set of values and for many.
@@ -95,13 +95,13 @@ class Scorer:
         """Weighted residuals, shape (trials, rows, 6); not finite where the model blows up.
 
         Args:
-            seen: whether starts may be what suits the whole of the trials.
+            seen: whether initial states may be estimated from the whole trials.
         """
         objective = self.objective(trials)
         return objective.residuals(values, objective.begun(values, None if seen else self.first(objective)))
 
     def first(self, objective: TrajectoryObjective) -> float:
-        """Time of the readings that tell the start of a trial which is only predicted [s]."""
+        """Time of the readings from which the initial state of a trial that is only predicted is estimated [s]."""
         ship, cut = objective.problem.ship, objective.windows
         return max(ship.L_pp / max(ship.speed, 1e-3), _FIRST * cut.dt * cut.every)
 
@@ -164,13 +164,13 @@ def softened(problem: Problem, ratio: float, share: float) -> tuple[Free, ...]:
 
 @dataclass(frozen=True)
 class Residuals:
-    """What a fit leaves of the trials, channel by channel, and whether that can be the sensors.
+    """Residuals of a fit, channel by channel, and whether they can be sensor noise.
 
     Attributes:
-        rms: root mean square of what is left, SI units.
+        rms: root mean square of the residuals, SI units.
         noise: deviation of white noise in the measurement, from its second differences.
-        correlation: between one sample of what is left and the next.
-        bias: mean of what is left by trial, SI units.
+        correlation: of residuals at neighbouring samples.
+        bias: mean residual by trial, SI units.
         time: samples per independent one, the largest over the channels that weigh.
         variance: mean square of the weighted residuals over all that is compared.
         independent: independent samples of all trials and channels together.
@@ -186,7 +186,7 @@ class Residuals:
 
     @property
     def counted(self) -> float:
-        """What sigma is to be multiplied by, so that the loss is that of independent samples at their own size."""
+        """Factor of sigma that makes the loss that of independent samples at their own size."""
         return math.sqrt(self.variance * self.time)
 
     @property
@@ -197,7 +197,7 @@ class Residuals:
             large, alike = rms > 2.0 * self.noise[name], self.correlation[name] > 0.5
             if large or alike:
                 lines.append(
-                    f"the model lacks something: what is left of {name} is {_said(name, rms)} RMS, the noise of its "
+                    f"the model lacks something: the residual of {name} is {_said(name, rms)} RMS, the noise of its "
                     f"sensor {_said(name, self.noise[name])}; neighbouring samples are correlated by "
                     f"{self.correlation[name]:.3f}"
                 )
@@ -211,7 +211,7 @@ def _said(name: str, value: float) -> str:
 
 
 def residuals(scorer: Scorer, trials: Sequence[Trial], values: Array) -> Residuals:
-    """Read what is left of `trials` at `values`."""
+    """The residuals of `trials` at `values`."""
     objective = scorer.objective(trials)
     left, scale = objective.residuals(values, objective.begun(values)), objective.windows.scale
     rms: dict[str, float] = {}

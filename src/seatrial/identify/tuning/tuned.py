@@ -130,7 +130,7 @@ class Tuning:
 
 
 def findings(tuning: Tuning) -> tuple[Issue, ...]:
-    """The outcome in plain words: "info" as hoped, "warning" where it asks for care."""
+    """Findings in words: "info" for what is as expected, "warning" for what needs care."""
     return (*_choice(tuning), *_data(tuning), *_search(tuning), *_tests(tuning), *_left(tuning))
 
 
@@ -139,7 +139,7 @@ def _choice(tuning: Tuning) -> Iterator[Issue]:
     total, names = sum(best.left_out.values()), list(best.left_out)
     yield Issue(
         "info", "range", f"a_r = {best.ratio:g} is chosen: it predicts the tuning trials left out best, "
-        f"with a loss of {total:.4g}; no test trial had a say",
+        f"with a loss of {total:.4g}; no test trial was used",
     )  # fmt: skip
     if others and best is tuning.ranges[-1]:
         yield Issue(
@@ -153,7 +153,7 @@ def _choice(tuning: Tuning) -> Iterator[Issue]:
             unclear.append(f"{other.ratio:g}")
     if unclear:
         yield Issue(
-            "warning", "range", f"the {len(names)} trials left out cannot tell a_r = {best.ratio:g} from "
+            "warning", "range", f"the {len(names)} trials left out cannot distinguish a_r = {best.ratio:g} from "
             f"{', '.join(unclear)}: the difference is within its own scatter",
         )  # fmt: skip
     wins = {n: min(tuning.ranges, key=lambda r: r.left_out[n]).ratio for n in names}
