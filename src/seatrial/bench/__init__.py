@@ -2,7 +2,7 @@
 
 Contract: `PEERS` names what can be compared; `peer.measure()` times both sides, `peer.installed` says whether there
 is anything to time.  Ratios hold from machine to machine far better than times; `timing.control_loop` before and
-after tells whether the machine had other work.
+after shows whether the machine had other work.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ class Peer:
 
     @property
     def version(self) -> str:
-        """Of the installed distribution; "" where it tells none."""
+        """Of the installed distribution; "" where unknown."""
         try:
             return version(self.module)
         except PackageNotFoundError:
             return ""
 
 
-# What measures is imported where it is asked for, so that a list of the peers costs nothing.
+# A peer is imported when it is measured, so that a list of the peers costs nothing.
 def _floats() -> tuple[Row, ...]:
     from . import turn
 

@@ -1,4 +1,4 @@
-"""Shortest of repeated runs, and a fixed loop that tells a busy machine."""
+"""Shortest of repeated runs, and a fixed loop that shows a busy machine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def best(job: Callable[[], Any], seconds: float = 1.5, least: int = 5) -> float:
 
 
 def control_loop() -> float:
-    """A fixed Python loop [ms]: slower than its usual value tells a busy machine."""
+    """A fixed Python loop [ms]: slower than usual, the machine is busy."""
 
     def loop() -> float:
         x = 0.0

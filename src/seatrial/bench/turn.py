@@ -32,7 +32,7 @@ def ship() -> Ship:
 
 @cache
 def engine() -> tuple[Any, Array, Array]:
-    """The engine of the ship, her parameters, and what acts on each lane."""
+    """The engine of the ship, its parameters, and what acts on each lane."""
     system, held = open_loop(ship()), np.array([N_P, DELTA, *([0.0] * len(CHANNELS))])
     return simulator(system), open_loop_parameters(ship()), np.tile(held, (LANES, 1, 1))
 

@@ -2,9 +2,9 @@
 
 Contract: a `Family` is what is known beforehand of a way to model a ship; `survey` puts beside it what
 is found by flying the ships of the library through the same probes; `recommend` ranks the families for
-a `Purpose`.  Whatever code can tell (does the speed answer to the propeller? is it silent at rest?) is
+a `Purpose`.  What code can determine (does the speed answer to the propeller? is it silent at rest?) is
 measured, so the table cannot claim more than the code does; the rest is declared, with the section of
-Sawada et al. (2024) that says it.  A declared answer can only lower a measured one.
+Sawada et al. (2024) that states it.  A declared answer can only lower a measured one.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ ANSWERS = ("yes", "part", "partly", "no", "planned")
 
 @dataclass(frozen=True)
 class Finding:
-    """An answer of `ANSWERS`, and how it is known: what was measured on which ship, or who says so."""
+    """An answer of `ANSWERS`, and how it is known: what was measured on which ship, or the source that states it."""
 
     answer: str
     how: str
@@ -74,9 +74,9 @@ class Family:
         section: where Sawada et al. (2024) describe it.
         source: citation of the family.
         routes: ways to its numbers, with Sawada's section each.
-        studies: reference numbers of the rows of Sawada's Table 1 that tell the data it needs.
+        studies: reference numbers of the rows of Sawada's Table 1 with the data it needs.
         counted: patterns of the paths of its coefficients; the others (size, reference speed) are not counted.
-        declared: answers that code cannot tell, by capability.
+        declared: answers that code cannot determine, by capability.
         belongs: whether a ship whose model is of `classes` is of this family.
         specimen: makes a ship for the probes where the library has none.
         next: commands that run as they stand, or with the user's own file for a name in capitals.
@@ -99,7 +99,7 @@ class Family:
 
 @dataclass(frozen=True)
 class Need:
-    """What a purpose asks of a model: capabilities, all of them, and who asks.
+    """What a purpose requires of a model: capabilities, all of them, and the source.
 
     Attributes:
         about: the need in words.

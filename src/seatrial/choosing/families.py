@@ -1,4 +1,4 @@
-"""The families of ship models: what Sawada et al. (2024) say of each, and where its numbers come from."""
+"""The families of ship models: statements of Sawada et al. (2024) on each, and the source of its numbers."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _equations(ship: Ship) -> int:
 
 
 def vector_arx() -> Ship:
-    """The Mariner about her straight run, as a map over a second: a vector ARX model without any fit."""
+    """The Mariner about its straight run, as a map over a second: a vector ARX model without any fit."""
     base = load("mariner")
     line = straight(base.model, base.speed)
     dt, kept = 1.0, [line.states.index(n) for n in ("u", "v_m", "r")]

@@ -1,6 +1,6 @@
 """Probes: what a ship's model represents, found by asking its right-hand side.
 
-A ship in hand: her rates at any motion and under any orders, without dimension.
+Rates of a ship at any motion and under any orders, without dimension.
 
 Velocities are in units of the approach speed U (yaw rate: U/L_pp), revolutions of those of the straight
 run, so that one threshold holds for ships of every size; rates are in U^2/L_pp and U^2/L_pp^2.
@@ -255,7 +255,7 @@ TUNNEL = "n_probe"
 
 @dataclass(frozen=True)
 class Probe:
-    """A ship to be asked, and her straight run at the approach speed."""
+    """A ship to be probed, and its straight run at the approach speed."""
 
     ship: Ship
     at: Trim
@@ -310,6 +310,6 @@ class Probe:
         return name in {f.name for f in fields(model)}
 
     def having(self, **parts: Any) -> Probe:
-        """The same ship with other parts, asked about the same straight run."""
+        """The same ship with other parts, probed at the same straight run."""
         model: Any = self.ship.model
         return replace(self, ship=replace(self.ship, model=replace(model, **parts)))

@@ -1,4 +1,4 @@
-"""What a model is wanted for (Sawada 2024 sections 3, 5 and 6.2), and the families ranked for it."""
+"""Purposes of a model (Sawada 2024 sections 3, 5 and 6.2), and the families ranked for it."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ class Purpose:
 
     Attributes:
         key, title: as typed, and in words.
-        about: what Sawada et al. (2024) ask of such a model.
+        about: requirements of Sawada et al. (2024) on such a model.
         needs: what it must have and what is good to have.
-        reasons: what they say of a family for this purpose, with the section.
+        reasons: their statement on a family for this purpose, with the section.
         used: families that they name in use for it; they go first where needs are met alike.
         simplest: the least that has been used, and its price; empty where there is no simpler way.
         check: how to test a ship for the purpose.
@@ -203,7 +203,7 @@ class Advice:
         add: needs met once a part is added to the ship file.
         misses: what would be good to have and is not there.
         items, in_part: numbers of the section 6.2 list of this purpose that it cannot meet, or only in part.
-        reason: what Sawada et al. (2024) say, with the section.
+        reason: statement of Sawada et al. (2024), with the section.
     """
 
     assessment: Assessment

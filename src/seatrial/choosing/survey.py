@@ -34,14 +34,14 @@ class Assessment:
 
     Attributes:
         ships: names of the library's ships of this family.
-        example: the one of them, or the specimen, that shows most; the cost is hers.
+        example: the one of them, or the specimen, that shows most; the cost is that of it.
         controls: controls of those ships, each name once.
         environment: what of wind, current, waves, shallow water reaches the motion of one of them.
         outputs: velocities that it moves, and states of its own.
         coefficients: how many numbers each ship gives it, fewest and most; None where it is only planned.
         studies: rows of Sawada's Table 1.
         findings: the answer to each capability.
-        by_ship: what each ship shows by herself, before anything declared lowers it.
+        by_ship: what each ship shows by itself, before a declaration lowers it.
         cost: time of one right-hand side (one sample of a sampled model) in one of 128 lanes [ns].
     """
 

@@ -7,7 +7,8 @@ finite derivatives, wherever physics evaluates it: at rest, astern, in the dead 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Protocol
 
 from casadi import SX
 from casadi import atan2 as _sx_atan2
@@ -28,6 +29,42 @@ from .parameters import Scalar
 
 TINY = 1e-12
 """Squared velocity [m^2/s^2] below which a speed is rounded to its smooth value at rest."""
+
+
+class Function(Protocol):
+    """A CasADi function of scalars, as far as the package uses it; CasADi has no types of its own."""
+
+    def __call__(self, *arguments: Scalar) -> Scalar:
+        """Output, or the outputs, under symbols, numbers or arrays."""
+        ...
+
+    def map(self, count: int, /) -> Function:
+        """The function over `count` columns of each input."""
+        ...
+
+    def save(self, path: str, /) -> None:
+        """Write it to a file."""
+        ...
+
+    def n_instructions(self) -> int:
+        """How many instructions it has."""
+        ...
+
+    def instruction_id(self, k: int, /) -> int:
+        """Operation of an instruction."""
+        ...
+
+    def instruction_input(self, k: int, /) -> Sequence[int]:
+        """Work elements that an instruction reads."""
+        ...
+
+    def instruction_output(self, k: int, /) -> Sequence[int]:
+        """Work elements that an instruction writes."""
+        ...
+
+    def instruction_constant(self, k: int, /) -> float:
+        """Number of an instruction that is a constant."""
+        ...
 
 
 def is_symbol(x: Scalar) -> bool:

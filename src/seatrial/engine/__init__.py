@@ -26,7 +26,7 @@ Before = Callable[[Scalar, Scalar, Scalars, Scalars, Scalars, Scalars], tuple[Sc
 
 
 class EngineNotice(UserWarning):
-    """Said once when the engine runs on its slower back end, with the reason."""
+    """Warning, once, that the engine runs on its slower back end, with the reason."""
 
 
 class Plant(Protocol):

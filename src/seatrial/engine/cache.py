@@ -5,7 +5,7 @@ flags, processor features, C library.  A file is written under a name of its own
 so concurrent processes never see half of one; its last 32 bytes are the digest of the rest, so a
 truncated file is compiled anew instead of crashing the process that maps it.
 
-A kernel is code that this process runs, and the digest tells an accident, not an intent. So the folder
+A kernel is code that this process runs, and the digest detects an accident, not an intent. So the folder
 is the user's own and closed to others, as is each file that is loaded from it.
 """
 

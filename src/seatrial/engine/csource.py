@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Any
 
 import casadi as ca
 
+from ..core.symbolic import Function
 from . import System
 from .trace import Jacobian
 
@@ -58,7 +58,7 @@ def _constant(value: float) -> str:
     return f"({value!r})"
 
 
-def statements(f: Any) -> tuple[list[str], set[tuple[int, int]]]:
+def statements(f: Function) -> tuple[list[str], set[tuple[int, int]]]:
     """C statements of `f`, and the (input, element) pairs they read as ``i<input>_<element>``."""
     names: dict[int, str] = {}
     lines: list[str] = []
@@ -87,7 +87,7 @@ def _expression(op: str, a: list[str]) -> str:
     return FORM[op].format(*a)
 
 
-def lane_function(name: str, f: Any, arguments: tuple[str, ...], lanewise: dict[int, int]) -> str:
+def lane_function(name: str, f: Function, arguments: tuple[str, ...], lanewise: dict[int, int]) -> str:
     """A C function over the lanes of one block.
 
     Args:
@@ -196,7 +196,7 @@ def propagation(j: Jacobian, states: int) -> str:
     return "".join(text) + "}}}\n"
 
 
-def rollout_source(system: System, rhs: Any, before: Any | None, lanewise: dict[int, int]) -> str:
+def rollout_source(system: System, rhs: Function, before: Function | None, lanewise: dict[int, int]) -> str:
     """C source of the kernel that integrates `system` over lanes."""
     acting = len(system.acting or system.series)
     ns, nm, nl = len(system.states), len(system.memory), len(system.logged)

@@ -15,10 +15,13 @@ from ..core.parameters import ParameterError, unknown
 from . import Array, EngineNotice, Failure, Rollout, System, simd, virtual
 from .cache import CompilerError
 
+Packed = simd.Packed | virtual.Packed
+"""Series in the order of a kernel; made by `pack`."""
+
 
 @cache
 def _notice(reason: str) -> None:
-    """Say once per process and reason that the slower back end is at work."""
+    """Warn once per process and reason that the slower back end runs."""
     warnings.warn(f"running on CasADi's virtual machine, some 30 times slower: {reason}", EngineNotice, stacklevel=4)
 
 
@@ -45,12 +48,12 @@ class Simulator:
     kernel: Any
     virtual: bool
 
-    def pack(self, series: Array) -> Any:
+    def pack(self, series: Array) -> Packed:
         """Series (lanes, steps, channels) in the kernel's own order, to be used in many runs."""
         return (virtual if self.virtual else simd).pack(np.asarray(series, dtype=np.float64))
 
     def run(
-        self, state0: Array, series: Any, parameters: Array, *, dt: float, steps: int,
+        self, state0: Array, series: Array | Packed, parameters: Array, *, dt: float, steps: int,
         memory0: Array | None = None, lanewise: Array | None = None, t0: float = 0.0, every: int = 1,
         method: str = "rk4", threads: int | None = None,
         validity: Mapping[str, tuple[float, float]] | None = None,
@@ -103,12 +106,12 @@ class Sensitivity:
     kernel: Any
     virtual: bool = field(default=False)
 
-    def pack(self, series: Array) -> Any:
+    def pack(self, series: Array) -> Packed:
         """Series (lanes, steps, channels) in the kernel's own order, to be used in many runs."""
         return (virtual if self.virtual else simd).pack(np.asarray(series, dtype=np.float64))
 
     def run(
-        self, state0: Array, series: Any, parameters: Array, *, dt: float, steps: int, every: int = 1,
+        self, state0: Array, series: Array | Packed, parameters: Array, *, dt: float, steps: int, every: int = 1,
         lanewise: Array | None = None, method: str = "rk4", threads: int | None = None,
     ) -> tuple[Array, Array]:  # fmt: skip
         """States (lanes, rows, states) and their derivatives (lanes, rows, states, free + states).
@@ -124,7 +127,7 @@ class Sensitivity:
         )  # fmt: skip
 
 
-def _fits(system: System, packed: simd.Packed | virtual.Packed, lanes: int, steps: int) -> None:
+def _fits(system: System, packed: Packed, lanes: int, steps: int) -> None:
     """Refuse series that a kernel would read past the end of."""
     if packed.lanes != lanes or (packed.steps != 1 and packed.steps < steps):
         raise ValueError(

@@ -23,7 +23,7 @@ _LONG, _DOUBLE, _ARRAY = ctypes.c_long, ctypes.c_double, ctypes.c_void_p
 class Stepper(Protocol):
     """A system that moves by one step at a time.
 
-    `now` holds the values of `system.stored` at the present time; whoever keeps it reads an old one after a step.
+    `now` holds the values of `system.stored` at the present time; a reference kept over a step reads old values.
     """
 
     now: Sequence[float]

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ..core.parameters import ParameterError
+from ..core.symbolic import Function
 from . import Array, Scalars, System
 
 
@@ -21,7 +22,7 @@ class Jacobian:
     each row named in `rows` the derivatives with respect to every free parameter.
     """
 
-    function: Any
+    function: Function
     A: tuple[tuple[int, int], ...]
     rows: tuple[int, ...]
     free: tuple[str, ...]
@@ -50,13 +51,13 @@ def _rates(system: System) -> tuple[list[Any], Any]:
     return [z, a, p], _column(rates)
 
 
-def right_hand_side(system: System) -> Any:
+def right_hand_side(system: System) -> Function:
     """CasADi function (z, a, p) -> rates, shape (states,)."""
     inputs, rates = _rates(system)
     return ca.Function("rhs", inputs, [ca.cse(rates)])
 
 
-def preparation(system: System) -> Any | None:
+def preparation(system: System) -> Function | None:
     """CasADi function (t, dt, z, m, s, p) -> (acting, memory, logged), or None."""
     if system.before is None:
         return None

@@ -8,11 +8,11 @@ and its policy on CasADi's machine.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
+from ..core.symbolic import Function
 from . import Array, Plant, System, trace
 
 _FEW = 32
@@ -62,8 +62,8 @@ class VirtualRollout:
 
     system: System
     lanewise: tuple[str, ...]
-    rhs: Any
-    before: Any
+    rhs: Function
+    before: Function | None
 
     @staticmethod
     def compile(system: System, lanewise: tuple[str, ...]) -> VirtualRollout:
@@ -98,7 +98,7 @@ class VirtualRollout:
         return out[:, :, : ns + nm + len(self.system.logged)]
 
 
-def _step(rhs: Any, z: Array, a: Array, P: Array, dt: float, rk4: bool) -> Array:
+def _step(rhs: Function, z: Array, a: Array, P: Array, dt: float, rk4: bool) -> Array:
     k1 = np.array(rhs(z, a, P))
     if not rk4:
         return z + dt * k1
@@ -168,7 +168,7 @@ class SteppedRollout:
 
     system: System
     lanewise: tuple[str, ...]
-    before: Any
+    before: Function | None
 
     @staticmethod
     def compile(system: System, lanewise: tuple[str, ...]) -> SteppedRollout:

@@ -1,4 +1,4 @@
-"""Gymnasium environments: ships as something to learn from.
+"""Gymnasium environments: ships for reinforcement learning.
 
 Importing this room registers three environments, each as a single one and as a vector of ships in one kernel::
 
@@ -9,8 +9,8 @@ Importing this room registers three environments, each as a single one and as a 
     envs = gymnasium.make_vec("seatrial/Berth-v0", num_envs=1024, current=(0.0, 0.05))
 
 Contract: a task (`tasks.Task`) is plain Python over scalars, traced together with ship and actuators, so that
-observation, reward and the end of an episode come out of the compiled step.  docs/robots.md says what is observed and
-what is paid.  Needs the extra `gym`.
+observation, reward and the end of an episode come out of the compiled step.  docs/robots.md lists observations and
+rewards.  Needs the extra `gym`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ __all__ = ["IDS", "Berth", "Course", "Settings", "ShipEnv", "ShipVectorEnv", "Ta
 
 IDS = {"seatrial/Course-v0": ("kvlcc2_l7", Course()), "seatrial/Track-v0": ("kvlcc2_l7", Track()),
        "seatrial/Berth-v0": ("esso_osaka_3m_harbour", Berth())}  # fmt: skip
-"""What is registered: the ship, unless another is asked for, and the task."""
+"""Registered environments: the default ship and the task."""
 
 for _id, (_ship, _task) in IDS.items():
     if _id not in gymnasium.registry:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -21,6 +21,7 @@ from .tasks import Task, TaskError, shown
 
 Observation = NDArray[np.float32]
 Flags = NDArray[np.bool_]
+Space = gymnasium.Space[Observation]
 
 
 def ship_of(ship: str | Ship) -> Ship:
@@ -38,10 +39,11 @@ def ship_of(ship: str | Ship) -> Ship:
     return load(given)
 
 
-def spaces_of(work: Work) -> tuple[Box, Box]:
+def spaces_of(work: Work) -> tuple[Space, Space]:
     """Observations as the task and the ship have them, and actions from -1 to 1."""
     low, high = np.array([(one.low, one.high) for one in work.seen], dtype=np.float32).T
-    return Box(low, high, dtype=np.float32), Box(-1.0, 1.0, (len(work.orders),), dtype=np.float32)
+    actions = Box(-1.0, 1.0, (len(work.orders),), dtype=np.float32)
+    return cast("Space", Box(low, high, dtype=np.float32)), cast("Space", actions)
 
 
 def checked(action: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
@@ -151,7 +153,7 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
         """Begin an episode on every ship.
 
         Args:
-            seed: of the first ship, the others' count on from there; or one for each ship; None goes on.
+            seed: of the first ship, the others' count on from there; or one for each ship; None continues.
             options: none are known.
         """
         if seed is not None or not self._seeded:

@@ -46,7 +46,7 @@ class Settings:
 
     Attributes:
         period: time between two actions [s]; None for about a 25th of a ship length at the approach speed.
-        steps: time steps within it; None for what her fastest motion needs, at least two.
+        steps: time steps within it; None for what its fastest motion needs, at least two.
         limit: actions after which an episode is cut off.
         wind: least and greatest true wind of an episode, from any direction [m/s].
         current: least and greatest current of an episode, towards any direction [m/s].
@@ -200,7 +200,7 @@ class Lanes:
         self._advance()
         self._done[:] = False
 
-    def step(self, action: Any) -> None:
+    def step(self, action: Array | NDArray[np.float32]) -> None:
         """One action on every lane; a lane whose episode is over begins the next one instead.
 
         Args:
@@ -287,7 +287,7 @@ class Buffers:
 
 
 def stepping(simulator: Simulator, buffers: Buffers, dt: float, steps: int, threads: int) -> Callable[[], None]:
-    """What moves all lanes on by `steps` time steps, state and memory excepted, which stay for whoever copies them."""
+    """Arguments that move all lanes by `steps` time steps; state and memory are left to the caller."""
     if simulator.virtual:
         return lambda: _slowly(simulator, buffers, dt, steps)
     run, blocks = simulator.kernel.code.rollout, buffers.state.shape[0]

@@ -38,7 +38,7 @@ class Order:
 
 
 def actions(ship: Ship, task: Task, ranges: Mapping[str, tuple[float, float]]) -> tuple[Order, ...]:
-    """What an agent orders aboard this ship, within the ranges of her controls.
+    """What an agent orders aboard this ship, within the ranges of its controls.
 
     Raises:
         TaskError: a ship that lacks an order.
@@ -63,7 +63,7 @@ def ranges_of(ship: Ship, turns: float) -> dict[str, tuple[float, float]]:
 
     Args:
         ship: the ship.
-        turns: revolutions of her approach [1/s], the range of a shaft that nothing limits; none where they are zero.
+        turns: revolutions of the approach [1/s], the range of a shaft without limits; none where they are zero.
 
     Raises:
         TaskError: a control without a range.
@@ -88,7 +88,7 @@ def _range(ship: Ship, control: str, turns: float) -> tuple[float, float]:
 
 
 def _limitless(ship: Ship, control: str) -> TaskError:
-    wanted = f"give low and high in [actuators.{control}] of her file"
+    wanted = f"give low and high in [actuators.{control}] of its file"
     return TaskError(f"{ship.name}: {control} has no limits; {wanted}")
 
 
@@ -160,7 +160,7 @@ class Work:
 
 
 def compiled_of(work: Work) -> tuple[System, System]:
-    """The system of a ship at her task, and the closed loop inside it.
+    """The system of a ship at its task, and the closed loop inside it.
 
     Series are the environment, the action, the goal and whether the lane is held; the memory is that of the loop,
     the actions taken and the task's; logged are the observation, the reward, terminated and truncated.
@@ -219,7 +219,7 @@ def refused(ship: Ship) -> None:
 
 
 def scale_of(ship: Ship, period: float) -> Scale:
-    """Measures of a ship; a breadth that her file does not tell is taken as a sixth of her length."""
+    """Measures of a ship; a breadth that its file does not give is taken as a sixth of the length."""
     breadth = float(ship.model.breadth)
     return Scale(ship.L_pp, breadth or ship.L_pp / 6.0, ship.speed, period)
 

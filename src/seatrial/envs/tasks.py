@@ -32,7 +32,7 @@ class Scale:
 
     Attributes:
         L, B: length and breadth [m].
-        U: speed of her approach [m/s].
+        U: speed of the approach [m/s].
         period: time between two actions [s].
     """
 
@@ -289,7 +289,7 @@ class Berth:
 
     The reward of an action is the way made towards the berth in ship lengths, heading error counting as `heading`
     lengths per radian, less ``(waiting + effort a^2) T U / L``.  An episode is over when the ship lies within `within`
-    of the pose and below `slow`, which pays `berthed`; when a corner of her rectangle L by B touches the quay, which
+    of the pose and below `slow`, which pays `berthed`; when a corner of its rectangle L by B touches the quay, which
     costs `touched` times 1 plus the square of midship's speed towards it over 0.1 U; and beyond `area` or where the
     model no longer holds, which costs `touched`.
 

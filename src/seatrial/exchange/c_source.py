@@ -7,8 +7,8 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
+from ..core.symbolic import Function
 from .listing import Language, listing
 from .plant import Number, Plant, Variable
 from .writing import write
@@ -111,7 +111,7 @@ def _places(upper: str, letter: str, variables: Sequence[Variable]) -> str:
     return f"enum {{ {', '.join(f'{upper}_{letter}_{name} = {k}' for k, name in enumerate(apart))} }};"
 
 
-def array_function(head: str, f: Any, letters: str, targets: Sequence[str]) -> list[str]:
+def array_function(head: str, f: Function, letters: str, targets: Sequence[str]) -> list[str]:
     """A C function of arrays: elements read once, then terms, then the outputs."""
     listed = listing(f, lambda i, j: f"{letters[i]}{j}", C)
     idle = [letter for i, letter in enumerate(letters) if not any(place[0] == i for place in listed.reads)]

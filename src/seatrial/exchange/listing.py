@@ -9,11 +9,12 @@ from typing import Any
 
 import casadi as ca
 
+from ..core.symbolic import Function
 from ..engine.csource import BINARY, CALL
 from ..ships import ShipError
 
 Place = tuple[int, int]
-"""Which input or output, and which of its elements."""
+"""An input or output, and one of its elements."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ class _Node:
         return self.text if self.holds >= asked else f"({self.text})"
 
 
-def listing(f: Any, leaf: Callable[[int, int], str], language: Language) -> Listing:
+def listing(f: Function, leaf: Callable[[int, int], str], language: Language) -> Listing:
     """The statements of `f`.
 
     Args:

@@ -12,6 +12,7 @@ import casadi as ca
 
 from ..actuators import queue_length
 from ..core.parameters import Spec, walk
+from ..core.symbolic import Function
 from ..engine.trace import preparation, right_hand_side
 from ..environment import CHANNELS
 from ..manoeuvres.given import Given
@@ -75,10 +76,10 @@ class Servos:
     memory: tuple[Variable, ...]
     start: tuple[int, ...]
     numbers: tuple[Number, ...]
-    open: Any
+    open: Function
 
     @property
-    def baked(self) -> Any:
+    def baked(self) -> Function:
         """Function (a, o) -> (u, a_next) with the numbers in place."""
         a, o = ca.SX.sym("a", len(self.memory)), ca.SX.sym("o", len(self.start))
         outputs = self.open(a, o, ca.DM([n.value for n in self.numbers]))
@@ -91,10 +92,10 @@ class Plant:
 
     Attributes:
         name: an identifier in C and Python.
-        title: one line that says which ship it is.
+        title: name of the ship, in one line.
         states, controls, environment: the elements of x, u and e.
         numbers: the parameters of the model.
-        open: function (x, u, e, p) -> dx, p in the order of `numbers`.
+        open: function (x, u, e, p) -> dx, p in the order of `numbers`; None of a network.
         servos: the actuators, where a length of the step was given.
     """
 
@@ -108,21 +109,21 @@ class Plant:
     servos: Servos | None
 
     @property
-    def rates(self) -> Any:
+    def rates(self) -> Function:
         """Function (x, u, e) -> dx with the numbers in place."""
         x, u, e = self._symbols()
         dx = self.open(x, u, e, ca.DM([n.value for n in self.numbers]))
         return ca.Function(f"{self.name}_rates", [x, u, e], [_tidy(dx)], ["x", "u", "e"], ["dx"])
 
     @property
-    def step(self) -> Any:
+    def step(self) -> Function:
         """Function (x, u, e, dt) -> x_next: Runge-Kutta of fourth order with u and e held."""
         (x, u, e), dt, f = self._symbols(), ca.SX.sym("dt"), self.rates
         ends = [x, u, e, dt]
         return ca.Function(f"{self.name}_step", ends, [_tidy(_rk4(f, *ends))], ["x", "u", "e", "dt"], ["x_next"])
 
     @property
-    def ordered_step(self) -> Any | None:
+    def ordered_step(self) -> Function | None:
         """Function (x, a, o, e) -> (x_next, a_next) over `servos.dt`; None without servos."""
         if self.servos is None:
             return None

@@ -19,7 +19,7 @@ from ..data.robot.messages import FIX, FRAMES, NUMBER, ODOMETRY, POSE, TWIST, VE
 from ..data.sidecar import began, sidecar_text
 
 FORMATS = ("mcap", "rosbag2")
-"""What can be written."""
+"""Formats that can be written."""
 
 TOPICS: Mapping[str, str] = {ODOMETRY: "/odom", FIX: "/fix", TWIST: "/twist"}
 """Topics of the motion; every other channel goes out as a number on a topic of its own name."""
@@ -32,7 +32,7 @@ def save_robot_log(trial: Trial, format: str, folder: Path) -> Path:
         DataError: times that no stamp can hold, or a bag that is there already.
     """
     path = folder / (f"{trial.name}.mcap" if format == "mcap" else trial.name)
-    sidecar_text(path, trial.meta)  # refuses what no file can say
+    sidecar_text(path, trial.meta)  # refuses what no file can hold
     if format != "mcap" and path.exists():
         raise DataError(f"{path}: is there already; remove it or choose another folder with -o")
     units = {name: trial.unit(name) for name in trial.channels if name not in UNITS}
@@ -52,7 +52,7 @@ def save_robot_log(trial: Trial, format: str, folder: Path) -> Path:
 def messages(trial: Trial) -> Iterator[Message]:
     """All messages of a trial in the order of time, each of them whole.
 
-    A row that lacks a part of the pose has no odometry, and one that lacks a velocity no twist, as nobody expects
+    A row that lacks a part of the pose has no odometry, and one that lacks a velocity no twist, as no reader expects
     NaN there; what it has of them goes out as numbers on topics of their own, like every other channel.
     """
     stamps = _stamps(trial)
@@ -90,7 +90,7 @@ def _whole(trial: Trial, names: Sequence[str]) -> NDArray[np.bool_]:
 
 
 def _fixes(trial: Trial) -> list[tuple[str, str, dict[str, Array]]]:
-    """The position of midship on the globe, where the trial says where its origin is."""
+    """The position of midship on the globe, where the trial gives its origin."""
     said: Any = trial.meta.get("datum")
     try:
         datum = Datum(float(said["latitude"]), float(said["longitude"]))
@@ -103,7 +103,7 @@ def _fixes(trial: Trial) -> list[tuple[str, str, dict[str, Array]]]:
 
 
 def _stamps(trial: Trial) -> list[int]:
-    """Times [ns]: since 1970 where the trial says when it began, else since its start."""
+    """Times [ns]: since 1970 where the trial gives its start, else since its start."""
     first = began(trial.name, trial.meta)
     stamps = [first + round(1e9 * t) for t in trial.t.tolist()]
     if any(not 0 <= stamp < 2**31 * 10**9 for stamp in stamps[:1] + stamps[-1:]):

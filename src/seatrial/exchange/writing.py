@@ -30,7 +30,7 @@ def write(files: Mapping[Path, str | bytes | Callable[[str], None]]) -> tuple[Pa
 
 
 def title(ship: Ship) -> str:
-    """What heads an exported file: a ship that a study fitted is no longer what its title said before."""
+    """Title of an exported file; a fitted ship no longer has the title of its start."""
     made = ship.notes.get("provenance")
     if isinstance(made, Mapping) and "study" in made:
         return f"{ship.name}: fitted in study {made['study']}"

@@ -38,7 +38,7 @@ class Azimuth(ThrusterModule):
     """Thruster whose thrust is a polynomial in the revolutions, less what forward speed takes from it.
 
     T = c_0 + c_1 n + c_2 n^2 + ... + c_5 n^5 ahead (You 2023 Eq. 20); c_2 alone is T_|n|n |n| n (Sawada 2024
-    Eq. 25).  A bollard pull says nothing of n < 0: there the polynomial is turned round and multiplied by
+    Eq. 25).  A bollard pull gives no thrust at n < 0: there the polynomial is turned round and multiplied by
     `astern`.  c_0, a fit's error at rest, fades out below some 0.03 1/s; beyond `n_max` the thrust holds.
     """
 
@@ -105,7 +105,7 @@ class Azimuth(ThrusterModule):
 
 @dataclass(frozen=True, kw_only=True)
 class ThrustAzimuth(ThrusterModule):
-    """Thruster that is told its thrust in newtons, for ships whose thrust map is unknown.
+    """Thruster with its thrust ordered in newtons, for ships whose thrust map is unknown.
 
     `f_per_n` lets it obey an order of revolutions: so many newtons per 1/s, a convention and no physics.
     """
@@ -114,7 +114,7 @@ class ThrustAzimuth(ThrusterModule):
 
     x: Scalar = spec("m", "position ahead of midship")
     y: Scalar = spec("m", "position to starboard of the centreline", default=0.0)
-    f_per_n: Scalar = spec("N s", "thrust that an order of one revolution per second asks for", (0.0, 1e9), default=1.0)
+    f_per_n: Scalar = spec("N s", "thrust for an order of one revolution per second", (0.0, 1e9), default=1.0)
 
     @property
     def follows(self) -> tuple[tuple[str, float], ...]:

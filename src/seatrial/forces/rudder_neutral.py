@@ -16,8 +16,8 @@ class OffCentre(Standard):
 
     Behind one propeller the stream reaches the rudder at an angle, port and starboard of it not alike, and
     a rudder may be rigged a little off.  The MMG papers leave this out: gamma_R and C_2 differ by side, which
-    grows with drift and yaw, while nothing tells the sides apart on a straight course.  Near the straight
-    course of an unstable ship a degree decides to which side she goes.
+    grows with drift and yaw, while the sides do not differ on a straight course.  Near the straight
+    course of an unstable ship a degree determines to which side it goes.
     """
 
     mirror_symmetric: ClassVar[bool] = False

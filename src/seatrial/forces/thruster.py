@@ -99,8 +99,8 @@ class Direct(ThrusterModule):
     prefixes: ClassVar[tuple[str, ...]] = ("X", "Y", "N")
     effect: ClassVar[tuple[tuple[float, float, float], ...]] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
-    X_per_n: Scalar = spec("N s", "surge force that an order of one revolution per second asks for", default=0.0)
-    N_per_delta: Scalar = spec("N m", "yaw moment that a rudder order of one radian asks for", default=0.0)
+    X_per_n: Scalar = spec("N s", "surge force for an order of one revolution per second", default=0.0)
+    N_per_delta: Scalar = spec("N m", "yaw moment for a rudder order of one radian", default=0.0)
 
     @property
     def follows(self) -> tuple[tuple[str, float], ...]:

@@ -1,6 +1,6 @@
 """Thrusters that stand fixed and push along the ship, commanded by a share of full throttle.
 
-Small craft log what the speed controller of the motor is sent (a pulse width, say), not revolutions.
+Small craft log the command of the motor's speed controller (a pulse width), not revolutions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Manoeuvres: how the ship is steered, and what is read off the run, in one class.
+"""Manoeuvres: the policy that steers and the figures read off the run, in one class.
 
 A policy is a frozen dataclass whose numbers are declared with `spec` (so a campaign can vary them
 lane by lane).  `command` is element-wise like physics and keeps its memory in a tuple that is
@@ -32,7 +32,7 @@ class Index:
 
 @dataclass(frozen=True)
 class Settings:
-    """What a user asks of a manoeuvre, and what the ship brings; SI and radians.
+    """Settings of a user for a manoeuvre, and data of the ship; SI and radians.
 
     Attributes:
         n_P, speed: revolutions [1/s] and speed [m/s] of the approach.
@@ -57,11 +57,11 @@ class Settings:
     controls: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def rudder_or(self, usual: float) -> float:
-        """The rudder asked for, else the usual one as far as the ship's rudder goes [rad]."""
+        """The rudder of the user, else the usual one within the limit of the ship [rad]."""
         return min(usual, self.rudder_limit) if self.rudder is None else self.rudder
 
     def heading_or(self, usual: float) -> float:
-        """The heading change asked for, else the usual one [rad]."""
+        """The heading change of the user, else the usual one [rad]."""
         return usual if self.heading is None else self.heading
 
 

@@ -29,7 +29,7 @@ class Acceleration(Manoeuvre):
     kind: ClassVar[str] = "acceleration"
     by_engine: ClassVar[bool] = True
     from_rest: ClassVar[bool] = True
-    """The run starts at rest unless a speed is asked for."""
+    """The run starts at rest unless a speed is given."""
 
     n_P: Scalar = spec("1/s", "propeller revolutions before the order")
     n_ahead: Scalar = spec("1/s", "propeller revolutions ordered")

@@ -15,7 +15,7 @@ from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import at, reached, turned
 
-# A middling merchant ship (K' 1.3-2.5, T' 1.5-6): assumed where nobody says what the ship's are.
+# A middling merchant ship (K' 1.3-2.5, T' 1.5-6): assumed where those of the ship are unknown.
 K_PRIME, T_PRIME = 1.8, 2.5
 # The closed loop's frequency times L/U, and its damping.
 OMEGA_PRIME, ZETA = 0.8, 0.9
@@ -32,7 +32,7 @@ class Gains(NamedTuple):
 
 
 def gains(K: float, T: float, omega: float, zeta: float, pole: float = 0.0) -> Gains:
-    """Gains that give T r' + r = K delta the poles asked for, under delta = K_p e - K_d r + K_i int e.
+    """Gains that give T r' + r = K delta the given poles, under delta = K_p e - K_d r + K_i int e.
 
     The closed loop is (s^2 + 2 zeta omega s + omega^2)(s + pole); without integral action (pole 0) a
     change of course overshoots by exp(-pi zeta / sqrt(1 - zeta^2)).  Follows from comparing the
@@ -45,7 +45,7 @@ def gains(K: float, T: float, omega: float, zeta: float, pole: float = 0.0) -> G
         pole: of the integral action [1/s]; a tenth of omega is usual.
 
     Raises:
-        ParameterError: K or T is zero, or the loop asked for is unstable.
+        ParameterError: K or T is zero, or the closed loop is unstable.
     """
     if not (K and T and math.isfinite(K) and math.isfinite(T)):
         raise ParameterError(f"K is {K:g} and T is {T:g}; an autopilot needs a ship that answers its rudder")
@@ -90,7 +90,7 @@ class CourseKeeping(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """A change of 10 deg to starboard unless told otherwise, with the gains of an assumed merchant ship.
+        """A change of 10 deg to starboard by default, with the gains of an assumed merchant ship.
 
         `rudder` limits what the autopilot orders.
         """

@@ -56,7 +56,7 @@ class Berthing(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """Some 28 ship lengths ahead, one to starboard unless told otherwise, parallel unless a heading is given.
+        """Some 28 ship lengths ahead, one to starboard by default, parallel unless a heading is given.
 
         Revolutions go as far as those of the approach, ahead and astern.
         """

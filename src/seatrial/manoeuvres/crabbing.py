@@ -62,7 +62,7 @@ class Crabbing(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """Two ship lengths to starboard unless told otherwise, on tunnel thrusters n_bow and n_stern.
+        """Two ship lengths to starboard by default, on tunnel thrusters n_bow and n_stern.
 
         They turn up to the revolutions of the approach, or as far as their own limits let them.
         """

@@ -1,4 +1,4 @@
-"""Orders that come from outside, step by step."""
+"""A policy that passes on orders from outside, step by step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from . import Policy
 
 @dataclass(frozen=True)
 class Given(Policy):
-    """A policy that passes on what whoever calls the step hands it, one order for each name in `given`."""
+    """A policy that passes on the orders given to each step, one for each name in `given`."""
 
 
     given: tuple[str, ...] = ()

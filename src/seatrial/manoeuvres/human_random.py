@@ -98,7 +98,7 @@ class HumanRandom(Manoeuvre):
         return (self.n_P * (larger(lever, 0.0) + self.astern * smaller(lever, 0.0)), self.delta * rudder), memory
 
     def complete(self, trial: Trial) -> bool:
-        """Whether the run is as long as was asked for, to within a sample."""
+        """Whether the run is as long as ordered, to within a sample."""
         return trial.duration + trial.dt >= self.length * (1 - 1e-9)
 
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:

@@ -1,4 +1,4 @@
-"""Initial turning ability: how far the ship goes until a small rudder has changed her heading.
+"""Initial turning ability: how far the ship goes until a small rudder has changed its heading.
 
 IMO MSC.137(76) 5.3.2 asks for a heading change of 10 deg under 10 deg of rudder within 2.5 ship
 lengths of way.
@@ -38,7 +38,7 @@ class InitialTurning(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """10 deg of rudder to starboard until 10 deg of heading unless told otherwise."""
+        """10 deg of rudder to starboard until 10 deg of heading by default."""
         return cls(settings.n_P, settings.rudder_or(_TEN), settings.heading_or(_TEN), settings.side)
 
     def command(

@@ -1,6 +1,6 @@
 """The pull-out: rudder midships out of a steady turn, to one side and then to the other.
 
-A ship that is stable on course stops turning; an unstable one goes on, and differently after a turn
+A ship that is stable on course stops turning; an unstable one keeps turning, and differently after a turn
 to port than after one to starboard (IMO MSC/Circ.1053 appendix; ITTC 7.5-04-02-01).
 """
 
@@ -46,7 +46,7 @@ class PullOut(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """20 deg, to starboard first, unless told otherwise."""
+        """20 deg, to starboard first by default."""
         clock = pace(settings)
         turn = settings.rudder_or(math.radians(20.0))
         return cls(settings.n_P, turn, WINDOW * clock, TOLERANCE / clock, settings.side)

@@ -1,4 +1,4 @@
-"""What every manoeuvre reads off a run: its execute, its track, moments and steady parts."""
+"""Figures read off any run: execute, track, moments and steady parts."""
 
 from __future__ import annotations
 

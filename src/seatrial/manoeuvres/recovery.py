@@ -1,4 +1,4 @@
-"""What the turns back to one's own track share (IAMSAR Manual volume III: person overboard)."""
+"""Turns back to one's own track: shared policy and figures (IAMSAR Manual volume III: person overboard)."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ class Recovery(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """35 deg, to starboard first, reversed after the usual swing, unless told otherwise."""
+        """35 deg, to starboard first, reversed after the usual swing by default."""
         clock, hard_over = pace(settings), settings.rudder_or(35.0 * _DEGREE)
         swing = settings.heading_or(cls.usual_swing)
         return cls(settings.n_P, hard_over, DAMPING * clock, SLOW / clock, swing, side=settings.side)

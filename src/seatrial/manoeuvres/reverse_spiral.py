@@ -54,7 +54,7 @@ class ReverseSpiral(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """From r L/U = 0.2 to starboard unless told otherwise."""
+        """From r L/U = 0.2 to starboard by default."""
         clock = pace(settings)
         return cls(
             settings.n_P, _RATE / clock, _STEP / clock, WINDOW * clock, _TOLERANCE / clock, _GAIN * clock, _INTEGRAL,

@@ -51,7 +51,7 @@ class SingleTurn(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """35 deg to starboard for 250 deg unless told otherwise."""
+        """35 deg to starboard for 250 deg by default."""
         swing = settings.heading_or(250.0 * _DEGREE)
         return cls(settings.n_P, settings.rudder_or(35.0 * _DEGREE), swing, settings.side)
 

@@ -52,7 +52,7 @@ class Spiral(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """From 20 deg starboard unless told otherwise; windows and tolerance by the ship's L/U."""
+        """From 20 deg starboard by default; windows and tolerance by the ship's L/U."""
         clock = pace(settings)
         greatest = settings.rudder_or(20.0 * _DEGREE)
         return cls(settings.n_P, greatest, WINDOW * clock, TOLERANCE / clock, side=settings.side)

@@ -32,7 +32,7 @@ def waited(
     """Whether the yaw rate has become steady, and the memory of the next step.
 
     It is when `r` [rad/s] has changed by `tolerance` or less over each of two windows of `window`
-    seconds.  Who then gives a new order begins a new wait: the count starts again by itself.
+    seconds.  A new order then begins a new wait: the count starts again by itself.
     """
     since, level, calm = memory
     over = t - since >= window * (1.0 - 1e-9)

@@ -1,6 +1,6 @@
 """Thrust steps: surge force, sway force and yaw moment stepped at random, one of them or several at a time.
 
-For ships whose thrusters are told force and direction.  With a thruster at either end the three are independent
+For ships whose thrusters take orders of force and direction.  With a thruster at either end the three are independent
 (each axis can be tried on its own, as Pedersen 2019 did); with both at one end a sway force brings its moment
 along, which is what underactuated means here.
 """
@@ -75,7 +75,7 @@ class ThrustSteps(Manoeuvre):
     def ordered(cls, settings: Settings) -> Self:
         """All three at once at two fifths of the thrust, each level for some L/U, on the first two thrusts f_NAME.
 
-        `Settings` does not tell where they are: bow and stern are taken to stand at 0.4 L either way, others aft.
+        `Settings` does not hold their positions: bow and stern are taken to stand at 0.4 L either way, others aft.
 
         Raises:
             ParameterError: fewer than two thrusts with a limit.
@@ -133,7 +133,7 @@ class ThrustSteps(Manoeuvre):
         return tuple(one for X, Y in pushes for one in (speed(X, Y), atan2(Y, X))), memory
 
     def complete(self, trial: Trial) -> bool:
-        """Whether the run is as long as was asked for, to within a sample."""
+        """Whether the run is as long as ordered, to within a sample."""
         return trial.duration + trial.dt >= self.length * (1 - 1e-9)
 
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:

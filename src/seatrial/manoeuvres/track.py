@@ -101,7 +101,7 @@ class TrackFollowing(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """North for 20 ship lengths, a corner of 90 deg to starboard unless told otherwise, 20 lengths more."""
+        """North for 20 ship lengths, a corner of 90 deg to starboard by default, 20 lengths more."""
         L, corner = settings.L_pp, settings.side * settings.heading_or(math.radians(90.0))
         turn = _LEG * L
         path = waypoints([(0.0, 0.0), (turn, 0.0), (turn * (1.0 + math.cos(corner)), turn * math.sin(corner))])

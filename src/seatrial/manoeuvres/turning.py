@@ -39,7 +39,7 @@ class Turning(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """35 deg to starboard unless told otherwise."""
+        """35 deg to starboard by default."""
         return cls(settings.n_P, settings.side * settings.rudder_or(math.radians(35.0)))
 
     def command(

@@ -43,7 +43,7 @@ class Zigzag(Manoeuvre):
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
-        """10/10 to starboard first unless told otherwise; the modified zigzags take another heading."""
+        """10/10 to starboard first by default; the modified zigzags take another heading."""
         ten = math.radians(10.0)
         return cls(settings.n_P, settings.rudder_or(ten), settings.heading_or(ten), settings.side)
 

@@ -5,7 +5,7 @@ A family is a frozen dataclass derived from `Model` (numbers declared with `spec
 the six states of the trial first and may add its own after them, which are zero in a straight run.  Positions and
 heading are kinematics over ground, velocities are over ground too, forces see the water.
 
-What the rest of the package has to know about a family is a property of `Model` with a default that claims nothing.
+What the rest of the package needs to know about a family is a property of `Model`, with a default that claims nothing.
 
 A family in discrete time (ARX, recurrent networks) is `Sampled`: once per sample it gives how fast the velocities
 change until the next one, so it runs in the same engine as the others.  One with too many numbers to be traced (a
@@ -54,7 +54,7 @@ class Model(ABC):
     """Names of the states; the first six are `STATES`."""
 
     valid_at_rest: ClassVar[bool] = True
-    """Whether the model is physical at rest; a family that says False says why in its docstring."""
+    """Whether the model is physical at rest; a family with False gives the reason in its docstring."""
 
     @abstractmethod
     def derivative(
@@ -180,7 +180,7 @@ class Sampled(Model):
 
 
 class Stepped(Sampled):
-    """A model in discrete time that cannot be traced; what differentiates a ship refuses it."""
+    """A model in discrete time that cannot be traced; functions that differentiate a ship refuse it."""
 
     @property
     @abstractmethod

@@ -56,7 +56,7 @@ def _meaning(name: str) -> Spec:
 class Body:
     """Masses of an Abkowitz ship in primes: mass over 0.5 rho L^3, inertia over 0.5 rho L^5, origin midship.
 
-    `coriolis` says whether m u r, m v r and m x_G r^2 are still to be added ("explicit", Sawada 2024 Eq. 17), or
+    `coriolis` selects whether m u r, m v r and m x_G r^2 are still to be added ("explicit", Sawada 2024 Eq. 17), or
     lie in Y_r, N_r, X_vr and X_rr of the file already ("absorbed"), as tables fitted to whole forces have them.
     """
 
@@ -121,7 +121,7 @@ class Abkowitz(Model):
 
     @property
     def asymmetries(self) -> tuple[str, ...]:
-        """Paths of the numbers that tell port from starboard; all zero, the ship is its own mirror image."""
+        """Paths of the numbers that make port and starboard differ; all zero, the ship is its own mirror image."""
         return tuple(f"derivatives.{name}" for name in self.derivatives.names if name[:3] in ("Y_0", "N_0"))
 
     def derivative(

@@ -63,7 +63,7 @@ class Arx(Sampled):
 
     x are velocities through the water, c the controls.  A velocity without an equation is held.  The
     equations are linear: what is even in the rudder, such as the loss of speed in a turn, is beyond them;
-    and their constants belong to the run they were fitted to, so the model says nothing of a ship at rest.
+    and their constants belong to the run they were fitted to, so the model is not valid at rest.
     """
 
     valid_at_rest: ClassVar[bool] = False

@@ -19,7 +19,7 @@ _LEAST_GYRATION = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Particulars:
-    """What wind, waves and thrusters ask of the ship besides its matrices."""
+    """Particulars that wind, waves and thrusters need besides the matrices."""
 
     rho: Scalar = spec("kg/m^3", "density of the water", (500.0, 2000.0))
     L_pp: Scalar = spec("m", "length between perpendiculars", (1e-3, 1e3))
@@ -34,7 +34,7 @@ class Inertia:
 
     Diagonal, it is the one of the model with six parameters (You 2023 Eq. 6); with m_23 and m_32 the
     surge-decoupled one (Eq. 2); in full the fully coupled one.  A fitted M need not be symmetric, which
-    a mass matrix is, and may be lighter than the ship: `doubts` says so.  `coriolis` picks C:
+    a mass matrix is, and may be lighter than the ship: `doubts` reports it.  `coriolis` picks C:
 
     - ``published``: You 2023 Eq. 3 as printed, from m_11, m_22 and m_23 alone;
     - ``consistent``: from the symmetric part of M, so that without damping a symmetric M keeps its

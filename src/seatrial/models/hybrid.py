@@ -59,7 +59,7 @@ class Hybrid(Mmg):
 
     @property
     def asymmetries(self) -> tuple[str, ...]:
-        """Terms that tell port from starboard, as those of a single screw do."""
+        """Terms that make port and starboard differ, as those of a single screw do."""
         wrong = [f"residual_X.{name}" for name in self.residual_X.names if odd(name)]
         for axis, given in (("Y", self.residual_Y), ("N", self.residual_N)):
             wrong += [f"residual_{axis}.{name}" for name in given.names if not odd(name)]

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.parameters import ParameterError, unknown
 from ..data import Array
@@ -86,12 +87,12 @@ class Linear:
         return self.reduced([name for name, stays in zip(self.states, held, strict=True) if not stays])
 
     @property
-    def eigenvalues(self) -> Any:
+    def eigenvalues(self) -> NDArray[np.complex128]:
         """Eigenvalues, shape (states,), complex: [1/s], or those of the map from sample to sample."""
         return np.linalg.eigvals(self.A).astype(complex)
 
     @property
-    def growth(self) -> Any:
+    def growth(self) -> NDArray[np.complex128]:
         """Eigenvalues per second in either case, shape (states,); -inf for what dies within a sample [1/s]."""
         if self.dt is None:
             return self.eigenvalues

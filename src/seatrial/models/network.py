@@ -28,7 +28,7 @@ _CANDIDATE = 2
 
 @dataclass(frozen=True)
 class Limits:
-    """Where a network stops answering: bounds that keep every run finite, off where a paper is reproduced.
+    """Bounds on a network that keep every run finite, off where a paper is reproduced.
 
     Attributes:
         low, high: each input is held within [low, high] before the network sees it; zero is inside.
@@ -65,7 +65,7 @@ class Network:
             (gates h) in place of those with a 0, gates in the order input, forget, candidate, output or
             reset, update, candidate; the biases of the candidate are zero, else the origin would move the ship.
             None at all in a network that is yet to be trained.
-        limits: bounds on what it sees and says; None for none.
+        limits: bounds on its inputs and outputs; None for none.
     """
 
     kind: str
@@ -186,7 +186,7 @@ def candidate(network: Network, gates: Array) -> Array:
 def initial(network: Network, seed: int) -> Network:
     """`network` with weights drawn evenly within one over the root of the units they come from.
 
-    The same on every machine for one seed; biases begin at zero where the origin asks for it.
+    The same on every machine for one seed; biases begin at zero where the zero output at the origin needs it.
     """
     rng, made = np.random.default_rng(seed), dict[str, Array]()
     for name, shape in network.shapes.items():

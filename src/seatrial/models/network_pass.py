@@ -3,7 +3,7 @@
 `Pass` takes one sample after the other, as a simulation does: a network that forgets keeps the chains of the
 next m answers in flight, each one sample further on than the last, so a sample costs one matrix product
 instead of m.  Wide networks go in single precision, within 1e-6 of the largest acceleration of what
-`accelerations` says, which goes over whole records by the equations as they are printed, in double precision.
+`accelerations` gives, which passes over whole records by the equations as they are printed, in double precision.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ def accelerations(network: Network, inputs: Array) -> Array:
     """Accelerations at every sample of records of inputs, (lanes, samples, inputs) in SI units -> (lanes, samples, 3).
 
     A record begins as if its first sample had held over the look-back.  Limits are left out: this is what the
-    equations say, each chain from zero at its own first sample.
+    equations define, each chain from zero at its own first sample.
     """
     x, m = np.concatenate([np.repeat(inputs[:, :1], network.look_back, axis=1), inputs], axis=1), network.look_back + 1
     lanes, samples = inputs.shape[:2]

@@ -30,9 +30,9 @@ _TRUE_WIND, _CURRENT = (
 class Neural(Stepped):
     """Accelerations of u, v_m and r through the water from a network of velocities, controls and apparent wind.
 
-    Between samples the accelerations hold, and position and heading go on by Euler's rule.  The network is
-    silent at the origin of all its inputs; at rest a rudder or the wind alone may move it as the data would
-    have it, so no physics is claimed there.
+    Between samples the accelerations hold, and position and heading follow Euler's rule.  The network is
+    silent at the origin of all its inputs; at rest a rudder or the wind alone may move it as in the
+    data, so the model is not valid there.
     """
 
     valid_at_rest: ClassVar[bool] = False
@@ -119,7 +119,7 @@ class Neural(Stepped):
 
 
 class Flight:
-    """A network moving so many lanes; it remembers, so its `rates` are asked for once a sample."""
+    """A network moving many lanes; it has memory, so `rates` is called once a sample."""
 
     def __init__(self, model: Neural, memory: Array) -> None:
         self.network, self.dt = _usable(model.network), float(model.dt)

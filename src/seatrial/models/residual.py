@@ -10,7 +10,7 @@ terms that stay as they are in the mirror and of terms that change sign, and z' 
 
     X_0 W_X ((tanh z + tanh z') / 2 - tanh b),   Y_0 W_Y (tanh z - tanh z') / 2,   N_0 W_N (tanh z - tanh z') / 2,
 
-so the network is symmetric by construction (what tells port from starboard is left to the polynomial), silent where
+so the network is symmetric by construction (differences between the sides are left to the polynomial), silent where
 all its terms are, and never more than 2 |W_X|, |W_Y| and |W_N| of the typical force: the zero output at the origin
 of Wakita 2022 Eq. 9 and the bound of its tanh, for a force in place of an acceleration.
 """

@@ -16,7 +16,7 @@ from .settled import begun
 _ITERATIONS = 60
 _SHORTEST = 1e-9
 _ROUNDING = 1e-12
-# How far the speed of a ship that cannot change her thrust may be from the one asked for.
+# How far the speed of a ship that cannot change its thrust may be from the given one.
 _NEAR = 0.01
 # Accelerations below this count as none [m/s^2, rad/s^2].
 _STEADY = 1e-10
@@ -59,9 +59,9 @@ def trim(
 ) -> Trim:  # fmt: skip
     """The steady straight run at a speed, or under given orders.
 
-    The ship may drift (v_m is always free) and holds her course by the orders that vary: in calm water
+    The ship may drift (v_m is always free) and holds its course by the orders that vary: in calm water
     the rudder stays amidships unless the ship is not symmetric.  A model that carries its thrust within
-    (Abkowitz) finds its balance within 1 % of the speed asked for.
+    (Abkowitz) finds its balance within 1 % of the given speed.
 
     Args:
         model: any model.
@@ -167,7 +167,7 @@ class _Search:
         return (0.0, 0.0, self.heading, u, found["v_m"], 0.0, *own), orders
 
     def rates(self, state: tuple[Scalar, ...], orders: Mapping[str, Scalar]) -> tuple[Scalar, ...]:
-        """Rates of u, v_m, r and the model's own states; what nobody orders rests."""
+        """Rates of u, v_m, r and the model's own states; a control without an order rests."""
         control = tuple(factor * orders.get(name, 0.0) for name, factor in self.model.follows)
         slow = self.model.derivative(state, control, self.environment)[3:]
         if isinstance(self.model, Sampled):

@@ -43,10 +43,10 @@ class Ship:
         L_pp: length between perpendiculars [m], the yardstick of every report.
         speed: approach speed [m/s].
         n_P: revolutions that hold it [1/s]; None where they follow from the model.
-        validity: closed interval of each state outside which the model says nothing.
+        validity: closed interval of each state outside which the model is not valid.
         entries: provenance of each parameter by path.
         notes: free text of the file: title, references, cautions, fit provenance.
-        of: name of the ship that this is another model of, as logs of her give it; empty where it is `name`.
+        of: name of the ship that this is another model of, as its logs give it; empty where it is `name`.
     """
 
     name: str
@@ -75,5 +75,5 @@ class Ship:
         return self.moved(changes)
 
     def moved(self, changes: Mapping[str, float]) -> Ship:
-        """`having` without a look at the ranges: what a search found is told, not refused when all is done."""
+        """`having` without a check of the ranges: the result of a search is reported, not refused at the end."""
         return replace(self, model=update(self.model, changes))

@@ -66,7 +66,7 @@ def read_actuators(reading: Reading, model: Model) -> Actuators:
 
 
 def listed(ship: Ship) -> Iterator[tuple[str, str, list[tuple[str, float, str]]]]:
-    """Table, kind and (key, value, unit) of each servo that says anything; for writing a file."""
+    """Table, kind and (key, value, unit) of each servo with values of its own; for writing a file."""
     names = {table(control): control for control in ("n_P", "delta", *ship.model.controls)}
     for name, servo in ship.actuators.by_name.items():
         known = meanings(type(servo), names[name])

@@ -1,7 +1,7 @@
-"""Which classes a file may name: those of the package's own rooms, and of modules that the user trusts.
+"""Classes that a file may name: those of the package's own rooms, and of modules that the user trusts.
 
 A file is data.  To import a module runs its code, so a name in a file is imported only where it lies in a room of
-the package, or where whoever reads the file has said that this module may run: ``load(path, trust=...)``,
+the package, or where the caller allows this module to run: ``load(path, trust=...)``,
 ``read_study(path, trust=...)``, ``--trust MODULE``.
 """
 
@@ -44,11 +44,11 @@ def trusting(trust: Trust) -> Generator[None, None, None]:
         _TRUSTED.reset(token)
 
 
-def find_class(name: Any, room: str, where: str) -> type:
+def find_class(name: object, room: str, where: str) -> type:
     """The dataclass ``module:Class`` of a room of the package, or of a module that is trusted, by its full name.
 
     Raises:
-        ShipError: no such class, or one of a module that nobody said may run.
+        ShipError: no such class, or one of a module that is not allowed to run.
     """
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise ShipError(f"{where}: a type is written 'module:Class'; got {name!r}")

@@ -12,7 +12,6 @@ import statistics
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
 
 from ..actuators import Actuator, Actuators
 from ..core.parameters import PRIME, Spec, unknown
@@ -21,6 +20,7 @@ from ..forces.hull import Polynomial
 from ..forces.propeller import Standard as Propeller
 from ..forces.rudder import Standard as Rudder
 from ..forces.wind import Fujiwara
+from ..models import Model
 from ..models.mmg import Mmg
 from . import Entry, Ship, ShipError
 from .formulas import Formula, added_mass, hull, propeller, resistance, rudder, wind
@@ -57,7 +57,7 @@ class Number:
         basis: where the range comes from; empty for a number that no formula gave.
         others: value of every other formula for the same number, by name.
         spread: standard deviation between the formulas; None where only one gives the number.
-        sigma: what the ship file says, in `unit`.
+        sigma: value of the ship file, in `unit`.
     """
 
     path: str
@@ -171,7 +171,7 @@ class _Work:
         ))  # fmt: skip
 
     def wording(self, formula: Formula, found: list[tuple[Formula, float]]) -> str:
-        """The source of one number: formula, range, what the others say."""
+        """The source of one number: formula, range, results of the others."""
         text = f"estimated: {formula.source}"
         outside = formula.outside(self.known.ship)
         if outside:
@@ -214,7 +214,7 @@ class _Work:
             yield "the propeller is larger than the rudder is high; eta is held at 1"
         yield "estimated numbers: good for a first look and as the prior of a fit, not as a model of this ship"
 
-    def ship(self, model: Any, cautions: tuple[str, ...]) -> Ship:
+    def ship(self, model: Model, cautions: tuple[str, ...]) -> Ship:
         values, entries = self.known.values, self.known.entries
         U, L, limit = values["speed"], values["L_pp"], values["delta_max"]
         self.entries |= {f"particulars.{key}": entries[key] for key in ("C_b", "volume")}

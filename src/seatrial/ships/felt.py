@@ -1,4 +1,4 @@
-"""What the motion of a ship depends on: the surroundings that her model feels, and the controls that move nothing."""
+"""Channels of the environment and controls that change the motion of a ship."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def feels(ship: Ship, channel: str) -> bool:
 
 
 def idle(ship: Ship) -> frozenset[str]:
-    """Controls that change no motion at all, such as the revolutions of a ship whose model keeps her speed."""
+    """Controls that change no motion at all, such as the revolutions of a ship whose model keeps its speed."""
     if isinstance(ship.model, Stepped | Sampled):
         return frozenset()
     around, rest = _about(ship), [0.1 for _ in ship.model.controls]
@@ -40,18 +40,18 @@ def idle(ship: Ship) -> frozenset[str]:
 
 
 def driven(ship: Ship) -> bool:
-    """Whether the order n_P moves anything of her."""
+    """Whether the order n_P moves the ship at all."""
     dead, pairs = idle(ship), zip(ship.model.controls, ship.model.follows, strict=True)
     return any(order == "n_P" and control not in dead for control, (order, _) in pairs)
 
 
 def _about(ship: Ship) -> Environment:
-    """Calm, with waves of a length that she would feel."""
+    """Calm, with waves of a length that a ship feels."""
     return Environment(wave_T=2.0 * math.sqrt(ship.L_pp))
 
 
 def _rates(ship: Ship, control: Sequence[float], around: Environment, speed: float | None = None) -> tuple[object, ...]:
-    """How the states of a ship change that drifts and turns at a speed [m/s], by default her own."""
+    """How the states of a ship change that drifts and turns at a speed [m/s], by default its own."""
     U = max(ship.speed if speed is None else speed, 1e-3)
     motion = (0.0, 0.0, 0.7, U, 0.1 * U, 0.1 * U / ship.L_pp)
     given = tuple(control)

@@ -114,7 +114,7 @@ class _Reading:
         length = values(model).get("body.L_pp", particulars.get("L_pp"))
         if length is None:
             raise ShipError(f"{self.path}: particulars.L_pp is missing; every report is in lengths")
-        if "provenance" not in self.table("notes"):  # what a fit found is told by its report, not refused
+        if "provenance" not in self.table("notes"):  # the report of a fit covers what it found
             try:
                 plausible(model, length)
             except ShipError as error:

@@ -1,11 +1,11 @@
-"""What a ship file says that no ship is: a slip of unit or sign, told before anything is computed with it."""
+"""Plausibility of a ship file: slips of unit or sign, refused before anything is computed."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from ..core.parameters import values
+from ..models import Model
 from . import ShipError
 
 # Ships displace .3 to .9 of the box around them, pontoons all of it; a slip of unit is a factor of a thousand.
@@ -18,7 +18,7 @@ _REACH = 0.75
 _BOW = 0.05
 
 
-def plausible(model: Any, L_pp: float) -> None:
+def plausible(model: Model, L_pp: float) -> None:
     """Refuse masses, inertias, places and dampings that belong to no ship.
 
     Raises:

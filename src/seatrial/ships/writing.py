@@ -152,7 +152,7 @@ def _component(ship: Ship, dotted: str, part: Any, scale: Yardsticks) -> Iterato
 
 
 def _numbers(ship: Ship, prefix: str, thing: Any, scale: Yardsticks) -> Iterator[str]:
-    """The declared numbers of one class, those left out that the file never gave and nobody changed."""
+    """The declared numbers of one class, without those that the file did not give and that did not change."""
     for f in fields(thing):
         value, path = getattr(thing, f.name), prefix + f.name
         if "spec" in f.metadata and (path in ship.entries or f.default is MISSING or value != f.default):

@@ -1,4 +1,4 @@
-"""Conformance suite of force modules, model families and manoeuvres, for whoever adds one.
+"""Conformance suite of force modules, model families and manoeuvres, to run on new classes too.
 
 Contract: a check takes one subject, raises `ContractError` with what is wrong, and returns None, or in one line why it
 does not apply.  From a test of your own::

@@ -29,7 +29,7 @@ from . import examples
 
 
 class ContractError(AssertionError):
-    """A class that breaks the contract of its room; the text says which part of it, and where."""
+    """A class that breaks the contract of its room; the text names the rule and the place."""
 
 
 def require(kept: Any, text: str) -> None:
@@ -68,7 +68,7 @@ def with_component(model: Any, prefix: str, component: Any) -> Any:
     return replace(model, **{prefix.removesuffix("."): component}) if prefix else component
 
 
-# What tells port from starboard, by class: first the numbers that must be equal, then those that must vanish.
+# Numbers that make port and starboard differ: pairs that must be equal, then those that must vanish, by class.
 PAIRS = (("gamma_Rp", "gamma_Rn"), ("gamma_P", "gamma_N"), ("C_2p", "C_2n"))
 BIASES = {
     "FourQuadrant": ("[AB]_?",),

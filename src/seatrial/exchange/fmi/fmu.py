@@ -1,6 +1,6 @@
 """A ship as a co-simulation slave: one file with description, sources and binary, by FMI 2.0 or 3.0.
 
-The page inside a co-simulation slave: what it is, what goes in and out, and every number with its source.
+The page inside a slave describes it: inputs, outputs and every number with its source.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ def _built(
 
 
 def _why(told: str) -> str:
-    """The line of a compiler that says what is wrong: its first error; "compilation terminated" comes last."""
+    """The first error line of a compiler; "compilation terminated" comes last."""
     lines = [line.strip() for line in told.splitlines() if line.strip()]
     if any(os.strerror(errno.ENOSPC) in line for line in lines):
         return f"{os.strerror(errno.ENOSPC)} in {tempfile.gettempdir()}; set TMPDIR to a folder with room"

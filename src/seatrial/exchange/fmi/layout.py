@@ -60,7 +60,7 @@ AROUND = (
 class Real:
     """One variable: its name, SI unit and meaning, what it is to the host, where it starts and between which limits.
 
-    `shown` is False for a number that no host can be told, such as a rate without limit.
+    `shown` is False for a number that no host can be given, such as a rate without limit.
     """
 
     name: str

@@ -38,7 +38,7 @@ class Air:
 
 @dataclass(frozen=True, kw_only=True)
 class Particulars:
-    """What is known or assumed of a ship, in SI; `reading.MEANING` says what each number is."""
+    """What is known or assumed of a ship, in SI; `reading.MEANING` describes each number."""
 
     L_pp: float
     B: float
@@ -91,8 +91,8 @@ class Formula:
 
     Attributes:
         name: author and year, as tables show it.
-        source: what the ship file says, departures and doubts included.
-        gives: numbers by dotted path (primed as the module says) for given particulars.
+        source: text for the ship file, departures and doubts included.
+        gives: numbers by dotted path (primed as in the module's docstring) for given particulars.
         limits: range of validity by ratio.
         basis: where the limits come from.
     """

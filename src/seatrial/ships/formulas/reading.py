@@ -1,4 +1,4 @@
-"""A file of particulars: what is known of a ship, checked, and what is assumed where it says nothing."""
+"""A file of particulars: known values of a ship, checked, and assumed ones where it has none."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ ASSUMED: tuple[_Rule, ...] = (
     ("delta_rate", lambda g: math.radians(65.0 / 28.0) * math.sqrt(max(30.0 / g["L_pp"], 1.0)),
      "assumed: 35 deg to 30 deg of the other side in 28 s (SOLAS II-1/29), faster by Froude's law below 30 m", None),
 )  # fmt: skip
-"""(number, rule, what the ship file says, sigma as a share of the value) in the order they depend on one another."""
+"""(number, rule, text for the ship file, sigma as a share of the value) in the order they depend on one another."""
 
 
 @dataclass(frozen=True)

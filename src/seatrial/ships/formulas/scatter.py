@@ -1,4 +1,4 @@
-"""How far the first formula of each number is from the published sets of KVLCC2 and KCS.
+"""Differences of the first formula of each number from the published sets of KVLCC2 and KCS.
 
 Root mean square of the two differences, in the units of the package's contract; tests/ships/test_estimate.py
 computes them anew from tests/golden/regression.toml.  R_0 is compared at the scale of the models, where the
