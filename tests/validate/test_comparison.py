@@ -4,12 +4,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reports import arc
 from seatrial.data import DataError, Trial
 from seatrial.validate.comparison import compare, constant_velocity, manoeuvre, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "esso_osaka_frt" / "data"
+
+
+def arc(n=301, dt=0.1, meta=None, u=1.5, v_m=-0.2, r=0.05, psi_0=3.0):
+    """A steady turn: the constant-velocity baseline is exact on it."""
+    t = dt * np.arange(n)
+    psi = psi_0 + r * t
+    x = (u * (np.sin(psi) - np.sin(psi_0)) + v_m * (np.cos(psi) - np.cos(psi_0))) / r
+    y = (-u * (np.cos(psi) - np.cos(psi_0)) + v_m * (np.sin(psi) - np.sin(psi_0))) / r
+    one = np.ones(n)
+    channels = {"x": x, "y": y, "psi": np.angle(np.exp(1j * psi)), "u": u * one, "v_m": v_m * one,
+                "r": r * one, "delta": 0.3 * one}  # fmt: skip
+    return Trial("arc", t, channels, meta=meta or {})
 
 
 @pytest.mark.parametrize("restart", [None, 7.0])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from reports import report
+from test_report import report
+
 from seatrial.report.caveats import assumptions
 from seatrial.report.report import Report
 from seatrial.report.sections import against, sentence, worse
