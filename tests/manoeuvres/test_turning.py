@@ -95,7 +95,7 @@ def test_short_run_gives_what_it_holds():
 
 def test_rudder_that_never_moves():
     trial = circle()
-    with pytest.raises(DataError, match=r"\bdelta|rudder"):
+    with pytest.raises(DataError, match=r"^circle: delta_cmd\b"):
         Turning(10.0, 0.6).indices(trial.having(delta_cmd=0 * trial.t), 25.0)
 
 
