@@ -14,6 +14,7 @@ from .. import __version__
 from ..data import Trial
 from ..identify import Fit, Problem
 from ..identify.tuning.fine_tuning import FineTuning, Told
+from ..report.page import Section
 from ..study.study import Study
 from .page import Watch
 from .support import claimed, emit, figure, live, note, say, show_table
@@ -58,7 +59,7 @@ def tune(study: Study, estimator: FineTuning, out: Path, as_json: bool, watch: W
 
 def _identifiability(
     fit: Fit, problem: Problem, tests: Sequence[Trial], estimator: FineTuning
-) -> list[tuple[str, str]]:  # fmt: skip
+) -> list[Section]:  # fmt: skip
     """Sections on the chosen fit: profiles, correlations, restarts, residuals, and bands on the test trials."""
     from ..identify.posterior.ensemble import bands, ensemble
     from ..identify.posterior.misfit import misfit

@@ -252,10 +252,10 @@ def _validity(found: Table) -> str:
     rows = [[test, *(f"{one[test].verdict}, {number(one[test].ratio, 2)}" for one in drifts.values())]
             for test in tests]  # fmt: skip
     remark = (
-        "Beside each fitted hybrid lie ships that its training trials allow equally (spread.npz). Their spread on a "
+        "Each fitted hybrid has members: ships that its training trials allow equally (spread.npz). Their spread on a "
         "test, over the value that nine in ten training trials do not exceed, ranks the tests by what the data leave "
-        f"undetermined; it is no error bar. Above {WIDE:g}, or with a fifth of its samples novel, a trial leaves the training "
-        "data. 'seatrial predict' and 'seatrial validate' report the same for any other trial."
+        f"undetermined; it is no error bar. Above {WIDE:g}, or with a fifth of its samples novel, a trial leaves the "
+        "training data. 'seatrial predict' and 'seatrial validate' report the same for any other trial."
     )
     head = ["test trial", *(titles[key] for key in drifts)]
     return table(head, rows, words=range(1, len(head))) + soft(remark)
