@@ -52,15 +52,16 @@ def page(found: Rivals, sources: Mapping[str, str]) -> Page:
 def by_manoeuvre(found: Rivals) -> str:
     """Fig. 21 as a figure and a table, and the trial in which the model has its largest error in yaw."""
     case, names = found.cases[0], rivals.labels(found)
-    head = ["", "trial", *(f"{AXES[v][0].replace(' [', f', {names[who]} [')}" for v in VELOCITIES
-                           for who in (FULL, RIVAL))]  # fmt: skip
+    sizes = {who: len(case.fits[who].free) for who in (FULL, RIVAL)}
+    head = ["", "trial", *(f"{AXES[v][0]}, {sizes[who]}" for v in VELOCITIES for who in (FULL, RIVAL))]
     rows = [
         [str(k + 1), name, *(number(AXES[v][1] * case.scores[who].runs[name][v]) for v in VELOCITIES
                              for who in (FULL, RIVAL))]
         for k, name in enumerate(case.scores[FULL].runs)
     ]  # fmt: skip
     drawn = gallery(figure(runs(case.scores, names), "Root mean square error of each whole run"), worst(found, case))
-    return drawn + table(head, rows, words=(1,)) + soft("By velocity and model; the truth itself is in the figure.")
+    remark = "By velocity and number of parameters; the figure has the truth too."
+    return drawn + table(head, rows, words=(1,)) + soft(remark)
 
 
 def worst(found: Rivals, case: Case) -> str:

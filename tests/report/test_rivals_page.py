@@ -57,7 +57,7 @@ def found():
 def test_the_general_page_holds_errors_estimates_and_servos(found):
     html = page(found, provenance={"study": "a & b"}).html
     assert html.count("<svg") == 2
-    for words in ("A &lt;study&gt;", "3 parameters", "1 parameters", "published, 3 parameters", "2.33 %", "0.9992",
+    for words in ("A &lt;study&gt;", "3 parameters", "1 parameter", "published, 3 parameters", "2.33 %", "0.9992",
                   "X_u", "thruster 1", "alpha_1", "a &amp; b"):  # fmt: skip
         assert words in html, words
 

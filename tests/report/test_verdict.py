@@ -18,7 +18,8 @@ from seatrial.validate.foresight import Foresight
 def test_the_head_names_every_score_and_how_it_was_predicted():
     one = report()
     said = sentence(one)
-    assert "predicted anew every 50 s or from the first sample on" in said
+    assert "every 50 s" in said
+    assert "from the first sample" in said
     assert all(f"'{label}'" in said for label in one.labels)
     assert "%" not in said
 
@@ -36,7 +37,7 @@ def test_what_speaks_against_the_subject_stands_at_the_head():
     lost = worse(bad, CONSTANT_VELOCITY)
     assert lost[0].startswith("position after")
     assert any(line.startswith("y (500") for line in lost)
-    assert all("lesser standardised error in" in line and "yet the greater error of" in line for line in against(bad))
+    assert all("greater error of position after" in line and "of y (500" in line for line in against(bad))
     assert bad.numbers()["worse"][CONSTANT_VELOCITY] == lost
 
 
@@ -47,15 +48,18 @@ def test_a_subject_that_is_better_throughout_is_not_spoken_against():
                          sigma=c.sigma)) for c in trials.values()]  # fmt: skip
     good = Report("good", tuple(c for pair in pairs for c in pair))
     assert worse(good, CONSTANT_VELOCITY) == []
-    assert against(good) == [f"'fitted' against '{CONSTANT_VELOCITY}': the lesser standardised error in 2 of 2"]
+    assert len(against(good)) == 1
+    assert against(good)[0].startswith(f"'fitted' against '{CONSTANT_VELOCITY}'")
+    assert against(good)[0].endswith("2 of 2")
 
 
 def test_forecasts_stand_in_head_page_and_numbers():
     rows = (Foresight("log", "fitted", 10.0, 5, 0.3, 0.05, 0.6), Foresight("log", "untuned", 10.0, 5, 0.5, 0.1, 0.9))
     one = report(forecasts=rows)
-    assert "Forecasts over 10 s, from what a filter knew at their start: 'fitted' 0.30 m and 2.9°" in sentence(one)
+    assert "Forecasts over 10 s" in sentence(one)
+    assert "'fitted' 0.30 m and 2.9°" in sentence(one)
     assert one.numbers()["forecasts"][1]["position"] == 0.5
-    assert any("smoother, which looks ahead" in line for line in one.numbers()["caveats"])
+    assert any("smoother" in line for line in one.numbers()["caveats"])
 
 
 def test_what_a_ship_file_assumes_is_told_unless_it_is_fitted():

@@ -96,9 +96,9 @@ class Evidence:
 
 
 def caveats(evidence: Evidence) -> list[str]:
-    """Plain sentences on the limits of the evidence, most important first."""
+    """Sentences on the limits of the evidence, most important first."""
     if not evidence.comparisons:
-        return ["Nothing was compared: the page says nothing about how well anything predicts."]
+        return ["Nothing was compared: the page contains no error of any prediction."]
     trials = [next(iter(found.values())).measured for found in evidence.trials.values()]
     lines = [*_unseen(evidence), *_horizon(evidence), *_range(trials), *_environment(trials)]
     return [*lines, *_baselines(evidence), *_scales(evidence), *_assumed(evidence), *_parameters(evidence)]
@@ -110,15 +110,15 @@ def _unseen(evidence: Evidence) -> Iterator[str]:
     if evidence.trained_on and len(seen) == len(names):
         yield (
             f"None of the {len(names)} trials is unseen: all were used in the fit, so the errors show "
-            "how well the model was fitted, not how well it predicts."
+            "the quality of the fit, not of predictions."
         )
     elif seen:
         which = ", ".join(seen)
-        yield f"{len(seen)} of {len(names)} trials were used in the fit ({which}): these flatter the model."
+        yield f"{len(seen)} of {len(names)} trials were used in the fit ({which}): too optimistic for predictions."
     elif not evidence.trained_on:
-        yield "The trials behind the ship's numbers are not on record: whether these are unseen is not known."
+        yield "The trials that the ship was fitted to are not recorded: whether these are unseen is unknown."
     if len(names) == 1:
-        yield "There is one trial: nothing shows how the errors vary from run to run."
+        yield "There is one trial: the variation of the errors between runs is unknown."
 
 
 def _horizon(evidence: Evidence) -> Iterator[str]:
@@ -126,16 +126,16 @@ def _horizon(evidence: Evidence) -> Iterator[str]:
     if restarts:
         every = " or ".join(f"{number(value)} s" for value in restarts)
         yield (
-            f"Predictions were set back to the measured state every {every}: beyond that horizon nothing is "
-            "shown, and the start of each stretch is free of error by construction."
+            f"Predictions were reset to the measured state every {every}: nothing is shown beyond that horizon, "
+            "and each prediction starts without error by construction."
         )
     if evidence.forecasts:
         yield (
-            "The measured states are those of a smoother, which looks ahead and leans on the untuned model: read the "
-            "forecasts for what the model foresees."
+            "The measured states come from a smoother, which uses later data and the untuned model: the forecasts "
+            "show what the model predicts."
         )
     if any(c.restart is None for c in evidence.comparisons):
-        yield "Free runs from the first sample: early errors are carried along and weigh in every later row."
+        yield "Free-running predictions from the first sample: early errors remain in every later row."
 
 
 def _range(trials: list[Trial]) -> Iterator[str]:
@@ -146,29 +146,29 @@ def _range(trials: list[Trial]) -> Iterator[str]:
     if speeds and sum(v.size for v in speeds):
         u = np.concatenate(speeds)
         low, high = number(float(u.min())), number(float(u.max()))
-        yield f"Forward speed lay between {low} and {high} m/s; outside it nothing is shown."
+        yield f"Forward speed lay between {low} and {high} m/s; nothing is shown outside that range."
     rates = [v[np.isfinite(v)] for v in (t["r"] for t in trials if "r" in t)]
     turning = np.concatenate([v[np.abs(v) > math.radians(0.1)] for v in rates]) if rates else np.zeros(0)
     if turning.size and abs(float(np.mean(np.sign(turning)))) > 0.9:
         side = "starboard" if turning.mean() > 0 else "port"
-        yield f"The ship turned almost only to {side}; the other side is untested."
+        yield f"The ship turned almost only to {side}; turns to the other side are untested."
 
 
 def _environment(trials: list[Trial]) -> Iterator[str]:
     calm = [t.name for t in trials if "U_T" not in t and "U_A" not in t]
     if calm:
         some = "any trial" if len(calm) == len(trials) else f"{len(calm)} of {len(trials)} trials"
-        yield f"No wind was recorded in {some}: its effect is part of the error."
+        yield f"No wind was recorded in {some}: the effect of wind is part of the error."
     if all("U_C" not in t for t in trials):
         yield "No current was recorded: a current shows up as an error of position."
 
 
 def _baselines(evidence: Evidence) -> Iterator[str]:
     if CONSTANT_VELOCITY not in evidence.labels:
-        yield "There is no constant-velocity baseline: whether the model beats doing nothing is not shown."
+        yield "There is no constant-velocity baseline: whether the model is better than no model is not shown."
     incomplete = [name for name, found in evidence.trials.items() if len(found) < len(evidence.labels)]
     if incomplete:
-        yield f"Not every label predicts {', '.join(incomplete)}; the pooled figures leave these trials out."
+        yield f"Not every label predicts {', '.join(incomplete)}; the pooled errors leave these trials out."
 
 
 def _scales(evidence: Evidence) -> Iterator[str]:
@@ -191,6 +191,6 @@ def _parameters(evidence: Evidence) -> Iterator[str]:
     if unknown:
         yield (
             f"{len(unknown)} of {len(evidence.fit.verdicts)} parameters or combinations are not, or only weakly, "
-            "identified by these data (see the fit): the model may predict well, but do not read those "
-            "numbers as physics."
+            "identified by these data (see the fit): the model may predict well, but those numbers are not "
+            "physics."
         )

@@ -78,7 +78,11 @@ def page(found: Rivals, *, provenance: Mapping[str, str]) -> Page:
 def labels(found: Rivals) -> dict[str, str]:
     """Names of truth, model and rival for a reader."""
     case = found.cases[0]
-    return {TRUTH: "truth"} | {who: f"{len(case.fits[who].free)} parameters" for who in (FULL, RIVAL)}
+    return {TRUTH: "truth"} | {who: _counted(len(case.fits[who].free)) for who in (FULL, RIVAL)}
+
+
+def _counted(number: int) -> str:
+    return f"{number} parameter{'s' * (number != 1)}"
 
 
 def summary(found: Rivals) -> str:

@@ -27,7 +27,7 @@ _DRAWN = 12
 _LONG = 120
 
 _OPEN = 1e9
-"""An interval this wide bounds nothing."""
+"""An interval wider than this is unbounded."""
 
 
 def sections(report: Evidence) -> tuple[Section, ...]:
@@ -108,7 +108,7 @@ def _pooled_horizon(report: Evidence, label: str, channels: Sequence[str], facto
 
 
 def _forecasts(report: Evidence) -> str:
-    """What a filter that runs through the raw log foresees with each model."""
+    """Errors of forecasts by a filter on the raw log with each model."""
     if not report.forecasts:
         return ""
     rows = [
@@ -118,16 +118,16 @@ def _forecasts(report: Evidence) -> str:
     ]  # fmt: skip
     head = ["trial", "label", "horizon [s]", "forecasts", "position [m]", "heading [°]", "position at the end [m]"]
     remark = (
-        "Root mean square errors against raw fixes and compass. Each forecast begins at what a filter with this model "
-        "knew then, holds the disturbances found so far, and takes the controls as logged: in a closed loop these "
-        "answer to what came, so all but constant velocity are a little too good."
+        "Root mean square errors against raw fixes and compass. Each forecast starts from the state that a filter "
+        "with this model has then, holds the estimated disturbances and uses the logged controls: in a closed loop the "
+        "controls react to later motion, so all errors but those of constant velocity are slightly too small."
     )
     return table(head, rows, words=(1,)) + soft(remark)
 
 
 def _assumptions(report: Evidence) -> str:
     rows = [[a.path, number(a.value, 4), a.unit, a.why] for a in report.assumptions]
-    remark = "Neither measured nor fitted; in the words of the ship file. What is fitted is right only if these are."
+    remark = "Neither measured nor fitted; wording of the ship file. The fitted values are right only if these are."
     head = ["number", "value", "unit", "assumed"]
     return table(head, rows, words=(2, 3)) + soft(remark) if rows else ""
 
@@ -208,56 +208,58 @@ def _fit(fit: Fit) -> str:
     drawing = ""
     if len(fit.history) > 1:
         drawing = figure(figures.convergence(fit.history), "Loss over the iterations")
-    remark = "Shrinkage: what the data added to the prior, 0 nothing, 1 all. Sigma: posterior deviation."
+    remark = "Shrinkage: information of the data relative to the prior, 0 none, 1 all. Sigma: posterior deviation."
     return (
         f"<p>{text(cost)}</p>{table(head, rows, words=(7,))}{soft(remark)}{words}{along(fit)}{gallery(drawing)}"
     )
 
 
 def along(fit: Fit) -> str:
-    """Table of what each trial had of its own; empty where nothing was estimated along."""
+    """Nuisance parameters of each trial; empty if none were estimated."""
     names = list(dict.fromkeys(name for own in fit.nuisances.values() for name in own))
     if not names:
         return ""
     rows = [[trial, *(number(own[name], 3) if name in own else "–" for name in names)]
             for trial, own in fit.nuisances.items()]  # fmt: skip
-    remark = "SI units, currents towards north (x) and east (y); a bias is what the sensor reads beyond the truth."
+    remark = "SI units, currents towards north (x) and east (y); a bias is the reading of the sensor less the truth."
     return f"<h3>Nuisance parameters of each trial</h3>{table(['trial', *names], rows)}{soft(remark)}"
 
 
-# What must be worse by more than this share to be called so.
+# An error counts as greater if it is so by more than this share.
 _TIE = 0.02
 _GROUPS = {"position": ("x", "y"), "heading": ("psi",)}
 
 
 def sentence(report: Evidence) -> str:
-    """The scores of all labels as they were declared, and the shortest forecasts."""
+    """Standardised errors of all labels, and the shortest forecasts."""
     if not report.comparisons:
         return "Nothing was compared."
     errors = report.pooled
     shared = sum(len(found) == len(report.labels) for found in report.trials.values())
     restarts = {c.restart for c in report.comparisons}
-    how = f"predicted anew every {' or '.join(f'{r:g}' for r in sorted(r for r in restarts if r is not None))} s"
+    every = " or ".join(f"{r:g}" for r in sorted(r for r in restarts if r is not None))
+    how = f"reset to the measured state every {every} s"
     if None in restarts:
-        how = "predicted from the first sample on" if len(restarts) == 1 else f"{how} or from the first sample on"
+        free = "free-running from the first sample"
+        how = free if len(restarts) == 1 else f"{how} or {free}"
     scores = ", ".join(f"'{label}' {number(errors[label])}" for label in report.labels)
     return f"Standardised error over {shared} trial{'s' * (shared != 1)}, {how}: {scores}.{_foreseen(report)}"
 
 
 def against(report: Evidence) -> list[str]:
-    """A line for each of the others: in how many trials the subject is better, and where it is not."""
+    """For each other label: in how many trials the subject is better, and where its error is greater."""
     subject, found = report.labels[0] if report.labels else "", list[str]()
     for other in report.labels[1:]:
         both = [f for f in report.trials.values() if subject in f and other in f]
         wins = sum(f[subject].standardised < f[other].standardised for f in both)
         lost = worse(report, other)
-        line = f"'{subject}' against '{other}': the lesser standardised error in {wins} of {len(both)}"
-        found.append(f"{line}; yet the greater error of {'; of '.join(lost)}" if lost else line)
+        line = f"'{subject}' against '{other}': smaller standardised error in {wins} of {len(both)}"
+        found.append(f"{line}, but greater error of {'; of '.join(lost)}" if lost else line)
     return found
 
 
 def worse(report: Evidence, other: str) -> list[str]:
-    """Where the subject's error is the greater one: position and heading by time since the restart, then by state."""
+    """Where the subject has the greater error: position and heading by time since the restart, then each state."""
     subject = report.labels[0]
     both = [(f[subject], f[other]) for f in report.trials.values() if subject in f and other in f]
     found: list[str] = []
@@ -282,7 +284,7 @@ def _more(mine: float, yours: float) -> bool:
 
 
 def _grown(comparisons: Iterable[Comparison], end: float, channels: tuple[str, ...]) -> float:
-    """Root mean square at one time since the restart; not a number where nobody has it."""
+    """Root mean square at one time since the restart; not a number where no comparison has it."""
     squares = [sum(c.horizons[end].get(n, math.nan) ** 2 for n in channels) for c in comparisons if end in c.horizons]
     squares = [value for value in squares if math.isfinite(value)]
     return math.sqrt(float(np.mean(squares))) if squares else math.nan
@@ -301,11 +303,11 @@ def _foreseen(report: Evidence) -> str:
         return ""
     first = min(f.horizon for f in report.forecasts)
     rows = [f for f in report.forecasts if f.horizon == first]
-    told: list[str] = []
+    parts: list[str] = []
     for label in dict.fromkeys(f.label for f in rows):
         own = [f for f in rows if f.label == label]
         count = sum(f.count for f in own)
         place, turn = (math.sqrt(sum(f.count * e * e for f, e in zip(own, errors, strict=True)) / count)
                        for errors in ([f.position for f in own], [f.heading for f in own]))  # fmt: skip
-        told.append(f"'{label}' {number(place, 2)} m and {number(_DEGREES * turn, 2)}°")
-    return f" Forecasts over {first:g} s, from what a filter knew at their start: {', '.join(told)}."
+        parts.append(f"'{label}' {number(place, 2)} m and {number(_DEGREES * turn, 2)}°")
+    return f" Forecasts over {first:g} s, started from the filtered state: {', '.join(parts)}."

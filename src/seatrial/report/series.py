@@ -27,7 +27,7 @@ _MINUTE = 60.0
 _MEANT = {
     "holds": "holds", "holds without residual": "holds for the physics alone, no residual,",
     "does not hold": "does not hold", "not run": "not run yet",
-    "within the spread of the seeds": "cannot be told from chance",
+    "within the spread of the seeds": "indistinguishable from chance",
 }  # fmt: skip
 
 
@@ -76,11 +76,11 @@ def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
     ]
     care = [f"failed: {line}" for line in failed]
     if series.budget != FULL:
-        what = "it shows that everything runs; its figures mean nothing"
+        what = "it shows that everything runs; its errors are meaningless"
         care.append(f"A rehearsal in the budget '{series.budget}': {what}.")
     waiting = [one.key for one in found.standings[:-1] if len(one.members) < max(len(series.row(one.key).cells), 1)]
     if waiting:
-        care.append(f"Not complete: {', '.join(waiting)} {'is' if len(waiting) == 1 else 'are'} still to be fitted.")
+        care.append(f"Not complete: {', '.join(waiting)} {'is' if len(waiting) == 1 else 'are'} not fitted yet.")
     return (lead(series.about) if series.about else "") + tiles(shown) + note("Warnings", care)
 
 
@@ -145,7 +145,7 @@ def _pair(mean: float, deviation: float = math.nan) -> str:
 def _claims(found: Table) -> str:
     if not found.claims:
         return ""
-    said = bullets(_words(found, claim, rows) for claim, rows in found.claims)
+    words = bullets(_words(found, claim, rows) for claim, rows in found.claims)
     rows = [
         [f"{k}. {_name(found, claim.better)} against {_name(found, claim.worse)}", f.test, _number(f.better),
          _number(f.worse), _number(f.ratio), f"{claim.factor:g}", f.verdict]
@@ -156,9 +156,9 @@ def _claims(found: Table) -> str:
         "The ratio is the second error over the first, and an order asks for a least ratio: 1 for better, less for no "
         "worse than by a margin (0.9: the first error may be 1/0.9 = 1.11 times the second). It holds, or does not, "
         "where the mean errors are two standard errors over the seeds away from that; nearer it is within the spread "
-        "of the seeds. One seed tells nothing about that spread, so with one on either side a ratio is only what it is."
+        "of the seeds. One seed has no spread, so with one seed on either side only the ratio counts."
     )
-    return said + (table(head, rows, words=(1, 6)) + soft(remark) if rows else "")
+    return words + (table(head, rows, words=(1, 6)) + soft(remark) if rows else "")
 
 
 def _words(found: Table, claim: Claim, rows: Sequence[Found]) -> str:
@@ -167,9 +167,9 @@ def _words(found: Table, claim: Claim, rows: Sequence[Found]) -> str:
     for f in rows:
         by_verdict.setdefault(f.verdict, []).append(f"{f.test} ({_number(f.worse)} against {_number(f.better)}, "
                                                     f"{_number(f.ratio)} times)")  # fmt: skip
-    told = (_MEANT[verdict] + (f" in {', '.join(names)}" if verdict != "not run" else "")
+    parts = (_MEANT[verdict] + (f" in {', '.join(names)}" if verdict != "not run" else "")
             for verdict, names in by_verdict.items())  # fmt: skip
-    return f"{claim.says}: {_credit(found, claim)}{'; '.join(told)}."
+    return f"{claim.says}: {_credit(found, claim)}{'; '.join(parts)}."
 
 
 def _name(found: Table, key: str) -> str:
@@ -178,7 +178,7 @@ def _name(found: Table, key: str) -> str:
 
 
 def _credit(found: Table, claim: Claim) -> str:
-    """Who earns it, where left-out trials chose no residual for a hybrid."""
+    """Note for a hybrid without residual, chosen by left-out trials."""
     bare = [one.title for key in (claim.better, claim.worse) if (one := found.standing(key)) and one.width == 0.0]
     return "".join(f"{name} has no residual (left-out trials chose none) and stands for its physics; " for name in bare)
 
@@ -219,7 +219,7 @@ def _tracks(series: Series, found: Table) -> str:
         )
     remark = "Of several seeds, the one that the validation trials prefer."
     if series.restart is not None:
-        remark += f" Every {series.restart:g} s a prediction begins anew from the measured state."
+        remark += f" Every {series.restart:g} s a prediction is reset to the measured state."
     return soft(remark) + "".join(parts)
 
 
@@ -252,10 +252,10 @@ def _validity(found: Table) -> str:
     rows = [[test, *(f"{one[test].verdict}, {number(one[test].ratio, 2)}" for one in drifts.values())]
             for test in tests]  # fmt: skip
     remark = (
-        "Beside each fitted hybrid lie ships that its training trials allow as well (spread.npz). How far these drift "
-        "apart on a test, over what nine in ten training trials do not exceed, ranks the tests by what the data leave "
-        f"open; it is no error bar. Above {WIDE:g}, or with a fifth of its samples novel, a trial leaves the training "
-        "data. 'seatrial predict' and 'seatrial validate' say the same of any other trial."
+        "Each fitted hybrid has members: ships that its training trials allow equally (spread.npz). Their spread on a "
+        "test, over the value that nine in ten training trials do not exceed, ranks the tests by what the data leave "
+        f"undetermined; it is no error bar. Above {WIDE:g}, or with a fifth of its samples novel, a trial leaves the "
+        "training data. 'seatrial predict' and 'seatrial validate' report the same for any other trial."
     )
     head = ["test trial", *(titles[key] for key in drifts)]
     return table(head, rows, words=range(1, len(head))) + soft(remark)
@@ -338,7 +338,7 @@ def bars(names: Sequence[str], values: Mapping[str, Sequence[float]], what: str)
 
 
 def _in_digits(axis: Any) -> None:
-    """Numbers along a drawn logarithmic axis as one reads them; between the powers of ten where these are few."""
+    """Plain numbers along a logarithmic axis; between the powers of ten where these are few."""
     from matplotlib.ticker import FuncFormatter
 
     low, high = axis.get_view_interval()
@@ -347,8 +347,8 @@ def _in_digits(axis: Any) -> None:
         return f"{value:.6g}"
 
     def between(value: float, _: object = None) -> str:
-        told = high < _SHORT * low or (high < _LONG * low and f"{value:e}"[:3] in _ROUND)
-        return digits(value) if told else ""
+        shown = high < _SHORT * low or (high < _LONG * low and f"{value:e}"[:3] in _ROUND)
+        return digits(value) if shown else ""
 
     axis.set_major_formatter(FuncFormatter(digits))
     axis.set_minor_formatter(FuncFormatter(between))
@@ -360,7 +360,7 @@ def _measured(standings: Sequence[Standing], test: str) -> Any:
 
 
 def _broken(run: Comparison) -> tuple[Any, Any]:
-    """The predicted track, interrupted where it begins anew."""
+    """The predicted track, interrupted at each restart."""
     gaps = np.flatnonzero(np.diff(segments(run.measured.t, run.restart))) + 1
     return tuple(np.insert(run.predicted[name], gaps, np.nan) for name in ("y", "x"))  # type: ignore[return-value]
 
@@ -381,7 +381,7 @@ def covered(series: Series) -> dict[str, dict[str, Coverage]]:
 
 
 def numbers(series: Series, found: Table, cover: Mapping[str, Mapping[str, Coverage]]) -> dict[str, Any]:
-    """All of it, SI units and radians; a prediction that is no number is null."""
+    """The numbers of the page, SI units and radians."""
     published = series.published
     return {
         "schema": SCHEMA, "series": series.name, "title": series.title, "budget": series.budget,

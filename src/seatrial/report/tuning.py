@@ -119,7 +119,7 @@ def _methods(tuning: Tuning) -> str:
     )  # fmt: skip
     remark = (
         "Both methods, CMA-ES (C) and bounded Gauss-Newton from many starts (g), solve the same problem. Seconds are "
-        "those of a fit while others ran beside it. Of the gradient method the evaluations are those of its best "
+        "those of a fit while others ran in parallel. Of the gradient method the evaluations are those of its best "
         "start; about one in two comes with exact derivatives."
     )
     return table(head, rows, words=(4,)) + soft(remark) + gallery(*drawn)
@@ -134,7 +134,7 @@ def _found(ends: Any, agreement: float) -> int:
 def _objectives(tuning: Tuning) -> str:
     drawing = figure(objectives(tuning), "Loss over the range, on the tuning and on the test trials")
     remark = (
-        "A wider range must fit the tuning trials better; whether it predicts better is seen on trials that it was "
+        "A wider range must fit the tuning trials better; whether it predicts better shows on trials that it was "
         "not fitted to. Soft: a Gaussian about the untuned values in place of the box."
     )
     return f"<p>{text(remark)}</p>{gallery(drawing)}"
@@ -171,7 +171,7 @@ def _parameters(tuning: Tuning) -> str:
 
 
 def _predictions(tuning: Tuning, trial: Trial, method: str) -> dict[str, Trial]:
-    """The trial as the untuned ship and each tuned one predict it; one that blows up is left out."""
+    """The trial as the untuned ship and each tuned one predict it; one that diverges is left out."""
     ships = {UNTUNED: tuning.problem.ship} | {f"a_r {r.ratio:g}": r.fit.ship for r in tuning.ranges}
     found: dict[str, Trial] = {}
     for label, ship in ships.items():
@@ -226,14 +226,14 @@ def _residuals(tuning: Tuning) -> str:
                      number(left.correlation[channel]), *biases])  # fmt: skip
     head = ["state", "RMS", "noise of the sensor", "correlation of neighbours", *(f"bias, {n}" for n in names)]
     remark = (
-        "What the chosen fit leaves of the tuning trials. Noise is read off the second differences of the "
-        "measurement. Where the model is complete, RMS and noise agree and neighbours are not correlated."
+        "Residuals of the chosen fit on the tuning trials. The noise is that of the second differences of the "
+        "measurement. If the model is complete, RMS and noise agree and neighbouring samples are not correlated."
     )
     return table(head, rows) + soft(remark)
 
 
 def numbers(tuning: Tuning) -> dict[str, Any]:
-    """Everything the page says in numbers, SI units and radians."""
+    """The numbers of the page, SI units and radians."""
     return {
         "schema": SCHEMA, "ship": tuning.problem.ship.name, "chosen": tuning.best.ratio,
         "tuning_trials": [t.name for t in tuning.problem.trials], "test_trials": [t.name for t in tuning.tests],
@@ -268,7 +268,7 @@ _LEAST = 1e-14
 
 
 def search(method: Method, name: str) -> str:
-    """Best objective of each generation, and what it is above the best of all (Suyama 2023 Fig. 4)."""
+    """Best objective of each generation, and its excess over the best of all (Suyama 2023 Fig. 4)."""
     drawn, (above, below) = canvas(2)
     rows = method.history
     above.plot(rows[:, 0], rows[:, 1], color=figures.BLUE, lw=1.0)
@@ -302,7 +302,7 @@ def objectives(tuning: Tuning) -> str:
             total = [sum(loss.values()) for loss in losses]
             ax.plot(ratios, total, color=colour, ls=dashes, marker=mark, ms=5, lw=1.4, label=label)
         ax.axhline(sum(untuned.values()), color=figures.GREY, ls=figures.BASELINE[1], lw=1.2, label="untuned")
-        ax.axvline(tuning.best.ratio, color=figures.TINT, lw=6, zorder=0.5)
+        ax.axvline(tuning.best.ratio, color=figures.ORANGE, alpha=0.35, lw=6, zorder=0.5)
         ax.set_yscale("log")
         ax.set_ylabel(f"J, {title}")
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)

@@ -1,7 +1,8 @@
-"""Validation: how well a prediction holds against a measurement, and how one knows.
+"""Validation: errors of predictions against measurements, coverage of the training data, criteria and requirements.
 
-Contract: a `Comparison` sets one prediction beside one measured trial; a `Report` collects
-comparisons, baselines and a fit into one page.  Nothing in here knows an estimator.
+Contract: a `Comparison` holds one prediction and one measured trial on the same rows with their `Metrics`; `report`
+turns comparisons into pages.  Modules: comparison, metrics, coverage, spread, foresight (forecasts), series (tables of
+fits), rivals (virtual studies), imo (MSC.137(76)), requirements (Sawada 2024).
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..data import Trial
+
+__all__ = ["Comparison", "Metrics"]
 
 
 @dataclass(frozen=True)
@@ -33,11 +36,11 @@ class Metrics:
 
 @dataclass(frozen=True)
 class Comparison:
-    """One prediction beside one measurement.
+    """One prediction and one measurement.
 
     Attributes:
         measured, predicted: on the same rows.
-        label: who predicts ("fitted", "published", "constant velocity").
+        label: what predicts ("fitted", "published", "constant velocity").
         restart: seconds between restarts from the measured state, or None.
         metrics: by channel, over the whole prediction.
         horizons: by seconds since the restart, then by channel: RMSE within that horizon's bin.

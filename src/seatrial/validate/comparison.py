@@ -1,4 +1,4 @@
-"""Setting a prediction beside a measurement, and the baseline every prediction has to beat."""
+"""Comparison of a prediction with a measurement, and the constant-velocity baseline."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ def compare(
     sigma: Mapping[str, float] | None = None,
     L_pp: float | None = None,
 ) -> Comparison:
-    """Hold `predicted` against `measured`, row by row of equal time.
+    """Compare `predicted` with `measured` at equal times.
 
     Args:
         measured: measured trial.
         predicted: prediction at times of the measurement; it may have fewer rows.
-        label: who predicts ("fitted", "published", ...).
+        label: what predicts ("fitted", "published", ...).
         restart: seconds between restarts from the measured state, or None for one free run.
         sigma: scale of each state, SI units; None takes the standard deviation of each measured
             state over this trial.  To compare or pool trials, give one `spread` of them all.
@@ -66,7 +66,7 @@ def compare(
 
 
 def constant_velocity(trial: Trial, restart: float | None) -> Trial:
-    """The baseline: from each restart on, the ship goes on with the u, v_m and r measured there.
+    """The baseline: from each restart the ship keeps the u, v_m and r measured there.
 
     The kinematics are integrated exactly (an arc).  A segment begins at its first complete sample;
     rows before it are NaN.

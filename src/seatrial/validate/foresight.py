@@ -1,7 +1,7 @@
-"""Forecasts of the trials kept back, from what a filter knew when each began, beside those of simpler ideas.
+"""Forecasts of held-out trials from filtered states, by the fitted ship, the untuned ship and constant velocity.
 
-For studies of logs without velocities, whose trials come of a smoother: a prediction that restarts from smoothed
-states has looked ahead, and along a model besides.
+For studies of logs without velocities, whose trials come from a smoother: a prediction that restarts from smoothed
+states uses later data, and a model.
 """
 
 from __future__ import annotations
@@ -55,15 +55,15 @@ class Foresight:
 def foreseen(study: Study, fitted: Ship) -> tuple[tuple[Foresight, ...], tuple[str, ...]]:
     """Forecasts by the fitted ship, by the ship that the fit began from, and at constant velocity.
 
-    Each has the filter of [data.smoother]; disturbances begin as the ship file has them, as on a day not seen.
+    Each uses the filter of [data.smoother]; disturbances start as in the ship file, as on an unseen day.
 
     Returns:
         The errors, and a line for what could not be forecast; both empty where no set has a smoother.
     """
     found: list[Foresight] = []
     notes: list[str] = []
-    for said, trial in readings(study):
-        for label, (table, ship) in _who(said, study.problem.ship, fitted).items():
+    for smoother, trial in readings(study):
+        for label, (table, ship) in _rivals(smoother, study.problem.ship, fitted).items():
             try:
                 found += _of_trial(label, table, ship, trial)
             except (DataError, StudyError, SimulationError) as error:
@@ -71,23 +71,23 @@ def foreseen(study: Study, fitted: Ship) -> tuple[tuple[Foresight, ...], tuple[s
     return tuple(found), tuple(notes)
 
 
-def _who(said: Any, start: Ship, fitted: Ship) -> Mapping[str, tuple[Any, Ship]]:
+def _rivals(smoother: Any, start: Ship, fitted: Ship) -> Mapping[str, tuple[Any, Ship]]:
     """Filter table and ship by label."""
-    fresh = {path: float(read(start.model, path)) for path in said.parameters}
+    fresh = {path: float(read(start.model, path)) for path in smoother.parameters}
     still = replace(start, model=Nomoto(K=1e-9, T=1e6, U=max(start.speed, 1e-2)), notes={}, n_P=None)
-    walk = {name: sd for name, sd in said.process.items() if name in ("u", "v_m", "r")}
-    bare = said.model_copy(update={"current": 0.0, "parameters": {}, "process": walk})
+    walk = {name: sd for name, sd in smoother.process.items() if name in ("u", "v_m", "r")}
+    bare = smoother.model_copy(update={"current": 0.0, "parameters": {}, "process": walk})
     return {
-        FITTED: (said, fitted.having(fresh)),
-        UNTUNED: (said, start),
+        FITTED: (smoother, fitted.having(fresh)),
+        UNTUNED: (smoother, start),
         CONSTANT_VELOCITY: (bare, still),
     }
 
 
-def _of_trial(label: str, said: Any, ship: Ship, trial: Trial) -> list[Foresight]:
+def _of_trial(label: str, smoother: Any, ship: Ship, trial: Trial) -> list[Foresight]:
     if label == CONSTANT_VELOCITY:
         trial = trial.having(n_P=np.zeros(len(trial)), delta=np.zeros(len(trial)))
-    run = kalman(said, ship).run(ship, own_samples(trial))
+    run = kalman(smoother, ship).run(ship, own_samples(trial))
     rows: list[Foresight] = []
     for horizon in HORIZONS:
         if rows and trial.duration < _SETTLED + horizon:

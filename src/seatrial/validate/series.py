@@ -29,7 +29,7 @@ TOGETHER = "together"
 
 BASELINE = "constant velocity"
 
-# Standard errors of a mean over seeds within which two models are not told apart.
+# Standard errors of a mean over seeds within which two models are indistinguishable.
 _APART = 2.0
 
 Validity = Mapping[str, Mapping[str, Spread]]
@@ -50,8 +50,8 @@ def validity(series: Series, out: Path) -> dict[str, dict[str, Spread]]:
             if not ((where / NAME).is_file() and (where / SUMMARY).is_file()):
                 continue
             ship = load(where / MODEL, trust=foreign(row.ship.model))
-            told = spreads(load_members(where / NAME, ship), ship, tuple(series.tests.values()))
-            found[row.key] = dict(zip(series.tests, told, strict=True))
+            drifts = spreads(load_members(where / NAME, ship), ship, tuple(series.tests.values()))
+            found[row.key] = dict(zip(series.tests, drifts, strict=True))
     return found
 
 
@@ -215,7 +215,7 @@ def _together(found: Sequence[Comparison | None]) -> float:
 def outcomes(table: Table, claim: Claim) -> list[Found]:
     """A claim in each of its rows: what `factor` asks for is met, or missed, by two standard errors; else undecided.
 
-    The same for all: "better" has a factor of one or more, "no worse" says its margin by a smaller one.
+    The same for all: "better" has a factor of one or more, "no worse" gives its margin by a smaller one.
     Without a spread over seeds the means decide.
     """
     out: list[Found] = []

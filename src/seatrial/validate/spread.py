@@ -1,9 +1,9 @@
-"""How far the fits that the data allow drift apart on a manoeuvre, and whether it leaves the training data.
+"""Spread of the fits that the data allow on a manoeuvre, and whether the manoeuvre leaves the training data.
 
-Members are drawn from the posterior of a fit: ships that explain its trials about as well.  Where the data were, they
-agree; away from them each goes its own way, so the spread of their predictions grows with the distance from the data.
-It tells only what the form of the model leaves open, and is therefore judged against the spread over the training
-trials, beside the novelty of the samples (`coverage`).
+Members are drawn from the posterior of a fit: ships that explain its trials about as well.  They agree near the data
+and differ away from them, so the spread of their predictions grows with the distance from the data.  It covers only
+what the form of the model leaves undetermined, so it is judged against the spread over the training trials, together
+with the novelty of the samples (`coverage`).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _SCHEMA = "seatrial-spread/1"
 
 @dataclass(frozen=True)
 class Members:
-    """Ships that the data might as well have given, and how far they drift apart on the training trials.
+    """Ships that the data are consistent with, and their spread on the training trials.
 
     Attributes:
         paths: the parameters that differ.
@@ -53,9 +53,9 @@ class Members:
         drawn: shape (members, paths).
         units: seed of the random units that the members have beside the fit; None where there are none.
         sigma: scale of each state in a spread.
-        restart: seconds between restarts, the same for every trial that is judged; None sails each in one go.
+        restart: seconds between restarts, the same for every trial that is judged; None predicts each trial in one run.
         training: spread of each training trial by name.
-        reference: the training data; None where they cannot be compared with.
+        reference: the training data; None if there is nothing to compare with.
     """
 
     paths: tuple[str, ...]
@@ -73,21 +73,21 @@ class Members:
         return float(np.quantile(list(self.training.values()), _USUAL))
 
     def wide(self, ship: Ship) -> Ship:
-        """The fitted ship with the random units, silent as yet."""
+        """The fitted ship with the random units, their outputs still zero."""
         return ship if self.units is None else with_units(ship, UNITS, self.units)[0]
 
 
 @dataclass(frozen=True)
 class Spread:
-    """How far the members drift apart on one trial.
+    """Spread of the members on one trial.
 
     Attributes:
         name: of the trial.
         deviation: standard deviation of each state between the members, SI units, shape (restarts, rows, 6), a row
             per second from each restart on; NaN where nothing was measured.
-        standardised: mean over the rows of the sum of the squared deviations over sigma^2; inf where a member blows up.
+        standardised: mean over the rows of the sum of the squared deviations over sigma^2; inf if a member diverges.
         ratio: the same over what is usual on the training trials.
-        coverage: novelty of the samples; None where it cannot be told.
+        coverage: novelty of the samples; None if it is unknown.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Spread:
 
     @property
     def verdict(self) -> str:
-        """"inside", "edge" or "leaves": the worse of what the spread and the samples say."""
+        """"inside", "edge" or "leaves": the worse of spread and samples."""
         novel = self.coverage.verdict if self.coverage else "inside"
         if self.ratio > WIDE or novel == "leaves":
             return "leaves"
@@ -130,7 +130,7 @@ def members(
 ) -> Members:  # fmt: skip
     """Members drawn from the posterior of a fit, and their spread on each of its trials.
 
-    Those of a hybrid fitted through the trajectory have random units that only the trials keep quiet (`freer`).
+    Those of a hybrid fitted through the trajectory have random units that only the trials constrain (`freer`).
 
     Args:
         fit: with a covariance.
@@ -189,7 +189,7 @@ def _drifts(found: Members, ship: Ship, trials: Sequence[Trial]) -> list[tuple[A
     system, parameters = open_loop(wide), open_loop_parameters(wide)
     forward, where = simulator(system), [system.parameters.index(path) for path in found.paths]
     packed, every = forward.pack(cut.series), list[Array]()
-    with np.errstate(all="ignore"):  # a member that blows up goes its own way for good
+    with np.errstate(all="ignore"):  # a member that diverges does not return
         for row in found.drawn:
             parameters[where] = row
             run = forward.run(cut.state0, packed, parameters, dt=cut.dt, steps=cut.steps, every=cut.every)
