@@ -9,9 +9,8 @@ import time
 import pytest
 
 from seatrial.environment import Uniform
-from seatrial.realtime.loop import CommandError, Loop, LoopError
+from seatrial.realtime.loop import CommandError, Loop, LoopError, Schedule
 from seatrial.realtime.plant import Compiled
-from seatrial.realtime.schedule import Schedule
 from seatrial.sensors import SensorError
 from seatrial.sensors.instruments import Feedback, Gnss, Gyro
 from seatrial.sensors.stream import Errors

@@ -22,8 +22,7 @@ from seatrial.environment.weather import Gust
 from seatrial.models import STATES
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Compiled, Plant
-from seatrial.realtime.recording import Recording, orders_path
-from seatrial.realtime.rerun import rerun
+from seatrial.realtime.recording import Recording, orders_path, rerun
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
@@ -253,7 +252,7 @@ SAIL = """
 import math, sys
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant
-from seatrial.realtime.recording import Recording
+from seatrial.realtime.recording import Recording, rerun
 from seatrial.ships.files import load
 
 loop = Loop({"own": Plant.of(load("kvlcc2_l7"), dt=0.1)}, 10.0, math.inf)

@@ -5,29 +5,135 @@ The state of a whole loop in one piece of bytes.
 
 from __future__ import annotations
 
-import base64
-import binascii
-import json
 import math
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Protocol
 
 from ..core.parameters import unknown
 from ..environment import Environment
 from ..sensors import Reading
 from ..sensors.suite import Suite
-from ..ships import ShipError
-from .fleet import Event, Fleet, Vessel, Witness
+from .fleet import Event, Fleet, Keeper, LoopError, Vessel, Waiting, Witness, packed, unpacked
 from .helm import CommandError
 from .plant import Plant
-from .schedule import Clock, LoopError, Schedule, WallClock
 
 __all__ = ["CommandError", "Event", "Loop", "LoopError", "LoopReport", "Vessel", "Witness"]
 
 _NAP = 0.05
 """Longest wait at a time [s], so that a pause or a stop is heard."""
+
+
+SLOWEST, FASTEST = 0.1, 100.0
+"""Time factors between which a schedule is kept; beyond is only as fast as possible (infinite)."""
+
+
+class Clock(Protocol):
+    """Tells time and waits."""
+
+    def now(self) -> float:
+        """Time on a clock that never goes back [s]."""
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Wait."""
+        ...
+
+
+class WallClock:
+    """The clock of the machine."""
+
+    def now(self) -> float:
+        """Time on a clock that never goes back [s]."""
+        return time.perf_counter()
+
+    def sleep(self, seconds: float) -> None:
+        """Wait."""
+        time.sleep(seconds)
+
+
+class Schedule:
+    """When the next tick is due, and how far behind the ticks have been.
+
+    Late ticks are caught up with, all of them; only where the machine stood still for longer than `patience`, or the
+    ships were taken to another time, the schedule begins anew, and what it gave up is told in `slipped`.
+
+    Attributes:
+        factor: simulated time over time on the clock; infinite is as fast as possible.
+        period: time between two ticks [s on the clock].
+        ticks: ticks counted since the start.
+        overruns: ticks that began later than one period after they were due.
+        worst: the latest beginning of a tick after it was due [s].
+        late: that of the last tick [s].
+        slipped: time given up altogether [s].
+    """
+
+    def __init__(self, rate: float, factor: float, clock: Clock, patience: float = 10.0) -> None:
+        self._clock, self._rate, self._patience = clock, rate, patience
+        self.ticks = self.overruns = 0
+        self.worst = self.late = self.slipped = 0.0
+        self._origin, self._since, self.period = 0.0, 0, 0.0
+        self._held: float | None = None
+        self.pace(factor)
+
+    def pace(self, factor: float) -> None:
+        """Go on with another time factor from now; as far from the next tick in simulated time as before.
+
+        Raises:
+            LoopError: not between 0.1 and 100, nor infinite.
+        """
+        if not (SLOWEST <= factor <= FASTEST or factor == math.inf):
+            raise LoopError(f"time factor {factor:g}; give {SLOWEST:g} to {FASTEST:g}, or inf for the fastest")
+        ticks = self.left() / self.period if self.period else 0.0
+        self.factor, self.period = factor, 1.0 / (self._rate * factor)
+        self._due_in(ticks * self.period)
+
+    def hold(self) -> None:
+        """Let time stand still; while there is a pause, or nobody runs."""
+        if self._held is None:
+            self._held = self.left()
+
+    def release(self) -> None:
+        """Go on, as far from the next tick as when it was held."""
+        if self._held is not None:
+            held, self._held = self._held, None
+            self._due_in(held)
+
+    def left(self) -> float:
+        """Time until the next tick is due [s]; below zero where it is late."""
+        if self._held is not None:
+            return self._held
+        if math.isinf(self.factor):
+            return 0.0
+        return self._origin + self._since * self.period - self._clock.now()
+
+    def give_up(self) -> float:
+        """Catch up with nothing that is late by more than a period; gives back the time given up, if any [s]."""
+        late = -self.left()
+        if late <= self.period:
+            return 0.0
+        self.slipped += late
+        self._due_in(0.0)
+        return late
+
+    def begin(self) -> float:
+        """Count a tick that begins now; gives back the time given up, if any [s]."""
+        self.late = max(-self.left(), 0.0)
+        self.ticks += 1
+        self.worst = max(self.worst, self.late)
+        if self.late > self.period > 0.0:
+            self.overruns += 1
+        given_up = self.give_up() if self.late > self._patience else 0.0
+        self._since += 1
+        return given_up
+
+    def _due_in(self, seconds: float) -> None:
+        """Let the next tick be due so much later than now."""
+        if self._held is not None:
+            self._held = seconds
+        self._origin, self._since = self._clock.now() + seconds, 0
 
 
 @dataclass(frozen=True)
@@ -303,121 +409,3 @@ class Loop:
     def _note(self, given_up: float) -> None:
         if given_up > 0.0:
             self._fleet.tell("", "slipped", f"{given_up:.3g} s on the clock are given up and not caught up with")
-
-
-_FORMAT = "seatrial-loop/2"
-
-
-class Keeper(Protocol):
-    """Somebody beside a loop who has a part in how her ships go on: a steersman, a wire, a bridge."""
-
-    def snapshot(self) -> Any:
-        """All that decides what it does from here on, for JSON."""
-        ...
-
-    def restore(self, saved: Any) -> None:
-        """Go on from what `snapshot` gave; a ValueError where that is of another."""
-        ...
-
-    def reset(self) -> None:
-        """Back to the start."""
-        ...
-
-
-@dataclass
-class Waiting:
-    """What the next tick takes in.
-
-    Attributes:
-        orders: by ship and control, the last one last.
-        around: surroundings by ship.
-    """
-
-    orders: dict[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
-    around: dict[str, Environment] = field(default_factory=dict[str, Environment])
-
-
-@dataclass(frozen=True)
-class Saved:
-    """What of a saved loop is not with the ships, the instruments and the keepers.
-
-    Attributes:
-        k: tick.
-        known: what was known of each ship (`Vessel.known`).
-        patience: of the loop [s].
-    """
-
-    k: int
-    known: Mapping[str, Mapping[str, Any]]
-    patience: float
-    waiting: Waiting
-
-
-def packed(fleet: Fleet, keepers: Mapping[str, Keeper], waiting: Waiting) -> bytes:
-    """Ships, instruments, keepers, and what waits for the next tick."""
-    ships = {
-        name: [_text(vessel.plant.snapshot()), _text(vessel.watch.snapshot() if vessel.watch else b""), vessel.known()]
-        for name, vessel in fleet.vessels.items()
-    }
-    return json.dumps({
-        "format": _FORMAT, "k": fleet.k, "rate": fleet.rate, "ships": ships,
-        "patience": fleet.patience if math.isfinite(fleet.patience) else None,
-        "keepers": {name: keeper.snapshot() for name, keeper in keepers.items()},
-        "orders": [[*who, value] for who, value in waiting.orders.items()],
-        "around": {ship: [float(value) for value in around] for ship, around in waiting.around.items()},
-    }).encode()  # fmt: skip
-
-
-def unpacked(saved: bytes, fleet: Fleet, keepers: Mapping[str, Keeper]) -> Saved:
-    """Restore ships, instruments and keepers, and give back the rest; a keeper that was not there begins anew.
-
-    Raises:
-        ShipError, SensorError: saved of others, or not by `packed`; some are then restored already.
-    """
-    try:
-        about: dict[str, Any] = json.loads(saved)
-        ships = {name: (_bytes(plant), _bytes(watch), dict(known))
-                 for name, (plant, watch, known) in about["ships"].items()}  # fmt: skip
-        fits, kept = about["format"] == _FORMAT and about["rate"] == fleet.rate, dict(about["keepers"])
-        patience = math.inf if about["patience"] is None else float(about["patience"])
-        waiting = Waiting(
-            {(str(ship), str(control)): float(value) for ship, control, value in about["orders"]},
-            {str(ship): Environment(*map(float, around)) for ship, around in about["around"].items()},
-        )
-        rest = Saved(int(about["k"]), {name: known for name, (*_, known) in ships.items()}, patience, waiting)
-    except (ValueError, KeyError, TypeError, AttributeError, binascii.Error):
-        raise ShipError("not a saved loop; give what its snapshot gave") from None
-    if not fits or set(ships) != set(fleet.vessels):
-        there, here = f"{', '.join(ships)} at {about['rate']} Hz", f"{', '.join(fleet.vessels)} at {fleet.rate:g} Hz"
-        raise ShipError(f"saved loop of {there}; this one has {here}")
-    for name in kept:
-        if name not in keepers:
-            raise ShipError(f"saved loop with {name}; this one has {', '.join(keepers) or 'nobody beside it'}")
-    for name, (plant, watch, _) in ships.items():
-        fleet.vessels[name].plant.restore(plant)
-        own = fleet.vessels[name].watch
-        if own is not None and watch:
-            own.restore(watch)
-        elif own is not None:  # put aboard since
-            own.reset()
-    for name, keeper in keepers.items():
-        _restore(name, keeper, kept)
-    return rest
-
-
-def _restore(name: str, keeper: Keeper, kept: Mapping[str, Any]) -> None:
-    if name not in kept:
-        keeper.reset()
-        return
-    try:
-        keeper.restore(kept[name])
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise ShipError(f"not a saved loop: what is kept of {name} cannot be read ({error})") from None
-
-
-def _text(data: bytes) -> str:
-    return base64.b64encode(data).decode()
-
-
-def _bytes(text: str) -> bytes:
-    return base64.b64decode(text, validate=True)

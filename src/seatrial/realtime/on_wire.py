@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, BinaryIO
 
 from ..core.parameters import unknown
+from ..data.nmea.ais import position
 from ..data.nmea.framing import LARGEST, TOKEN, Tag, tag_block
 from ..data.nmea.sentences import NmeaError
 from ..data.nmea.ship import SPOKEN, Fittings, Measured, lines
@@ -196,3 +198,34 @@ class OnWire:
             data += part
         if len(data) > len(head):
             yield data
+
+
+PERIOD = 10.0
+"""Time between two reports of a ship [simulated s]: that of ships up to 14 kn (ITU-R M.1371)."""
+
+FIRST = 200_000_001
+"""MMSI of the first other ship; no country has the digits 200, so it is never that of a real one."""
+
+
+class Targets:
+    """Reports of other ships, one after the other."""
+
+    def __init__(self, loop: Loop, names: Sequence[str], on_wire: OnWire) -> None:
+        """Report these ships from the next tick on, on the wire of another one."""
+        self._names, self._on_wire = tuple(names), on_wire
+        loop.after(self.tick)
+
+    def tick(self, loop: Loop) -> None:
+        """Send what is due."""
+        fittings = self._on_wire.fittings
+        for k, name in enumerate(self._names):
+            due = math.floor((loop.t + k) / PERIOD) > math.floor((loop.t + k - 1.0 / loop.rate) / PERIOD)
+            vessel = loop.vessels[name]
+            if not due or vessel.failure is not None:
+                continue
+            plant = vessel.plant
+            x, y, psi, u, v = (plant[state] for state in ("x", "y", "psi", "u", "v_m"))
+            latitude, longitude = fittings.datum.place(x, y)
+            said = {"t": loop.t, "psi": psi, "r": plant["r"], "latitude": latitude, "longitude": longitude,
+                    "U": math.hypot(u, v), "chi": psi + math.atan2(v, u)}  # fmt: skip
+            self._on_wire.say(loop, position(fittings, said, FIRST + k, "VDM"))

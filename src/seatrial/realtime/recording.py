@@ -15,19 +15,23 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from ..core.parameters import values
-from ..data import DataError
+from ..data import UNITS, DataError, Trial
 from ..data.sidecar import sidecar_path, sidecar_text
-from ..environment import CHANNELS
-from ..models import STATES
-from ..ships import Ship
+from ..data.trialfile import read_trial
+from ..environment import CHANNELS, Environment, Weather
+from ..models import STATES, unit
+from ..ships import Ship, ShipError
 from ..simulate.run import SIMULATED
-from .columns import Columns, text, usual_names
 from .plant import Plant
 
 SCHEMA = "seatrial-orders/1"
@@ -245,3 +249,135 @@ class Appender:
         """Remove the file again."""
         self.close()
         self._path.unlink(missing_ok=True)
+
+
+def rerun(path: str | Path, ship: Ship, environment: Weather | None = None) -> Trial:
+    """The run of a recording made again; its rows and columns are those of the file.
+
+    Args:
+        path: the .csv file of the recording.
+        ship: the ship that was recorded, with the same numbers.
+        environment: the weather she sailed in, where that changed by itself.
+
+    Raises:
+        DataError: no such recording, or orders that cannot be read.
+        ShipError: another ship, or weather that changed and is not given.
+    """
+    here = Path(path)
+    trial, (about, changes) = read_trial(here), _read(orders_path(here))
+    if about["ship"] != ship.name or about["numbers"] != digest(ship):
+        raise ShipError(f"{here}: recorded {about['ship']} with other numbers; give the ship as she was")
+    if about["changing"] and environment is None:
+        raise ShipError(f"{here}: the weather changed by itself; give the one it was")
+    plant = Plant.of(ship, dt=float(about["dt"]), environment=environment, start=(0.0,) * 6, n_P=0.0)
+    plant.restore(base64.b64decode(about["start"]))
+    columns = Columns(plant, trial.channels, trial.meta.get("held", ()))
+    rows: list[list[float]] = []
+    for t in trial.t.tolist():
+        while True:
+            _obey(plant, changes)
+            if plant.k >= round(t / plant.dt):
+                break
+            plant.step()
+        rows.append(columns.row())
+    channels = dict(zip(trial.channels, np.array(rows).T.copy(), strict=True))
+    return replace(trial, channels=channels).noting("made again from its orders")
+
+
+def _obey(plant: Plant, changes: deque[dict[str, Any]]) -> None:
+    while changes and changes[0]["k"] <= plant.k:
+        change = changes.popleft()
+        for control, value in change["orders"].items():
+            plant.order(control, value)
+        if change["around"] is not None:
+            plant.surround(Environment(*change["around"]))
+
+
+def _read(path: Path) -> tuple[dict[str, Any], deque[dict[str, Any]]]:
+    """The start, and the changes after it; a last line that is not whole was never finished and does not count."""
+    try:
+        lines = path.read_text(encoding="utf-8").split("\n")[:-1]
+    except (OSError, UnicodeDecodeError):
+        raise DataError(f"{path}: no orders to read; they lie beside the recording they belong to") from None
+    try:
+        about, *changes = (json.loads(line) for line in lines)
+        wanted = {"ship", "numbers", "dt", "changing", "start"}
+        whole = about["schema"] == SCHEMA and wanted <= about.keys()
+        whole = whole and all({"k", "orders", "around"} <= change.keys() for change in changes)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        whole, about, changes = False, {}, []
+    if not whole:
+        raise DataError(f"{path}: not the orders of a recording; its first line says '{SCHEMA}'")
+    return about, deque(changes)
+
+
+_VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
+_WAVES, _BOTTOM = ("H_S", "gamma_W", "T_W"), ("depth",)
+Reader = Callable[[], float]
+
+
+class Columns:
+    """Channels of a trial by name, time first.
+
+    Attributes:
+        names: what they are called.
+    """
+
+    def __init__(self, plant: Plant, names: Iterable[str], held: Iterable[str] = ()) -> None:
+        """Read these channels off a ship.
+
+        Args:
+            held: controls that obey at once: what acts from a row on is what is ordered there.
+        """
+        readers = _readers(plant, tuple(held))
+        self.names = tuple(names)
+        self._read = tuple(readers[name] for name in self.names)
+
+    def row(self) -> list[float]:
+        """Their values now."""
+        return [read() for read in self._read]
+
+    @property
+    def head(self) -> str:
+        """The first line of a trial file."""
+        return ",".join(f"{name} [{UNITS.get(name) or unit(name)}]" for name in self.names)
+
+
+def usual_names(plant: Plant) -> tuple[str, ...]:
+    """What is recorded of a ship: always wind and current, waves and a bottom where there are any."""
+    waves = plant.changing or any(plant[name] != 0.0 for name in ("wave_x", "wave_y", "wave_T"))
+    bottom = plant["per_depth"] != 0.0
+    commands = (f"{name}_cmd" for name in plant.controls)
+    air_and_water = (name for _, *pair in _VECTORS[:2] for name in pair)
+    return ("t", *STATES, *plant.controls, *commands, *air_and_water, *(_WAVES if waves else ()),
+            *(_BOTTOM if bottom else ()))  # fmt: skip
+
+
+def text(row: list[float]) -> str:
+    """A row of a trial file; numbers read back to the same bits, a gap is empty."""
+    return ",".join("" if value != value else repr(value) for value in row)
+
+
+def _readers(plant: Plant, held: tuple[str, ...]) -> dict[str, Reader]:
+    found: dict[str, Reader] = {"t": lambda: plant.t}
+    for name in (*STATES, *plant.controls):
+        found[name] = _value(plant, f"{name}_cmd" if name in held else name)
+    for name in plant.controls:
+        found[f"{name}_cmd"] = _value(plant, f"{name}_cmd")
+    for of, size, direction in _VECTORS:
+        found[size], found[direction] = _length(plant, of), _direction(plant, of)
+    found["T_W"] = _value(plant, "wave_T")
+    found["depth"] = lambda: 1.0 / plant["per_depth"] if plant["per_depth"] else math.nan
+    return found
+
+
+def _value(plant: Plant, name: str) -> Reader:
+    return lambda: plant[name]
+
+
+def _length(plant: Plant, of: str) -> Reader:
+    return lambda: math.hypot(plant[f"{of}_x"], plant[f"{of}_y"])
+
+
+def _direction(plant: Plant, of: str) -> Reader:
+    return lambda: math.atan2(plant[f"{of}_y"], plant[f"{of}_x"])

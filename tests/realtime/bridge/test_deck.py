@@ -22,7 +22,7 @@ from seatrial.realtime.bridge.view import OWN, indices_json
 from seatrial.realtime.conning import TELEGRAPH
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Compiled
-from seatrial.realtime.rerun import rerun
+from seatrial.realtime.recording import rerun
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 

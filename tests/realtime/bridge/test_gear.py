@@ -7,8 +7,7 @@ import math
 import pytest
 
 from seatrial.realtime.bridge.gear import Order, gear
-from seatrial.realtime.helm import ranges
-from seatrial.realtime.labels import clipped
+from seatrial.realtime.helm import clipped, ranges
 from seatrial.realtime.plant import Plant
 from seatrial.ships.felt import idle
 from seatrial.ships.files import load

@@ -29,7 +29,6 @@ from ..recording import Recording, orders_path
 from .drill import Drill
 from .gear import bells, gear
 from .ghost import Ghost
-from .requests import RefusalError, Request, number
 from .view import OWN, Moment, Trail, indices_json, motion, order_json, outline
 
 PERIOD = 0.05
@@ -39,6 +38,28 @@ _TOLD = 6
 _FELT = {"wind": "wind_x", "current": "current_x"}
 Orderer = Callable[[float], Manoeuvre]
 """A manoeuvre made at the revolutions [1/s] that she runs at."""
+
+
+Request = Mapping[str, Any]
+"""What is asked ("do") and its figures by name."""
+
+
+class RefusalError(ValueError):
+    """A request that is not carried out; the text says why."""
+
+
+def number(said: Request, name: str) -> float:
+    """A figure of a request.
+
+    Raises:
+        RefusalError: it is not there, or no finite number.
+    """
+    value = said.get(name)
+    if not isinstance(value, bool) and isinstance(value, int | float):
+        with suppress(OverflowError):  # a whole number of hundreds of digits
+            if math.isfinite(value):
+                return float(value)
+    raise RefusalError(f"{name} is to be a finite number")
 
 
 @dataclass(frozen=True)

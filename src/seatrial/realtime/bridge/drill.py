@@ -10,8 +10,8 @@ import numpy as np
 from ...data import DataError, Trial
 from ...manoeuvres import Index, Manoeuvre
 from ...models import STATES
-from ..columns import Columns, usual_names
 from ..plant import Plant
+from ..recording import Columns, usual_names
 
 _CHECK, _ROW, _LAST = 0.25, 0.01, 500.0
 """How often figures are read off, how far apart rows are, and when to give up: in the time of one ship length."""

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..conning import TELEGRAPH
-from ..helm import obeying
-from ..labels import label, scale, sided
+from ..helm import label, obeying, scale, sided
 from ..plant import Plant
 
 _APART = 0.02
