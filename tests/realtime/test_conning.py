@@ -194,7 +194,7 @@ def test_a_ship_whose_model_keeps_her_speed_has_no_shaft():
     assert con.take(said("PRC", rpmdemand=60.0, rpmdemandstatus="R"), "a", 0.0) == {}
     assert con.counts["unfit"] == 2
     fittings = fitted(con.ship, Fittings())
-    assert unsaid("RPM", exact(con.ship.model.controls, fittings, 10.0), fittings) == "she has no shaft that is shown"
+    assert "shaft" in unsaid("RPM", exact(con.ship.model.controls, fittings, 10.0), fittings)
 
 
 def test_thrusters_by_number_odd_at_the_bow_even_at_the_stern():

@@ -259,7 +259,7 @@ def test_a_ship_that_blew_up_stays_where_she_was_seen_last(compiled: Compiled) -
     assert frame["ghost"][3] == pytest.approx(math.dist(frame["ghost"][:2], frame["own"][:2]), abs=1e-3)
     assert json.loads(json.dumps(bridge.hello("A"), allow_nan=False))["trail"] == way
     for said in ({"do": "drill", "name": "turn"}, {"do": "ghost"}):
-        assert bridge.ask("A", said) == "she has blown up; reset first"
+        assert "reset first" in bridge.ask("A", said)
     assert bridge.ask("A", {"do": "reset"}) == ""
     ticks(loop, 1.0)
     assert bridge.frame()["failed"] is None
