@@ -1,4 +1,4 @@
-"""A ship of a loop on the wire: she talks at the rates asked for, obeys valid sentences, and nothing else moves her."""
+"""A ship of a loop on the wire: it sends at the requested rates, obeys valid sentences, and ignores all other input."""
 
 from __future__ import annotations
 
@@ -244,7 +244,7 @@ def heading(course: float) -> bytes:
 
 
 def test_her_steering_control_goes_by_her_gyro(ship):
-    """A compass that shows 10 degrees too much keeps her 10 degrees to port of what was ordered."""
+    """A compass that shows 10 degrees too much keeps the ship 10 degrees to port of what was ordered."""
     gyros = Gyro(rate=10.0, heading=Errors(bias=10.0 * DEG)), RateGyro(rate=10.0)
     loop, plant, wire, on = at_sea(ship, Speech(Fittings()), sensors=Suite(gyros))
     wire.waiting.append(heading(20.0))
