@@ -50,7 +50,7 @@ def one_ship(plant: Plant, suite: Suite) -> Callable[[], None]:
 
 
 def marshalled(compiled: Compiled) -> float:
-    """The same step by the door of whole runs, which packs its arrays each time [microseconds]."""
+    """The same step through the interface of whole runs, which packs its arrays each time [microseconds]."""
     simulator, ship = compiled.simulator, compiled.ship
     system = simulator.system
     state, memory = np.array([[0.0, 0.0, 0.0, ship.speed, 0.0, 0.0]]), np.zeros((1, len(system.memory)))
@@ -97,18 +97,18 @@ def main() -> None:
     ready = 1e3 * best(lambda: Plant.of(ship, dt=0.01))
     rows = [
         row("step of one ship, RK4 at 100 Hz, median", np.median(plain), "us", "<= 20"),
-        row("the same with her usual instruments, median", np.median(carried), "us", "<= 20"),
+        row("the same with the usual instruments, median", np.median(carried), "us", "<= 20"),
         row("the same, 99.9 % of the steps, wall", np.percentile(carried, 99.9), "us", "<= 1000"),
         row("the same, 99.9 % of the steps, processor", np.percentile(own_time, 99.9), "us", "<= 1000"),
         row("with all instruments at 100 Hz too, median", np.median(worst), "us", "none"),
-        row("in gusts with her usual instruments, median", np.median(in_gusts), "us", "<= 20"),
+        row("in gusts with the usual instruments, median", np.median(in_gusts), "us", "<= 20"),
         row("the same, 99.9 % of the steps, wall", np.percentile(in_gusts, 99.9), "us", "<= 1000"),
         row("the same, 99.9 % of the steps, processor", np.percentile(in_gusts_own, 99.9), "us", "<= 1000"),
-        row("that step by the door of whole runs", marshalled(compiled), "us", "none"),
+        row("that step through the interface of whole runs", marshalled(compiled), "us", "none"),
         row("100 ships at 10 Hz with instruments, share of a core", share, "%", "< 20"),
         row("late ticks of that loop", report.overruns, "of 110", "none"),
         row("the same with each ship recorded, share of a core", recorded, "%", "none"),
-        row("a ship ready to sail, kernel in the cache", ready, "ms", "none"),
+        row("a ship made ready, kernel in the cache", ready, "ms", "none"),
         row("memory of the process", memory, "MB", "none"),
     ]
     publish("realtime", rows)

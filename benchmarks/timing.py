@@ -14,13 +14,13 @@ HERE = Path(__file__).parent
 TABLE = HERE.parent / "docs" / "benchmarks.md"
 HEAD = """# Benchmarks
 
-`seatrial bench` times this package beside other programs that are installed, and says the ratios; it works wherever
-the package does. `seatrial bench --list` names the programs and how to get those that are missing, `-o DIR` writes
-`DIR/bench.json`. A Python loop that never changes is timed before, between and after: where it varies, the machine
-had other work.
+`seatrial bench` times this package beside other programs that are installed, and prints the ratios; it needs only the
+installed package. `seatrial bench --list` lists the programs and how to install missing ones, `-o DIR` writes
+`DIR/bench.json`. A fixed Python loop is timed before, between and after: if its time varies, the machine was busy with
+other work.
 
-The tables below are written by `make bench` from scripts of the repository, one a claim: the shortest of repeated
-runs."""
+`make bench` writes the tables below from scripts of the repository, one script for each claim. Times are the shortest
+of repeated runs."""
 SCRIPTS = ("engine", "peers", "campaign", "tuning", "export", "shooting", "networks", "training", "realtime", "envs",
            "cold_start")  # fmt: skip
 

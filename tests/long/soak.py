@@ -22,8 +22,7 @@ from seatrial.environment import Uniform
 from seatrial.environment.weather import Gust
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant
-from seatrial.realtime.recording import Recording
-from seatrial.realtime.rerun import rerun
+from seatrial.realtime.recording import Recording, rerun
 from seatrial.sensors.suite import usual
 from seatrial.ships.files import load
 

@@ -1,4 +1,4 @@
-"""A ship of a loop on the wire: she talks at the rates asked for, obeys valid sentences, and nothing else moves her."""
+"""A ship of a loop on the wire: it sends at the requested rates, obeys valid sentences, and ignores all other input."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import errno
 import io
 import math
 import os
+import re
 import struct
 from collections import Counter
 from datetime import UTC, datetime
@@ -228,9 +229,9 @@ def test_the_antenna_stands_where_it_is_told_with_and_without_faults(ship):
 
 def test_what_her_instruments_cannot_say_is_refused(ship):
     loop, wire = Loop({"s": Plant.of(ship, dt=0.1)}, 10.0, math.inf, sensors=Suite((Gyro(), Gnss()))), Strings()
-    with pytest.raises(WireError, match="DPT cannot be said: she has no echo sounder"):
+    with pytest.raises(WireError, match=r"DPT .*no echo sounder"):
         OnWire(loop, "s", wire, Speech(Fittings(), {"HDT": 1.0, "DPT": 1.0}))
-    with pytest.raises(WireError, match="VDO cannot be said: she has no rate gyro"):
+    with pytest.raises(WireError, match=r"VDO .*no rate gyro"):
         OnWire(loop, "s", wire, Speech(Fittings(), {"VDO": 1.0}))
     OnWire(loop, "s", wire, Speech(Fittings()))  # all that they can, where nothing was asked for
     loop.run(2.0)
@@ -243,7 +244,7 @@ def heading(course: float) -> bytes:
 
 
 def test_her_steering_control_goes_by_her_gyro(ship):
-    """A compass that shows 10 degrees too much keeps her 10 degrees to port of what was ordered."""
+    """A compass that shows 10 degrees too much keeps the ship 10 degrees to port of what was ordered."""
     gyros = Gyro(rate=10.0, heading=Errors(bias=10.0 * DEG)), RateGyro(rate=10.0)
     loop, plant, wire, on = at_sea(ship, Speech(Fittings()), sensors=Suite(gyros))
     wire.waiting.append(heading(20.0))
@@ -330,7 +331,7 @@ def test_speech_that_cannot_be():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--nmea", "udp://0.0.0.0:1"], "beyond this machine"), (["--nmea", "ship"], "is no address"),
+        (["--nmea", "udp://0.0.0.0:1"], "beyond this machine"), (["--nmea", "ship"], "'ship'"),
         (["--nmea", "udp://127.0.0.1:0", "--only", "HDX"], "near: HDT"),
         (["--nmea", "udp://127.0.0.1:0", "--factor", "1000"], "time factor 1000; give 0.1 to 100, or inf"),
         (["--nmea", "udp://127.0.0.1:0", "--speed", "1e9"], "--speed is 1e+09 m/s; kvlcc2_l7 goes 1.179 m/s"),
@@ -373,7 +374,8 @@ def test_nothing_is_written_where_a_sentence_cannot_be_said(tmp_path, capsys):
     files = ["--log", str(tmp_path / "w.nmea"), "-o", str(tmp_path / "run.csv")]
     options = ["--nmea", "udp://127.0.0.1:0", "--duration", "1", "--factor", "100"]
     assert main(["steer", "milliampere", *options, "--only", "HDT,RSA", *files]) == 2
-    assert capsys.readouterr().err == "error: --only: RSA cannot be said: she has no rudder that is shown\n"
+    error = capsys.readouterr().err
+    assert re.fullmatch("error: --only: RSA .*no rudder.*\n", error)
     (tmp_path / "run.csv").touch()
     assert main(["steer", "milliampere", *options, *files]) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["run.csv"]
@@ -408,7 +410,7 @@ def test_a_transponder_has_a_number_and_tells_name_and_size(tmp_path, capsys):
     log = tmp_path / "w.nmea"
     options = ["--nmea", "udp://127.0.0.1:0", "--duration", "400", "--factor", "inf", "--rate", "1"]
     assert main(["steer", "kvlcc2", *options, "--only", "VDO"]) == 2
-    assert "VDO cannot be said: the transponder has no MMSI" in capsys.readouterr().err
+    assert re.search("VDO .*MMSI", capsys.readouterr().err)
     assert main(["steer", "kvlcc2", *options, "--mmsi", "12"]) == 2
     assert "--mmsi is 12; that of a ship has nine digits" in capsys.readouterr().err
     more = ["--mmsi", "211000001", "--antenna", "-100,5", "--only", "VDO,HDT", "--log", str(log)]

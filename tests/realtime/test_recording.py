@@ -22,8 +22,7 @@ from seatrial.environment.weather import Gust
 from seatrial.models import STATES
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Compiled, Plant
-from seatrial.realtime.recording import Recording, orders_path
-from seatrial.realtime.rerun import rerun
+from seatrial.realtime.recording import Recording, orders_path, rerun
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
@@ -75,7 +74,7 @@ def test_the_recorded_orders_give_the_recorded_states_bit_for_bit(compiled, tmp_
 def test_in_gusts_the_same_weather_is_needed(compiled, tmp_path):
     weather = Gust(Uniform(U_T=3.0, gamma_T=0.5), seed=4)
     steered(compiled.plant(environment=weather), tmp_path / "run.csv")
-    with pytest.raises(ShipError, match="give the one it was"):
+    with pytest.raises(ShipError, match=r"run\.csv.*weather"):
         rerun(tmp_path / "run.csv", compiled.ship)
     same(rerun(tmp_path / "run.csv", compiled.ship, weather), read_trial(tmp_path / "run.csv"))
 
@@ -151,7 +150,7 @@ def test_nothing_is_overwritten_and_nothing_made_before_the_first_row(compiled, 
     assert not list(tmp_path.iterdir())
     steered(plant, tmp_path / "run.csv", steps=3)
     for path, text in (
-        (tmp_path / "run.csv", "is there already"), (tmp_path / "run.parquet", "a .csv file"),
+        (tmp_path / "run.csv", r"run\.csv: exists"), (tmp_path / "run.parquet", "a .csv file"),
         (tmp_path / "none" / "run.csv", "no folder"),
     ):  # fmt: skip
         with pytest.raises(DataError, match=text):
@@ -253,7 +252,7 @@ SAIL = """
 import math, sys
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant
-from seatrial.realtime.recording import Recording
+from seatrial.realtime.recording import Recording, rerun
 from seatrial.ships.files import load
 
 loop = Loop({"own": Plant.of(load("kvlcc2_l7"), dt=0.1)}, 10.0, math.inf)

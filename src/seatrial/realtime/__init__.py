@@ -1,8 +1,11 @@
-"""Real time: a ship that one steers while she sails.
+"""Real-time simulation: ships that are steered while they run.
 
-Contract: a `plant.Plant` is ship, actuators and surroundings as one compiled step, the same that `simulate` runs;
-whoever has it orders controls by name, steps it and reads any value by name.  `loop.Loop` steps several of them on
-a schedule that does not drift, takes orders from any thread, clips and reports them, and counts what comes late.
-`recording.Recording` writes what happened as a trial file that is valid at any moment, and the orders beside it, from
-which `rerun.rerun` makes the same run bit for bit.
+Contract: a `plant.Plant` is ship, actuators and environment as one compiled step, the same that `simulate` runs; its
+controls are ordered by name and any value is read by name.  `loop.Loop` steps several plants on a schedule without
+drift, takes orders from any thread, clips and reports them, and counts late ticks.  `recording.Recording` writes a
+trial file that is valid at any moment, with the orders in a second file, from which `recording.rerun` reproduces the
+run bit for bit.  `on_wire.OnWire` connects a ship to NMEA 0183; `bridge` and `fit_page` are pages for a browser,
+served by `pages` (extra `web`).
 """
+
+__all__: list[str] = []

@@ -1,4 +1,4 @@
-"""What a ship on the wire has aboard to speak with: her instruments, and which sentence tells what, and how often."""
+"""Instruments of a ship on the wire: which sentences each of them sends, and how often."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ RATES: Mapping[str, float] = MappingProxyType({
     "HDT": 10.0, "THS": 10.0, "ROT": 10.0, "RSA": 5.0, "VBW": 5.0, "RMC": 5.0, "GGA": 1.0, "VTG": 1.0, "ZDA": 1.0,
     "RPM": 1.0, "MWV": 1.0, "DPT": 1.0,
 })  # fmt: skip
-"""Sentences and how often they are sent at most [Hz of simulated time]; no more than the instrument reads."""
+"""Greatest rate of each sentence [Hz of simulated time]; never above the sample rate of its instrument."""
 
 TRANSPONDER, TRANSPONDER_RATE = "VDO", 0.5
-"""What is sent only where it is asked for, as other ships' sentences of that kind are no news to her."""
+"""AIS sentence of the own ship and its rate [Hz]; sent only on request."""
 
 _FED: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "gnss": ("ZDA", "GGA", "RMC", "VTG", TRANSPONDER), "gyro": ("HDT", "THS"), "rate_gyro": ("ROT",),
     "speed_log": ("VBW",), "anemometer": ("MWV",), "echo_sounder": ("DPT",), "feedback": ("RSA", "RPM"),
 })  # fmt: skip
-"""Sentences that each kind of instrument sends; the transponder adds what gyro and rate gyro said last."""
+"""Sentences of each kind of instrument; the transponder adds the last readings of gyro and rate gyro."""
 
 _FROM = MappingProxyType({kind: instrument for instrument, kinds in _FED.items() for kind in kinds})
 _STATIC = 360.0
-"""Time between two reports of static data by the transponder [s] (ITU-R M.1371); the first comes at once."""
+"""Time between two reports of static data by the transponder [s] (ITU-R M.1371); the first is sent at once."""
 
 _TOGETHER = ("latitude", "chi", "psi", "r")
 _SLACK = 1e-6
 
 
 def exact(controls: Sequence[str], fittings: Fittings, rate: float) -> Suite:
-    """Instruments without a fault that read `rate` times a second, where the fittings say that they are."""
+    """Ideal instruments with sample rate `rate` [Hz], at the positions of the fittings."""
     forward, starboard = fittings.antenna
     return Suite((
         Gnss(rate=rate, antenna_x=forward, antenna_y=starboard), Gyro(rate=rate), RateGyro(rate=rate),
@@ -48,7 +48,7 @@ def exact(controls: Sequence[str], fittings: Fittings, rate: float) -> Suite:
 
 
 def told(reading: Reading, fittings: Fittings) -> dict[str, float]:
-    """What an instrument says, by the names of `nmea.ship.Measured`; at its time."""
+    """Values of a reading and its time, by the names of `data.nmea.ship.Measured`."""
     said = {**reading.values, "t": reading.t}
     if reading.kind == "gnss":
         said["latitude"], said["longitude"] = fittings.datum.place(said.pop("x"), said.pop("y"))
@@ -56,43 +56,43 @@ def told(reading: Reading, fittings: Fittings) -> dict[str, float]:
 
 
 def unsaid(kind: str, suite: Suite, fittings: Fittings) -> str:
-    """Why a sentence cannot be said by these instruments; empty where it can."""
+    """Why these instruments cannot provide a sentence; empty if they can."""
     present = {instrument.kind for instrument in suite.instruments}
     needed = (_FROM[kind], "gyro", "rate_gyro") if kind == TRANSPONDER else (_FROM[kind],)
     missing = [name for name in needed if name not in present]
     if missing:
-        return f"she has no {' and no '.join(missing).replace('_', ' ')}"
+        return f"the ship has no {' and no '.join(missing).replace('_', ' ')}"
     if kind == TRANSPONDER and not 0 < fittings.mmsi <= 999_999_999:
-        return "the transponder has no MMSI; give one of nine digits, on the command line by --mmsi"
+        return "the transponder has no MMSI; give nine digits, on the command line by --mmsi"
     if kind == TRANSPONDER and find_spec("pyais") is None:
         return "it needs the extra 'nmea': pip install 'seatrial[nmea]'"
     things = {"RSA": ("rudder", fittings.rudders), "RPM": ("shaft", fittings.shafts)}.get(kind)
     if things is not None and not set(things[1]) & set(_shown(suite.instruments)):
-        return f"she has no {things[0]} that is shown"
+        return f"the ship has no {things[0]} with feedback"
     return ""
 
 
 def steers(suite: Suite) -> bool:
-    """Whether a steering control finds what it steers by."""
+    """Whether the instruments include those that a steering control needs."""
     return {"gyro", "rate_gyro"} <= {instrument.kind for instrument in suite.instruments}
 
 
 class Voice:
-    """Which readings go into which sentences, each at its own rate.
+    """Selects the sentences that are due at each reading, each at its own rate.
 
     Attributes:
-        latest: what the instruments said last, by the names of `nmea.ship.Measured`.
+        latest: last value of each quantity, by the names of `data.nmea.ship.Measured`.
     """
 
     def __init__(self, fittings: Fittings, rates: Mapping[str, float], t: float) -> None:
-        """One that speaks from time `t` [s] on."""
+        """Start at time `t` [s]."""
         self._fittings, self._rates = fittings, rates
         self.latest: dict[str, float] = {}
         self._said = {kind: _number(t, rate) for kind, rate in rates.items()}
         self._static = -1
 
     def take(self, reading: Reading) -> Iterator[tuple[str, Measured]]:
-        """Kinds of sentences that are due at a reading, and what they are to say."""
+        """Kinds of sentences that are due at a reading, with their values."""
         said = told(reading, self._fittings)
         self.latest.update(said)
         for kind in _FED.get(reading.kind, ()):
@@ -109,30 +109,30 @@ class Voice:
                 yield kind, {**self.latest, **self._about(reading.t), "t": reading.t}
 
     def _about(self, t: float) -> dict[str, float]:
-        """Whether static data are due."""
+        """{"static": 1.0} where static data are due, else empty."""
         number = math.floor(t / _STATIC)
         due, self._static = number != self._static, number
         return {"static": 1.0} if due else {}
 
     def snapshot(self) -> dict[str, Any]:
-        """All that decides what is said from here on, for JSON."""
+        """State of the sentence schedule, for JSON."""
         return {"latest": dict(self.latest), "said": dict(self._said), "static": self._static}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what `snapshot` gave; sentences that it does not know begin anew."""
+        """Restore the result of `snapshot`; sentences that it does not contain restart."""
         self.reset()
         self.latest = {str(name): float(value) for name, value in saved["latest"].items()}
         self._static = int(saved["static"])
         self._said |= {kind: int(number) for kind, number in saved["said"].items() if kind in self._said}
 
     def reset(self) -> None:
-        """Back to time 0."""
+        """Return to time 0."""
         self.latest, self._static = {}, -1
         self._said = dict.fromkeys(self._said, 0)
 
 
 def _number(t: float, rate: float) -> int:
-    """Number of the sentence at a rate [Hz] that a reading of time `t` [s] belongs to."""
+    """Sequence number at a rate [Hz] of the sentence to which a reading of time `t` [s] belongs."""
     return math.floor(t * rate + _SLACK)
 
 

@@ -1,11 +1,12 @@
-"""What orders in sentences do to a ship: ROR, HTC, TRC, PRC and ETL, and APB or XTE for her own track follower.
+"""Steering by NMEA 0183 sentences, the ship's own steering control, and an autopilot for other ships.
 
-One sender has command at a time, the first that gives an order; another one's are turned away until the first has been
-silent for `hold` seconds.  Any valid sentence of who has command breaks the silence; after it the last orders stay.
+Orders are ROR, HTC, TRC, PRC and ETL; APB and XTE guide the track follower of the steering control.  One sender has
+command at a time: the first that gives an order.  Orders of other senders are refused until the first has been silent
+for `hold` seconds.  Any valid sentence of the commander ends the silence; after it the last orders stay in force.
 
-The ship's own steering control: holds a heading or follows a track, where it is told these and no rudder angle.
+The steering control holds a heading or follows a track where it is given these instead of a rudder angle.
 
-An autopilot of a ship that nobody steers: it holds the course that the ship was on at the start.
+The autopilot (`CourseKeeper`) steers a ship without a commander along the line of its initial course.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ TELEGRAPH: Mapping[str, float] = MappingProxyType({
     "00": 0.0, "01": 0.3, "02": 0.45, "03": 0.65, "04": 0.85, "05": 1.0,
     "11": -0.3, "12": -0.45, "13": -0.65, "14": -0.85, "15": -1.0,
 })  # fmt: skip
-"""Shares of full revolutions by telegraph position, from stop over dead slow to full; assumed, as ships differ."""
+"""Share of full revolutions by telegraph position, from stop over dead slow to full; assumed, since ships differ."""
 
 _RAD = math.pi / 180.0
 
@@ -46,14 +47,14 @@ def rudders(ship: Ship) -> tuple[str, ...]:
 
 
 def shafts(ship: Ship) -> tuple[str, ...]:
-    """Controls that are propellers or thrusters which drive her ahead, in revolutions, port to starboard."""
+    """Controls that are propellers or thrusters for propulsion ahead, in revolutions, port to starboard."""
     pairs, dead = zip(ship.model.controls, ship.model.follows, strict=True), idle(ship)
     return tuple(name for name, (order, _) in pairs
                  if order == "n_P" and name.partition("_")[0] == "n" and name not in dead)  # fmt: skip
 
 
 def thrusters(ship: Ship) -> Mapping[int, tuple[str, str | None]]:
-    """Thrusters by their number in TRC, odd at the bow and even at the stern: strength, and azimuth where it turns."""
+    """Controls of each thruster by its number in TRC (odd at the bow, even at the stern): strength, azimuth or None."""
     odd, even = iter(range(1, 99, 2)), iter(range(2, 99, 2))
     found: dict[int, tuple[str, str | None]] = {}
     for control in ship.model.controls:
@@ -65,30 +66,30 @@ def thrusters(ship: Ship) -> Mapping[int, tuple[str, str | None]]:
 
 
 class Conning:
-    """Who steers a ship by wire, and how.
+    """Command of a ship by wire: which sender has it, and the steering mode.
 
     Attributes:
-        commander: who has command; empty while nobody has.
+        commander: sender in command; empty if there is none.
         mode: "none", "rudder", "heading" or "track".
-        counts: orders taken, and those turned away: refused (another has command), unfit (not for this ship, or
-            without what it takes), clipped (taken, as far as the engine goes).
-        heard: when who has command was last heard of [simulated s]; None before the first order.
-        stale: whether who has command has been silent for longer than `hold`.
+        counts: orders by outcome: taken, refused (another sender has command), unfit (not applicable to this ship, or
+            incomplete), clipped (taken up to the limit of the gear).
+        heard: time of the last valid sentence of the commander [simulated s]; None before the first order.
+        stale: whether the commander has been silent for longer than `hold`.
     """
 
     def __init__(
         self, ship: Ship, fittings: Fittings, hold: float = 10.0, full: float | None = None, steers: bool = True,
         authority: Authority = ANYBODY,
     ) -> None:  # fmt: skip
-        """Nobody in command.
+        """Start without a commander.
 
         Args:
-            ship: who is steered.
-            fittings: which of her controls are rudders and shafts.
-            hold: how long a commander may be silent [simulated s].
-            full: revolutions that count as full where the gear goes as far [1/s]; by default those of the approach.
-            steers: whether there are compass and rate gyro for a steering control; without, headings are unfit.
-            authority: who may have command.
+            ship: the ship that is steered.
+            fittings: which of its controls are rudders and shafts.
+            hold: longest silence of a commander [simulated s].
+            full: revolutions that count as full, within the limits of the gear [1/s]; by default those of the approach.
+            steers: whether compass and rate gyro exist for a steering control; without them headings are unfit.
+            authority: senders that may have command.
         """
         self.ship, self.hold, self._authority = ship, hold, authority
         self._shafts = {number: name for name, number in fittings.numbers.items()}
@@ -105,7 +106,7 @@ class Conning:
         }  # fmt: skip
 
     def reset(self) -> None:
-        """Nobody in command, and nothing steers; what was counted stays."""
+        """Remove the commander and stop the steering control; the counts stay."""
         self.commander, self.mode, self.stale = "", "none", False
         self.heard: float | None = None
         self._limit = math.inf
@@ -113,19 +114,19 @@ class Conning:
         self.control.let_go()
 
     def snapshot(self) -> dict[str, Any]:
-        """Who has command and how she is steered, for JSON."""
+        """Commander and steering mode, for JSON."""
         return {"commander": self.commander, "mode": self.mode, "stale": self.stale, "heard": self.heard,
                 "limit": self._limit, "track": self._track, "control": self.control.snapshot()}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what `snapshot` gave."""
+        """Restore the result of `snapshot`."""
         self.commander, self.mode, self.stale = saved["commander"], saved["mode"], saved["stale"]
         self.heard, self._limit, self._track = saved["heard"], saved["limit"], saved["track"]
         self.control.restore(saved["control"])
 
     def take(self, sentence: Sentence, sender: str, t: float) -> Ordered:
-        """Orders that follow from a sentence at once; those of the steering control come from `steered`."""
-        if sender == self.commander:  # which "" never is
+        """Immediate orders of a sentence; those of the steering control come from `steered`."""
+        if sender == self.commander:  # "" is never a sender
             self.heard, self.stale = t, False
         answer = self._answers.get(sentence.kind)
         if answer is None or _is_report(sentence):
@@ -143,16 +144,16 @@ class Conning:
         return ordered
 
     def steered(self, psi: float, r: float, t: float, dt: float) -> Ordered:
-        """The rudder of the steering control, where it steers, for the next `dt` seconds."""
+        """Rudder orders of the steering control for the next `dt` seconds; empty while it does not steer."""
         self.watch(t)
         if self.mode not in ("heading", "track"):
             return {}
         if self.stale and self.mode == "track":
-            self.control.across = None  # where the track is, nobody knows any more; its direction stays
+            self.control.across = None  # the cross-track error is out of date; the direction of the track stays
         return self._all_rudders(self.control.rudder(psi, r, dt, self._limit))
 
     def watch(self, t: float) -> None:
-        """See whether who has command is heard of."""
+        """Update `stale`."""
         self.stale = self.commander != "" and self._silent(t)
 
     def _silent(self, t: float) -> bool:
@@ -171,7 +172,7 @@ class Conning:
         return angles
 
     def _rudder(self, s: Sentence) -> Ordered | None:
-        """ROR: an angle for each rudder; a single one obeys the starboard field."""
+        """ROR: an angle for each rudder; a single rudder obeys the starboard field."""
         starboard = s.number("stbdrudderorder") if s["stbdrudderstatus"] == "A" else None
         port = s.number("portrudderorder") if s["portrudderstatus"] == "A" else None
         if len(self._rudders) > 1:
@@ -181,7 +182,7 @@ class Conning:
         return self._by_rudder({} if starboard is None else self._all_rudders(starboard * _RAD))
 
     def _heading_track(self, s: Sentence) -> Ordered | None:
-        """HTC: override and the manual modes give a rudder angle, the others a heading or a track."""
+        """HTC: override and the manual modes order a rudder angle, the others a heading or a track."""
         if s["headingref"] == "M":
             return None
         mode = "M" if s["override"] == "A" else s["steermode"]
@@ -204,14 +205,14 @@ class Conning:
         return {}
 
     def _rate(self, s: Sentence) -> float:
-        """Greatest rate of turn towards a new heading [rad/s]."""
+        """Limit of the rate of turn towards a new heading [rad/s]."""
         rate, radius = s.number("cmdturnrate"), s.number("cmdturnradius")
         if s["turnmode"] == "T" and rate:
             return rate * _RAD / 60.0
         return self.ship.speed / (radius * MILE) if s["turnmode"] == "R" and radius else math.inf
 
     def _autopilot(self, s: Sentence) -> Ordered | None:
-        """APB: follow the track from the origin to the destination, else steer the heading that is given."""
+        """APB: follow the track from origin to destination, or the given heading where the track is incomplete."""
         if s["LCgwarn"] != "A" or s["LCcwarn"] != "A" or not self._steers:
             return None
         across, track = _across(s, "ctrkUnit"), s.number("bearO2D")
@@ -227,7 +228,7 @@ class Conning:
         return {}
 
     def _cross_track(self, s: Sentence) -> Ordered | None:
-        """XTE: how far off the track that is followed already."""
+        """XTE: cross-track error of the track that is already followed."""
         across = _across(s, "disUnit")
         if self.mode != "track" or across is None or self._track is None or "V" in (s["gwarn"], s["LCcwarn"]):
             return None
@@ -235,7 +236,7 @@ class Conning:
         return {}
 
     def _thruster(self, s: Sentence) -> Ordered | None:
-        """TRC: strength and azimuth of a thruster; a sentence without C is no command."""
+        """TRC: strength and azimuth of a thruster; a sentence without the flag C is not a command."""
         number = s["thrusternum"]
         if not isinstance(number, int) or number not in self._thrusters:
             return None
@@ -248,34 +249,34 @@ class Conning:
         return out or None
 
     def _propulsion(self, s: Sentence) -> Ordered | None:
-        """PRC: revolutions of a shaft, by the demand in it or else by the lever."""
+        """PRC: revolutions of a shaft, from the demand or, without one, from the lever position."""
         demand, mode = s.number("rpmdemand"), s["rpmdemandstatus"]
         if demand is None or mode not in ("P", "R"):
             demand, mode = (s.number("leverdmdpos"), "P") if s["leverdmdstatus"] == "A" else (None, None)
         return self._on_shafts(s["engineshaftnum"], demand, mode)
 
     def _telegraph(self, s: Sentence) -> Ordered | None:
-        """ETL: an order to the engine, as a share of full revolutions."""
+        """ETL: engine order as a share of full revolutions."""
         share, number = TELEGRAPH.get(str(s["engtelposind"])), s["enginenum"]
         names = self._numbered(int(number) if isinstance(number, str) else None)
         return None if share is None else {n: self._within(n, share * self._ranges[n].full) for n in names} or None
 
     def _on_shafts(self, number: object, demand: float | None, mode: object) -> Ordered | None:
-        """Revolutions for the shaft of a number."""
+        """Revolutions of the shafts with a number."""
         told = {name: self._revolutions(name, demand, mode) for name in self._numbered(number)}
         return {name: value for name, value in told.items() if value is not None} or None
 
     def _numbered(self, number: object) -> tuple[str, ...]:
-        """Shafts of a number; none stands for all, and so does 0 where no shaft is amidships."""
+        """Shafts with a number; None selects all, and so does 0 where no shaft is amidships."""
         alone = set(self._shafts) == {0}
         if number is None or (number == 0 and 0 not in self._shafts) or (number == 1 and alone):
             return tuple(self._shafts.values())
         return tuple(name for own, name in self._shafts.items() if own == number)
 
     def _revolutions(self, control: str, demand: float | None, mode: object) -> float | None:
-        """An order of a shaft or thruster from rev/min or per cent of its full strength, as far as that goes.
+        """Order of a shaft or thruster from rev/min or per cent of full strength, clipped to its range.
 
-        All of it is the limit of the gear; where that has none, what holds the approach.
+        100 per cent is the limit of the gear or, without a limit, the revolutions that hold the approach speed.
         """
         if demand is None or mode not in ("P", "R") or (mode == "R" and not control.startswith("n")):
             return None
@@ -285,14 +286,14 @@ class Conning:
         return self._within(control, demand / 100.0 * (whole if math.isfinite(whole) else self._ranges[control].full))
 
     def _within(self, control: str, wanted: float) -> float:
-        """An order as far as its range goes."""
+        """An order clipped to its range."""
         taken = self._ranges[control].taken(wanted) if control in self._ranges else wanted
         self.counts["clipped"] += taken != wanted
         return taken
 
 
 def _is_report(s: Sentence) -> bool:
-    """Whether it tells of a setting and orders none."""
+    """Whether the sentence reports a setting instead of ordering one."""
     return (
         (s.kind == "HTC" and s["status"] == "R") or (s.kind == "TRC" and s["status"] != "C")
         or (s.kind == "ETL" and s["msgtype"] != "O")
@@ -300,7 +301,7 @@ def _is_report(s: Sentence) -> bool:
 
 
 def _across(s: Sentence, unit: str) -> float | None:
-    """Distance to starboard of the track [m]: who shall steer left is to starboard."""
+    """Distance to starboard of the track [m]: "steer left" means that the ship is to starboard."""
     miles, side = s.number("ctrkerr"), s["dirs"]
     if miles is None or s[unit] != "N" or (side is None and miles):
         return None
@@ -308,24 +309,24 @@ def _across(s: Sentence, unit: str) -> float | None:
 
 
 _POLE = 0.1
-"""Pole of the integral action as a share of the loop's frequency: slow enough to leave turns alone."""
+"""Pole of the integral action relative to the frequency of the loop: too slow to affect turns."""
 
 _NEAR = math.radians(5.0)
-"""Heading error up to which the integral grows [rad]."""
+"""Largest heading error at which the integral is updated [rad]."""
 
 _AHEAD = 2.5
-"""Look-ahead of the track follower in ship lengths, as in the manoeuvre `track`."""
+"""Look-ahead distance of the track follower in ship lengths, as in the manoeuvre `track`."""
 
 
 @dataclass
 class SteeringControl:
-    """A heading controller with integral action, and before it a track follower by line of sight.
+    """Heading controller with integral action, preceded by a line-of-sight track follower.
 
     Attributes:
-        limit: greatest rudder that it orders [rad].
+        limit: largest rudder order [rad].
         course: heading to steer [rad]; None while it does not steer.
-        rate: greatest rate at which the heading to steer is approached [rad/s].
-        across: distance to starboard of the track, where one is followed [m]; then `course` is the track's.
+        rate: limit of the rate at which the reference heading approaches `course` [rad/s].
+        across: distance to starboard of the track [m]; `course` is then the direction of the track. None: no track.
     """
 
     gains: Gains
@@ -339,24 +340,24 @@ class SteeringControl:
 
     @staticmethod
     def of(ship: Ship, rudder_limit: float) -> SteeringControl:
-        """With the gains of an assumed merchant ship of this length and speed."""
+        """A control with the gains of an assumed merchant ship of this length and speed."""
         settings = Settings(ship.n_P or 0.0, ship.speed, ship.L_pp, rudder_limit)
         return SteeringControl(usual_gains(settings, _POLE), _AHEAD * ship.L_pp, rudder_limit)
 
     def steer(self, course: float, rate: float = math.inf, across: float | None = None) -> None:
-        """Steer this heading [rad], or along a track of this direction from `across` metres to starboard of it."""
+        """Steer this heading [rad], or a track of this direction from `across` metres to starboard of it."""
         self.course, self.rate, self.across = course, rate, across
 
     def let_go(self) -> None:
-        """Steer no more; what was learned of the weather is forgotten."""
+        """Stop steering and clear the integral."""
         self.course, self.rate, self.across, self._reference, self._integral = None, math.inf, None, None, 0.0
 
     def snapshot(self) -> list[float | None]:
-        """What it steers, and what it has learned, for JSON."""
+        """Set points and integral, for JSON."""
         return [self.course, self.rate, self.across, self._reference, self._integral]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Go on from what `snapshot` gave."""
+        """Restore the result of `snapshot`."""
         self.course, self.rate, self.across, self._reference, self._integral = saved
 
     def rudder(self, psi: float, r: float, dt: float, limit: float = math.inf) -> float:
@@ -364,8 +365,8 @@ class SteeringControl:
 
         Args:
             psi, r: heading [rad] and rate of turn [rad/s].
-            dt: time until it is asked again [s].
-            limit: of the rudder, where a smaller one was ordered [rad].
+            dt: time until the next call [s].
+            limit: rudder limit, if a smaller one was ordered [rad].
         """
         if self.course is None:
             return 0.0
@@ -378,20 +379,20 @@ class SteeringControl:
         most = min(limit, self.limit)
         error = float(wrapped(here - psi))
         wanted = float(self.gains.K_p * error - self.gains.K_d * (r - turning) + self.gains.K_i * self._integral)
-        if abs(wanted) < most and abs(error) < _NEAR:  # what a turn adds up is no weather
+        if abs(wanted) < most and abs(error) < _NEAR:  # errors of a turn are not a steady disturbance
             self._integral += error * dt
         return min(max(wanted, -most), most)
 
 
 class CourseKeeper:
-    """The steering control of one ship of a loop, asked after each tick; saved, restored and reset with it.
+    """Steering control of one ship of a loop, called after each tick; saved, restored and reset with the loop.
 
-    It follows the line through the start in the direction of the heading there, so that a current or a hull that is
-    not alike on both sides does not set it off its course.
+    It follows the line through the initial position in the direction of the initial heading, so that neither a current
+    nor an asymmetric hull sets the ship off its course.
     """
 
     def __init__(self, loop: Loop, name: str) -> None:
-        """Hold the present course of the ship `name`, by the order `delta` which it must have, from now on."""
+        """Hold the present course of the ship `name` from now on; the ship must have the order `delta`."""
         self._name, self._vessel = name, loop.vessels[name]
         plant = self._vessel.plant
         self._x, self._y, self._course = plant["x"], plant["y"], plant["psi"]
@@ -409,13 +410,13 @@ class CourseKeeper:
             loop.order(self._name, "delta", self._control.rudder(plant["psi"], plant["r"], 1.0 / loop.rate))
 
     def snapshot(self) -> list[float | None]:
-        """What it steers, for JSON."""
+        """Set points, for JSON."""
         return self._control.snapshot()
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Go on from what `snapshot` gave."""
+        """Restore the result of `snapshot`."""
         self._control.restore(saved)
 
     def reset(self) -> None:
-        """Back to the start."""
+        """Return to the initial state."""
         self._control.let_go()

@@ -1,46 +1,49 @@
-"""Several ships moved together, tick by tick, without a clock; what went wrong is put on record."""
+"""Several ships stepped together, tick by tick and without a clock, with a log of events; saving and restoring all."""
 
 from __future__ import annotations
 
+import base64
+import binascii
+import json
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from ..core.errors import LoopError as LoopError
 from ..core.parameters import unknown
 from ..engine import SimulationError
 from ..environment import Environment
 from ..sensors import Reading
 from ..sensors.suite import Suite, Watch
-from .helm import CommandError
-from .labels import clipped
+from ..ships import ShipError
+from .helm import CommandError, clipped
 from .plant import Plant
-from .schedule import LoopError
 
 _EVENTS = 1000
-"""Events that are kept; older ones are only counted."""
+"""Number of events that are kept; older ones are only counted."""
 
 
 class Witness(Protocol):
-    """Whoever wants to see a ship at each tick, after her orders and before she moves; a recording."""
+    """Observer of a ship, called at each tick after the orders are applied and before the step; a recording."""
 
     def see(self, plant: Plant) -> None:
-        """She is so now."""
+        """Take note of the present state."""
         ...
 
     def jumped(self, plant: Plant) -> None:
-        """She was taken to another state."""
+        """The ship was set to another state."""
         ...
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something that whoever is in command should know.
+    """An event that the commander should know.
 
     Attributes:
         t: simulated time [s].
-        ship: her name in the loop; empty where it concerns all.
+        ship: name in the loop; empty where the event concerns all ships.
         kind: clipped, stale, heard, outside, inside, failed, slipped or dropped.
         text: one line.
     """
@@ -52,15 +55,15 @@ class Event:
 
 
 class Vessel:
-    """One ship of a loop: her plant, her instruments, and what is known of who commands her.
+    """One ship of a loop: its plant, its instruments, and the status of its commander.
 
     Attributes:
-        failure: why she moves no more; None while she does.
+        failure: why the ship is no longer stepped; None while it is.
         heard: simulated time of the last order [s]; None before the first.
-        stale: whether that was longer ago than a commander may be silent.
-        clipped: orders that are beyond the limits now.
-        outside: the state that is outside her validity, if any.
-        readings: what her instruments said during the last tick.
+        stale: whether the last order is older than the longest silence of a commander.
+        clipped: orders that are beyond the limits at present.
+        outside: a state outside the range of validity, if any.
+        readings: readings of the instruments during the last tick.
     """
 
     def __init__(self, name: str, plant: Plant) -> None:
@@ -69,7 +72,7 @@ class Vessel:
         self.forget()
 
     def forget(self) -> None:
-        """Nothing has happened yet."""
+        """Clear the status."""
         self.failure: str | None = None
         self.heard: float | None = None
         self.stale = False
@@ -78,12 +81,12 @@ class Vessel:
         self.readings: list[Reading] = []
 
     def known(self) -> dict[str, Any]:
-        """What is known of her, for JSON."""
+        """The status, for JSON."""
         return {"failure": self.failure, "heard": self.heard, "stale": self.stale,
                 "clipped": sorted(self.clipped), "outside": self.outside}  # fmt: skip
 
     def recall(self, known: Mapping[str, Any]) -> None:
-        """Know again what `known` gave; nothing has happened of what is not in it."""
+        """Restore the result of `known`; missing entries are cleared."""
         self.forget()
         self.failure, self.outside = known.get("failure"), known.get("outside")
         self.heard, self.stale = known.get("heard"), bool(known.get("stale"))
@@ -91,14 +94,14 @@ class Vessel:
 
 
 class Fleet:
-    """Ships under way together.
+    """Ships stepped together.
 
     Attributes:
         rate: ticks per simulated second [Hz].
         k: ticks since the start.
         vessels: the ships by name.
-        patience: time without orders after which a ship that was commanded is called stale [s].
-        events, counted: the last events, and how many of each kind there were.
+        patience: time without orders after which a ship that had received one counts as stale [s].
+        events, counted: the last events, and the number of each kind.
     """
 
     def __init__(
@@ -107,9 +110,9 @@ class Fleet:
     ) -> None:  # fmt: skip
         named = dict(plants) if isinstance(plants, Mapping) else _named(plants)
         if not named:
-            raise LoopError("a loop without ships; give one at least")
+            raise LoopError("a loop without ships; give at least one")
         if not (rate > 0.0 and math.isfinite(rate)):
-            raise LoopError(f"a rate of {rate:g} Hz; it must be above zero, and finite")
+            raise LoopError(f"a rate of {rate:g} Hz; it must be above zero and finite")
         if not patience > 0.0:
             raise LoopError(f"a patience of {patience:g} s; it must be above zero")
         self._steps = {name: _steps_a_tick(name, plant, rate) for name, plant in named.items()}
@@ -133,29 +136,29 @@ class Fleet:
         """A ship by name.
 
         Raises:
-            CommandError: there is none.
+            CommandError: no such ship.
         """
         if ship not in self.vessels:
             raise CommandError(unknown(ship, self.vessels, "ship"))
         return self.vessels[ship]
 
     def equip(self, ship: str, suite: Suite) -> None:
-        """Put instruments aboard.
+        """Install instruments.
 
         Raises:
-            SensorError: of what she does not have.
+            SensorError: an instrument for something that the ship does not have.
         """
         vessel = self.vessels[ship]
         suite.fit(vessel.plant, ship)
         vessel.watch = suite.start(vessel.plant.seed, list(self.vessels).index(ship))
 
     def tell(self, ship: str, kind: str, text: str) -> None:
-        """Put an event on record."""
+        """Record an event."""
         self.counted[kind] += 1
         self.events.append(Event(self.t, ship, kind, text))
 
     def obey(self, ship: str, control: str, value: float) -> None:
-        """Take an order for a ship, clipped where her gear ends."""
+        """Apply an order to a ship, clipped to the limits of its gear."""
         vessel = self.vessels[ship]
         taken = vessel.plant.order(control, value)
         if abs(taken - value) > 1e-12 * max(abs(value), 1.0):
@@ -167,14 +170,14 @@ class Fleet:
         vessel.heard = self.t
         if vessel.stale:
             vessel.stale = False
-            self.tell(ship, "heard", "orders come again")
+            self.tell(ship, "heard", "orders are received again")
 
     def surround(self, ship: str, environment: Environment) -> None:
-        """Let wind, current, waves and depth about a ship be these."""
+        """Set wind, current, waves and depth at a ship."""
         self.vessels[ship].plant.surround(environment)
 
     def move(self) -> None:
-        """Show each ship to her witnesses, and move her by one tick; who blows up stays where she is."""
+        """Show each ship to its witnesses and step it by one tick; a ship that blows up stays where it is."""
         self.show(lambda witness, plant: witness.see(plant))
         for name, vessel in self.vessels.items():
             vessel.readings = []
@@ -189,7 +192,7 @@ class Fleet:
             self._look_after(vessel)
 
     def show(self, how: Callable[[Witness, Plant], None]) -> None:
-        """Show ships that sail to their witnesses; a witness that fails is left out from then on."""
+        """Show running ships to their witnesses; a witness that raises is removed."""
         for pair in tuple(self.witnesses):
             vessel = self.vessels[pair[0]]
             if vessel.failure is None:
@@ -200,7 +203,7 @@ class Fleet:
                     self.tell(pair[0], "dropped", f"a witness failed: {error}")
 
     def arrive(self, k: int, known: Mapping[str, Mapping[str, Any]] | None = None) -> None:
-        """Begin anew at tick `k`, in whatever state the ships were taken to; with what was known of each."""
+        """Continue at tick `k` with the states that the ships were set to, and the `known` status of each."""
         self.k = k
         for name, vessel in self.vessels.items():
             vessel.recall((known or {}).get(name, {}))
@@ -215,21 +218,21 @@ class Fleet:
                 readings += watch.read(plant.t, plant)
 
     def _look_after(self, vessel: Vessel) -> None:
-        """Watch over the commander's silence and the validity of the model; orders hold meanwhile."""
+        """Check the silence of the commander and the validity of the model; orders stay in force."""
         silence = 0.0 if vessel.heard is None else self.t - vessel.heard
         if silence > self.patience and not vessel.stale:
             vessel.stale = True
-            self.tell(vessel.name, "stale", f"no order for {silence:.3g} s; the last ones hold")
+            self.tell(vessel.name, "stale", f"no order for {silence:.3g} s; the last orders hold")
         found = vessel.plant.outside() if vessel.failure is None else None
         if found is not None and vessel.outside is None:
-            self.tell(vessel.name, "outside", f"{found[0]} = {found[1]:.4g} is outside what the model holds for")
+            self.tell(vessel.name, "outside", f"{found[0]} = {found[1]:.4g} is outside the range of validity")
         elif found is None and vessel.outside is not None and vessel.failure is None:
-            self.tell(vessel.name, "inside", "back where the model holds")
+            self.tell(vessel.name, "inside", "back in the range of validity")
         vessel.outside = None if found is None else found[0]
 
 
 def _named(plants: Sequence[Plant]) -> dict[str, Plant]:
-    """Ships by the names of their files, numbered from the second of one name on."""
+    """Ships by the names of their files; repeated names are numbered from 2."""
     found: dict[str, Plant] = {}
     for plant in plants:
         name, number = plant.ship.name, 1
@@ -243,6 +246,125 @@ def _named(plants: Sequence[Plant]) -> dict[str, Plant]:
 def _steps_a_tick(name: str, plant: Plant, rate: float) -> int:
     steps = 1.0 / (rate * plant.dt)
     if abs(steps - round(steps)) > 1e-6 * steps or round(steps) < 1:
-        wanted = f"a whole number of her steps of {plant.dt:g} s must fit between two"
+        wanted = f"the time between two must be a whole number of its steps of {plant.dt:g} s"
         raise LoopError(f"{name}: {rate:g} ticks a second; {wanted}")
     return round(steps)
+
+
+_FORMAT = "seatrial-loop/2"
+
+
+class Keeper(Protocol):
+    """A component beside a loop that affects how its ships continue (autopilot, wire, bridge); saved with the loop."""
+
+    def snapshot(self) -> Any:
+        """Its complete state, for JSON."""
+        ...
+
+    def restore(self, saved: Any) -> None:
+        """Restore the result of `snapshot`; ValueError if that belongs to another."""
+        ...
+
+    def reset(self) -> None:
+        """Return to the initial state."""
+        ...
+
+
+@dataclass
+class Waiting:
+    """Orders and surroundings that the next tick applies.
+
+    Attributes:
+        orders: by ship and control, the latest last.
+        around: surroundings by ship.
+    """
+
+    orders: dict[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
+    around: dict[str, Environment] = field(default_factory=dict[str, Environment])
+
+
+@dataclass(frozen=True)
+class Saved:
+    """Part of a saved loop that does not belong to ships, instruments or keepers.
+
+    Attributes:
+        k: tick.
+        known: status of each ship (`Vessel.known`).
+        patience: of the loop [s].
+        waiting: for the next tick.
+    """
+
+    k: int
+    known: Mapping[str, Mapping[str, Any]]
+    patience: float
+    waiting: Waiting
+
+
+def packed(fleet: Fleet, keepers: Mapping[str, Keeper], waiting: Waiting) -> bytes:
+    """State of ships, instruments, keepers, and what waits for the next tick, as JSON."""
+    ships = {
+        name: [_text(vessel.plant.snapshot()), _text(vessel.watch.snapshot() if vessel.watch else b""), vessel.known()]
+        for name, vessel in fleet.vessels.items()
+    }
+    return json.dumps({
+        "format": _FORMAT, "k": fleet.k, "rate": fleet.rate, "ships": ships,
+        "patience": fleet.patience if math.isfinite(fleet.patience) else None,
+        "keepers": {name: keeper.snapshot() for name, keeper in keepers.items()},
+        "orders": [[*who, value] for who, value in waiting.orders.items()],
+        "around": {ship: [float(value) for value in around] for ship, around in waiting.around.items()},
+    }).encode()  # fmt: skip
+
+
+def unpacked(saved: bytes, fleet: Fleet, keepers: Mapping[str, Keeper]) -> Saved:
+    """Restore ships, instruments and keepers, and return the rest; a keeper that was not saved is reset.
+
+    Raises:
+        ShipError, SensorError: saved from other ships, or not by `packed`; some are then restored already.
+    """
+    try:
+        about: dict[str, Any] = json.loads(saved)
+        ships = {name: (_bytes(plant), _bytes(watch), dict(known))
+                 for name, (plant, watch, known) in about["ships"].items()}  # fmt: skip
+        fits, kept = about["format"] == _FORMAT and about["rate"] == fleet.rate, dict(about["keepers"])
+        patience = math.inf if about["patience"] is None else float(about["patience"])
+        waiting = Waiting(
+            {(str(ship), str(control)): float(value) for ship, control, value in about["orders"]},
+            {str(ship): Environment(*map(float, around)) for ship, around in about["around"].items()},
+        )
+        rest = Saved(int(about["k"]), {name: known for name, (*_, known) in ships.items()}, patience, waiting)
+    except (ValueError, KeyError, TypeError, AttributeError, binascii.Error):
+        raise ShipError("not a saved loop; give the result of Loop.snapshot") from None
+    if not fits or set(ships) != set(fleet.vessels):
+        there, here = f"{', '.join(ships)} at {about['rate']} Hz", f"{', '.join(fleet.vessels)} at {fleet.rate:g} Hz"
+        raise ShipError(f"saved loop of {there}; this one has {here}")
+    for name in kept:
+        if name not in keepers:
+            raise ShipError(f"saved loop with {name}; this one has {', '.join(keepers) or 'no keeper'}")
+    for name, (plant, watch, _) in ships.items():
+        fleet.vessels[name].plant.restore(plant)
+        own = fleet.vessels[name].watch
+        if own is not None and watch:
+            own.restore(watch)
+        elif own is not None:  # installed after the snapshot
+            own.reset()
+    for name, keeper in keepers.items():
+        _restore(name, keeper, kept)
+    return rest
+
+
+def _restore(name: str, keeper: Keeper, kept: Mapping[str, Any]) -> None:
+    if name not in kept:
+        keeper.reset()
+        return
+    try:
+        keeper.restore(kept[name])
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        raise ShipError(f"not a saved loop: the state of {name} cannot be read ({error})") from None
+
+
+def _text(data: bytes) -> str:
+    return base64.b64encode(data).decode()
+
+
+def _bytes(text: str) -> bytes:
+    return base64.b64decode(text, validate=True)

@@ -1,40 +1,42 @@
-"""Orders that come from outside, and what of a ship they move."""
+"""Orders to a ship: the controls that each moves, its range, its name and its value in degrees and rev/min."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from ..core.errors import CommandError as CommandError
 from ..core.parameters import Scalar, spec
 from ..manoeuvres.given import Given
+from ..models import unit
 from ..ships import Ship, ShipError
 from ..ships.felt import idle
 from ..simulate.approach import approach
 
 _MOST = 1.25
-"""Revolutions at most where the gear has no limit, over those of the approach; assumed."""
+"""Largest revolutions relative to those of the approach, where the gear has no limit; assumed."""
 
 _RUDDER = math.radians(35.0)
-"""Rudder angle at most where the gear has no limit, and where other gear steers like a rudder; assumed."""
+"""Largest rudder angle where the gear has no limit or other gear acts as a rudder [rad]; assumed."""
 
 
 @dataclass(frozen=True)
 class Helm(Given):
-    """A policy whose orders are given step by step, one for each control."""
+    """A policy whose orders are set from outside at each step, one for each control."""
 
     n_P: Scalar = spec("1/s", "revolutions at the start", default=0.0)
 
 
 @dataclass(frozen=True)
 class Range:
-    """How far an order goes: for whoever gives it, shows it or carries it out.
+    """Range of an order, the same wherever the order is given, shown or carried out.
 
     Attributes:
-        low, high: least and greatest order; those of the gear where it has any.
-        full: what counts as full ahead.
-        all_round: whether it is an angle without ends; an order beyond half a turn is the same one the other way.
+        low, high: least and greatest order; the limits of the gear where it has any.
+        full: the order that counts as full ahead.
+        all_round: whether it is an angle without limits; an order beyond half a turn is wrapped.
     """
 
     low: float
@@ -43,22 +45,22 @@ class Range:
     all_round: bool = False
 
     def taken(self, order: float) -> float:
-        """An order as it is carried out."""
+        """The order that is carried out: clipped, or wrapped if it is an angle without limits."""
         if self.all_round:
             return order if abs(order) <= math.pi else math.remainder(order, 2.0 * math.pi)
         return min(max(order, self.low), self.high)
 
 
 def ranges(ship: Ship, turns: float | None = None) -> dict[str, Range]:
-    """How far each order of a ship goes, by its name; orders that move nothing of her are not among them.
+    """Range of each order of a ship, by its name; orders without effect are left out.
 
-    A control goes as far as its actuator; where that has no limit, a rudder to 35 degrees, an azimuth all the way
-    round, and what drives her to 1.25 times what holds her approach.  An order that several controls obey goes as
-    far as all of them do.
+    The range of a control is that of its actuator.  Without a limit it is 35 degrees for a rudder, all round for an
+    azimuth, and 1.25 times the value that holds the approach speed for propulsion.  The range of an order that several
+    controls obey is the intersection of their ranges.
 
     Args:
         ship: the ship.
-        turns: revolutions that count as full where the gear ends beyond them [1/s]; by default those of the approach.
+        turns: revolutions that count as full, within the limits of the gear [1/s]; by default those of the approach.
     """
     full = abs(_turns(ship) if turns is None else turns)
     dead, following = idle(ship), dict(zip(ship.model.controls, ship.model.follows, strict=True))
@@ -74,7 +76,7 @@ def ranges(ship: Ship, turns: float | None = None) -> dict[str, Range]:
 
 
 def _turns(ship: Ship) -> float:
-    """Revolutions of the approach [1/s]; 0 where there is no steady run."""
+    """Revolutions of the approach [1/s]; 0 where no steady run exists."""
     try:
         return approach(ship)[1]
     except ShipError:
@@ -82,7 +84,7 @@ def _turns(ship: Ship) -> float:
 
 
 def _range(ship: Ship, control: str, order: str, factor: float, turns: float) -> Range:
-    """How far one control goes that follows an order."""
+    """Range of one control that follows an order."""
     low, high = limits(ship, control)
     kind = control.partition("_")[0]
     if kind == "alpha" and math.isinf(high - low):
@@ -95,7 +97,7 @@ def _range(ship: Ship, control: str, order: str, factor: float, turns: float) ->
 
 
 def _together(order: str, parts: Sequence[tuple[Range, float]]) -> Range:
-    """How far an order goes that several controls obey."""
+    """Range of an order that several controls obey."""
     ends = [sorted((part.low / factor, part.high / factor)) for part, factor in parts]
     low, high = max(a for a, _ in ends), min(b for _, b in ends)
     if order == "delta":
@@ -105,9 +107,9 @@ def _together(order: str, parts: Sequence[tuple[Range, float]]) -> Range:
 
 
 def obeying(ship: Ship) -> dict[str, tuple[tuple[str, float], ...]]:
-    """What each order moves, by the name of the order: controls with their factors.
+    """Controls that obey each order, with their factors, by the name of the order.
 
-    A control obeys its own name; n_P and delta, where they are no controls, all that follow them.
+    A control obeys its own name; where n_P and delta are not controls, all controls that follow them obey.
     """
     found: dict[str, tuple[tuple[str, float], ...]] = {name: ((name, 1.0),) for name in ship.model.controls}
     pairs = list(zip(ship.model.controls, ship.model.follows, strict=True))
@@ -118,6 +120,74 @@ def obeying(ship: Ship) -> dict[str, tuple[tuple[str, float], ...]]:
 
 
 def limits(ship: Ship, control: str) -> tuple[float, float]:
-    """Least and greatest value that the actuator of a control takes."""
+    """Least and greatest value of the actuator of a control."""
     servo = ship.actuators.of(control)
     return float(servo.low), float(servo.high)
+
+
+_FORCES = MappingProxyType({"X": "Force ahead", "Y": "Sideways force", "N": "Turning moment"})
+_PAIR = MappingProxyType({"1": "port", "2": "starboard"})
+_SHOWN = MappingProxyType({"rad": ("deg", 180.0 / math.pi), "1/s": ("rpm", 60.0)})
+
+Moves = Sequence[tuple[str, float]]
+"""Controls that obey an order, with their factors."""
+
+
+def label(name: str, moves: Moves, controls: Sequence[str]) -> str:
+    """Name of an order in mariners' terms, for a ship with these controls."""
+    kind, _, rest = name.partition("_")
+    if len(moves) > 1:
+        of, all_of = moves[0][0], "Both" if len(moves) == 2 else "All"
+        if name == "delta" and not of.startswith("delta"):  # azimuths at the stern point the other way
+            return "Turn by azimuths"
+        what = "rudders" if of.startswith("delta") else "engines" if of.startswith("n_P") else "thrusters"
+        return f"{all_of} {what}"
+    if kind in _FORCES:
+        return f"{_FORCES[kind]}{'' if rest == 'tau' else f' {rest}'}"
+    what = {"delta": "rudder", "alpha": "azimuth"}.get(kind, "thruster")
+    if name == "n_P" or name.startswith("n_P_"):
+        what, rest = "engine", name[4:]
+    pair = (f"{name.removesuffix(rest)}{side}" in controls for side in _PAIR)
+    if what in ("rudder", "engine") and all(pair):
+        rest = _PAIR.get(rest, rest)
+    text = f"{what} {rest}" if rest.isdigit() else f"{rest.replace('_', ' ')} {what}"
+    return text.strip().capitalize()
+
+
+def scale(name: str, moves: Moves) -> tuple[str, float]:
+    """SI unit in which an order is shown, and the factor from the order to it."""
+    factors = {factor for _, factor in moves}
+    own, other = unit(name), unit(moves[0][0])
+    per = factors.pop() if other != own and len(factors) == 1 else 1.0
+    return (other if per != 1.0 else own), per
+
+
+def sided(name: str, ship: Ship) -> bool:
+    """Whether positive orders act to starboard and negative ones to port."""
+    return name.partition("_")[0] in ("delta", "alpha", "Y", "N") or name in sideways(ship)
+
+
+def sideways(ship: Ship) -> frozenset[str]:
+    """Revolutions of tunnel thrusters, which neither turn nor follow the order for propulsion ahead."""
+    pairs = zip(ship.model.controls, ship.model.follows, strict=True)
+    return frozenset(
+        name for name, (order, _) in pairs
+        if name.startswith("n_") and order != "n_P" and f"alpha_{name[2:]}" not in ship.model.controls
+    )  # fmt: skip
+
+
+def clipped(ship: Ship, name: str, wanted: float, taken: float) -> str:
+    """One line on an order that was clipped."""
+    moves = obeying(ship)[name]
+    shown, per = scale(name, moves)
+    text, factor = _SHOWN.get(shown, (shown, 1.0))
+    across = sided(name, ship)
+
+    def figure(value: float) -> str:
+        size = value * per * factor
+        number = abs(size) if across else size + 0.0
+        side = (" port" if size < 0.0 else " starboard") if across and size else ""
+        return f"{number:.0f} {text}{side}" if number == 0.0 or abs(number) >= 100.0 else f"{number:.3g} {text}{side}"
+
+    called = label(name, moves, ship.model.controls)
+    return f"{called} ordered {figure(wanted)}, taken as {figure(taken)}"

@@ -1,46 +1,152 @@
-"""The loop in real time: ships on a schedule that does not drift, orders from any thread, nothing hidden.
+"""The real-time loop: ships stepped on a schedule without drift, with orders from any thread; the schedule itself.
 
-The state of a whole loop in one piece of bytes.
+Tick k is due at its own time, however late the ticks before it were.
 """
 
 from __future__ import annotations
 
-import base64
-import binascii
-import json
 import math
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Protocol
 
 from ..core.parameters import unknown
 from ..environment import Environment
 from ..sensors import Reading
 from ..sensors.suite import Suite
-from ..ships import ShipError
-from .fleet import Event, Fleet, Vessel, Witness
+from .fleet import Event, Fleet, Keeper, LoopError, Vessel, Waiting, Witness, packed, unpacked
 from .helm import CommandError
 from .plant import Plant
-from .schedule import Clock, LoopError, Schedule, WallClock
 
 __all__ = ["CommandError", "Event", "Loop", "LoopError", "LoopReport", "Vessel", "Witness"]
 
 _NAP = 0.05
-"""Longest wait at a time [s], so that a pause or a stop is heard."""
+"""Longest single wait [s], so that a pause or a stop takes effect."""
+
+
+SLOWEST, FASTEST = 0.1, 100.0
+"""Range of time factors with a schedule; the only other value is infinite, as fast as possible."""
+
+
+class Clock(Protocol):
+    """A source of time that can wait."""
+
+    def now(self) -> float:
+        """Time of a monotonic clock [s]."""
+        ...
+
+    def sleep(self, seconds: float) -> None:
+        """Wait."""
+        ...
+
+
+class WallClock:
+    """The clock of the machine."""
+
+    def now(self) -> float:
+        """Time of a monotonic clock [s]."""
+        return time.perf_counter()
+
+    def sleep(self, seconds: float) -> None:
+        """Wait."""
+        time.sleep(seconds)
+
+
+class Schedule:
+    """When the next tick is due, and how late the ticks were.
+
+    All late ticks are made up for.  Only if the machine stood still for longer than `patience`, or the ships were set
+    to another time, the schedule restarts; `slipped` counts the time that was given up.
+
+    Attributes:
+        factor: simulated time over clock time; infinite is as fast as possible.
+        period: time between two ticks [s of the clock].
+        ticks: ticks counted since the start.
+        overruns: ticks that began more than one period late.
+        worst: largest delay of a tick [s].
+        late: delay of the last tick [s].
+        slipped: total time given up [s].
+    """
+
+    def __init__(self, rate: float, factor: float, clock: Clock, patience: float = 10.0) -> None:
+        self._clock, self._rate, self._patience = clock, rate, patience
+        self.ticks = self.overruns = 0
+        self.worst = self.late = self.slipped = 0.0
+        self._origin, self._since, self.period = 0.0, 0, 0.0
+        self._held: float | None = None
+        self.pace(factor)
+
+    def pace(self, factor: float) -> None:
+        """Change the time factor from now on; the simulated time to the next tick stays the same.
+
+        Raises:
+            LoopError: neither between 0.1 and 100 nor infinite.
+        """
+        if not (SLOWEST <= factor <= FASTEST or factor == math.inf):
+            raise LoopError(f"time factor {factor:g}; give {SLOWEST:g} to {FASTEST:g}, or inf for as fast as possible")
+        ticks = self.left() / self.period if self.period else 0.0
+        self.factor, self.period = factor, 1.0 / (self._rate * factor)
+        self._due_in(ticks * self.period)
+
+    def hold(self) -> None:
+        """Stop the schedule, during a pause or while the loop does not run."""
+        if self._held is None:
+            self._held = self.left()
+
+    def release(self) -> None:
+        """Continue the schedule with the remaining time to the next tick unchanged."""
+        if self._held is not None:
+            held, self._held = self._held, None
+            self._due_in(held)
+
+    def left(self) -> float:
+        """Time until the next tick is due [s]; negative if it is late."""
+        if self._held is not None:
+            return self._held
+        if math.isinf(self.factor):
+            return 0.0
+        return self._origin + self._since * self.period - self._clock.now()
+
+    def give_up(self) -> float:
+        """Give up a delay of more than one period instead of making up for it; returns the time given up [s]."""
+        late = -self.left()
+        if late <= self.period:
+            return 0.0
+        self.slipped += late
+        self._due_in(0.0)
+        return late
+
+    def begin(self) -> float:
+        """Count a tick that begins now; returns the time given up, if any [s]."""
+        self.late = max(-self.left(), 0.0)
+        self.ticks += 1
+        self.worst = max(self.worst, self.late)
+        if self.late > self.period > 0.0:
+            self.overruns += 1
+        given_up = self.give_up() if self.late > self._patience else 0.0
+        self._since += 1
+        return given_up
+
+    def _due_in(self, seconds: float) -> None:
+        """Set the time from now until the next tick is due."""
+        if self._held is not None:
+            self._held = seconds
+        self._origin, self._since = self._clock.now() + seconds, 0
 
 
 @dataclass(frozen=True)
 class LoopReport:
-    """How the loop has kept up since it was made.
+    """Timing of the loop since it was made.
 
     Attributes:
         t: simulated time [s].
-        ticks: ticks taken on the schedule; single steps are not among them.
+        ticks: ticks taken on the schedule, without single steps.
         overruns: ticks that began more than one period late.
-        worst_late, late: how late the latest and the last tick began [s].
-        slipped: time on the clock that was given up, as the machine stood still or the ships jumped in time [s].
-        events: how many of each kind, the forgotten ones included.
+        worst_late, late: largest delay of a tick, and that of the last one [s].
+        slipped: clock time given up because the machine stood still or the ships were set to another time [s].
+        events: number of each kind, including events that are no longer kept.
     """
 
     t: float
@@ -53,14 +159,14 @@ class LoopReport:
 
 
 class Loop:
-    """Ships under way together, tick by tick.
+    """Ships stepped together in real time, tick by tick.
 
-    Each tick takes in the orders that came since the last one (of several for one control the last counts), shows
-    each ship to her witnesses, and moves her by the steps of one period.  Orders hold until the next.  All methods
-    may be called from any thread.
+    Each tick applies the orders received since the last one (of several for one control the last counts), shows each
+    ship to its witnesses, and steps it by one period.  An order holds until the next one.  All methods may be called
+    from any thread.
 
     Attributes:
-        paused: whether it waits.
+        paused: whether the loop is paused.
     """
 
     def __init__(
@@ -70,21 +176,21 @@ class Loop:
         """A loop at simulated time 0.
 
         Args:
-            plants: ships, by name or by the names of their files (numbered where one comes twice).
-            rate: ticks per simulated second [Hz]; a whole number of steps of each ship fits between two.
-            factor: simulated time over time on the clock, 0.1 to 100, or infinite for as fast as possible.
+            plants: ships, by name or by the names of their files (repeated names are numbered).
+            rate: ticks per simulated second [Hz]; the period is a whole number of steps of each ship.
+            factor: simulated time over clock time, 0.1 to 100, or infinite for as fast as possible.
             sensors: instruments of all ships, or by name.
-            patience: time without orders after which a ship that was commanded is called stale [simulated s].
-            clock: what tells time; the machine's by default.
+            patience: time without orders after which a ship that had received one counts as stale [simulated s].
+            clock: source of time; the clock of the machine by default.
 
         Raises:
-            LoopError: no ships, a rate that does not fit, a factor that cannot be, sensors of nobody.
-            SensorError: instruments of what a ship does not have.
+            LoopError: no ships, a rate that does not fit, a factor out of range, sensors of an unknown ship.
+            SensorError: an instrument for something that a ship does not have.
         """
         self._fleet = Fleet(plants, rate, sensors, patience)
         self._clock = clock or WallClock()
         self._schedule = Schedule(rate, factor, self._clock)
-        self._schedule.hold()  # until somebody runs it
+        self._schedule.hold()  # until `run`
         self._waiting = Waiting()
         self._keepers: dict[str, Keeper] = {}
         self._callbacks: list[Callable[[Loop], None]] = []
@@ -108,7 +214,7 @@ class Loop:
 
     @property
     def factor(self) -> float:
-        """Simulated time over time on the clock."""
+        """Simulated time over clock time."""
         return self._schedule.factor
 
     @property
@@ -118,26 +224,26 @@ class Loop:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """The last 1000 events, the oldest first."""
+        """The last 1000 events, oldest first."""
         with self._lock:
             return tuple(self._fleet.events)
 
     @property
     def report(self) -> LoopReport:
-        """How it has kept up."""
+        """Timing since the loop was made."""
         s = self._schedule
         return LoopReport(self.t, s.ticks, s.overruns, s.worst, s.late, s.slipped, dict(self._fleet.counted))
 
     def readings(self, ship: str) -> Sequence[Reading]:
-        """What the instruments of a ship said during the last tick."""
+        """Readings of the instruments of a ship during the last tick."""
         return self._fleet.vessel(ship).readings
 
     def equip(self, ship: str, suite: Suite) -> None:
-        """Put instruments aboard a ship, in the place of those that she has.
+        """Install instruments on a ship, in place of those it has.
 
         Raises:
             CommandError: no such ship.
-            SensorError: instruments of what she does not have.
+            SensorError: an instrument for something that the ship does not have.
         """
         self._fleet.vessel(ship)
         with self._lock:
@@ -155,11 +261,11 @@ class Loop:
         if not math.isfinite(value):
             raise CommandError(f"{ship}: {control} ordered to {value}; give a finite number")
         with self._lock:
-            self._waiting.orders.pop((ship, control), None)  # the last order comes last, whatever else it moves
+            self._waiting.orders.pop((ship, control), None)  # so that the latest order is applied last
             self._waiting.orders[ship, control] = float(value)
 
     def surround(self, ship: str, environment: Environment) -> None:
-        """Let wind, current, waves and depth about a ship be these from the next tick on.
+        """Set wind, current, waves and depth at a ship from the next tick on.
 
         Raises:
             CommandError: no such ship, or a value that is not finite.
@@ -171,57 +277,57 @@ class Loop:
             self._waiting.around[ship] = environment
 
     def witness(self, ship: str, witness: Witness) -> None:
-        """Show a ship to somebody from the next tick on; who fails is left out from then on."""
+        """Show a ship to a witness from the next tick on; a witness that raises is removed."""
         self._fleet.vessel(ship)
         with self._lock:
             self._fleet.witnesses.append((ship, witness))
 
     def dismiss(self, witness: Witness) -> None:
-        """Show nothing more to somebody."""
+        """Remove a witness."""
         with self._lock:
             self._fleet.witnesses[:] = [pair for pair in self._fleet.witnesses if pair[1] is not witness]
 
     def after(self, callback: Callable[[Loop], None]) -> None:
-        """Call somebody after each tick; who fails is left out from then on."""
+        """Call a listener after each tick; a listener that raises is removed."""
         with self._lock:
             self._callbacks.append(callback)
 
     def keep(self, name: str, keeper: Keeper) -> None:
-        """Let somebody who steers or watches be saved, restored and reset with the ships; a second of a name gets 2."""
+        """Save, restore and reset a component with the ships; a repeated name is numbered from 2."""
         with self._lock:
             same = sum(one.partition(" #")[0] == name for one in self._keepers)
             self._keepers[f"{name} #{same + 1}" if same else name] = keeper
 
     def run(self, duration: float = math.inf) -> LoopReport:
-        """Keep the schedule until `stop`, or for so much simulated time [s]."""
+        """Run on the schedule until `stop`, or for a simulated time [s]."""
         self._stopping.clear()
         end = self.k + duration * self.rate - 1e-6
         while not self._stopping.is_set() and self.k < end:
             with self._lock:
                 left = self._turn()
             if left > 0.0 or math.isinf(self._schedule.factor):
-                self._clock.sleep(min(left, _NAP))  # if only to let the other threads in
+                self._clock.sleep(min(left, _NAP))  # a wait of zero still lets other threads run
         with self._lock:
             self._schedule.hold()
         return self.report
 
     def stop(self) -> None:
-        """End `run` after the tick at hand."""
+        """End `run` after the present tick."""
         self._stopping.set()
 
     def pause(self) -> None:
-        """Wait from now on."""
+        """Pause the loop."""
         with self._lock:
             self.paused = True
             self._schedule.hold()
 
     def resume(self) -> None:
-        """Go on; the time of the pause is not caught up with, what was late before it is."""
+        """Continue; the time of the pause is not made up for, earlier delays are."""
         with self._lock:
             self.paused = False
 
     def step(self) -> None:
-        """Take one tick now, whatever the schedule says; for a loop that is paused or not run."""
+        """Take one tick now, regardless of the schedule; for a loop that is paused or does not run."""
         with self._lock:
             self._tick()
 
@@ -229,13 +335,13 @@ class Loop:
         """Change the time factor.
 
         Raises:
-            LoopError: not between 0.1 and 100, nor infinite.
+            LoopError: neither between 0.1 and 100 nor infinite.
         """
         with self._lock:
             self._schedule.pace(factor)
 
     def reset(self) -> None:
-        """All ships back to their start, instruments, time and keepers as well; orders that wait are forgotten."""
+        """Return ships, instruments, time and keepers to the initial state; waiting orders are discarded."""
         with self._lock:
             for vessel in self.vessels.values():
                 vessel.plant.reset()
@@ -248,15 +354,15 @@ class Loop:
             self._note(self._schedule.give_up())
 
     def snapshot(self) -> bytes:
-        """Everything that decides how all ships go on: instruments, keepers, and the orders that wait."""
+        """The complete state: ships, instruments, keepers, and waiting orders."""
         with self._lock:
             return packed(self._fleet, self._keepers, self._waiting)
 
     def restore(self, saved: bytes) -> None:
-        """Go on from what `snapshot` gave; of the same ships at the same rate, with the same keepers.
+        """Restore the result of `snapshot`, of the same ships at the same rate with the same keepers.
 
         Raises:
-            ShipError, SensorError: saved of others; the loop is then as it was.
+            ShipError, SensorError: saved from another loop; this one is then unchanged.
         """
         with self._lock:
             before = self.snapshot()
@@ -270,12 +376,12 @@ class Loop:
             self._note(self._schedule.give_up())
 
     def tell(self, ship: str, kind: str, text: str) -> None:
-        """Put an event on record, of somebody beside the loop (a wire, a page)."""
+        """Record an event of a component beside the loop (a wire, a page)."""
         with self._lock:
             self._fleet.tell(ship, kind, text)
 
     def _turn(self) -> float:
-        """Take a tick where one is due; the time until the next one, at least [s]."""
+        """Take a tick if one is due; returns a lower bound of the time until the next one [s]."""
         if self.paused:
             return _NAP
         self._schedule.release()
@@ -302,122 +408,4 @@ class Loop:
 
     def _note(self, given_up: float) -> None:
         if given_up > 0.0:
-            self._fleet.tell("", "slipped", f"{given_up:.3g} s on the clock are given up and not caught up with")
-
-
-_FORMAT = "seatrial-loop/2"
-
-
-class Keeper(Protocol):
-    """Somebody beside a loop who has a part in how her ships go on: a steersman, a wire, a bridge."""
-
-    def snapshot(self) -> Any:
-        """All that decides what it does from here on, for JSON."""
-        ...
-
-    def restore(self, saved: Any) -> None:
-        """Go on from what `snapshot` gave; a ValueError where that is of another."""
-        ...
-
-    def reset(self) -> None:
-        """Back to the start."""
-        ...
-
-
-@dataclass
-class Waiting:
-    """What the next tick takes in.
-
-    Attributes:
-        orders: by ship and control, the last one last.
-        around: surroundings by ship.
-    """
-
-    orders: dict[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
-    around: dict[str, Environment] = field(default_factory=dict[str, Environment])
-
-
-@dataclass(frozen=True)
-class Saved:
-    """What of a saved loop is not with the ships, the instruments and the keepers.
-
-    Attributes:
-        k: tick.
-        known: what was known of each ship (`Vessel.known`).
-        patience: of the loop [s].
-    """
-
-    k: int
-    known: Mapping[str, Mapping[str, Any]]
-    patience: float
-    waiting: Waiting
-
-
-def packed(fleet: Fleet, keepers: Mapping[str, Keeper], waiting: Waiting) -> bytes:
-    """Ships, instruments, keepers, and what waits for the next tick."""
-    ships = {
-        name: [_text(vessel.plant.snapshot()), _text(vessel.watch.snapshot() if vessel.watch else b""), vessel.known()]
-        for name, vessel in fleet.vessels.items()
-    }
-    return json.dumps({
-        "format": _FORMAT, "k": fleet.k, "rate": fleet.rate, "ships": ships,
-        "patience": fleet.patience if math.isfinite(fleet.patience) else None,
-        "keepers": {name: keeper.snapshot() for name, keeper in keepers.items()},
-        "orders": [[*who, value] for who, value in waiting.orders.items()],
-        "around": {ship: [float(value) for value in around] for ship, around in waiting.around.items()},
-    }).encode()  # fmt: skip
-
-
-def unpacked(saved: bytes, fleet: Fleet, keepers: Mapping[str, Keeper]) -> Saved:
-    """Restore ships, instruments and keepers, and give back the rest; a keeper that was not there begins anew.
-
-    Raises:
-        ShipError, SensorError: saved of others, or not by `packed`; some are then restored already.
-    """
-    try:
-        about: dict[str, Any] = json.loads(saved)
-        ships = {name: (_bytes(plant), _bytes(watch), dict(known))
-                 for name, (plant, watch, known) in about["ships"].items()}  # fmt: skip
-        fits, kept = about["format"] == _FORMAT and about["rate"] == fleet.rate, dict(about["keepers"])
-        patience = math.inf if about["patience"] is None else float(about["patience"])
-        waiting = Waiting(
-            {(str(ship), str(control)): float(value) for ship, control, value in about["orders"]},
-            {str(ship): Environment(*map(float, around)) for ship, around in about["around"].items()},
-        )
-        rest = Saved(int(about["k"]), {name: known for name, (*_, known) in ships.items()}, patience, waiting)
-    except (ValueError, KeyError, TypeError, AttributeError, binascii.Error):
-        raise ShipError("not a saved loop; give what its snapshot gave") from None
-    if not fits or set(ships) != set(fleet.vessels):
-        there, here = f"{', '.join(ships)} at {about['rate']} Hz", f"{', '.join(fleet.vessels)} at {fleet.rate:g} Hz"
-        raise ShipError(f"saved loop of {there}; this one has {here}")
-    for name in kept:
-        if name not in keepers:
-            raise ShipError(f"saved loop with {name}; this one has {', '.join(keepers) or 'nobody beside it'}")
-    for name, (plant, watch, _) in ships.items():
-        fleet.vessels[name].plant.restore(plant)
-        own = fleet.vessels[name].watch
-        if own is not None and watch:
-            own.restore(watch)
-        elif own is not None:  # put aboard since
-            own.reset()
-    for name, keeper in keepers.items():
-        _restore(name, keeper, kept)
-    return rest
-
-
-def _restore(name: str, keeper: Keeper, kept: Mapping[str, Any]) -> None:
-    if name not in kept:
-        keeper.reset()
-        return
-    try:
-        keeper.restore(kept[name])
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
-        raise ShipError(f"not a saved loop: what is kept of {name} cannot be read ({error})") from None
-
-
-def _text(data: bytes) -> str:
-    return base64.b64encode(data).decode()
-
-
-def _bytes(text: str) -> bytes:
-    return base64.b64decode(text, validate=True)
+            self._fleet.tell("", "slipped", f"{given_up:.3g} s of clock time are given up and not made up for")

@@ -1,7 +1,8 @@
-"""A ship of a loop on the wire: her instruments talk in sentences, and she obeys sentences."""
+"""A ship of a loop behind NMEA 0183: its instruments send sentences, it obeys sentences; AIS reports of others."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, BinaryIO
@@ -9,7 +10,7 @@ from typing import Any, BinaryIO
 from ..core.parameters import unknown
 from ..data.nmea.framing import LARGEST, TOKEN, Tag, tag_block
 from ..data.nmea.sentences import NmeaError
-from ..data.nmea.ship import SPOKEN, Fittings, Measured, lines
+from ..data.nmea.ship import SPOKEN, Fittings, Measured, lines, position
 from ..ships import Ship
 from .aboard import RATES, TRANSPONDER, TRANSPONDER_RATE, Voice, exact, steers, unsaid
 from .conning import Conning, rudders, shafts
@@ -18,7 +19,7 @@ from .wire import ANYBODY, Authority, Wire, WireError
 
 
 def fitted(ship: Ship, fittings: Fittings) -> Fittings:
-    """The same fittings with the rudders and shafts of this ship, its name and its size."""
+    """The fittings with rudders, shafts, name and size of a ship."""
     return replace(
         fittings, rudders=rudders(ship), shafts=shafts(ship), name=ship.name, length=ship.L_pp,
         breadth=float(ship.model.breadth), draught=float(ship.model.draught),
@@ -27,14 +28,14 @@ def fitted(ship: Ship, fittings: Fittings) -> Fittings:
 
 @dataclass(frozen=True)
 class Speech:
-    """How a ship talks.
+    """Format and rates of the sentences that a ship sends.
 
     Attributes:
-        fittings: where she is, and where her instruments are that have no fault; others know it themselves.
-        rates: sentences, and how often each is sent [Hz], at most as often as its instrument reads; by default all of
-            `RATES` that her instruments can say, and VDO where the fittings have an MMSI.
-        framed: whether in datagrams of IEC 61162-450; plain lines otherwise.
-        source: who talks, for the TAG blocks.
+        fittings: datum, and the positions of ideal instruments; others know their own.
+        rates: sentences and the rate of each [Hz], never above the sample rate of its instrument; by default all of
+            `RATES` that the instruments can provide, and VDO where the fittings have an MMSI.
+        framed: whether to send datagrams of IEC 61162-450 instead of plain lines.
+        source: source identifier in the TAG blocks.
     """
 
     fittings: Fittings
@@ -51,34 +52,34 @@ class Speech:
 
 
 class OnWire:
-    """One ship, her wire, and who steers her through it; saved, restored and reset with the loop.
+    """One ship with its wire and its commander; saved, restored and reset with the loop.
 
     Attributes:
-        conning: who has command, and how she is steered.
-        wire: what she listens and talks through.
-        fittings: where she is, and what she has aboard.
-        log: file for what she says, each sentence behind a TAG block with its time; None keeps none.
+        conning: commander and steering mode.
+        wire: the connection.
+        fittings: datum, positions of instruments, rudders and shafts.
+        log: file for the sentences sent, each with a TAG block that has its time; None: no log.
     """
 
     def __init__(
         self, loop: Loop, ship: str, wire: Wire, speech: Speech, *, log: BinaryIO | None = None, hold: float = 10.0,
         authority: Authority = ANYBODY,
     ) -> None:  # fmt: skip
-        """Take a ship of a loop to the wire, from the next tick on.
+        """Connect a ship of a loop to a wire, from the next tick on.
 
-        A ship without instruments gets those that have no fault and read once a tick.
+        A ship without instruments gets ideal ones that are sampled once a tick.
 
         Args:
             loop: the loop.
-            ship: her name in it.
-            wire: an open wire; whoever opened it closes it.
-            speech: how she talks.
+            ship: name of the ship in it.
+            wire: an open wire, which the caller closes.
+            speech: format and rates of the sentences.
             log: as the attribute.
-            hold: how long a commander may be silent [simulated s].
-            authority: who may have command.
+            hold: longest silence of a commander [simulated s].
+            authority: senders that may have command.
 
         Raises:
-            WireError: a sentence that was asked for and that her instruments cannot say.
+            WireError: a requested sentence that the instruments cannot provide.
         """
         vessel = self._vessel = loop.vessels[ship]
         self._name, self.wire, self.log, self._speech = ship, wire, log, speech
@@ -91,7 +92,7 @@ class OnWire:
             rates = {kind: rate for kind, rate in known.items() if not unsaid(kind, suite, fittings)}
         for kind in rates:
             if why := unsaid(kind, suite, fittings):
-                raise WireError(f"{kind} cannot be said: {why}")
+                raise WireError(f"{kind} cannot be sent: {why}")
         if vessel.watch is None:
             loop.equip(ship, suite)
         self._voice = Voice(fittings, rates, loop.t)
@@ -101,7 +102,7 @@ class OnWire:
         loop.keep(f"the wire of {ship}", self)
 
     def tick(self, loop: Loop) -> None:
-        """Listen, steer, talk; once after each tick of the loop.  Who blew up does nothing until she is restored."""
+        """Receive, steer and send, once after each tick; a ship that blew up does nothing until it is restored."""
         self.wire.t = loop.t
         heard = self.wire.poll()
         if self._vessel.failure is not None:
@@ -115,28 +116,28 @@ class OnWire:
         self._talk(loop, due)
 
     def say(self, loop: Loop, lines: Iterable[bytes]) -> None:
-        """Send sentences of somebody else, as of now."""
+        """Send sentences of another source with the present time."""
         self._send(loop, [(line, self.fittings.epoch + loop.t) for line in lines])
 
     def snapshot(self) -> dict[str, Any]:
-        """Who steers her and how, and what she says next, for JSON."""
+        """Commander, steering mode and sentence schedule, for JSON."""
         return {"conning": self.conning.snapshot(), "voice": self._voice.snapshot(), "number": self._number,
                 "commander": self._commander, "stale": self._was_stale}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what `snapshot` gave."""
+        """Restore the result of `snapshot`."""
         self.conning.restore(saved["conning"])
         self._voice.restore(saved["voice"])
         self._number, self._commander, self._was_stale = saved["number"], saved["commander"], saved["stale"]
 
     def reset(self) -> None:
-        """Nobody in command, and nothing said."""
+        """Remove the commander and restart the sentences."""
         self.conning.reset()
         self._voice.reset()
         self._number, self._was_stale, self._commander = 0, False, ""
 
     def _steer(self, loop: Loop) -> None:
-        """Her own steering control goes by her gyros, once these have spoken."""
+        """Apply the ship's own steering control, once gyro and rate gyro have been read."""
         latest = self._voice.latest
         if "psi" in latest and "r" in latest:
             for control, value in self.conning.steered(latest["psi"], latest["r"], loop.t, 1.0 / loop.rate).items():
@@ -145,13 +146,13 @@ class OnWire:
             self.conning.watch(loop.t)
 
     def _report(self, loop: Loop) -> None:
-        """Tell who has command, and when it fell silent."""
+        """Record a change of the commander, and its silence."""
         conning = self.conning
         if conning.commander != self._commander:
             loop.tell(self._name, "command", f"{conning.commander} has command")
             self._commander = conning.commander
         if conning.stale and not self._was_stale:
-            loop.tell(self._name, "stale", f"nothing heard for {conning.hold:g} s; the last orders are held")
+            loop.tell(self._name, "stale", f"nothing received for {conning.hold:g} s; the last orders hold")
         self._was_stale = conning.stale
 
     def _talk(self, loop: Loop, due: Iterable[tuple[str, Measured]]) -> None:
@@ -167,7 +168,7 @@ class OnWire:
         try:
             for line in lines(kind, fittings, said):
                 yield line, fittings.epoch + said["t"]
-        except NmeaError:  # a value that no sentence has room for, such as 1000 kn of a ship that blows up
+        except NmeaError:  # a value that does not fit in a sentence, such as 1000 kn of a ship that blows up
             self.wire.counts["unsaid"] += 1
 
     def _keep(self, loop: Loop, spoken: Iterable[tuple[bytes, float]]) -> None:
@@ -181,7 +182,7 @@ class OnWire:
             loop.tell(self._name, "dropped", f"the log of sentences ends here: {error.strerror}")
 
     def _packed(self, spoken: Iterable[tuple[bytes, float]]) -> Iterator[bytes]:
-        """As few datagrams as they fit in."""
+        """The sentences in as few datagrams as possible."""
         head = TOKEN if self._speech.framed else b""
         data = head
         for line, time in spoken:
@@ -195,3 +196,34 @@ class OnWire:
             data += part
         if len(data) > len(head):
             yield data
+
+
+PERIOD = 10.0
+"""Reporting interval of a ship [simulated s]: that of ships up to 14 kn (ITU-R M.1371)."""
+
+FIRST = 200_000_001
+"""MMSI of the first other ship; no country has the digits 200, so it is never the MMSI of a real ship."""
+
+
+class Targets:
+    """AIS position reports (VDM) of other ships of a loop, sent in turn on the wire of the own ship."""
+
+    def __init__(self, loop: Loop, names: Sequence[str], on_wire: OnWire) -> None:
+        """Report these ships from the next tick on, on the wire of the own ship."""
+        self._names, self._on_wire = tuple(names), on_wire
+        loop.after(self.tick)
+
+    def tick(self, loop: Loop) -> None:
+        """Send the reports that are due."""
+        fittings = self._on_wire.fittings
+        for k, name in enumerate(self._names):
+            due = math.floor((loop.t + k) / PERIOD) > math.floor((loop.t + k - 1.0 / loop.rate) / PERIOD)
+            vessel = loop.vessels[name]
+            if not due or vessel.failure is not None:
+                continue
+            plant = vessel.plant
+            x, y, psi, u, v = (plant[state] for state in ("x", "y", "psi", "u", "v_m"))
+            latitude, longitude = fittings.datum.place(x, y)
+            said = {"t": loop.t, "psi": psi, "r": plant["r"], "latitude": latitude, "longitude": longitude,
+                    "U": math.hypot(u, v), "chi": psi + math.atan2(v, u)}  # fmt: skip
+            self._on_wire.say(loop, position(fittings, said, FIRST + k, "VDM"))

@@ -1,10 +1,18 @@
-"""What all pages have in common: static files, one socket, who is let in, who is dropped; needs the extra `web`."""
+"""Server for pages in a browser: static files, one WebSocket, access checks, limits on connections; extra `web`.
+
+Idle connections could use up the descriptors of the process; then neither the page nor a recording could be opened.
+Three limits prevent that.  A connection has `PATIENCE` seconds for each request, until the end of the answer.  Beyond
+`CONNECTIONS` connections, the oldest that is not an open socket of a page is closed.  If the process still has no
+descriptors left, a new connection is accepted with a reserved descriptor and closed, so that accepting does not spin.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import errno
 import ipaddress
 import json
+import os
 import socket
 import time
 from collections import deque
@@ -20,26 +28,25 @@ from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.staticfiles import StaticFiles
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
-
-from .doors import AT_ONCE, Door, Guarded
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 SHARED = Path(__file__).with_name("static")
-"""What the pages share: served below /shared."""
+"""Files that the pages share, served below /shared."""
 
 LOCAL = ("127.0.0.1", "localhost")
-"""Names of a page that serves this machine only."""
+"""Host names of a page that is served to this machine only."""
 
 ADDRESSES = "addresses"
-"""Stands among the names of a page for any address in figures."""
+"""Stands among the host names of a page for any numeric address."""
 
 MOST = 16
-"""Browsers at a time."""
+"""Largest number of browsers at a time."""
 
 _LARGEST = 2048
-"""Bytes of a request: at most."""
+"""Largest size of a request [bytes]."""
 
 _A_SECOND = 200
-"""Requests a second that one browser may send; more of them and it is dropped."""
+"""Largest number of requests per second of one browser; above it the browser is disconnected."""
 
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'",
@@ -49,12 +56,12 @@ _HEADERS = {
 
 @dataclass(eq=False)
 class Client:
-    """One browser on the line.
+    """One connected browser.
 
     Attributes:
-        behind: pictures that it may be behind before it is `deaf`.
-        over: set where it is to go.
-        sent, read: pictures that went out, and the last that it says it has read.
+        behind: unread pictures after which it counts as `deaf`.
+        over: set when it must disconnect.
+        sent, read: number of pictures sent, and the last one that the browser confirmed.
     """
 
     socket: WebSocket
@@ -68,24 +75,24 @@ class Client:
 
     @property
     def deaf(self) -> bool:
-        """Whether it has stopped reading."""
+        """Whether the browser has stopped reading."""
         return self.sent - self.read > self.behind
 
     def floods(self) -> bool:
-        """Whether this request is one too many."""
+        """Whether this request exceeds the rate limit."""
         now = time.monotonic()
         full = len(self.times) == _A_SECOND and now - self.times[0] < 1.0
         self.times.append(now)
         return full
 
     async def show(self, picture: Mapping[str, Any], patience: float) -> None:
-        """Send a picture; TimeoutError where it does not get out for so many seconds."""
+        """Send a picture; TimeoutError if that takes more than `patience` seconds."""
         text = json.dumps({"n": self.sent, **picture}, separators=(",", ":"), allow_nan=False)
         await asyncio.wait_for(self.socket.send_text(text), patience)
         self.sent += 1
 
     async def hear(self) -> Mapping[str, Any]:
-        """The next request; what is none is an empty one."""
+        """The next request; invalid input gives an empty one."""
         said = await hear(self.socket)
         read = said.get("read")
         if isinstance(read, int):
@@ -93,7 +100,7 @@ class Client:
         return said
 
     async def attend(self, showing: Coroutine[Any, Any, None], hearing: Coroutine[Any, Any, None]) -> None:
-        """Show and hear until one of the two ends, or it is to go."""
+        """Run both tasks until one of them ends or `over` is set."""
         tasks = [asyncio.ensure_future(one) for one in (showing, hearing, self.over.wait())]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -108,8 +115,8 @@ def application(static: Path, talk: Callable[[WebSocket], Awaitable[None]], host
 
     Args:
         static: folder of the page's own files.
-        talk: one browser on the socket, from its first word to its last.
-        hosts: names that the page may be asked for by, `ADDRESSES` among them or not.
+        talk: serves one browser on the socket until it disconnects.
+        hosts: host names under which the page is served; may include `ADDRESSES`.
     """
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     app.add_middleware(_Named, hosts=hosts)
@@ -134,10 +141,10 @@ def application(static: Path, talk: Callable[[WebSocket], Awaitable[None]], host
 
 
 class _Named:
-    """Answers only where it is asked for by a name of its own.
+    """Serves only requests whose Host header has a name of this page.
 
-    A page from elsewhere whose name is made to lead here, once it is loaded, is the same origin to a browser: it is
-    told by the name alone.  An address in figures cannot be made to lead anywhere else.
+    This prevents DNS rebinding: a foreign page whose name is made to resolve to this machine counts as the same origin
+    in a browser, and only the name reveals it.  A numeric address cannot be rebound.
     """
 
     def __init__(self, app: ASGIApp, hosts: tuple[str, ...]) -> None:
@@ -150,11 +157,11 @@ class _Named:
         elif scope["type"] == "websocket":
             await send({"type": "websocket.close", "code": 1008})
         else:
-            await PlainTextResponse("not a name of this page", 400)(scope, receive, send)
+            await PlainTextResponse("unknown host name", 400)(scope, receive, send)
 
 
 def known(host: str, hosts: tuple[str, ...]) -> bool:
-    """Whether a page of these names is asked for by what stands in a Host header, with a port or without."""
+    """Whether a Host header, with or without a port, has one of these names."""
     try:
         name = urlsplit(f"//{host}").hostname or ""
     except ValueError:
@@ -169,7 +176,7 @@ def known(host: str, hosts: tuple[str, ...]) -> bool:
 
 
 def anywhere() -> tuple[str, ...]:
-    """Names of a page that serves other machines as well: addresses in figures, and what this machine is called."""
+    """Host names of a page that is also served to other machines: numeric addresses, and the names of this machine."""
     own = socket.gethostname().lower()
     return (*LOCAL, own, f"{own.partition('.')[0]}.local", ADDRESSES)
 
@@ -183,13 +190,13 @@ def server(app: FastAPI) -> uvicorn.Server:
 
 
 async def attend(serving: uvicorn.Server, listening: socket.socket) -> None:
-    """Serve at a socket that listens, until the server is told to end."""
+    """Serve at a listening socket until the server is told to exit."""
     with Door.at(listening) as door:
         await serving.serve(sockets=[door])
 
 
 async def hear(ws: WebSocket) -> Mapping[str, Any]:
-    """The next request; what is none is an empty one."""
+    """The next request; invalid input gives an empty one."""
     try:
         said = json.loads(await ws.receive_text())
     except (ValueError, KeyError, RecursionError):
@@ -198,6 +205,113 @@ async def hear(ws: WebSocket) -> Mapping[str, Any]:
 
 
 async def close(ws: WebSocket, reason: str = "", code: int = 1008) -> None:
-    """Hang up; for a reason, if it is the browser's fault."""
+    """Close a socket; with `code` if a reason is given, else normally."""
     with suppress(RuntimeError, WebSocketDisconnect):
         await ws.close(code if reason else 1000, reason)
+
+
+CONNECTIONS = 96
+"""Largest number of connections: more than the admitted browsers need while they load the page."""
+
+PATIENCE = 10.0
+"""Time for a request, from the connection or the previous answer to the end of its own answer [s]."""
+
+AT_ONCE = 16
+"""Connections that are accepted in one go before others are served."""
+
+_FULL = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+_PAUSE, _QUEUE = 0.01, 256
+
+
+class Guarded(H11Protocol):
+    """A connection that is aborted when it takes too long or when there are too many."""
+
+    _since = 0.0
+    _limit: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:
+        """Accept a connection; if there are too many, abort the oldest without an open socket."""
+        super().connection_made(transport)
+        self._since = self.loop.time()
+        self._wind()
+        there: list[Any] = [one for one in self.connections if not one.transport.is_closing()]
+        if len(there) > CONNECTIONS:
+            self._least(there).transport.abort()
+
+    def _least(self, there: list[Any]) -> Any:
+        """Connection to abort: a socket that was closed but stays, else the oldest idle connection, else this one."""
+        going = [one for one in there if getattr(one, "close_sent", False)]
+        others = [one for one in there if isinstance(one, Guarded) and one is not self]
+        return going[0] if going else min(others, key=lambda one: one._since, default=self)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """The connection ended."""
+        self._unwind()
+        super().connection_lost(exc)
+
+    def handle_websocket_upgrade(self, event: Any) -> None:
+        """The connection becomes the socket of a page, which has its own limits."""
+        self._unwind()
+        super().handle_websocket_upgrade(event)
+
+    def on_response_complete(self) -> None:
+        """A request is answered; restart the time limit for the next one."""
+        super().on_response_complete()
+        if not self.transport.is_closing():
+            self._wind()
+
+    def _wind(self) -> None:
+        self._unwind()
+        self._limit = self.loop.call_later(PATIENCE, self.transport.abort)
+
+    def _unwind(self) -> None:
+        if self._limit is not None:
+            self._limit.cancel()
+
+
+class Door(socket.socket):
+    """A listening socket that keeps accepting when the process has no descriptor left."""
+
+    _spare = -1
+
+    @staticmethod
+    def at(listening: socket.socket) -> Door:
+        """A door at a socket that already listens; both must be closed."""
+        door = Door(listening.family, listening.type, listening.proto, os.dup(listening.fileno()))
+        door._spare = os.open(os.devnull, os.O_RDONLY)
+        return door
+
+    def listen(self, backlog: int = _QUEUE, /) -> None:
+        """Listen with a long queue, however few connections are accepted at once."""
+        super().listen(max(backlog, _QUEUE))
+
+    def accept(self) -> tuple[socket.socket, Any]:
+        """The next connection.
+
+        Raises:
+            BlockingIOError: there is none, or no descriptor for it; the connection is then closed.
+        """
+        try:
+            return super().accept()
+        except OSError as error:
+            if error.errno not in _FULL:
+                raise
+        self._turn_away()
+        raise BlockingIOError(errno.EAGAIN, "no descriptor left")
+
+    def close(self) -> None:
+        """Close the socket and the reserved descriptor."""
+        if self._spare >= 0:
+            os.close(self._spare)
+            self._spare = -1
+        super().close()
+
+    def _turn_away(self) -> None:
+        if self._spare >= 0:
+            os.close(self._spare)
+            self._spare = -1
+        with suppress(OSError):
+            super().accept()[0].close()
+        with suppress(OSError):  # if another thread took the descriptor, the next connection gives another chance
+            self._spare = os.open(os.devnull, os.O_RDONLY)
+        time.sleep(_PAUSE)

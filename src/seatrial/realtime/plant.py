@@ -1,14 +1,12 @@
-"""A ship to be steered: ship, actuators and surroundings as one compiled step with memory of its own.
+"""The plant: ship, actuators and environment as one compiled step with its own state; environment and network steps.
 
-What surrounds a ship at each step: weather as it comes, or what was set since.
+`Surroundings` gives the environment at each step: the weather, or values that were set since.  Weather that can be
+evaluated at any time (gusts on a steady wind) is computed a few steps at a time, few enough that the linear algebra
+stays on one thread, so a run of any length needs neither memory nor a pause.  Of other weather a long part is computed
+beforehand, and twice as much each time it runs out.  Which part a step is taken from depends on its number alone, so a
+run that is reproduced from the middle has the same weather to the last bit.
 
-Weather that can be told for any time, gusts on a steady wind, is worked out a few steps at a time (few enough that
-the linear algebra stays on one thread), so that it costs neither memory nor a pause however long the ship sails.  Of
-any other weather a long part is worked out beforehand, and twice as much each time it runs out.  Which part a step is
-taken from follows from its number alone: a run that is made again from the middle meets the same weather to the last
-bit.
-
-Stepping a network: what it remembers is handed through, so that a run can be saved at any step.
+`NetworkStep` steps a network; its hidden state is passed through, so a run can be saved at any step.
 """
 
 from __future__ import annotations
@@ -43,12 +41,12 @@ _CHANNEL = {name: k for k, name in enumerate(CHANNELS)}
 
 @dataclass(frozen=True)
 class Compiled:
-    """A ship traced and compiled once; every `plant` of it is a ship of her own.
+    """A ship traced and compiled once; each `plant` of it has a state of its own.
 
     Attributes:
         ship: the ship.
         dt: time step [s].
-        ranges: how far each order goes.
+        ranges: range of each order.
     """
 
     ship: Ship
@@ -61,7 +59,7 @@ class Compiled:
         """Trace and compile, or take the kernel from the cache.
 
         Raises:
-            ShipError: a step that is not above zero, or not the one of a model in discrete time.
+            ShipError: a time step that is not above zero, or not that of a model in discrete time.
         """
         if not (dt > 0.0 and math.isfinite(dt)):
             raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
@@ -74,25 +72,25 @@ class Compiled:
         self, *, environment: Weather | None = None, start: Sequence[float] | None = None,
         n_P: float | None = None, seed: int = 0,
     ) -> Plant:  # fmt: skip
-        """A ship of her own; arguments as in `Plant.of`."""
+        """A plant of this ship; arguments as in `Plant.of`."""
         return Plant(self, environment or Uniform(), start, n_P, seed)
 
 
 class Plant:
-    """A ship under way, moved by one step of `dt` at a time.
+    """A ship that is simulated by one step of `dt` at a time.
 
-    Read any of `names` as ``plant["psi"]``: states, controls as they act, ``<control>_cmd`` as ordered, and the
-    channels of the environment; SI units and radians.
+    Any of `names` is read as ``plant["psi"]``: states, actual controls, ``<control>_cmd`` as ordered, and the channels
+    of the environment; SI units and radians.
 
     Attributes:
         ship: the ship.
         dt: time step [s].
         k: steps taken since the start.
-        names: what can be read.
+        names: values that can be read.
         controls: the controls of the ship.
-        orders: what can be ordered: controls, and n_P or delta where controls follow them.
-        ranges: how far each order goes that moves something of her.
-        seed: of whatever is random aboard (sensors).
+        orders: names that can be ordered: controls, and n_P or delta where controls follow them.
+        ranges: range of each order that has an effect.
+        seed: of the random parts (sensors).
     """
 
     def __init__(
@@ -123,7 +121,7 @@ class Plant:
         self._stepper.load(np.array([*six, *rest, *memory]))
         self._stepper.surround(self._around.at(0))
         for (order, factor), control in zip(ship.model.follows, self.controls, strict=True):
-            low, high = gear[control]  # she holds the speed of the start, whatever is usual
+            low, high = gear[control]  # holds the initial speed, whatever the usual revolutions
             self._give(control, min(max(factor * turns if order == "n_P" else 0.0, low), high))
         self._first = self.snapshot()
 
@@ -132,19 +130,20 @@ class Plant:
         ship: Ship, *, dt: float, environment: Weather | None = None, start: Sequence[float] | None = None,
         n_P: float | None = None, seed: int = 0,
     ) -> Plant:  # fmt: skip
-        """A ship to be steered.
+        """A plant of a ship.
 
         Args:
+            ship: the ship.
             dt: time step [s]; a dead time is a queue of orders of that length.
-            environment: what surrounds her; still air and still, deep water by default.
-            start: initial (x, y, psi, u, v_m, r) over ground; by default at the origin, heading north at her
+            environment: weather, current, waves and depth; still air and still, deep water by default.
+            start: initial (x, y, psi, u, v_m, r) over ground; by default at the origin, heading north at the
                 approach speed through the water.
-            n_P: revolutions at the start, ordered as well [1/s]; by default those that hold the speed of the start
-                straight ahead, which are none at rest.
-            seed: of her sensors.
+            n_P: initial and ordered revolutions [1/s]; by default those that hold the initial speed straight ahead,
+                zero at rest.
+            seed: of the sensors.
 
         Raises:
-            ShipError: a step or a start that cannot be.
+            ShipError: an invalid time step or initial state.
         """
         return Compiled.of(ship, dt).plant(environment=environment, start=start, n_P=n_P, seed=seed)
 
@@ -155,7 +154,7 @@ class Plant:
 
     @property
     def changing(self) -> bool:
-        """Whether what surrounds her changes by itself."""
+        """Whether the environment changes by itself."""
         return self._around.changes
 
     def __getitem__(self, name: str) -> float:
@@ -173,7 +172,7 @@ class Plant:
         return iter(self.names)
 
     def order(self, name: str, value: float) -> float:
-        """Order a control by its own name, or all that follow n_P or delta; gives back the order as taken.
+        """Order a control by its own name, or all that follow n_P or delta; returns the order as taken.
 
         An order holds until the next one and is clipped to its range.
 
@@ -197,7 +196,7 @@ class Plant:
         return value
 
     def surround(self, environment: Environment) -> None:
-        """Let wind, current, waves and depth be these from here on.
+        """Set wind, current, waves and depth from now on.
 
         Raises:
             CommandError: a value that is not finite.
@@ -208,10 +207,10 @@ class Plant:
         self._stepper.surround(self._around.at(self.k))
 
     def step(self) -> None:
-        """Move on by one step.
+        """Advance by one step.
 
         Raises:
-            SimulationError: the ship blew up; names state and time.  She is past use then until `restore`.
+            SimulationError: the ship blew up; names state and time.  The plant cannot be used until `restore`.
         """
         stepper_ = self._stepper
         stepper_.step(self.k * self.dt)
@@ -224,9 +223,9 @@ class Plant:
             raise SimulationError(f"{self.ship.name}: {name} = {self[name]:g} at t = {self.t:g} s", self.t)
 
     def outside(self) -> tuple[str, float] | None:
-        """The first state outside the range where her file says that the model holds, and its value.
+        """The first state outside the range of validity in the ship file, and its value; None if all are inside.
 
-        Of u and v_m it is the velocity through the water that counts, as it is what the hull feels.
+        u and v_m are judged through the water, since that velocity acts on the hull.
         """
         now = self._stepper.now
         told: dict[str, float] = dict(zip(("u", "v_m"), self._in_water(now), strict=True))
@@ -244,19 +243,19 @@ class Plant:
         return through_water(u, v_m, here.current_x, here.current_y, math.cos(psi), math.sin(psi))
 
     def snapshot(self) -> bytes:
-        """Everything that decides how she goes on: states, actuators, orders, surroundings and time."""
+        """The complete state: states, actuators, orders, surroundings and time."""
         about = {"format": _FORMAT, "ship": self.ship.name, "dt": self.dt, "k": self.k,
                  "around": self._around.steady,
                  "orders": self._orders, "values": len(self._stepper.dump())}  # fmt: skip
         return json.dumps(about).encode() + b"\n" + self._stepper.dump().astype("<f8").tobytes()
 
     def restore(self, saved: bytes) -> None:
-        """Go back, or over, to what `snapshot` gave; of a ship of the same kind at the same step.
+        """Restore the result of `snapshot`, of the same ship with the same time step.
 
-        Weather that changes by itself is no part of it: it goes on as this plant has it.
+        Weather that changes by itself is not part of it: that of this plant continues.
 
         Raises:
-            ShipError: a snapshot of another ship or step, or not one at all.
+            ShipError: a snapshot of another ship or time step, or not a snapshot.
         """
         about, values = self._opened(saved)
         self.k = int(about["k"])
@@ -267,7 +266,7 @@ class Plant:
         self._stepper.surround(self._around.at(self.k))
 
     def reset(self) -> None:
-        """Back to the start."""
+        """Return to the initial state."""
         self.restore(self._first)
 
     def _opened(self, saved: bytes) -> tuple[Mapping[str, Any], Array]:
@@ -286,7 +285,7 @@ class Plant:
         return about, values
 
     def _start(self, start: Sequence[float] | None, n_P: float | None) -> tuple[tuple[float, ...], float]:
-        """The six at the start and the revolutions."""
+        """The six initial states and the revolutions."""
         ship, here = self.ship, Environment(*self._around.values)
         if start is None:
             turns = approach(ship)[1] if n_P is None else n_P
@@ -307,21 +306,21 @@ class Plant:
 
 _AT_A_TIME = 16
 _AHEAD = 3600.0
-"""Other weather is worked out this far ahead at first [s]."""
+"""Other weather is first computed this far ahead [s]."""
 
 
 class Surroundings:
     """The channels of the environment, step by step.
 
     Attributes:
-        values: their values at the step last asked for, eight of them.
-        steady: the values where they hold; None where they change.
+        values: the eight values at the step requested last.
+        steady: the values if they are constant; None if they change.
     """
 
     def __init__(self, weather: Weather, dt: float) -> None:
         self._weather, self._dt = weather, dt
         self._first, self._rows = -1, np.zeros((0, len(CHANNELS)))
-        always = len(weather.series(dt, 2)) == 1  # which refuses parts that do not go together
+        always = len(weather.series(dt, 2)) == 1  # also refuses parts that do not fit together
         first = _window(weather, dt, 0, 1)
         self._local = first is not None
         self.values: list[float] = (weather.series(dt, 1) if first is None else first)[0].tolist()
@@ -334,7 +333,7 @@ class Surroundings:
         return self.steady is None
 
     def hold(self, values: tuple[float, ...] | Environment | None) -> None:
-        """Let the values be these from here on; None goes back to the weather."""
+        """Set the values from now on; None returns to the weather."""
         self.steady = self._always if values is None else tuple(float(value) for value in values)
         if self.steady is not None:
             self.values = list(self.steady)
@@ -350,7 +349,7 @@ class Surroundings:
         return row
 
     def _work_out(self, k: int) -> None:
-        """The rows about step `k`."""
+        """Compute the rows around step `k`."""
         if self._local:
             self._first = k - k % _AT_A_TIME
             rows = _window(self._weather, self._dt, self._first, _AT_A_TIME)
@@ -363,7 +362,7 @@ class Surroundings:
 
 
 def _window(weather: Weather, dt: float, first: int, steps: int) -> Array | None:
-    """Rows of some steps of a weather that can be told for them alone; None of any other."""
+    """Rows of some steps, for weather that can be evaluated at these alone; None for any other."""
     if isinstance(weather, Uniform):
         return np.broadcast_to(weather.series(dt, 1), (steps, len(CHANNELS)))
     if isinstance(weather, Gust) and isinstance(weather.base, Uniform):
@@ -383,7 +382,7 @@ def _window(weather: Weather, dt: float, first: int, steps: int) -> Array | None
 
 
 class NetworkStep:
-    """A ship that moves on arrays, by Euler's rule at her own sample time; a `engine.single.Stepper`."""
+    """Step of a model that moves on arrays, by Euler's rule at its own sample time; an `engine.single.Stepper`."""
 
     def __init__(self, ship: Ship, simulator: Simulator, parameters: Array, dt: float) -> None:
         self._model: Any = ship.model
@@ -394,7 +393,7 @@ class NetworkStep:
         self.now: Any = [0.0] * len(self._system.stored)
 
     def give(self, place: int, value: float) -> None:
-        """Set the series number `place` from here on."""
+        """Set series number `place` from now on."""
         self._series[place] = value
 
     def surround(self, values: Array) -> None:
@@ -402,7 +401,7 @@ class NetworkStep:
         self._series[: len(values)] = values
 
     def step(self, t: float) -> None:
-        """Move on by one step from time `t` [s]."""
+        """Advance by one step from time `t` [s]."""
         n, m, c = len(self._system.states), len(self._system.memory), len(self._model.controls)
         state, memory = self.now[:n], self.now[n : n + m]
         prepared = self._before(t, self._dt, state, memory or [0.0], self._series, self._parameters)
@@ -414,7 +413,7 @@ class NetworkStep:
         self.now = [*(z + self._dt * dz for z, dz in zip(state, moved, strict=True)), *y[na:]]
 
     def load(self, values: Array) -> None:
-        """Begin from these states and memory, hidden ones last."""
+        """Set states and memory, hidden ones last."""
         given, own = values.tolist(), len(values) - len(self._hidden)
         self.now, self._hidden = [*given[:own], *self.now[own:]], tuple(given[own:])
 

@@ -1,11 +1,9 @@
-"""A recording of a ship under way: a trial file that is valid at any moment, and the orders to make it again.
+"""Recordings of a running ship: a trial file that is valid at any moment, and the orders to reproduce it (`rerun`).
 
-Each row goes to the file in one piece as it comes, but for the first, which waits for the second, as one row is no
-trial; what the sidecar says is written before them.  So a process that is killed leaves a whole trial behind, or none.
-Beside ``NAME.csv`` and ``NAME.yaml`` lies ``NAME.orders.jsonl``: the state at the start and every change of orders or
-surroundings with the number of its step (`rerun` reads it).
-
-A file that only grows, by whole lines.
+Each row is written in one piece as it comes, except the first, which waits for the second, since a trial has at least
+two rows; the sidecar is written before them.  So a process that is killed leaves a complete trial, or none.  Beside
+``NAME.csv`` and ``NAME.yaml``, ``NAME.orders.jsonl`` has the initial state and every change of orders or surroundings
+with the number of its step.
 """
 
 from __future__ import annotations
@@ -15,31 +13,35 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from ..core.parameters import values
-from ..data import DataError
+from ..data import UNITS, DataError, Trial
 from ..data.sidecar import sidecar_path, sidecar_text
-from ..environment import CHANNELS
-from ..models import STATES
-from ..ships import Ship
+from ..data.trialfile import read_trial
+from ..environment import CHANNELS, Environment, Weather
+from ..models import STATES, unit
+from ..ships import Ship, ShipError
 from ..simulate.run import SIMULATED
-from .columns import Columns, text, usual_names
 from .plant import Plant
 
 SCHEMA = "seatrial-orders/1"
 
 
 def orders_path(path: Path) -> Path:
-    """Where the orders of the recording `path` are."""
+    """Path of the orders of the recording `path`."""
     return path.with_name(f"{path.stem}.orders.jsonl")
 
 
 def digest(ship: Ship) -> str:
-    """What tells a ship from one of the same name with other numbers."""
+    """Digest of the numbers of a ship; differs for a ship of the same name with other numbers."""
     servos = {control: repr(ship.actuators.of(control)) for control in ship.model.controls}
     network = {} if ship.model.learned is None else ship.model.learned.weights
     weights = {name: hashlib.sha256(array.tobytes()).hexdigest() for name, array in network.items()}
@@ -48,15 +50,15 @@ def digest(ship: Ship) -> str:
 
 
 class Recording:
-    """A ship on record, row by row; a `Witness` of a loop, or called by hand once before each step.
+    """A recording of a ship, row by row; a `Witness` of a loop, or called directly once before each step.
 
-    The files are made with the second row.  Where she is taken to another state, or waves or a bottom appear that the
-    file has no column for, the recording goes on in a new file: ``NAME_2.csv`` and so on.
+    The files are created with the second row.  If the ship is set to another state, or waves or a depth appear that
+    have no column in the file, the recording continues in a new file: ``NAME_2.csv`` and so on.
 
     Attributes:
         paths: files written so far, the present one last.
-        rows: rows of the present one; 0 while there is none.
-        failure: why it ended by itself; empty while it goes on.
+        rows: rows of the present file; 0 if there is none.
+        failure: why the recording ended by itself; empty while it continues.
     """
 
     def __init__(
@@ -66,18 +68,18 @@ class Recording:
         """Prepare to record.
 
         Args:
-            plant: who is recorded.
-            path: a file that ends in .csv and is not there yet.
-            every: write one of so many rows.
+            plant: the ship to record.
+            path: a new file with the suffix .csv.
+            every: write every n-th row.
             kind: kind of the run, for the sidecar.
-            meta: what else the sidecar is to say, such as the start on the calendar and the datum.
+            meta: further entries of the sidecar, such as start date and datum.
 
         Raises:
-            DataError: no such folder, another suffix, or a file that is there already.
+            DataError: no such folder, another suffix, or an existing file.
         """
         self._base = Path(path)
         if self._base.suffix != ".csv" or every < 1:
-            raise DataError(f"{self._base}: a recording is a .csv file with one of 1 or more rows")
+            raise DataError(f"{self._base}: a recording is a .csv file with every n-th row, n at least 1")
         if not self._base.parent.is_dir():
             raise DataError(f"{self._base}: no folder {self._base.parent}; make it first")
         self._plant, self._every, self._kind, self._more = plant, every, kind, dict(meta)
@@ -88,10 +90,10 @@ class Recording:
         self._files: tuple[Appender, Appender] | None = None
 
     def see(self, plant: Plant) -> None:
-        """Put the present state on record, and the orders where they changed; once before each step.
+        """Record the present state, and the orders if they changed; call once before each step.
 
         Raises:
-            DataError: the file cannot be written any more; what was written stays valid.
+            DataError: the file can no longer be written; what was written stays valid.
         """
         try:
             self._see(plant)
@@ -114,24 +116,24 @@ class Recording:
             self._write(text(self._columns.row()))
 
     def jumped(self, plant: Plant) -> None:
-        """She was taken to another state: go on in a new file."""
+        """Continue in a new file, since the ship was set to another state."""
         self._shut()
 
     def close(self) -> None:
-        """Write where she is now, unless she blew up or nothing can be written any more, and end.
+        """Write the present state, unless the ship blew up or writing failed before, and close the files.
 
         Raises:
-            DataError: that row cannot be written; the file is closed all the same.
+            DataError: that row cannot be written; the files are closed nevertheless.
         """
         try:
             if self._begun and not self.failure and all(math.isfinite(self._plant[name]) for name in STATES):
-                self._seen = -1  # a row, whichever number it has
+                self._seen = -1  # so that this row is written, whatever its number
                 self.see(self._plant)
         finally:
             self._shut()
 
     def _begin(self) -> None:
-        """Take the start and the first row; the files are made with the second."""
+        """Take the initial state and the first row; the files are created with the second."""
         self._shut()
         plant, number = self._plant, len(self.paths) + 1
         self._path = self._base if number == 1 else self._base.with_name(f"{self._base.stem}_{number}.csv")
@@ -144,7 +146,7 @@ class Recording:
         self._ordered = self._orders()
 
     def _open(self, row: str) -> None:
-        """Orders and sidecar first: a table is a trial only beside what says what it is."""
+        """Write orders and sidecar first: a table without its sidecar is not a trial."""
         path, said = self._path, sidecar_text(self._path, self._meta(self._held)).rstrip()
         texts = {orders_path(path): "\n".join(self._changes), sidecar_path(path): said, path: f"{self._first}\n{row}"}
         made: list[Appender] = []
@@ -180,7 +182,7 @@ class Recording:
         self._files, self._begun, self.rows = None, False, 0
 
     def _orders(self) -> dict[str, Any]:
-        """Orders, and surroundings where they do not change by themselves."""
+        """Orders, and surroundings unless they change by themselves."""
         plant = self._plant
         around = None if plant.changing else [plant[name] for name in CHANNELS]
         return {"orders": {name: plant[f"{name}_cmd"] for name in plant.controls}, "around": around}
@@ -200,48 +202,184 @@ class Recording:
     def _refuse_present(path: Path) -> None:
         for file in (path, sidecar_path(path), orders_path(path)):
             if file.exists():
-                raise DataError(f"{file}: is there already; a recording overwrites nothing")
+                raise DataError(f"{file}: exists already; a recording overwrites nothing")
 
 
 class Appender:
-    """A new text file to which lines are added, each in one piece: killed at any moment, it ends with a whole line."""
+    """A new text file to which whole lines are appended: after a kill at any moment it ends with a complete line."""
 
     def __init__(self, path: Path) -> None:
-        """Make the file.
+        """Create the file.
 
         Raises:
-            DataError: it is there already, or cannot be made.
+            DataError: it exists already, or cannot be created.
         """
         self._path, self._size = path, 0
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
         except FileExistsError:
-            raise DataError(f"{path}: is there already; a recording overwrites nothing") from None
+            raise DataError(f"{path}: exists already; a recording overwrites nothing") from None
         except OSError as error:
             raise DataError(f"{path}: cannot be written: {error.strerror}") from error
 
     def add(self, line: str) -> None:
-        """Add a line, or several that belong together.
+        """Append a line, or several that belong together.
 
         Raises:
-            DataError: there is no room; the file is then as it was.
+            DataError: writing failed; the file is then unchanged.
         """
         data = line.encode() + b"\n"
         try:
             written, reason = os.write(self._file, data), "no room left"
         except OSError as error:
-            written, reason = 0, error.strerror or "it failed"
+            written, reason = 0, error.strerror or "writing failed"
         if written == len(data):
             self._size += written
             return
         os.ftruncate(self._file, self._size)
-        raise DataError(f"{self._path}: cannot be written: {reason}; what was written before is whole")
+        raise DataError(f"{self._path}: cannot be written: {reason}; the lines before are complete")
 
     def close(self) -> None:
-        """No more lines."""
+        """Close the file."""
         os.close(self._file)
 
     def withdraw(self) -> None:
-        """Remove the file again."""
+        """Remove the file."""
         self.close()
         self._path.unlink(missing_ok=True)
+
+
+def rerun(path: str | Path, ship: Ship, environment: Weather | None = None) -> Trial:
+    """Reproduce a recorded run from its initial state and orders; rows and columns are those of the file.
+
+    The result is the same bit for bit on the same kind of machine.
+
+    Args:
+        path: the .csv file of the recording.
+        ship: the recorded ship, with the same numbers.
+        environment: the weather of the run, if it changed by itself.
+
+    Raises:
+        DataError: no such recording, or orders that cannot be read.
+        ShipError: another ship, or changing weather that is not given.
+    """
+    here = Path(path)
+    trial, (about, changes) = read_trial(here), _read(orders_path(here))
+    if about["ship"] != ship.name or about["numbers"] != digest(ship):
+        raise ShipError(f"{here}: recorded {about['ship']} with other numbers; give the ship as it was recorded")
+    if about["changing"] and environment is None:
+        raise ShipError(f"{here}: the weather changed by itself; give the weather of the run")
+    plant = Plant.of(ship, dt=float(about["dt"]), environment=environment, start=(0.0,) * 6, n_P=0.0)
+    plant.restore(base64.b64decode(about["start"]))
+    columns = Columns(plant, trial.channels, trial.meta.get("held", ()))
+    rows: list[list[float]] = []
+    for t in trial.t.tolist():
+        while True:
+            _obey(plant, changes)
+            if plant.k >= round(t / plant.dt):
+                break
+            plant.step()
+        rows.append(columns.row())
+    channels = dict(zip(trial.channels, np.array(rows).T.copy(), strict=True))
+    return replace(trial, channels=channels).noting("reproduced from its orders")
+
+
+def _obey(plant: Plant, changes: deque[dict[str, Any]]) -> None:
+    while changes and changes[0]["k"] <= plant.k:
+        change = changes.popleft()
+        for control, value in change["orders"].items():
+            plant.order(control, value)
+        if change["around"] is not None:
+            plant.surround(Environment(*change["around"]))
+
+
+def _read(path: Path) -> tuple[dict[str, Any], deque[dict[str, Any]]]:
+    """The initial state and the changes after it; an incomplete last line is ignored."""
+    try:
+        lines = path.read_text(encoding="utf-8").split("\n")[:-1]
+    except (OSError, UnicodeDecodeError):
+        raise DataError(f"{path}: no orders to read; the file belongs beside its recording") from None
+    try:
+        about, *changes = (json.loads(line) for line in lines)
+        wanted = {"ship", "numbers", "dt", "changing", "start"}
+        whole = about["schema"] == SCHEMA and wanted <= about.keys()
+        whole = whole and all({"k", "orders", "around"} <= change.keys() for change in changes)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        whole, about, changes = False, {}, []
+    if not whole:
+        raise DataError(f"{path}: not the orders of a recording; the first line must name '{SCHEMA}'")
+    return about, deque(changes)
+
+
+_VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
+_WAVES, _BOTTOM = ("H_S", "gamma_W", "T_W"), ("depth",)
+Reader = Callable[[], float]
+
+
+class Columns:
+    """The channels of a trial read from a plant, time first.
+
+    Attributes:
+        names: of the channels.
+    """
+
+    def __init__(self, plant: Plant, names: Iterable[str], held: Iterable[str] = ()) -> None:
+        """Read these channels from a plant.
+
+        Args:
+            plant: the ship.
+            names: of the channels.
+            held: controls that obey at once; the value that acts after a row is the order at that row.
+        """
+        readers = _readers(plant, tuple(held))
+        self.names = tuple(names)
+        self._read = tuple(readers[name] for name in self.names)
+
+    def row(self) -> list[float]:
+        """The present values."""
+        return [read() for read in self._read]
+
+    @property
+    def head(self) -> str:
+        """The first line of a trial file."""
+        return ",".join(f"{name} [{UNITS.get(name) or unit(name)}]" for name in self.names)
+
+
+def usual_names(plant: Plant) -> tuple[str, ...]:
+    """Channels to record: always wind and current; waves and depth where there are any."""
+    waves = plant.changing or any(plant[name] != 0.0 for name in ("wave_x", "wave_y", "wave_T"))
+    bottom = plant["per_depth"] != 0.0
+    commands = (f"{name}_cmd" for name in plant.controls)
+    air_and_water = (name for _, *pair in _VECTORS[:2] for name in pair)
+    return ("t", *STATES, *plant.controls, *commands, *air_and_water, *(_WAVES if waves else ()),
+            *(_BOTTOM if bottom else ()))  # fmt: skip
+
+
+def text(row: list[float]) -> str:
+    """A row of a trial file; numbers are read back to the same bits, a gap is empty."""
+    return ",".join("" if value != value else repr(value) for value in row)
+
+
+def _readers(plant: Plant, held: tuple[str, ...]) -> dict[str, Reader]:
+    found: dict[str, Reader] = {"t": lambda: plant.t}
+    for name in (*STATES, *plant.controls):
+        found[name] = _value(plant, f"{name}_cmd" if name in held else name)
+    for name in plant.controls:
+        found[f"{name}_cmd"] = _value(plant, f"{name}_cmd")
+    for of, size, direction in _VECTORS:
+        found[size], found[direction] = _length(plant, of), _direction(plant, of)
+    found["T_W"] = _value(plant, "wave_T")
+    found["depth"] = lambda: 1.0 / plant["per_depth"] if plant["per_depth"] else math.nan
+    return found
+
+
+def _value(plant: Plant, name: str) -> Reader:
+    return lambda: plant[name]
+
+
+def _length(plant: Plant, of: str) -> Reader:
+    return lambda: math.hypot(plant[f"{of}_x"], plant[f"{of}_y"])
+
+
+def _direction(plant: Plant, of: str) -> Reader:
+    return lambda: math.atan2(plant[f"{of}_y"], plant[f"{of}_x"])

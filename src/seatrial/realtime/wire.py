@@ -1,11 +1,8 @@
-"""Sentences over UDP and TCP, on this machine unless told otherwise; asked at each tick, never waiting, never failing.
+"""NMEA sentences over UDP and TCP, by default on this machine only; polled at each tick without blocking or raising.
 
-A `Wire` that listens takes datagrams, or TCP clients; it sends to whoever sent it a valid sentence of late, and to
-addresses it was told.  One that connects is the other end.  What comes in goes through an `Intake`.
-
-What comes in from outside, sifted: only whole, valid, new sentences at a bearable rate get through.
-
-Who may have command by wire.
+A `Wire` that listens receives datagrams, or accepts TCP clients; it sends to every address that recently sent a valid
+sentence, and to given addresses.  A wire that connects is the other end.  All input passes an `Intake`, which lets only
+complete, valid, new sentences through, at a limited rate.  An `Authority` lists the senders that may have command.
 """
 
 from __future__ import annotations
@@ -24,21 +21,21 @@ from ..data.nmea.framing import LARGEST, Tag, read_line, split
 from ..data.nmea.sentences import NmeaError, Sentence, decode
 
 _CLIENTS = 16
-"""TCP clients, or senders of datagrams that are answered, at a time."""
+"""Largest number of TCP clients, or of senders of datagrams that are answered."""
 
 _ANSWERED = 30.0
-"""How long a sender of datagrams is answered after its last valid sentence [s]."""
+"""Time for which a sender of datagrams is answered after its last valid sentence [s]."""
 
 _BUDGET, _PIECES = 1000, 8
-"""Datagrams, and pieces of 4096 bytes from a TCP client, taken in at a time; what is beyond waits in the socket."""
+"""Datagrams, and pieces of 4096 bytes from a TCP client, read in one poll; the rest waits in the socket."""
 
 _UNFINISHED, _UNSENT = 1024, 65536
-"""Bytes of a TCP line without an end, and of what a TCP client has not read, at most."""
+"""Largest size of an unfinished TCP line, and of data that a TCP client has not read [bytes]."""
 
 
 @dataclass(frozen=True)
 class Address:
-    """Where to listen or to send: "udp" or "tcp", host and port."""
+    """Address to listen at or send to: "udp" or "tcp", host and port."""
 
     scheme: str
     host: str
@@ -52,24 +49,24 @@ class Address:
         """An address such as ``udp://127.0.0.1:10110``.
 
         Args:
-            text: scheme, host and port; the port 0 takes a free one.
-            anywhere: whether a host that is not this machine is allowed.
+            text: scheme, host and port; port 0 selects a free one.
+            anywhere: whether hosts beyond this machine are allowed.
 
         Raises:
-            WireError: not of this form, or a host beyond this machine without leave.
+            WireError: not of this form, or a host beyond this machine that is not allowed.
         """
         try:
             parts = urlsplit(text)
             scheme, host, port = parts.scheme, parts.hostname or "", parts.port
             extra = parts.path or parts.query or parts.fragment or parts.username
         except ValueError:
-            raise WireError(f"'{text}' is no address; write udp://127.0.0.1:10110 or tcp://127.0.0.1:10110") from None
+            raise WireError(f"'{text}': not an address; write udp://127.0.0.1:10110 or tcp://127.0.0.1:10110") from None
         if scheme not in ("udp", "tcp") or port is None or extra:
-            raise WireError(f"'{text}' is no address; write udp://127.0.0.1:10110 or tcp://127.0.0.1:10110")
+            raise WireError(f"'{text}': not an address; write udp://127.0.0.1:10110 or tcp://127.0.0.1:10110")
         try:
             ip = ipaddress.IPv4Address("127.0.0.1" if host == "localhost" else host)
         except ValueError:
-            raise WireError(f"'{text}': host '{host}' is no IPv4 address; write it as numbers") from None
+            raise WireError(f"'{text}': host '{host}' is not an IPv4 address; write it as numbers") from None
         if not ip.is_loopback and not anywhere:
             raise WireError(f"'{text}': {host} is beyond this machine; allow that with --anywhere")
         return Address(scheme, str(ip), port)
@@ -77,7 +74,7 @@ class Address:
 
 @dataclass(frozen=True)
 class Message:
-    """A valid sentence and who sent it ("udp 127.0.0.1:4711")."""
+    """A valid sentence and its sender ("udp 127.0.0.1:4711")."""
 
     sentence: Sentence
     sender: str
@@ -98,10 +95,10 @@ class Wire:
     """One port, polled.
 
     Attributes:
-        address: where it listens, or whom it is connected to; the port is the true one.
-        intake: what sifts; its `counts` also tell datagrams sent, clients taken and dropped.
-        t: simulated time [s], as whoever sails tells it before each `poll`: where that runs faster than the clock,
-            so does the rate at which sentences are taken.
+        address: local address, or the address it is connected to, with the actual port.
+        intake: filter of the input; its `counts` also have datagrams sent, clients accepted and dropped.
+        t: simulated time [s], set before each `poll`: where it runs faster than the clock, the rate limit of the input
+            scales with it.
     """
 
     def __init__(
@@ -110,19 +107,19 @@ class Wire:
         """Listen at an address, or connect to it.
 
         Args:
-            address: where.
-            connect: whether to be the other end of a wire that listens there.
-            to: addresses that datagrams are always sent to, of the scheme udp.
-            intake: limits of what comes in.
+            address: to listen at, or to connect to.
+            connect: whether to connect to a wire that listens there.
+            to: addresses to which datagrams are always sent, of the scheme udp.
+            intake: limits of the input.
 
         Raises:
-            WireError: the port is in use, nobody listens there, or `to` over TCP.
+            WireError: the port is in use, nothing listens there, or `to` over TCP.
         """
         self.intake, self.t = intake or Intake(), 0.0
         self._polled = self.t, time.monotonic()
         self._tcp = address.scheme == "tcp"
         if to and (self._tcp or any(one.scheme != "udp" for one in to)):
-            raise WireError("only a wire over udp sends to addresses of its own accord; TCP clients come and ask")
+            raise WireError("only a wire over udp sends to given addresses; TCP clients connect by themselves")
         self._to = [(one.host, one.port) for one in to]
         self._peers: dict[tuple[str, int], float] = {}
         self._clients: list[_Client] = []
@@ -155,23 +152,23 @@ class Wire:
 
     @property
     def counts(self) -> Counter[str]:
-        """What came, what was turned away and why, what was sent."""
+        """Counts of the input by outcome, and of the output."""
         return self.intake.counts
 
     @property
     def peers(self) -> int:
-        """How many are sent to."""
+        """Number of receivers."""
         return len(self._clients) if self._tcp else len({*self._to, *self._peers})
 
     def poll(self) -> list[Message]:
-        """Valid sentences that have come since the last time, `_BUDGET` datagrams' worth at most."""
+        """Valid sentences received since the last call, at most `_BUDGET` datagrams."""
         (t, before), now = self._polled, time.monotonic()
         self.intake.ahead += max((self.t - t) - (now - before), 0.0)
         self._polled = self.t, now
         return self._poll_clients(now) if self._tcp else self._poll_datagrams(now)
 
     def wait(self, seconds: float) -> None:
-        """Wait until something comes, at most that long."""
+        """Wait for input, at most so many seconds."""
         sockets = [client.socket for client in self._clients] if self._tcp else [self._socket]
         if self._tcp and self._listening:
             sockets.append(self._socket)
@@ -181,7 +178,7 @@ class Wire:
             time.sleep(max(seconds, 0.0))
 
     def send(self, data: bytes) -> None:
-        """Send to all; who cannot take it misses it, a TCP client that does not read is dropped."""
+        """Send to all receivers; a datagram may be lost, a TCP client that does not read is dropped."""
         self.counts["sent"] += 1
         if self._tcp:
             for client in tuple(self._clients):
@@ -194,7 +191,7 @@ class Wire:
                 self.counts["unsent"] += 1
 
     def close(self) -> None:
-        """Let go of the port and of all clients."""
+        """Close the port and all clients."""
         for client in self._clients:
             client.socket.close()
         self._clients.clear()
@@ -207,7 +204,7 @@ class Wire:
                 data, peer = self._socket.recvfrom(LARGEST + 1)
             except BlockingIOError:
                 break
-            except OSError:  # what was sent before found nobody there
+            except OSError:  # an earlier datagram found no receiver
                 continue
             name = f"udp {peer[0]}:{peer[1]}"
             said = self.intake.take(data, name, now)
@@ -287,21 +284,21 @@ class Wire:
 
 
 OTHER = Sentence("", "other", {})
-"""Stands for any valid sentence of a kind that is not read here: it orders nothing, but its sender is alive."""
+"""Stands for a valid sentence of a kind that is not read here: no order, but a sign that its sender is alive."""
 
 _SENDERS = 64
-"""Senders, and sources of TAG blocks of one sender, that are remembered; who is silent for longest is forgotten."""
+"""Number of senders, and of TAG sources of a sender, that are remembered; the longest silent one is removed."""
 
 _TOGETHER = 4.0
-"""Lines that are taken from all senders together, over those from one: many ports must not stop the loop either."""
+"""Rate limit of all senders together relative to that of one, so that many ports cannot stop the loop either."""
 
 _BEHIND, _REMEMBERED = 100, 10.0
-"""A TAG line number up to this many behind the last one is a repetition, for this long [s]; later it is a new start."""
+"""A TAG line number at most this far behind the last one is a repetition for this long [s]; later it is a restart."""
 
 
 @dataclass
 class _Sender:
-    """Who sends: lines left to it at this moment, and the last TAG block with the time it came, by its source."""
+    """A sender: lines left in its rate limit, and the last TAG block of each source with its time."""
 
     left: float
     since: float
@@ -314,17 +311,17 @@ def _refill(who: _Sender, rate: float, now: float) -> None:
 
 
 class Intake:
-    """Sifts datagrams; never raises, never grows.
+    """Filter of the input; never raises, and its memory is bounded.
 
     Attributes:
-        counts: datagrams and sentences taken, and what was turned away by reason: oversized, length, form,
-            checksum, field, other (valid, but not read here), replayed, flooded.
-        ahead: how far the time that the rate counts in is ahead of the clock [s]; grows where ships sail faster than
-            it, as whoever answers them does so more often.
+        counts: datagrams and sentences accepted, and those refused by reason: oversized, length, form, checksum, field,
+            other (valid, but not read here), replayed, flooded.
+        ahead: lead of the time of the rate limit over the clock [s]; grows where the simulation runs faster than the
+            clock, since controllers then answer more often.
     """
 
     def __init__(self, rate: float = 500.0) -> None:
-        """So many lines per second from each sender, and as many at once; from all together four times that."""
+        """Accept `rate` lines per second from each sender, as many at once, and four times that from all together."""
         self.rate, self.ahead = rate, 0.0
         self._all = _Sender(_TOGETHER * rate, 0.0)
         self.counts: Counter[str] = Counter()
@@ -334,9 +331,9 @@ class Intake:
         """The valid sentences of a datagram.
 
         Args:
-            data: what came.
-            sender: who sent it.
-            now: time on a clock that never goes back [s].
+            data: the datagram.
+            sender: its sender.
+            now: time of a monotonic clock [s].
         """
         self.counts["datagrams"] += 1
         if len(data) > LARGEST:
@@ -378,7 +375,7 @@ class Intake:
 
     @staticmethod
     def _decoded(sentence: bytes) -> Sentence:
-        """A sentence; `OTHER` for a valid one of a kind that is not read here."""
+        """The sentence; `OTHER` for a valid one of a kind that is not read here."""
         try:
             return decode(sentence)
         except NmeaError as error:
@@ -388,7 +385,7 @@ class Intake:
 
     @staticmethod
     def _again(tag: Tag, who: _Sender, now: float) -> bool:
-        """Whether the TAG block is one that came before from its source; remembers it where it is not."""
+        """Whether the TAG block repeats an earlier one of its source; remembers it if not."""
         last, heard = who.tags.get(tag.source, (Tag(), -_REMEMBERED))
         fresh = now - heard < _REMEMBERED
         if fresh and tag.number is not None and last.number is not None and (last.number - tag.number) % 1000 < _BEHIND:
@@ -404,7 +401,7 @@ class Intake:
 
 @dataclass(frozen=True)
 class Authority:
-    """Addresses that may have command: hosts, or one port of a host; without any, whoever comes."""
+    """Addresses that may have command: hosts, or one port of a host; empty allows all."""
 
     allowed: tuple[str, ...] = ()
 
@@ -413,7 +410,7 @@ class Authority:
         """From addresses such as ``192.168.1.5`` or ``127.0.0.1:4711``.
 
         Raises:
-            WireError: one that is none.
+            WireError: not an IPv4 address.
         """
         return Authority(tuple(_address(text) for text in texts))
 

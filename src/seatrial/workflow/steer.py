@@ -25,10 +25,9 @@ from ..environment import Weather
 from ..models import STATES
 from ..realtime.aboard import RATES, TRANSPONDER, TRANSPONDER_RATE
 from ..realtime.loop import Loop, LoopError
-from ..realtime.on_wire import OnWire, Speech
+from ..realtime.on_wire import OnWire, Speech, Targets
 from ..realtime.plant import Plant
 from ..realtime.recording import Recording
-from ..realtime.targets import Targets
 from ..realtime.wire import Address, Authority, Wire, WireError
 from ..sensors.suite import Suite, draught, usual
 from ..ships import Ship

@@ -21,7 +21,7 @@ from seatrial.realtime.bridge.view import OWN, indices_json
 from seatrial.realtime.conning import TELEGRAPH
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Compiled
-from seatrial.realtime.rerun import rerun
+from seatrial.realtime.recording import rerun
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 from seatrial.workflow.realtime import cannot
@@ -89,7 +89,7 @@ def test_a_silent_commander_is_stale_and_loses_command_to_who_asks() -> None:
     command.leave("A")
     assert not command.stale(5.0)
     assert command.stale(5.1)
-    command.come("A", 5.2)  # a reload comes back to her command
+    command.come("A", 5.2)  # a reload keeps its command
     assert not command.stale(6.0)
     assert command.take("B", 11.0)
 
@@ -259,7 +259,7 @@ def test_a_ship_that_blew_up_stays_where_she_was_seen_last(compiled: Compiled) -
     assert frame["ghost"][3] == pytest.approx(math.dist(frame["ghost"][:2], frame["own"][:2]), abs=1e-3)
     assert json.loads(json.dumps(bridge.hello("A"), allow_nan=False))["trail"] == way
     for said in ({"do": "drill", "name": "turn"}, {"do": "ghost"}):
-        assert bridge.ask("A", said) == "she has blown up; reset first"
+        assert "reset first" in bridge.ask("A", said)
     assert bridge.ask("A", {"do": "reset"}) == ""
     ticks(loop, 1.0)
     assert bridge.frame()["failed"] is None
@@ -328,9 +328,9 @@ def test_a_reset_from_elsewhere_takes_the_hand_of_the_bridge_off(compiled: Compi
 
 
 def test_what_the_ship_cannot_do_is_off_with_the_reason(compiled: Compiled) -> None:
-    bridge, loop = deck(compiled, Outfit(DRILLS, hold=1e6, cannot={"turn": "her wheel is lashed"}))
-    assert bridge.hello("A")["cannot"] == {"turn": "her wheel is lashed"}
-    assert bridge.ask("A", {"do": "drill", "name": "turn"}) == "her wheel is lashed"
+    bridge, loop = deck(compiled, Outfit(DRILLS, hold=1e6, cannot={"turn": "the wheel is lashed"}))
+    assert bridge.hello("A")["cannot"] == {"turn": "the wheel is lashed"}
+    assert bridge.ask("A", {"do": "drill", "name": "turn"}) == "the wheel is lashed"
     assert bridge.frame()["drill"] is None
     assert bridge.ask("A", {"do": "drill", "name": "zigzag"}) == ""
     loop.step()

@@ -77,9 +77,7 @@ def idle(port: int, stack: ExitStack, said: bytes = b"") -> socket.socket:
 
 
 def test_a_connection_that_says_nothing_is_let_go_in_good_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    from seatrial.realtime import doors
-
-    monkeypatch.setattr(doors, "PATIENCE", 0.2)
+    monkeypatch.setattr(pages, "PATIENCE", 0.2)
     with served() as (port, _), ExitStack() as stack:
         slow = b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Slow: "
         again = f"{'GET /shared/units.js HTTP/1.1'}\r\nHost: localhost\r\n\r\nGET / HT".encode()
@@ -94,9 +92,7 @@ def test_a_connection_that_says_nothing_is_let_go_in_good_time(monkeypatch: pyte
 
 
 def test_the_oldest_silent_connection_makes_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    from seatrial.realtime import doors
-
-    monkeypatch.setattr(doors, "MOST", 8)
+    monkeypatch.setattr(pages, "CONNECTIONS", 8)
     with served() as (port, _), greeted(port) as ws, ExitStack() as stack:
         json.loads(ws.recv(timeout=5))
         for _ in range(20):
@@ -119,9 +115,7 @@ def test_sockets_that_never_say_hello_leave_room_for_those_that_do(monkeypatch: 
 
 
 def test_sockets_that_were_told_to_go_and_stay_keep_nobody_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    from seatrial.realtime import doors
-
-    monkeypatch.setattr(doors, "MOST", 10)
+    monkeypatch.setattr(pages, "CONNECTIONS", 10)
     monkeypatch.setattr(server, "_STRANGERS", 4)
     with served() as (port, _), ExitStack() as stack:
         for _ in range(24):
@@ -183,7 +177,7 @@ def test_a_page_for_other_machines_answers_to_addresses_and_its_own_names_only()
 def test_who_has_not_the_key_neither_sees_nor_steers() -> None:
     with served(pages.anywhere(), "right key") as (port, deck):
         for said in ({}, {"key": "wrong"}, {"key": 3}, {"key": "right key "}):
-            with greeted(port, **said) as ws, pytest.raises(ConnectionClosed, match="key and all"):
+            with greeted(port, **said) as ws, pytest.raises(ConnectionClosed, match="4003"):
                 ws.recv(timeout=5)
         assert deck.command.holder == ""
         with greeted(port, key="right key") as ws:

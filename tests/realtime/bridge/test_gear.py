@@ -7,8 +7,7 @@ import math
 import pytest
 
 from seatrial.realtime.bridge.gear import Order, gear
-from seatrial.realtime.helm import ranges
-from seatrial.realtime.labels import clipped
+from seatrial.realtime.helm import clipped, ranges
 from seatrial.realtime.plant import Plant
 from seatrial.ships.felt import idle
 from seatrial.ships.files import load
@@ -50,7 +49,7 @@ def test_forces_that_are_ordered_directly_are_no_rudder_and_no_engine() -> None:
     assert [(one.name, one.label, one.kind, one.unit, one.high) for one in model.values()] == [
         ("X_tau", "Force ahead", "engine", "N", 2.0), ("Y_tau", "Sideways force", "thruster", "N", 1.5),
         ("N_tau", "Turning moment", "rudder", "N m", 1.5)]  # fmt: skip
-    assert 0.0 < model["X_tau"].full < 0.5  # what holds her approach
+    assert 0.0 < model["X_tau"].full < 0.5  # holds the approach speed
 
 
 def test_thrust_that_is_ordered_together_is_shown_as_thrust() -> None:
@@ -113,7 +112,7 @@ def test_orders_end_where_the_scale_does_and_azimuths_turn_on() -> None:
     for asked in (99999.0, -1e308):
         assert plant.order("n_P", asked) == math.copysign(plant.ranges["n_P"].high, asked)
     fast = Plant.of(ship, dt=0.05, n_P=20.0)
-    assert fast["n_P_cmd"] == 20.0  # she starts as she was asked to
+    assert fast["n_P_cmd"] == 20.0  # starts with the requested revolutions
     ferry = load("milliampere")
     turned = Plant.of(ferry, dt=time_step(ferry))
     assert turned.order("alpha_bow", 4.0) == 4.0  # the same direction, so nothing is cut off

@@ -82,7 +82,7 @@ def test_what_is_shown_after_the_program_stops_is_grey_old_and_steers_nothing(ru
         running.process.send_signal(signal.SIGCONT)
         browser.until(f"{says} === 'You have command' && !document.body.classList.contains('old')", 5.0)
         running.process.kill()
-        browser.until(f"{says}.endsWith('the line broke')", 5.0)
+        browser.until(f"{says}.endsWith('the connection was lost')", 5.0)
         assert browser.says("seatrial.link.commands") is False
         browser.until("document.body.classList.contains('old')", 5.0)
 

@@ -68,12 +68,12 @@ def test_engine_orders_beyond_the_scale_are_clipped_and_marked() -> None:
 @pytest.mark.parametrize("value", [10**400, -(10**400)])
 def test_a_number_of_hundreds_of_digits_is_refused_in_a_line(value: int) -> None:
     deck, _ = aboard()
-    assert ask(deck, "order", name="n_P", value=value) == "value is to be a finite number"
+    assert re.fullmatch("value .*finite number", ask(deck, "order", name="n_P", value=value))
 
 
 def test_wind_that_she_has_no_force_of_is_refused() -> None:
     deck, loop = aboard()
-    assert wind(deck, 30.0) == "kvlcc2_l7 has no force of wind; it would change nothing"
+    assert wind(deck, 30.0).startswith("kvlcc2_l7 has no force of wind")
     assert deck.hello("A")["feels"] == {"wind": False, "current": True}
     assert wind(deck, 0.0, 1.0) == ""
     ticks(loop, 0.1)
@@ -85,14 +85,14 @@ def test_a_ship_beside_her_that_feels_no_wind_is_told_of() -> None:
     assert deck.hello("A")["feels"] == {"wind": True, "current": True}
     assert wind(deck, 5.0) == ""
     assert [(e.ship, e.kind, e.text) for e in loop.events] == [
-        ("kvlcc2_l7", "calm", "kvlcc2_l7 has no force of wind and sails as before")]  # fmt: skip
+        ("kvlcc2_l7", "calm", "kvlcc2_l7 has no force of wind and is not affected")]  # fmt: skip
 
 
 def test_recordings_that_begin_in_one_second_have_names_of_their_own(tmp_path: Path) -> None:
     deck, loop = aboard(outfit=Outfit(folder=tmp_path, hold=1e6))
     for _ in range(3):
         assert ask(deck, "record") == ""
-        assert ask(deck, "record") == "recording already"
+        assert ask(deck, "record") == "a recording is already in progress"
         ticks(loop, 0.2)
         assert ask(deck, "unrecord") == ""
     assert len(list(tmp_path.glob("*.csv"))) == 3
@@ -108,7 +108,7 @@ def test_a_recording_that_ended_by_itself_is_told_as_one(tmp_path: Path, monkeyp
     ticks(loop, 0.1)
     for _ in range(2):
         assert deck.frame()["record"] == (path, rows, f"{path}: cannot be written: No space left on device; "
-                                          "what was written before is whole")  # fmt: skip
+                                          "the lines before are complete")  # fmt: skip
         ticks(loop, 1.0)
     monkeypatch.undo()
     assert ask(deck, "record") == ""  # another one may begin at once
@@ -138,7 +138,7 @@ def test_a_recording_stays_in_its_folder_whatever_the_ship_is_called(tmp_path: P
 
 def test_a_state_is_kept_and_she_sails_on_from_it_as_she_did() -> None:
     deck, loop = aboard(outfit=Outfit({"zigzag": lambda n: Zigzag(n, HARD, HARD)}, hold=1e6))
-    assert ask(deck, "back") == "no state is kept"
+    assert "no state" in ask(deck, "back")
     assert ask(deck, "drill", name="zigzag") == ""
     ticks(loop, 8.0)
     assert deck.frame()["kept"] is None

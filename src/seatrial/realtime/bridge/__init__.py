@@ -1,8 +1,10 @@
-"""The bridge: a page on which a ship of the loop is steered by hand.
+"""The bridge: a page in the browser on which a ship of a loop is steered by hand.
 
-Contract: `deck.Deck` is the ship's side, without a network: it takes requests of clients by name (`ask`), says what
-they see (`hello`, `frame`) and knows nothing of how they came.  `command.Command` says which of them has command,
-`drill.Drill` steers a standard manoeuvre tick by tick, `ghost.Ghost` is a measured trial that sails beside.
-`server` brings all this to a browser: the only module that needs the extra `web`.  What goes over the wire is SI and
-radians; degrees, knots and revolutions a minute are made on the page.
+Contract: `deck.Deck` is the ship's side, without a network: it carries out the requests of named clients (`ask`) and
+returns what they see (`hello`, `frame`).  `deck.Command` decides which client has command, `drill.Drill` steers a
+standard manoeuvre tick by tick, `ghost.Ghost` is a measured trial shown beside the ship.  `server` connects all this
+to browsers; it is the only module here that needs the extra `web`.  Data on the wire are SI and radians; the page
+converts to degrees, knots and revolutions per minute.
 """
+
+__all__: list[str] = []

@@ -1,9 +1,4 @@
-"""The ship's side of the bridge: requests in, what the page shows out; no network here.
-
-Who has command: one at a time, handed over in so many words.
-
-Recordings of the own ship, one after the other.
-"""
+"""The ship's side of the bridge, without a network: requests, command, the data that the page shows, recordings."""
 
 from __future__ import annotations
 
@@ -18,6 +13,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from ...core.errors import RefusalError as RefusalError
 from ...data import DataError
 from ...environment import Uniform
 from ...manoeuvres import Manoeuvre
@@ -29,7 +25,6 @@ from ..recording import Recording, orders_path
 from .drill import Drill
 from .gear import bells, gear
 from .ghost import Ghost
-from .requests import RefusalError, Request, number
 from .view import OWN, Moment, Trail, indices_json, motion, order_json, outline
 
 PERIOD = 0.05
@@ -38,19 +33,37 @@ PERIOD = 0.05
 _TOLD = 6
 _FELT = {"wind": "wind_x", "current": "current_x"}
 Orderer = Callable[[float], Manoeuvre]
-"""A manoeuvre made at the revolutions [1/s] that she runs at."""
+"""Makes a manoeuvre for the present revolutions [1/s]."""
+
+
+Request = Mapping[str, Any]
+"""A request: the action ("do") and its arguments by name."""
+
+
+def number(said: Request, name: str) -> float:
+    """A number of a request.
+
+    Raises:
+        RefusalError: it is missing, or not a finite number.
+    """
+    value = said.get(name)
+    if not isinstance(value, bool) and isinstance(value, int | float):
+        with suppress(OverflowError):  # an integer with hundreds of digits
+            if math.isfinite(value):
+                return float(value)
+    raise RefusalError(f"{name} must be a finite number")
 
 
 @dataclass(frozen=True)
 class Outfit:
-    """What a bridge has beside its ship.
+    """Equipment of a bridge apart from the ship.
 
     Attributes:
         drills: manoeuvres by the text of their button.
-        folder: where recordings go.
-        ghost: a measured trial to sail beside, if any.
-        hold: how long who has command may be silent [s on the clock].
-        cannot: drills that the ship cannot do, and why not.
+        folder: folder for recordings.
+        ghost: a measured trial to show beside the ship, if any.
+        hold: longest silence of the commander [s of the clock].
+        cannot: manoeuvres that the ship cannot perform, with the reason.
     """
 
     drills: Mapping[str, Orderer] = field(default_factory=dict[str, Orderer])
@@ -61,14 +74,14 @@ class Outfit:
 
 
 class Deck:
-    """A loop with a ship called "own", steered by whoever has command.
+    """A loop with a ship called "own", steered by the client that has command.
 
-    `ask`, `hello` and `frame` belong to one thread; the loop runs in another.
+    `ask`, `hello` and `frame` are called from one thread; the loop runs in another.
 
     Attributes:
-        command: who has command.
-        leaps: how often the ships were taken to another moment, as often as the way so far is another one.
-        fresh: called from the loop's thread when there is a new picture.
+        command: which client has command.
+        leaps: how often the ships were set to another time, after which the trail differs.
+        fresh: called from the thread of the loop when there is a new picture.
     """
 
     def __init__(self, loop: Loop, outfit: Outfit, clock: Callable[[], float] = time.monotonic) -> None:
@@ -98,7 +111,7 @@ class Deck:
         loop.keep("the bridge", self)
 
     def ask(self, who: str, said: Request) -> str:
-        """Do what somebody on the bridge asks for; why not, else nothing."""
+        """Carry out a request of a client; returns the reason of a refusal, else an empty text."""
         now, what = self._clock(), said.get("do")
         self.command.beat(who, now)
         if what == "take":
@@ -122,7 +135,7 @@ class Deck:
         return ""
 
     def hello(self, who: str) -> dict[str, Any]:
-        """What stays, and the way so far."""
+        """Constant data, and the trail so far."""
         plant, ghost = self._vessel.plant, self._outfit.ghost
         others = {name: outline(one.plant) for name, one in self._loop.vessels.items() if name != OWN}
         return {
@@ -135,9 +148,9 @@ class Deck:
         }  # fmt: skip
 
     def frame(self) -> dict[str, Any]:
-        """What changes."""
+        """Data that change: the present picture."""
         loop, vessel, command, now = self._loop, self._vessel, self.command, self._clock()
-        if self._due == -math.inf:  # she was taken elsewhere, and no tick has shown it yet
+        if self._due == -math.inf:  # set to another state, with no tick since
             self._look(None)
         stale = command.stale(now)
         if stale and not self._was_stale:
@@ -157,13 +170,13 @@ class Deck:
         }  # fmt: skip
 
     def snapshot(self) -> dict[str, Any]:
-        """What steers her from the bridge, for JSON."""
+        """Manoeuvre and ghost in progress, for JSON."""
         drill, ghost = self._drill, self._outfit.ghost
         under_way = None if drill is None or drill.over else [self._drill_name, self._drill_turns, drill.snapshot()]
         return {"drill": under_way, "ghost": None if ghost is None else ghost.laid, "following": self._following}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what `snapshot` gave."""
+        """Restore the result of `snapshot`."""
         self.reset()
         ghost = self._outfit.ghost
         if saved["drill"] is not None:
@@ -174,7 +187,7 @@ class Deck:
             self._following = bool(saved["following"])
 
     def reset(self) -> None:
-        """Nothing steers but the hand, and the ghost lies where she is."""
+        """End manoeuvres, and start the ghost at the ship's position."""
         self._let_go()
         self._drill, self._due = None, -math.inf
         self.leaps += 1
@@ -183,11 +196,11 @@ class Deck:
             self._outfit.ghost.lay((0.0, *(self._vessel.plant[name] for name in ("x", "y", "psi"))))
 
     def close(self) -> list[Path]:
-        """End the recording; the files of it."""
+        """End the recording; returns its files."""
         return self._recorder.stop()
 
     def _tick(self, loop: Loop) -> None:
-        """In the loop's thread, after each tick."""
+        """After each tick, in the thread of the loop."""
         plant = self._vessel.plant
         self._steer(loop)
         rudder = self._rudder
@@ -212,7 +225,7 @@ class Deck:
             orders: Mapping[str, float] = drill.steer(plant)
             if drill.over and "delta" in plant.orders:
                 orders = {**orders, "delta": 0.0}
-                loop.tell(OWN, "drill", f"{self._drill_name} {'is complete' if drill.complete else 'has no end'}; "
+                loop.tell(OWN, "drill", f"{self._drill_name} {'is complete' if drill.complete else 'is over'}; "
                           "rudder midships")  # fmt: skip
         elif self._following and ghost is not None:
             orders = ghost.orders(loop.t)
@@ -234,14 +247,14 @@ class Deck:
             raise RefusalError("wind is 0 to 60 m/s, current 0 to 5 m/s")
         for what, speed in (("wind", U_T), ("current", U_C)):
             if speed and not feels(self._vessel.plant.ship, _FELT[what]):
-                raise RefusalError(f"{self._vessel.plant.ship.name} has no force of {what}; it would change nothing")
+                raise RefusalError(f"{self._vessel.plant.ship.name} has no force of {what}; this has no effect")
         new = Uniform(U_T, number(said, "gamma_T"), U_C, number(said, "gamma_C")).now()
         for name, vessel in self._loop.vessels.items():
             plant = vessel.plant
             self._loop.surround(name, new._replace(wave_x=plant["wave_x"], wave_y=plant["wave_y"],
                                                    wave_T=plant["wave_T"], per_depth=plant["per_depth"]))  # fmt: skip
             if U_T and not feels(plant.ship, "wind_x"):
-                self._loop.tell(name, "calm", f"{plant.ship.name} has no force of wind and sails as before")
+                self._loop.tell(name, "calm", f"{plant.ship.name} has no force of wind and is not affected")
 
     def _begin(self, said: Request) -> None:
         name, plant = str(said.get("name")), self._vessel.plant
@@ -262,7 +275,7 @@ class Deck:
         self._let_go()
 
     def _let_go(self) -> None:
-        """A hand on the wheel ends whatever steers by itself."""
+        """End automatic steering; a manual order does so."""
         self._following = False
         if self._drill is not None:
             self._drill.over = True
@@ -278,7 +291,7 @@ class Deck:
 
     def _back(self, _: Request) -> None:
         if self._kept is None:
-            raise RefusalError("no state is kept")
+            raise RefusalError("no state was saved")
         with still(self._loop):
             self._loop.restore(self._kept[1])
             self._trail.restore(self._kept[2])
@@ -289,7 +302,7 @@ class Deck:
     def _lay_ghost(self, said: Request) -> None:
         ghost, plant = self._outfit.ghost, self._vessel.plant
         if ghost is None:
-            raise RefusalError("no ghost; begin the bridge with --ghost TRIAL")
+            raise RefusalError("no ghost; start the bridge with --ghost TRIAL")
         self._sails()
         self._let_go()
         ghost.lay((self._loop.t, plant["x"], plant["y"], plant["psi"]))
@@ -297,7 +310,7 @@ class Deck:
 
     def _sails(self) -> None:
         if self._vessel.failure is not None:
-            raise RefusalError("she has blown up; reset first")
+            raise RefusalError("the simulation of the ship failed; reset first")
 
     def _step(self, _: Request) -> None:
         if not self._loop.paused:
@@ -306,16 +319,16 @@ class Deck:
 
 
 class Command:
-    """One commander among several on the bridge.
+    """Which client of the bridge has command.
 
-    The first to come has command.  Another one asks for it, and the commander hands it over or keeps it; a commander
-    who has not been heard of for `hold` seconds on the clock is stale, and whoever asks then has command at once.
+    The first client has command.  Another one asks for it, and the commander hands it over or keeps it; a commander
+    that has been silent for `hold` seconds of the clock is stale, and the next client that asks has command at once.
 
     Attributes:
-        hold: how long a commander may be silent [s].
-        holder: who has command; empty while nobody has.
-        asking: who asks for it; empty while nobody does.
-        present: who is on the bridge.
+        hold: longest silence of a commander [s].
+        holder: client in command; empty if there is none.
+        asking: client that asks for command; empty if there is none.
+        present: connected clients.
     """
 
     def __init__(self, hold: float) -> None:
@@ -324,25 +337,25 @@ class Command:
         self._heard = -math.inf
 
     def come(self, who: str, now: float) -> None:
-        """Somebody enters; a commander who comes back has command still."""
+        """A client connects; a commander that returns still has command."""
         self.present.add(who)
         if not self.holder:
             self.holder = who
         self.beat(who, now)
 
     def leave(self, who: str) -> None:
-        """Somebody is gone, perhaps to come back."""
+        """A client disconnects; it may return."""
         self.present.discard(who)
         if self.asking == who:
             self.asking = ""
 
     def beat(self, who: str, now: float) -> None:
-        """A sign of life."""
+        """A client was heard of."""
         if who == self.holder:
             self._heard = now
 
     def stale(self, now: float) -> bool:
-        """Whether there is a commander who has been silent for too long."""
+        """Whether there is a commander that has been silent for too long."""
         return bool(self.holder) and now - self._heard > self.hold
 
     def take(self, who: str, now: float) -> bool:
@@ -354,14 +367,14 @@ class Command:
         return True
 
     def give(self, who: str, now: float) -> bool:
-        """Hand over to who asks; whether that was done."""
+        """Hand over to the client that asks; whether that was done."""
         if who != self.holder or self.asking not in self.present:
             return False
         self._hand_to(self.asking, now)
         return True
 
     def keep(self, who: str) -> None:
-        """Turn down who asks."""
+        """Refuse the client that asks."""
         if who == self.holder:
             self.asking = ""
 
@@ -372,7 +385,7 @@ class Command:
 
 @contextmanager
 def still(loop: Loop) -> Generator[None, None, None]:
-    """No tick meanwhile."""
+    """Pause the loop within a block."""
     paused = loop.paused
     loop.pause()
     try:
@@ -383,15 +396,15 @@ def still(loop: Loop) -> Generator[None, None, None]:
 
 
 def plain(name: str) -> str:
-    """A name as part of that of a file, whatever it holds: no separators, no control characters, no leading dot."""
+    """A name made safe for a file name: no separators, no control characters, no leading dot."""
     return re.sub(r"[^\w.+-]+", "_", name).lstrip("._-")[:80] or "ship"
 
 
 class Recorder:
-    """Writes one trial at a time into a folder, under the name of the ship and the time of the clock.
+    """Records one trial at a time into a folder, named by the ship and the time of the clock.
 
     Attributes:
-        record: the one under way, if any.
+        record: the recording in progress, if any.
     """
 
     def __init__(self, loop: Loop, folder: Path) -> None:
@@ -400,21 +413,21 @@ class Recorder:
 
     @property
     def told(self) -> tuple[str, int, str] | None:
-        """The file, empty before its first rows, its rows, and why it ended by itself; None where nothing was begun."""
+        """File (empty before its first rows), number of rows, and why it ended by itself; None without a recording."""
         record = self.record
         if record is None:
             return None
         return str(record.paths[-1]) if record.paths else "", record.rows, record.failure
 
     def start(self) -> None:
-        """Begin a trial.
+        """Start a recording.
 
         Raises:
-            RefusalError: one is under way.
-            DataError: it cannot be written there.
+            RefusalError: one is in progress.
+            DataError: the file cannot be written.
         """
         if self.record is not None and not self.record.failure:
-            raise RefusalError("recording already")
+            raise RefusalError("a recording is already in progress")
         self.stop()
         plant = self._loop.vessels[OWN].plant
         stem = f"{plain(plant.ship.name)}_{datetime.now():%Y%m%d_%H%M%S}"
@@ -422,7 +435,7 @@ class Recorder:
         self._loop.witness(OWN, self.record)
 
     def stop(self) -> list[Path]:
-        """End the trial; the files of it, none where nothing is recorded."""
+        """End the recording; returns its files, none if nothing was recorded."""
         record, self.record = self.record, None
         if record is None:
             return []
@@ -435,6 +448,6 @@ class Recorder:
         return record.paths
 
     def _free(self, stem: str) -> Path:
-        """A name that is not taken: the second of one second is number 2."""
+        """An unused path: a second recording in the same second gets the number 2."""
         paths = (self._folder / f"{stem}{'' if n == 1 else f'_{n}'}.csv" for n in count(1))
         return next(path for path in paths if not (path.exists() or orders_path(path).exists()))

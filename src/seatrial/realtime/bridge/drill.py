@@ -1,4 +1,4 @@
-"""A standard manoeuvre steered in the loop, tick by tick, and its figures as they come."""
+"""A standard manoeuvre steered in the loop tick by tick, with its indices as they become available."""
 
 from __future__ import annotations
 
@@ -10,30 +10,32 @@ import numpy as np
 from ...data import DataError, Trial
 from ...manoeuvres import Index, Manoeuvre
 from ...models import STATES
-from ..columns import Columns, usual_names
 from ..plant import Plant
+from ..recording import Columns, usual_names
 
 _CHECK, _ROW, _LAST = 0.25, 0.01, 500.0
-"""How often figures are read off, how far apart rows are, and when to give up: in the time of one ship length."""
+"""Time between two evaluations of the indices, between two rows, and until it is ended; in times of one ship length."""
 
 
 class Drill:
-    """One manoeuvre under way.
+    """One manoeuvre in progress.
 
     It steers once a tick, so its orders act a tick later than in `simulate`.
 
     Attributes:
         kind: of the manoeuvre.
-        over: whether it is.
-        complete: whether the run holds all that its figures need.
-        indices: the figures so far, by name.
+        over: whether it has ended.
+        complete: whether the run has all that the indices need.
+        indices: the indices so far, by name.
     """
 
     def __init__(self, policy: Manoeuvre, plant: Plant, speed: float) -> None:
-        """Begin where the ship is.
+        """Begin from the present state.
 
         Args:
-            speed: that sets how long it may take [m/s].
+            policy: the manoeuvre.
+            plant: the ship.
+            speed: speed that sets its greatest duration [m/s].
         """
         self.kind, self.over, self.complete = policy.kind, False, False
         self.indices: Mapping[str, Index] = {}
@@ -46,7 +48,7 @@ class Drill:
         self._checked = 0.0
 
     def steer(self, plant: Plant) -> dict[str, float]:
-        """Orders for the next tick; those that the ship does not know are left out."""
+        """Orders for the next tick, without those that the ship does not have."""
         t = plant.t - self._begun
         if not self._rows or t - self._rows[-1][0] >= _ROW * self._length:
             row = self._columns.row()
@@ -61,12 +63,12 @@ class Drill:
         return {name: float(value) for name, value in pairs if name in plant.orders}
 
     def snapshot(self) -> dict[str, Any]:
-        """How far it is, for JSON."""
+        """Progress, for JSON."""
         return {"begun": self._begun, "memory": [float(value) for value in self._memory], "rows": self._rows,
                 "checked": self._checked}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Go on from what `snapshot` gave; figures come with the next look at them."""
+        """Restore the result of `snapshot`; the indices follow with the next evaluation."""
         self._begun, self._checked = float(saved["begun"]), float(saved["checked"])
         self._memory, self._rows = tuple(saved["memory"]), [list(row) for row in saved["rows"]]
 
@@ -76,7 +78,7 @@ class Drill:
         try:
             self.complete = bool(self._policy.complete(trial))
             self.indices = self._policy.indices(trial, L_pp)
-        except DataError:  # the run does not hold enough of it yet
+        except DataError:  # the run is still too short
             return
 
 

@@ -1,4 +1,4 @@
-"""What a ship can be told, as a page needs it: orders with scale, name and place, and what her gear does."""
+"""Controls of the page: each order of a ship with its scale, name and place, and the actual value of its gear."""
 
 from __future__ import annotations
 
@@ -7,18 +7,17 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..conning import TELEGRAPH
-from ..helm import obeying
-from ..labels import label, scale, sided
+from ..helm import label, obeying, scale, sided
 from ..plant import Plant
 
 _APART = 0.02
-"""Of the range of an order: how far its parts may be from each other and still be shown as one."""
+"""Largest difference between the parts of an order that are shown as one value, relative to its range."""
 
 _POSITIONS = ("Stop", "Dead slow", "Slow", "Half", "Full")
 
 
 class Values(Protocol):
-    """Whatever says a control by its name."""
+    """A source of values by the name of the control."""
 
     def __getitem__(self, name: str, /) -> float:
         """Its value."""
@@ -27,15 +26,15 @@ class Values(Protocol):
 
 @dataclass(frozen=True)
 class Order:
-    """One thing that can be ordered.
+    """One order on the page.
 
     Attributes:
         name: as in `Plant.orders`.
-        label: what a mariner calls it.
-        kind: where it is on a page: "rudder", "engine", "dial" of an azimuth, or "thruster".
-        unit, per: SI unit that it is shown in, and how much of it one of the order is.
-        low, high, full: the range of the order (`helm.Range`).
-        sided: whether it goes to starboard where it is above zero, and to port below.
+        label: name in mariners' terms.
+        kind: place on the page: "rudder", "engine", "dial" of an azimuth, or "thruster".
+        unit, per: SI unit in which it is shown, and the factor from the order to it.
+        low, high, full: range of the order (`helm.Range`).
+        sided: whether positive orders act to starboard and negative ones to port.
         moves: controls that obey, with their factors.
     """
 
@@ -51,9 +50,9 @@ class Order:
     moves: tuple[tuple[str, float], ...]
 
     def actual(self, values: Values) -> float | None:
-        """What the gear does, on the scale of the order; the mean where several controls obey.
+        """Actual value on the scale of the order; the mean where several controls obey.
 
-        None where these stand apart, as each was ordered by itself: no one figure is then true of them.
+        None where these differ, since each was ordered separately: then no single value is true of all.
         """
         parts = [self._share(control, values[control], factor) for control, factor in self.moves if factor]
         if not parts:
@@ -63,16 +62,16 @@ class Order:
         return sum(parts) / len(parts)
 
     def _share(self, control: str, value: float, factor: float) -> float:
-        """What one control does, on the scale of the order; azimuths that were turned round and round alike."""
+        """Actual value of one control on the scale of the order; shared azimuths are wrapped to half a turn."""
         whole = len(self.moves) > 1 and control.startswith("alpha") and math.isfinite(value)
         return (math.remainder(value, 2.0 * math.pi) if whole else value) / factor
 
 
 def gear(plant: Plant) -> tuple[Order, ...]:
-    """What the ship can be told, each order with its scale.
+    """Orders of the ship, each with its scale.
 
-    What moves nothing of her is left out, and so is an order that stands for one other control alone: that control
-    has its place.
+    Orders without effect are left out, and so is an order that only one control of another name follows: that control
+    takes its place.
     """
     known = {name: moves for name, moves in obeying(plant.ship).items() if name in plant.ranges}
     stand_in = {moves[0][0]: name for name, moves in known.items() if len(moves) == 1 and name not in plant.controls}
@@ -91,7 +90,7 @@ def gear(plant: Plant) -> tuple[Order, ...]:
 
 
 def bells() -> list[tuple[float, str]]:
-    """Positions of the telegraph as shares of full revolutions, and what they are called, from full ahead down."""
+    """Positions of the telegraph as shares of full revolutions with their names, from full ahead down."""
     found: list[tuple[float, str]] = []
     for position, share in TELEGRAPH.items():
         k, astern = int(position[1]), position[0] == "1"
@@ -102,7 +101,7 @@ def bells() -> list[tuple[float, str]]:
 
 
 def _kind(name: str, shared: str) -> str:
-    """The place of an order, by its own name or that of the one it stands for."""
+    """Place of an order on the page, by its name or that of the order it replaces."""
     kind = name.partition("_")[0]
     if kind == "alpha":
         return "dial"

@@ -1,4 +1,4 @@
-"""A measured trial that sails beside the ship, laid where she was when it began."""
+"""A measured trial shown beside the ship, moved and turned so that it starts at a given pose."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Ghost:
 
     Attributes:
         name: of the trial.
-        ship: whose trial it is; empty where its sidecar does not say.
-        start: the first (x, y, psi, u, v_m, r) on record [m, rad, m/s, rad/s]; velocities that are not are zero.
-        duration: how long it lasts [s].
+        ship: ship of the trial; empty if the sidecar does not name it.
+        start: first recorded (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s]; velocities without a record are zero.
+        duration: of the trial [s].
     """
 
     def __init__(self, trial: Trial, controls: Sequence[str]) -> None:
@@ -28,7 +28,7 @@ class Ghost:
 
         Args:
             trial: with x, y and psi.
-            controls: of the ship beside it; those on record are what `orders` gives.
+            controls: of the own ship; `orders` returns those that were recorded.
 
         Raises:
             DataError: fewer than two rows with position and heading.
@@ -47,17 +47,17 @@ class Ghost:
         self.lay((0.0, *(self.start[:3])))
 
     def lay(self, at: Sequence[float]) -> None:
-        """Let it begin at a time [s] and a pose (x, y [m], psi [rad])."""
+        """Set the time [s] and pose (x, y [m], psi [rad]) of its start."""
         self._t_0, self._x_0, self._y_0, psi = at
         self._turn = psi - float(self._psi[0])
 
     @property
     def laid(self) -> list[float]:
-        """Where it was laid last: time [s] and pose (x, y [m], psi [rad])."""
+        """Time [s] and pose (x, y [m], psi [rad]) of its start."""
         return [self._t_0, self._x_0, self._y_0, self._turn + float(self._psi[0])]
 
     def pose(self, t: float) -> tuple[float, float, float] | None:
-        """Where it is at a time [s]: x, y [m], psi [rad]; None before it begins and after it is over."""
+        """Pose at a time [s]: x, y [m], psi [rad]; None before its start and after its end."""
         since = t - self._t_0
         if not -1e-9 <= since <= self.duration + 1e-9:
             return None
@@ -67,7 +67,7 @@ class Ghost:
         return self._x_0 + float(c * north - s * east), self._y_0 + float(s * north + c * east), psi
 
     def beside(self, t: float, own: Sequence[float | None]) -> list[float] | None:
-        """Its pose beside a ship of which x, y, psi come first: pose, distance [m], and how she heads off [rad]."""
+        """Pose, distance [m] and heading difference [rad] to a ship with x, y, psi first in `own`; None if unknown."""
         (x, y, psi), pose = own[:3], self.pose(t)
         if pose is None or x is None or y is None or psi is None:
             return None
@@ -75,7 +75,7 @@ class Ghost:
         return [round(value, 5) for value in (*pose, gap, math.remainder(psi - pose[2], 2.0 * math.pi))]
 
     def orders(self, t: float) -> Mapping[str, float]:
-        """What its controls were ordered to at that time, or did where no order is on record; gaps are left out."""
+        """Recorded orders at a time, or actual controls where no orders were recorded; gaps are left out."""
         since = t - self._t_0
         if not 0.0 <= since <= self.duration:
             return {}

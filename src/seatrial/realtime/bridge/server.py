@@ -1,4 +1,4 @@
-"""The bridge in a browser: one static page and one socket; needs the extra `web`."""
+"""Server of the bridge: one static page and one WebSocket for each browser; needs the extra `web`."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from .deck import PERIOD, Deck
 STATIC = Path(__file__).with_name("static")
 
 _NAMES = 200
-"""Browsers that are known again: at most."""
+"""Largest number of browsers that are recognised when they return."""
 
 _BEHIND, _IDLE = 200, 0.25
-"""Pictures that a browser may be behind before it is dropped, and the time between two while nothing moves [s]."""
+"""Unread pictures after which a browser is disconnected; time between two pictures while nothing moves [s]."""
 
 _STRANGERS = 16
-"""Sockets at a time that have not said hello yet; the oldest makes way."""
+"""Largest number of sockets without a hello; beyond it the oldest is closed."""
 
 REPLACED, KEYLESS = 4001, 4003
-"""Codes of a socket that is closed as its page was opened again, or has not the key; it is not to come back."""
+"""Codes of a socket that is closed because its page was opened again or lacks the key; it must not reconnect."""
 
 
 class _Line:
-    """All browsers, and the pictures that go to them."""
+    """All connected browsers, and sending the pictures to them."""
 
     def __init__(self, deck: Deck, key: str) -> None:
         self._deck, self._key = deck, key
@@ -46,7 +46,7 @@ class _Line:
         self._count = itertools.count(1)
 
     def name(self, token: str) -> str:
-        """What a browser is called; the same after a reload, and no one else's as long as the bridge runs."""
+        """Name of a browser; the same after a reload, and unique as long as the bridge runs."""
         if token not in self._names:
             command = self._deck.command
             needed = {*command.present, command.holder}
@@ -56,12 +56,12 @@ class _Line:
         return self._names[token]
 
     def ring(self) -> None:
-        """There is a new picture."""
+        """Notify all browsers of a new picture."""
         for client in self.clients:
             client.ready.set()
 
     async def serve(self, ws: WebSocket) -> None:
-        """One browser, from its first word to its last."""
+        """Serve one browser until it disconnects."""
         await ws.accept()
         token = await self._greeted(ws)
         if token is None:
@@ -83,10 +83,10 @@ class _Line:
             await close(ws, reason, REPLACED)
 
     async def _greeted(self, ws: WebSocket) -> str | None:
-        """The token of a browser that says hello as it ought to; None of one that was turned away."""
+        """Token of a browser with a valid hello; None of one that was refused."""
         waiting = asyncio.ensure_future(hear(ws))
         self._strangers.append(waiting)
-        if len(self._strangers) > _STRANGERS:  # the one that has been silent for longest makes way
+        if len(self._strangers) > _STRANGERS:  # close the one that has been silent for longest
             self._strangers[0].cancel()
         try:
             await asyncio.wait({waiting}, timeout=5.0)
@@ -99,7 +99,7 @@ class _Line:
         said = waiting.result()
         token, key = said.get("hello"), said.get("key")
         if self._key and not (isinstance(key, str) and secrets.compare_digest(key.encode(), self._key.encode())):
-            await close(ws, "open the address that the terminal shows, key and all", KEYLESS)
+            await close(ws, "open the address that the terminal shows, with its key", KEYLESS)
         elif not isinstance(token, str) or not 8 <= len(token) <= 64:
             await close(ws, "no hello")
         elif not self._room(token):
@@ -109,7 +109,7 @@ class _Line:
         return None
 
     def _room(self, token: str) -> bool:
-        """Whether there is room for a browser; one that comes back takes its own place, the commander has one."""
+        """Whether a browser is admitted; one that returns keeps its place, and the commander always has one."""
         name = self._names.get(token, "")
         others = {one.name for one in self.clients} - {name}
         return len(others) < MOST or (name != "" and name == self._deck.command.holder)
@@ -120,7 +120,7 @@ class _Line:
             with suppress(TimeoutError):
                 await asyncio.wait_for(client.ready.wait(), _IDLE)
             client.ready.clear()
-            if self._deck.leaps != leaps:  # the way so far is another one
+            if self._deck.leaps != leaps:  # the trail has changed
                 leaps = self._deck.leaps
                 await client.socket.send_json(self._deck.hello(client.name))
             await client.show(self._deck.frame(), 100 * PERIOD)
@@ -128,7 +128,7 @@ class _Line:
     async def _listen(self, client: Client) -> None:
         while not client.floods():
             said = await client.hear()
-            if client not in self.clients:  # another one has its place
+            if client not in self.clients:  # replaced by a newer page
                 return
             refused = self._deck.ask(client.name, said)
             if refused:
@@ -136,7 +136,7 @@ class _Line:
 
 
 def application(deck: Deck, hosts: tuple[str, ...] = LOCAL, key: str = "") -> FastAPI:
-    """The page and its socket; `hosts` are the names it may be asked for by, `key` what a browser has to know."""
+    """The page and its socket; `hosts` are the host names it is served under, `key` is required of each browser."""
     line = _Line(deck, key)
     app = page(STATIC, line.serve, hosts)
     app.state.line = line
@@ -146,7 +146,7 @@ def application(deck: Deck, hosts: tuple[str, ...] = LOCAL, key: str = "") -> Fa
 def serve(
     deck: Deck, loop: Loop, listening: socket.socket, hosts: tuple[str, ...] = LOCAL, key: str = ""
 ) -> None:  # fmt: skip
-    """Sail and serve until the user has had enough; `hosts` and `key` as in `application`."""
+    """Run the loop and serve the page until interrupted; `hosts` and `key` as in `application`."""
     app = application(deck, hosts, key)
     serving = server(app)
     sailing = threading.Thread(target=loop.run, name="loop", daemon=True)

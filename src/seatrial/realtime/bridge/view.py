@@ -1,4 +1,4 @@
-"""What the page is told: once what stays, and twenty times a second what changes; SI and radians."""
+"""Data for the page: constant data once, the changing picture twenty times a second; SI and radians."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ Moment = tuple[float, list[float], float | None]
 """Time, the six states, and the rudder."""
 
 OWN = "own"
-"""The name of the ship that is steered, in the loop."""
+"""Name of the steered ship in the loop."""
 
 _AROUND = ("wind_x", "wind_y", "current_x", "current_y")
 _TRAIL, _APART = 4000, 1.0 / 40.0
-"""Points of the history that are kept, and how far apart they are in time of a ship length."""
+"""Number of points of the trail, and the time between two in times of one ship length."""
 
 
 def beam(plant: Plant) -> float:
-    """Breadth of a ship [m]; a seventh of the length where her file has none."""
+    """Breadth of a ship [m]; a seventh of the length where the file has none."""
     return float(plant.ship.model.breadth or plant.ship.L_pp / 7.0)
 
 
@@ -41,13 +41,13 @@ def order_json(order: Order) -> dict[str, Any]:
 
 
 def indices_json(indices: Mapping[str, Index]) -> list[list[Any]]:
-    """Figures of a manoeuvre: name, value, unit, in ship lengths or nothing."""
+    """Indices of a manoeuvre: name, value, unit, value in ship lengths or None."""
     return [[name, _plain(i.value), i.unit, None if i.over_L is None else _plain(i.over_L)]
             for name, i in indices.items()]  # fmt: skip
 
 
 def motion(loop: Loop, orders: Sequence[Order], before: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """All ships as they are after this tick; one that blew up as she was last seen in `before`, the last picture."""
+    """All ships after this tick; a ship that blew up as it was in `before`, the last picture."""
     last: Mapping[str, Any] = before or {"own": [None] * len(STATES), "act": {}, "ord": {}, "others": {}}
     plant = loop.vessels[OWN].plant
     acts = {name: plant[name] for name in plant.controls}
@@ -64,7 +64,7 @@ def motion(loop: Loop, orders: Sequence[Order], before: Mapping[str, Any] | None
 
 
 class Trail:
-    """Where the ship has been, thinned out: for the track and the strips of a page that is loaded later.
+    """Thinned history of the ship, for the track and the strips of a page that is loaded later.
 
     Attributes:
         names: of the columns.
@@ -76,42 +76,42 @@ class Trail:
         self._rows: deque[Moment] = deque(maxlen=_TRAIL)
 
     def see(self, t: float, rudder: float | None) -> None:
-        """Keep this moment, where it is far enough from the last and she has not blown up."""
+        """Keep the present state if it is far enough from the last one and finite."""
         if not self._rows or t - self._rows[-1][0] >= self._apart:
             state = _state(self._plant)
             if state is not None:
                 self._rows.append((round(t, 3), state, None if rudder is None else _plain(rudder)))
 
     def clear(self) -> None:
-        """Forget it all."""
+        """Clear the history."""
         self._rows.clear()
 
     def snapshot(self) -> tuple[Moment, ...]:
-        """All of it."""
+        """The whole history."""
         return tuple(self._rows)
 
     def restore(self, saved: Sequence[Moment]) -> None:
-        """As `snapshot` gave it."""
+        """Restore the result of `snapshot`."""
         self._rows = deque(saved, maxlen=_TRAIL)
 
     def rows(self) -> list[list[float | None]]:
-        """Time, the six states and the rudder, the oldest first."""
+        """Time, the six states and the rudder, oldest first."""
         return [[t, *state, rudder] for t, state, rudder in tuple(self._rows)]
 
 
 def _state(plant: Plant) -> list[float] | None:
-    """The six states; None of a ship that blew up."""
+    """The six states; None for a ship that blew up."""
     found = [_plain(plant[name]) for name in STATES]
     known = [value for value in found if value is not None]
     return known if len(known) == len(found) else None
 
 
 def _kept(values: Mapping[str, float | None], before: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by name; one that is no number as it was before, None where there is no one value."""
+    """Values by name; one that is not finite as it was before, None where there is no single value."""
     return {name: value if value is None else _plain(value) if math.isfinite(value) else before.get(name)
             for name, value in values.items()}  # fmt: skip
 
 
 def _plain(value: float) -> float | None:
-    """A number that JSON can hold, to what a page can show; None of what is none."""
+    """A number rounded for the page; None if it is not finite, which JSON cannot represent."""
     return float(f"{value:.7g}") if math.isfinite(value) else None

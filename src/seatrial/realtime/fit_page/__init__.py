@@ -1,5 +1,7 @@
-"""A page that shows a fit while it runs.
+"""The live page of a running fit.
 
-Contract: a fit writes to a `Board` as it goes on, and never waits; a page reads from it what it has not
+Contract: a fit writes its progress to a `board.Board` and never waits; the page reads from the board what it has not
 shown yet.  Nothing here changes a fit.
 """
+
+__all__: list[str] = []

@@ -1,6 +1,6 @@
-"""Where fits stand, for whoever looks: the fits write here, the page reads; no network, and no lock.
+"""State of running fits for the live page: fits write, the page reads, without network or lock; tracks of some trials.
 
-Tracks of a few training trials, measured and as the ship of the search would sail them.
+Tracks are those of a few training trials, measured and predicted with the present parameters of the search.
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ from ...ships import Ship
 from ...simulate.replay import replay
 
 FITTING, REPORTING, DONE, FAILED, STOPPED = "fitting", "writing the report", "done", "failed", "stopped"
-"""What can become of a run."""
+"""States of a run."""
 
 WAITING, BEFORE = "waiting", "done before"
 
 _ROWS = 4000
-"""Rows of a history that are kept; where there are more, every second one goes."""
+"""Largest number of rows of a history; beyond it every second row is removed."""
 
 Row = tuple[int, float, float, float]
-"""Iteration, objective, validation or NaN, seconds since the fit began."""
+"""Iteration, objective, validation or NaN, time since the fit began [s]."""
 
 
 class Part:
-    """One fit; the `Watcher` that its estimator tells.
+    """One fit; the `Watcher` to which its estimator reports.
 
-    Each method of the fit's is a few assignments, so that it costs microseconds and never waits.
+    Each method that the fit calls is a few assignments, which takes microseconds and never waits.
 
     Attributes:
-        trials: those whose tracks are drawn.
+        trials: trials whose tracks are drawn.
         history: how often it was thinned, and its rows.
         last: its last row, which may have been thinned out.
-        ship: makes the ship as the search has her, None before it has one.
-        tracks: predicted tracks, and the iteration they are of; written by the `Tracker`.
-        beside: also told of every row.
-        doing: what goes on before there is a row.
+        ship: makes the ship with the present parameters of the search; None before there are any.
+        tracks: predicted tracks and their iteration; written by the `Tracker`.
+        beside: further receiver of every row.
+        doing: description of the work before the first row.
     """
 
     def __init__(self, name: str, problem: Problem, restart: float | None, clock: Callable[[], float]) -> None:
@@ -63,16 +63,16 @@ class Part:
         self._read: tuple[MakeShip | None, list[float | None]] = None, []
 
     def at(self, ship: MakeShip) -> None:
-        """The ship as the search has her."""
+        """Report the ship with the present parameters of the search."""
         self.ship = ship
 
     def stage(self, text: str) -> None:
-        """What goes on before there is a row."""
+        """Report the work before the first row."""
         self.doing = text
         stage(self.beside, text)
 
     def __call__(self, iteration: int, objective: float, validation: float) -> None:
-        """A row of the history."""
+        """Report a row of the history."""
         row = self.last = (iteration, objective, validation, self._clock() - self._began)
         edition, rows = self.history
         if iteration % self._every == 0:
@@ -84,7 +84,7 @@ class Part:
             self.beside(iteration, objective, validation)
 
     def told(self) -> dict[str, Any]:
-        """What stays: parameters with their ranges, measured tracks."""
+        """Constant data: parameters with their ranges, measured tracks."""
         problem = self.problem
         meant = specs(problem.ship.model)
         return {
@@ -96,12 +96,12 @@ class Part:
         }  # fmt: skip
 
     def found(self) -> list[float | None]:
-        """Values of the free parameters as the search has them; none before it has."""
+        """Present values of the free parameters; empty before there are any."""
         make = self.ship
         if make is not None and make is not self._read[0]:
             try:
                 known = values(make().model)
-            except ValueError:  # values on the way that make no ship
+            except ValueError:  # intermediate values for which no ship exists
                 known = {}
             self._read = make, [_number(known.get(f.path, math.nan)) for f in self.problem.free]
         return self._read[1]
@@ -109,7 +109,7 @@ class Part:
 
 @dataclass
 class Seen:
-    """What one browser has seen already."""
+    """What one browser has already received."""
 
     part: int = -1
     edition: int = -1
@@ -118,17 +118,17 @@ class Seen:
 
 
 class Board:
-    """A run of one fit, or of several.
+    """A run of one or several fits.
 
     Args:
         title: of the run.
-        files: the fits to come by name, with the file that each leaves when it is done.
+        files: the expected fits by name, with the file that each writes when it is done.
         before: fits of an earlier run, which are done.
 
     Attributes:
         parts: the fits that have begun; the page shows the last one.
-        state, text: what becomes of the run, and more about it in words.
-        looked: whether anybody looks.
+        state, text: state of the run, and details in words.
+        looked: whether a browser is connected.
     """
 
     def __init__(
@@ -147,9 +147,9 @@ class Board:
         return self.parts[-1] if self.parts else None
 
     def begin(self, name: str, problem: Problem, restart: float | None) -> Part:
-        """A fit begins."""
+        """Begin a fit."""
         part, thread = Part(name, problem, restart, self._clock), threading.get_ident()
-        before = self._at.get(thread)  # a thread fits one after the other, so that one has ended
+        before = self._at.get(thread)  # a thread runs one fit after the other, so the one before has ended
         if before is not None and before not in self._files:
             self._states = {**self._states, before: DONE}
         self._at[thread] = name
@@ -159,13 +159,13 @@ class Board:
         return part
 
     def _judge(self, otherwise: str = FAILED) -> None:
-        """What has become of the fits that leave a file; `otherwise` of one that has left none."""
+        """Update the state of running fits by their files: done if the file exists, else `otherwise`."""
         for name, file in self._files.items():
             if self._states[name] == FITTING:
                 self._states = {**self._states, name: DONE if file.exists() else otherwise}
 
     def end(self, state: str, text: str = "") -> None:
-        """What becomes of the run."""
+        """Set the state of the run."""
         if math.isnan(self._ended) and state != REPORTING:
             self._ended = self._clock()
         became = state if state in (FAILED, STOPPED) else DONE
@@ -174,7 +174,7 @@ class Board:
         self.state, self.text = state, text
 
     def news(self, seen: Seen) -> dict[str, Any]:
-        """What changes, with all that this browser has not seen yet; `seen` moves on."""
+        """Changing data, with all that this browser has not received yet; updates `seen`."""
         ended = self._clock() if math.isnan(self._ended) else self._ended
         said: dict[str, Any] = {
             "title": self.title, "state": self.state, "text": self.text, "elapsed": round(ended - self._began, 1),
@@ -200,11 +200,11 @@ class Board:
 
 
 class Parts:
-    """Several fits of a run, each told by itself; see `identify.watch.part`.
+    """Several fits of a run, each reported separately; see `identify.watch.part`.
 
     Args:
-        told: who else is told, of the run.
-        beside: who else is told, of a fit, by its name.
+        told: further receiver of the progress of the run.
+        beside: further receiver of the progress of a fit, by its name.
     """
 
     def __init__(
@@ -213,11 +213,11 @@ class Parts:
         self._board, self._restart, self._told, self._beside = board, restart, told, beside
 
     def __call__(self, *row: Any) -> None:
-        """What is not told by itself."""
+        """Report progress of the whole run."""
         self._told(*row)
 
     def part(self, name: str, problem: Problem) -> Part:
-        """A fit begins."""
+        """Begin a fit."""
         part = self._board.begin(name, problem, self._restart)
         part.beside = self._beside(name)
         return part
@@ -229,7 +229,7 @@ def _row(row: Row) -> list[float | int | None]:
 
 
 def _parameter(f: Free, unit: str, about: str) -> dict[str, Any]:
-    """A parameter and the range in which to show it."""
+    """A parameter and the range in which it is shown."""
     low, high = _range(f)
     return {
         "path": f.path, "unit": "" if unit == "-" else unit, "about": about, "start": _number(f.start),
@@ -239,26 +239,26 @@ def _parameter(f: Free, unit: str, about: str) -> dict[str, Any]:
 
 
 def _range(f: Free) -> tuple[float, float]:
-    """Between the bounds, or as far as the prior lets one expect, or about the start."""
+    """Range between the bounds, or as wide as the prior makes likely, or around the start."""
     middle = f.prior if math.isfinite(f.prior) and math.isfinite(f.sigma) else f.start
     reach = (4.0 if math.isfinite(f.sigma) else 2.0) * f.scale
     return max(f.low, min(middle - reach, f.start)), min(f.high, max(middle + reach, f.start))
 
 
 def _number(value: float) -> float | None:
-    """As JSON can hold it; what is not finite is nothing."""
+    """A rounded number; None if it is not finite, which JSON cannot represent."""
     return float(f"{float(value):.6g}") if math.isfinite(value) else None
 
 
 _TRIALS, _POINTS = 2, 600
-"""Trials that are drawn, and points of a track, at most."""
+"""Largest number of drawn trials, and of points of a track."""
 
 PERIOD, _SHARE = 3.0, 50.0
-"""Time between two predictions [s]; it is so many times the work of one, if that is longer."""
+"""Time between two predictions [s]; or this multiple of the time that one takes, if longer."""
 
 
 def shown(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:
-    """Those that are drawn: of different kinds, as far as their names tell kinds apart."""
+    """Trials to draw: of different kinds, as far as their names identify kinds."""
     kinds: dict[str, Trial] = {}
     for trial in trials:
         kinds.setdefault(re.split(r"[^A-Za-z]", trial.name, maxsplit=1)[0].lower(), trial)
@@ -267,12 +267,12 @@ def shown(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:
 
 
 def measured(trial: Trial) -> dict[str, Any]:
-    """Name and track [m] of a trial as it was sailed; gaps are null."""
+    """Name and measured track [m] of a trial; gaps are null."""
     return {"name": trial.name, "track": _track(trial, None)}
 
 
 def predicted(ship: Ship, trial: Trial, restart: float | None) -> dict[str, Any]:
-    """The same of a ship that sails it anew, set back to the measured state every `restart` seconds; why not, if so."""
+    """Predicted track of a trial, reset to the measured state every `restart` seconds; or the reason of a failure."""
     try:
         return {"track": _track(replay(ship, trial, restart=restart, threads=1), restart)}
     except (ValueError, RuntimeError, ArithmeticError) as error:
@@ -280,7 +280,7 @@ def predicted(ship: Ship, trial: Trial, restart: float | None) -> dict[str, Any]
 
 
 def _track(trial: Trial, restart: float | None) -> list[list[float] | None]:
-    """North and east of some rows; null where the line breaks."""
+    """North and east of some rows; null where the line is interrupted."""
     x, y, t = trial["x"], trial["y"], trial.t
     number = np.zeros(t.size) if restart is None else np.floor((t - t[0]) / restart + 1e-6)
     out: list[list[float] | None] = []
@@ -296,7 +296,7 @@ def _track(trial: Trial, restart: float | None) -> list[list[float] | None]:
 
 
 class Tracker:
-    """Predicts in a thread of its own, now and then, while somebody looks."""
+    """Predicts tracks periodically in a thread of its own, while a browser is connected."""
 
     def __init__(self, board: Board) -> None:
         self._board, self._over = board, threading.Event()
@@ -304,11 +304,11 @@ class Tracker:
         self._thread = threading.Thread(target=self._run, name="tracks", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """Predict a last time, if that is due, and end."""
+        """Predict a last time, if that is due, and end the thread."""
         self._over.set()
         self._thread.join(5.0)
 
@@ -321,7 +321,7 @@ class Tracker:
         self._look()
 
     def _look(self) -> bool:
-        """Predict where there is something new and somebody to see it."""
+        """Predict if there is something new and a browser to show it to."""
         part = self._board.part
         if part is None or part.ship is None or not self._board.looked or (part, part.ship) == self._done:
             return False
@@ -329,7 +329,7 @@ class Tracker:
         self._done = part, make
         try:
             ship = make()
-        except (ValueError, RuntimeError, ArithmeticError):  # values on the way that make no ship
+        except (ValueError, RuntimeError, ArithmeticError):  # intermediate values for which no ship exists
             return True
         part.tracks = {
             "iteration": iteration, "predicted": [predicted(ship, trial, part.restart) for trial in part.trials],

@@ -17,17 +17,14 @@ from .board import Board, Seen, Tracker
 STATIC = Path(__file__).with_name("static")
 
 PERIOD, _QUIET = 0.25, 2.0
-"""Time between two pictures, and between two that say nothing new [s]."""
+"""Time between two pictures, and between two without news [s]."""
 
 _BEHIND = 40
-"""Pictures that a browser may be behind before it is dropped."""
+"""Unread pictures after which a browser is disconnected."""
 
 
 class Page:
-    """A board for browsers, at a socket that listens already.
-
-    Whatever happens here, the fit goes on.
-    """
+    """Shows a board to browsers at a listening socket; failures here do not affect the fit."""
 
     def __init__(self, board: Board, listening: socket.socket) -> None:
         self._board, self._listening = board, listening
@@ -38,7 +35,7 @@ class Page:
         self._thread = threading.Thread(target=self._serve, name="fit page", daemon=True)
 
     def start(self) -> None:
-        """Serve; what that takes to begin is over before the fit begins."""
+        """Start the server; returns when it has started, so that this does not slow the fit."""
         self._thread.start()
         end = time.monotonic() + 5.0
         while not self._server.started and self._thread.is_alive() and time.monotonic() < end:
@@ -46,7 +43,7 @@ class Page:
         self._tracker.start()
 
     def close(self) -> None:
-        """Show the last state to whoever looks, and end."""
+        """Show the last state to connected browsers, and end."""
         self._tracker.close()
         self._closing = True
         end = time.monotonic() + 4.0 * PERIOD

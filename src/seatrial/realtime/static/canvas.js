@@ -1,14 +1,14 @@
-// Drawing: a canvas as sharp as its screen, round numbers, the colours of the day or the night.
+// Drawing: a canvas at the resolution of the screen, round numbers, day and night colours.
 
 let palette = null, moved = () => {};
 
-/** The colours of these names, as the style sheet has them now. */
+/** Present colours of the style sheet by name. */
 export function colours(names) {
   return palette ??= Object.fromEntries(names.map(name =>
     [name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()]));
 }
 
-/** The context of a canvas whose pixels are those of the screen; units are those of the page. */
+/** Context of a canvas at the resolution of the screen; units are those of the page. */
 export function fitted(canvas) {
   const ratio = Math.min(devicePixelRatio || 1, 2), width = canvas.clientWidth, height = canvas.clientHeight;
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
@@ -25,7 +25,7 @@ export function nice(wanted) {
   return [1, 2, 5, 10].map(m => m * decade).find(step => step >= wanted);
 }
 
-/** Day or night by a button; as it was the last time, else as the screen has it. */
+/** Day or night colours by a button; initially as the last time, else as the system prefers. */
 export function nightly(button, each = () => {}) {
   moved = each;
   const kept = localStorage.getItem("seatrial-night");

@@ -1,9 +1,9 @@
-// Elements made one by one: what comes from a ship file or from the wire is text on the page and nothing else.
+// Elements made one by one, so that data from a ship file or from the wire are only ever text on the page.
 
-/** An element of HTML with attributes (true is one without a value; null, false and undefined are none) and children. */
+/** An HTML element with attributes (true: without a value; null, false and undefined: left out) and children. */
 export const make = (tag, given = {}, ...children) => filled(document.createElement(tag), given, children);
 
-/** The same of SVG, on a page that has a drawing already: its name space is that of this one. */
+/** The same for SVG; takes the name space of a drawing that the page already has. */
 export const drawn = (tag, given = {}, ...children) =>
   filled(document.createElementNS(document.querySelector("svg").namespaceURI, tag), given, children);
 

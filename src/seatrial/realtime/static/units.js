@@ -1,14 +1,14 @@
-// What the page shows: degrees, knots, revolutions a minute.  Everything else on the page and the wire is SI.
+// Conversion to the units of the page: degrees, knots, revolutions per minute.  All other data are SI and radians.
 
 export const DEGREE = Math.PI / 180;
 export const KNOT = 1852 / 3600;
 
 const SHOWN = { "rad": ["°", 1 / DEGREE], "1/s": ["rpm", 60] };
 
-/** Unit on the page and the factor towards it, of an SI unit. */
+/** Unit on the page for an SI unit, and the factor to it. */
 export const shown = unit => SHOWN[unit] ?? [unit, 1];
 
-/** A course or heading as three digits and a tenth. */
+/** A course or heading with three digits and a tenth. */
 export function course(psi) {
   const degrees = (((psi / DEGREE) % 360) + 360) % 360;
   return (degrees >= 359.95 ? 0 : degrees).toFixed(1).padStart(5, "0");
@@ -20,7 +20,7 @@ export function fixed(value, digits = 1) {
   return value < 0 && Number(text) !== 0 ? `−${text}` : text;
 }
 
-/** An angle or rate with its side in words, since colour alone is not enough: P for port, S for starboard. */
+/** An angle or rate with its side as a letter, since colour alone is not enough: P for port, S for starboard. */
 export function sided(value, digits = 1, unit = "") {
   const text = Math.abs(value).toFixed(digits);
   return Number(text) === 0 ? `${text}${unit}` : `${text}${unit} ${value < 0 ? "P" : "S"}`;
@@ -32,7 +32,7 @@ export function clock(t) {
   return `${s >= 3600 ? `${Math.floor(s / 3600)}:` : ""}${two(Math.floor(s / 60) % 60)}:${two(s % 60)}`;
 }
 
-/** A figure of a manoeuvre as text. */
+/** An index of a manoeuvre as text. */
 export function figure([name, value, unit, lengths]) {
   if (value === null) return [name.replaceAll("_", " "), "–", ""];
   const [to, factor] = unit === "rad/s" ? ["°/s", 1 / DEGREE] : unit === "m/s" ? ["kn", 1 / KNOT] : shown(unit);

@@ -1,4 +1,4 @@
-// The chart: north up, metres, the ship to scale, her track, what is near, wind and current.
+// The chart: north up, in metres, with the ship to scale, its track, other ships, wind and current.
 
 import { fitted, nice } from "./shared/canvas.js";
 import { drawn, make } from "./shared/dom.js";
@@ -30,7 +30,7 @@ export class Chart {
 
   clear() { this.track = []; this.ghostTrack = []; this.tracks = {}; }
 
-  /** Keep where everybody is, some metres apart. */
+  /** Add the positions of all ships to their tracks, with a minimum distance between points. */
   keep(frame) {
     const apart = this.hello.ship.L / 30;
     const add = (track, pose) => {
@@ -112,7 +112,7 @@ export class Chart {
     g.globalAlpha = 0.75; g.stroke(); g.globalAlpha = 1; g.setLineDash([]);
   }
 
-  /** A hull to scale, and a bare mark where it would be too small to see. */
+  /** A hull to scale, with a circle where it would be too small to see. */
   #hull(g, ship, pose, colour, name, hollow = false) {
     const [px, py] = this.#at(pose[0], pose[1]), L = ship.L * this.metre, B = ship.B * this.metre;
     g.save();
@@ -129,7 +129,7 @@ export class Chart {
     if (name) { g.fillStyle = colour; g.font = "12px system-ui, sans-serif"; g.fillText(name, px + Math.max(B, 8), py - 8); }
   }
 
-  /** Heading as a thin line, velocity over ground as an arrow: the way of the time of two ship lengths. */
+  /** Heading as a thin line; velocity over ground as an arrow: the distance run in the time of two ship lengths. */
   #vector(g, ship, pose, colour) {
     const [x, y, psi, u, v] = pose, span = 2 * ship.L / Math.max(this.hello.speed, 1e-3);
     const vx = u * Math.cos(psi) - v * Math.sin(psi), vy = u * Math.sin(psi) + v * Math.cos(psi);
@@ -141,7 +141,7 @@ export class Chart {
     arrow(g, ...this.#at(x, y), ...this.#at(x + vx * span, y + vy * span));
   }
 
-  /** Where she goes while speed and rate of turn last. */
+  /** Predicted track at constant speed and rate of turn. */
   #ahead(g, [x, y, psi, u, v, r], c) {
     const span = 4 * this.hello.ship.L / Math.max(this.hello.speed, 1e-3), steps = 24, dt = span / steps;
     g.strokeStyle = c.muted; g.lineWidth = 1.5; g.setLineDash([2, 5]);
@@ -165,7 +165,7 @@ export class Chart {
   }
 
   #arrows(state, c) {
-    const [wx, wy, cx, cy] = state.around;  // the wind by where it comes from, the current by where it goes
+    const [wx, wy, cx, cy] = state.around;  // wind: direction from; current: direction towards
     const wind = Math.hypot(wx, wy), current = Math.hypot(cx, cy);
     const shown = [one("Wind", "from", wind, Math.atan2(wy, wx), Math.PI), one("Current", "to", current, Math.atan2(cy, cx), 0)];
     const told = JSON.stringify([shown, c.ordered, c.other]);
@@ -201,7 +201,7 @@ export class Chart {
   }
 }
 
-/** Which way the arrow of a wind or a current points [deg], none where there is none, and what it says. */
+/** Direction of the arrow of a wind or a current [deg], null where there is none, and its text. */
 function one(what, word, size, direction, turn) {
   if (size < 1e-6) return [null, `${what}: none`];
   return [Math.round((direction + turn) / Math.PI * 180), `${what} ${fixed(size / KNOT)} kn ${word} ${course(direction).slice(0, 3)}°`];

@@ -1,4 +1,4 @@
-// The conning display: where she heads, how fast she goes and turns, in figures that are read from afar.
+// The conning display: heading, course, speeds and rate of turn in large figures.
 
 import { nice } from "./shared/canvas.js";
 import { make } from "./shared/dom.js";
@@ -10,7 +10,7 @@ const CELLS = [
   ["across", "Sideways", "kn"], ["gap", "Ghost, distance", "m"], ["off", "Ghost, heading", ""],
 ];
 
-const STILL = 0.02;  // of the approach speed: what is slower has no course
+const STILL = 0.02;  // share of the approach speed below which no course is shown
 
 export class Conning {
   constructor(section) {
@@ -26,7 +26,7 @@ export class Conning {
 
   begin(hello) {
     this.still = STILL * hello.speed;
-    const most = nice(hello.speed / hello.ship.L * 60 / DEGREE);  // more than a hard turn of most ships reaches
+    const most = nice(hello.speed / hello.ship.L * 60 / DEGREE);  // beyond the rate of a hard turn of most ships
     this.most = most * DEGREE / 60;
     this.end.textContent = `${most} °/min`;
     for (const id of ["gap", "off"]) this.cells[id].hidden = hello.ghost === null;

@@ -4,9 +4,9 @@ import { nice } from "./shared/canvas.js";
 import { drawn, make } from "./shared/dom.js";
 import { DEGREE, fixed, shown, sided } from "./shared/units.js";
 
-const HOLD = 600;  // ms for which a hand on the page counts more than what the last picture says
+const HOLD = 600;  // ms for which a value set on the page has precedence over the last picture
 
-/** What all controls share: the value at hand, and orders that go out no more than twenty times a second. */
+/** Common part of all controls: the ordered value, and orders sent at most twenty times a second. */
 class Control {
   constructor(order, send) {
     this.order = order; this.value = 0; this.touched = -Infinity; this.apart = false;
@@ -18,7 +18,7 @@ class Control {
     this.act = make("span", { class: "act" });
     this.clip = make("span", { class: "clip", hidden: true }, "LIMIT");
     this.input = make("input", { type: "number", step: "any", "aria-label": `${order.label} ordered [${unit}]${order.sided ? ", starboard positive" : ""}` });
-    const asked = make("label", { title: order.sided && "Starboard is above zero, port below" }, make("span", { class: "word" }, "ordered"), " ", this.input, ` ${unit}`);
+    const asked = make("label", { title: order.sided && "Positive to starboard, negative to port" }, make("span", { class: "word" }, "ordered"), " ", this.input, ` ${unit}`);
     this.element = make("div", { class: "control" }, make("div", { class: "says" }, make("b", {}, order.label), this.act, this.clip, asked));
     this.input.onchange = () => { if (this.input.value !== "") this.#ask(Number(this.input.value) / this.factor); this.input.blur(); };
     this.#send = send;
@@ -29,13 +29,13 @@ class Control {
   /** Order a value within the scale. */
   set(value) { this.#ask(Math.min(Math.max(value, this.order.low), this.order.high)); }
 
-  /** So many of the least steps, in figures. */
+  /** A number of smallest steps as text. */
   step(n) { return `${Number((n * this.fine * this.factor).toPrecision(3))}${this.angle ? "" : " "}${this.unit}`; }
 
   nudge(by) { this.set(Math.round((this.value + by) / this.fine) * this.fine); }
 
   #ask(value) {
-    if (this.input.disabled) return;  // another one has command, or nobody hears
+    if (this.input.disabled) return;  // no command, or no contact
     this.value = value; this.touched = performance.now(); this.draw();
     this.#waits = value;
     if (this.#timer === null) this.#flush();
@@ -48,13 +48,13 @@ class Control {
     this.#timer = setTimeout(() => this.#flush(), 50);
   }
 
-  /** What the ship says: ordered and actual; null where nobody knows, or where its parts stand apart. */
+  /** Show ordered and actual values of the ship; null where unknown, or where the parts of a shared order differ. */
   show(ordered, actual, clipped, enabled) {
     const touched = performance.now() - this.touched <= HOLD;
     if (ordered !== null && !touched) this.value = ordered;
     this.apart = ordered === null && !touched;
     const seen = `${this.apart} ${this.value.toFixed(4)} ${actual?.toFixed(4)} ${clipped} ${enabled}`;
-    if (seen === this.#seen && document.activeElement !== this.input) return;  // what stays needs no drawing
+    if (seen === this.#seen && document.activeElement !== this.input) return;  // nothing has changed
     this.#seen = seen;
     this.actual = actual;
     this.element.classList.toggle("locked", !enabled);
@@ -70,14 +70,14 @@ class Control {
     this.draw();
   }
 
-  /** A value in figures; where it has a side, with that. */
+  /** A value as text, with its side where it has one. */
   figure(value) {
     if (value === null || value === undefined) return this.order.parts > 1 ? "apart" : "–";
     const size = value * this.factor, unit = this.angle ? this.unit : ` ${this.unit}`;
     return this.order.sided ? sided(size, this.digits, unit) : `${fixed(size, this.digits)}${unit}`;
   }
 
-  /** Make an element a slider for hands, keys and screen readers. */
+  /** Make an element a slider for pointer, keyboard and screen readers. */
   slider(element, valueAt, step) {
     element.tabIndex = 0;
     element.setAttribute("role", "slider");
@@ -85,12 +85,12 @@ class Control {
     element.setAttribute("aria-valuemin", (this.order.low * this.factor).toFixed(this.digits));
     element.setAttribute("aria-valuemax", (this.order.high * this.factor).toFixed(this.digits));
     let held = false;
-    element.addEventListener("pointerdown", e => { held = true; element.setPointerCapture(e.pointerId); this.set(valueAt(e)); e.preventDefault(); });  // no focus: the keys stay with the wheel
+    element.addEventListener("pointerdown", e => { held = true; element.setPointerCapture(e.pointerId); this.set(valueAt(e)); e.preventDefault(); });  // no focus: the keys keep steering the rudder
     element.addEventListener("pointermove", e => { if (held) this.set(valueAt(e)); });
     for (const end of ["pointerup", "pointercancel"]) element.addEventListener(end, () => { held = false; });
     element.addEventListener("keydown", e => {
       const way = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[e.key];
-      if (!way || e.target.closest("#rudders, #engines")) return;  // the page's own keys steer those
+      if (!way || e.target.closest("#rudders, #engines")) return;  // these have keys of their own
       this.nudge(way * (e.shiftKey ? this.fine : step)); e.preventDefault(); e.stopPropagation();
     });
     this.aria = element;
@@ -102,7 +102,7 @@ class Control {
   }
 }
 
-/** A straight scale; across for rudders, upright for engines. */
+/** A straight scale; horizontal for rudders, vertical for engines. */
 export class Scale extends Control {
   constructor(order, send, upright, bells) {
     super(order, send);
@@ -123,7 +123,7 @@ export class Scale extends Control {
     }, this.angle ? 5 * DEGREE : 5 * this.fine);
   }
 
-  /** To the next position of the telegraph. */
+  /** Move to the next position of the telegraph. */
   bell(way) {
     const near = 0.02 * this.order.full, sorted = this.bells.map(([value]) => value).sort((a, b) => a - b);
     const next = way > 0 ? sorted.find(v => v > this.value + near) : sorted.findLast(v => v < this.value - near);
@@ -145,7 +145,7 @@ export class Scale extends Control {
     this.say();
   }
 
-  /** A button for each position of the telegraph that the engine has. */
+  /** A button for each position of the telegraph within the range of the engine. */
   #telegraph(bells) {
     const { low, high, full } = this.order, list = make("div", { class: "bells" });
     this.bar.querySelector(".zero").style.bottom = `${100 * -low / (high - low)}%`;
@@ -177,7 +177,7 @@ export class Scale extends Control {
   }
 }
 
-/** A round dial for what turns all the way; up is ahead, clockwise to starboard. */
+/** A round dial for azimuths; up is ahead, clockwise to starboard. */
 export class Dial extends Control {
   constructor(order, send) {
     super(order, send);
@@ -205,7 +205,7 @@ export class Dial extends Control {
   }
 }
 
-/** All controls of a ship in their places. */
+/** All controls of a ship. */
 export class Helm {
   constructor(hello, send, places) {
     for (const place of Object.values(places)) place.replaceChildren();
@@ -226,7 +226,7 @@ export class Helm {
     for (const [name, control] of this.controls) control.show(state.ord[name], state.act[name], clipped.includes(name), enabled);
   }
 
-  /** What the page's own keys do to this ship: for each a list of words and keys. */
+  /** Effect of the keys for this ship: for each a list of words and keys. */
   hints() {
     const rudder = this.rudder, engine = this.engine, by = n => rudder.step(n), key = text => make("kbd", {}, text);
     const rest = [...this.controls.values()].filter(control => control !== rudder && control !== engine);
@@ -234,11 +234,11 @@ export class Helm {
       ...(rudder ? [[key("←"), " ", key("→"), ` ${rudder.order.label.toLowerCase()} ${by(5)}, with `, key("Shift"), ` ${by(1)}`],
         [key("Space"), rudder.angle ? " midships" : " none"]] : []),
       ...(engine ? [[key("↑"), " ", key("↓"), ` ${engine.order.unit === "1/s" ? "telegraph" : engine.order.label.toLowerCase()}`]] : []),
-      ...(rest.length ? [[key("Tab"), ` to ${rest[0].order.label.toLowerCase()}${rest.length > 1 ? " and others" : ""}: the arrows move that one`]] : []),
+      ...(rest.length ? [[key("Tab"), ` to ${rest[0].order.label.toLowerCase()}${rest.length > 1 ? " and others" : ""}: the arrow keys then move it`]] : []),
     ];
   }
 
-  /** The page's own keys; whether this was one. */
+  /** Handle a key; returns whether it is one of the page. */
   key(e) {
     const step = (this.rudder?.fine ?? 0) * (e.shiftKey ? 1 : 5);
     const does = {

@@ -1,18 +1,18 @@
-// The line to the ship: pictures in, requests out, and the state between two pictures.
+// The connection to the simulation: pictures in, requests out, and interpolation between two pictures.
 
 import { line } from "./shared/line.js";
 
 const KEY = "seatrial-bridge";
 const DEEP = 40;
 
-/** Seconds after which what is shown is no longer what is. */
+/** Age of the last picture from which it counts as out of date [s]. */
 export const OLD = 2;
 
 export class Link extends EventTarget {
-  /** Hello and the last picture; null until they come. */
+  /** Hello and the last picture; null until they arrive. */
   hello = null;
   last = null;
-  /** Pictures that came, and how many a second. */
+  /** Number of pictures received. */
   pictures = 0;
   #say = () => {};
   #frames = [];
@@ -28,21 +28,21 @@ export class Link extends EventTarget {
     });
   }
 
-  /** Ask for something; a line that is down takes nothing. */
+  /** Send a request; it is discarded while there is no connection. */
   ask(request) {
     this.#say(request);
   }
 
   get commands() { return this.last !== null && this.hello !== null && this.last.command[0] === this.hello.hello && this.contact() === null; }
 
-  /** How old what is shown is [s], and why nothing newer comes; null where it does. */
+  /** Age of the last picture [s] and the reason why none follows; null while pictures arrive. */
   contact(now = performance.now()) {
     const age = Math.max(now - this.#news, 0) / 1000;
     if (this.#why) return { age, why: this.#why };
-    return age > OLD ? { age, why: "nothing new comes" } : null;
+    return age > OLD ? { age, why: "no new data" } : null;
   }
 
-  /** The state to draw at a moment of the display [ms]: between two pictures, so that motion is smooth. */
+  /** State to draw at a time of the display [ms], interpolated between two pictures for smooth motion. */
   between(now) {
     const last = this.last;
     if (last === null) return null;
@@ -89,7 +89,7 @@ export class Link extends EventTarget {
   }
 
   #broken(why, ever) {
-    this.#why ||= why;  // that it cannot be opened again says less than why it broke
+    this.#why ||= why;  // the first reason says more than a failed reconnection
     if (ever) this.#why = why;
     this.dispatchEvent(new CustomEvent("lost", { detail: ever }));
   }

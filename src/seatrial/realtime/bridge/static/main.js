@@ -1,4 +1,4 @@
-// The page: one line to the ship, pictures twenty times a second, drawn as often as the display allows.
+// The page: one connection, pictures twenty times a second, drawn at the rate of the display.
 
 import { Chart } from "./chart.js";
 import { Conning } from "./conning.js";
@@ -37,11 +37,11 @@ link.addEventListener("picture", () => {
   document.body.classList.toggle("failed", link.last.failed !== null);
 });
 link.addEventListener("back", () => { chart.clear(); strips.clear(); });
-link.addEventListener("lost", ({ detail: ever }) => say(ever ? "This page gets nothing more; load it again to go on." : "The line to the ship is down; trying again…", true));
+link.addEventListener("lost", ({ detail: ever }) => say(ever ? "This page receives no more data; reload it to continue." : "No connection to the simulation; trying again…", true));
 addEventListener("hashchange", () => location.reload());  // another key
 link.addEventListener("note", event => say(event.detail));
 
-// A button that was pressed with the pointer lets the keys go back to the wheel: Space is midships, not the button again.
+// A button pressed with the pointer loses the focus, so that Space means midships and does not press it again.
 addEventListener("click", event => { if (event.detail > 0) event.target.closest("button, summary")?.blur(); });
 addEventListener("keydown", event => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("input, select, textarea")) return;
@@ -56,7 +56,7 @@ addEventListener("keydown", event => {
   event.preventDefault();
 });
 
-/** Figures on how smooth it is, for whoever asks. */
+/** Counters of drawn pictures, for tests. */
 const stats = globalThis.seatrial = { drawn: 0, link, chart };
 function draw(now) {
   requestAnimationFrame(draw);

@@ -1,4 +1,4 @@
-// Everything around the wheel: command, time, manoeuvres and their figures, recording, ghost, weather, log.
+// Everything except the controls: command, time, manoeuvres and their indices, recording, ghost, weather, log.
 
 import { DEGREE, KNOT, clock, figure, fixed, sided } from "./shared/units.js";
 
@@ -48,7 +48,7 @@ export class Panel {
 
   pause() { this.link.ask({ do: this.link.last?.paused ? "resume" : "pause" }); }
 
-  /** What is shown is old, and nobody can steer from here: how old, and why; or null. */
+  /** Contact was lost: the age of the data and the reason, while this page cannot steer; or null. */
   contact(lost) {
     if (lost === null) {
       if (this.#lost && this.link.last) this.show(this.link.last);
@@ -58,7 +58,7 @@ export class Panel {
     this.#lost = true;
     put($("holder"), `No contact for ${lost.age.toFixed(0)} s: ${lost.why}`);
     $("command").dataset.state = "lost";
-    $("command").title = "Nothing can be ordered from this page now";
+    $("command").title = "This page cannot give orders now";
     $("take").hidden = $("asked").hidden = true;
     for (const element of document.querySelectorAll(STEERS)) element.disabled = true;
   }
@@ -67,13 +67,13 @@ export class Panel {
     const [holder, asking, stale, present] = frame.command, me = this.link.hello.hello, mine = holder === me;
     put($("clock"), clock(frame.t));
     put($("holder"), stale ? `${holder} is silent` : mine ? "You have command" : `${holder} has command`);
-    $("command").title = `You are ${me}; on the bridge: ${present.join(", ")}`;
+    $("command").title = `You are ${me}; connected: ${present.join(", ")}`;
     $("command").dataset.state = stale ? "stale" : mine ? "mine" : "theirs";
     $("take").hidden = mine;
     put($("take"), stale ? "Take command" : asking === me ? "Asked…" : "Ask for command");
     $("asked").hidden = !(mine && asking && present.includes(asking));
     put($("asked").firstElementChild, `${asking} asks for command.`);
-    put($("pause"), frame.paused ? "Go on" : "Pause");
+    put($("pause"), frame.paused ? "Resume" : "Pause");
     $("step").hidden = !frame.paused;
     this.#pace(frame.factor);
     put($("back"), frame.kept === null ? "Back" : `Back to ${clock(frame.kept)}`);
@@ -88,7 +88,7 @@ export class Panel {
     if (!this.#filled) this.#fill(frame.around);
   }
 
-  /** The time factor, also one that is not on offer. */
+  /** Show the time factor, also one that is not in the list. */
   #pace(factor) {
     const pace = $("pace"), value = factor === null ? "fastest" : String(factor);
     if (document.activeElement === pace || pace.value === value) return;
@@ -99,13 +99,13 @@ export class Panel {
     pace.value = value;
   }
 
-  /** A recording goes on, or there is none, or it has ended by itself, which stays until another one begins. */
+  /** Show the recording: none, in progress, or ended by itself, which stays until another one begins. */
   #recording(record) {
     const button = $("record"), [path, rows, failure] = record ?? ["", 0, ""], goes = record !== null && !failure;
     button.setAttribute("aria-pressed", String(goes));
     button.dataset.state = failure ? "failed" : goes ? "goes" : "none";
     put(button, failure ? `Recording failed after ${rows} rows` : goes ? `Recording, ${rows} rows` : "Record");
-    button.title = failure ? `${failure}. Press to begin another one` : path || "Record to a trial file";
+    button.title = failure ? `${failure}. Press to start another one` : path || "Record to a trial file";
     if (failure && failure !== this.#failure) this.say(`Recording ended: ${failure}`, true);
     this.#failure = failure;
   }
@@ -118,7 +118,7 @@ export class Panel {
     this.#figures = text;
     if (drill === null) { $("figures").replaceChildren(); return; }
     const [name, over, complete, indices] = drill, table = document.createElement("table");
-    const state = complete ? "complete" : over ? "ended" : "under way; any order by hand ends it";
+    const state = complete ? "complete" : over ? "ended" : "in progress; any manual order ends it";
     table.createCaption().textContent = `${name}: ${state}`;
     for (const index of indices) {
       const row = table.insertRow();
@@ -130,8 +130,8 @@ export class Panel {
   #ghost(frame) {
     const ghost = this.link.hello.ghost;
     if (ghost === null) return;
-    const off = frame.ghost ? `${fixed(frame.ghost[3])} m away, heading off by ${sided(frame.ghost[4] / DEGREE, 1, "°")}` : "not under way";
-    put($("ghost-says"), `${ghost.name}${ghost.ship && ghost.ship !== this.link.hello.ship.name ? `, a trial of ${ghost.ship}` : ""} (${clock(ghost.duration)}): ${off}${frame.following ? "; its orders are obeyed" : ""}`);
+    const off = frame.ghost ? `${fixed(frame.ghost[3])} m away, heading difference ${sided(frame.ghost[4] / DEGREE, 1, "°")}` : "not running";
+    put($("ghost-says"), `${ghost.name}${ghost.ship && ghost.ship !== this.link.hello.ship.name ? `, a trial of ${ghost.ship}` : ""} (${clock(ghost.duration)}): ${off}${frame.following ? "; its orders are applied" : ""}`);
   }
 
   #log(frame) {

@@ -34,7 +34,7 @@ export class Strips {
     if (first > 200) this.samples.splice(0, first);
   }
 
-  /** Ten times a second is enough for what creeps. */
+  /** Draw at most ten times a second, which is enough for slow changes. */
   draw(now, t) {
     if (now - this.drawn < 100) return;
     this.drawn = now;
@@ -71,7 +71,7 @@ export class Strips {
       for (const s of seen) {
         const value = round ? modulo(read(s), round) : read(s);
         if (Number.isNaN(value)) continue;
-        if (round && Math.abs(value - before) > round / 2) g.moveTo(px(s), py(value));  // through north: from edge to edge
+        if (round && Math.abs(value - before) > round / 2) g.moveTo(px(s), py(value));  // crossing north: from edge to edge
         else g.lineTo(px(s), py(value));
         before = value;
       }
@@ -85,8 +85,8 @@ export class Strips {
 
 const modulo = (value, round) => ((value % round) + round) % round;
 
-/** The ends of an axis, both round numbers, the step between its lines (about so many of them), and the whole turn
- *  that it shows where the values go further round than half of it. */
+/** Ends of an axis, both round numbers; the step between its lines (about `many` of them); and the full turn, if the
+ *  values span more than half of it, else 0. */
 function range(seen, row, many) {
   const values = seen.flatMap(s => row.asked ? [row.read(s), row.asked(s)] : [row.read(s)]).filter(Number.isFinite);
   let low = Math.min(...values, Infinity), high = Math.max(...values, -Infinity);

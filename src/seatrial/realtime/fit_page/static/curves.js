@@ -1,4 +1,4 @@
-// Objective against iteration, and below it the validation on the same iterations.
+// Objective against iteration, and below it the validation loss at the same iterations.
 
 import { fitted, nice } from "./shared/canvas.js";
 

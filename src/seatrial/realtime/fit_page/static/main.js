@@ -1,4 +1,4 @@
-// The page of a running fit: what the server says is kept, and drawn when it has changed.
+// The page of a running fit: data from the server are kept, and drawn when they have changed.
 
 import { Curves } from "./curves.js";
 import { Ranges } from "./ranges.js";
@@ -14,14 +14,14 @@ const curves = new Curves($("curves"), colours), tracks = new Tracks($("tracks")
 const RUNS = new Set(["fitting", "writing the report"]);
 
 let over = false, down = false, last = null, came = 0, due = false;
-/** For whoever asks. */
+/** State of the page, for tests. */
 const seatrial = globalThis.seatrial = { pictures: 0, drawn: 0, curves, tracks, ranges, get last() { return last; } };
 const turn = nightly($("night"), () => draw());
 addEventListener("keydown", event => { if (event.key.toLowerCase() === "n" && !event.ctrlKey && !event.altKey && !event.metaKey) turn(); });
 new ResizeObserver(() => draw()).observe(document.querySelector("main"));
 
 const say = line({
-  hear, broken() { down = true; if (!over) notice("The line to the fit is down; trying again…"); },
+  hear, broken() { down = true; if (!over) notice("No connection to the fit; trying again…"); },
 });
 
 function hear(said) {
@@ -48,7 +48,7 @@ function head(said) {
   $("objective").textContent = figure(objective);
   $("validation").textContent = figure(validation);
   $("watched").hidden = validation === null;
-  notice(said.state === "failed" ? `The fit failed: ${said.text}` : said.state === "stopped" ? "The run was stopped; this is its last state. The same command again goes on from here."
+  notice(said.state === "failed" ? `The fit failed: ${said.text}` : said.state === "stopped" ? "The run was stopped; this is its last state. The same command resumes it."
     : said.over ? `The run has ended; this is its last state. ${said.text}` : said.state === "done" ? `Done: ${said.text || "everything is written"}.` : "");
   tick();
 }

@@ -1,4 +1,4 @@
-// Free parameters, each on a rail from the low end of its range to the high end.
+// Free parameters, each on a rail from the low to the high end of its range.
 
 export class Ranges {
   constructor(section) { this.section = section; this.rows = []; this.free = []; }
@@ -53,7 +53,7 @@ function place(one, f, value) {
   one.root.classList.toggle("stuck", (f.low !== null && value - f.low <= near) || (f.high !== null && f.high - value <= near));
 }
 
-/** Unit of a parameter; a prime stands for none, as in the ship file. */
+/** Unit of a parameter; a prime means none, as in the ship file. */
 const unit = f => f.unit === "'" ? "" : f.unit.replace("^2", "²").replace("^3", "³");
 
 const make = (kind, name) => Object.assign(document.createElement(kind), { className: name });

@@ -1,4 +1,4 @@
-// Tracks side by side, each north up, a metre as long to the north as to the east.
+// Tracks side by side, each north up with equal scales to the north and to the east.
 
 import { fitted, nice } from "./shared/canvas.js";
 
@@ -16,8 +16,8 @@ export class Tracks {
 
   show(found) {
     this.predicted = found?.predicted ?? [];
-    const often = this.restart === null || this.restart === undefined ? "" : `, set back to the measured state every ${this.restart} s`;
-    this.section.querySelector("#who").textContent = found ? `predicted, iteration ${found.iteration}${often}` : "predicted: not yet";
+    const often = this.restart === null || this.restart === undefined ? "" : `, reset to the measured state every ${this.restart} s`;
+    this.section.querySelector("#who").textContent = found ? `predicted, iteration ${found.iteration}${often}` : "predicted: none yet";
     const untold = this.section.querySelector("#untold");
     untold.textContent = this.predicted.filter(one => one.failed).map(one => one.failed).join("; ");
     untold.hidden = !untold.textContent;
