@@ -31,14 +31,6 @@ def page(
     return Page("Coverage", (Section("", note("", notes)), section(reference, train, trials, found)))
 
 
-def document(
-    reference: Reference, train: Sequence[Trial], trials: Sequence[Trial], found: Sequence[Coverage],
-    notes: Sequence[str] = (),
-) -> str:  # fmt: skip
-    """The page as HTML."""
-    return page(reference, train, trials, found, notes).html
-
-
 def section(
     reference: Reference, train: Sequence[Trial], trials: Sequence[Trial], found: Sequence[Coverage]
 ) -> Section:  # fmt: skip

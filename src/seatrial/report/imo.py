@@ -25,11 +25,6 @@ def page(found: ImoTable) -> Page:
     )
 
 
-def document(found: ImoTable) -> str:
-    """The page as HTML."""
-    return page(found).html
-
-
 def numbers(found: ImoTable) -> dict[str, object]:
     """The table as JSON has it."""
     return {

@@ -39,11 +39,6 @@ def page(found: Table) -> Page:
     return Page(title, (Section("", head), *items, Section("Conditions", entries(conditions))), numbers(found))
 
 
-def document(found: Table) -> str:
-    """The page as HTML."""
-    return page(found).html
-
-
 def numbers(found: Table) -> dict[str, object]:
     """The table as JSON has it."""
     return {

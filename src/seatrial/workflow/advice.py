@@ -29,7 +29,7 @@ def trained(ship: Ship, name: str) -> Ship:
     Raises:
         RequestError: its network is untrained.
     """
-    if getattr(getattr(ship.model, "network", None), "trained", True):
+    if ship.model.trained:
         return ship
     remedy = f'train it: seatrial identify STUDY.toml -o DIR, with ship = "{name}" in the study'
     raise RequestError(f"{name}: the network of {ship.name} is untrained (its file names no weights); {remedy}")

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from ..core.files import write_whole
 from ..data import Trial
 from ..data.check import Finding, check_set
 from ..data.check import check as findings_of
@@ -65,9 +64,10 @@ def _compared(
     reference = Reference.of(whole, usual([*whole, *ours]))
     covered = [coverage(reference, trial) for trial in ours]
     if out is not None:
-        from ..report.coverage import document
+        from ..report.coverage import page
+        from ..report.page import write
 
         out.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(out, document(reference, whole, ours, covered, [str(f) for f in overlaps]))
+        write(out, page(reference, whole, ours, covered, [str(f) for f in overlaps]))
         sink.note(f"wrote {out}")
     return overlaps, covered

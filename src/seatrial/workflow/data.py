@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.parameters import unknown
-from ..data.formats.importing import import_log
+from ..data.importing import import_log
 from ..data.prepare import resample as resampled
 from ..data.sidecar import read_sidecar, sidecar_path
 from ..data.trialfile import read_trials, write_trial

@@ -104,7 +104,7 @@ def _report(
     fit: Fit, problem: Problem, unseen: tuple[Trial, ...], findings: list[str], out: Path
 ) -> dict[str, float]:
     from .. import __version__
-    from ..report.caveats import assumptions
+    from ..report.evidence import assumptions
     from ..report.report import Report
 
     comparisons, _ = compared(load(out / MODEL), unseen, RESTART, scales(unseen, None))

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..core.files import write_whole
 from ..core.parameters import unknown
 from ..models import STATES
 from ..ships import Ship
@@ -144,13 +143,14 @@ def imo(ship: str | Path | Ship, out: Path | None = None, note: Note = silent) -
         RequestError: an output that is no page, or whose folder does not exist.
         ShipError: a ship that cannot be read, or has no steady approach.
     """
-    from ..report.imo import document
+    from ..report.imo import page
+    from ..report.page import write
     from ..validate.imo import imo_table
 
     check_output(out, PAGES, "the page of the criteria")
     table = imo_table(ship_of(ship))
     if out is not None:
-        write_whole(out, document(table))
+        write(out, page(table))
         note(f"wrote {out}")
     return table
 
@@ -164,7 +164,8 @@ def requirements(
         RequestError: an unknown scope, or an output that is no page or whose folder does not exist.
         ShipError: a ship that cannot be read.
     """
-    from ..report.requirements import document
+    from ..report.page import write
+    from ..report.requirements import page
     from ..validate.requirements.scopes import SCOPES, judge
 
     if scope not in SCOPES:
@@ -172,6 +173,6 @@ def requirements(
     check_output(out, PAGES, "the page of the requirements")
     found = judge(ship_of(ship), scope)
     if out is not None:
-        write_whole(out, document(found))
+        write(out, page(found))
         note(f"wrote {out}")
     return found

@@ -10,9 +10,10 @@ from ..data import Trial
 from ..identify import Fit, Problem
 from ..identify.tuning.fine_tuning import FineTuning
 from ..identify.tuning.tuned import Tuning
+from ..report.page import Section
 from ..study.study import Study
-from ..validate.shooting_cases import Shot
-from ..validate.shooting_cases import shot as rivals
+from ..validate.rivals import Rivals
+from ..validate.rivals import judged as rivals
 from . import Sink
 from .reports import Provenance, report, sources
 
@@ -36,9 +37,9 @@ def _(found: Tuning, study: Study, fit: Fit, page: Path, provenance: Provenance,
 
 
 @report.register
-def _(found: Shot, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
+def _(found: Rivals, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
     """Of a study with a rival on virtual trials: both beside the truth, in several weathers."""
-    from ..report.shooting import write
+    from ..report.rivals import write
 
     virtual = study.virtual
     truth = {} if virtual is None else {"truth": f"{virtual.ship.name}, seed {virtual.seed}"}
@@ -47,7 +48,7 @@ def _(found: Shot, study: Study, fit: Fit, page: Path, provenance: Provenance, s
 
 def _identifiability(
     fit: Fit, problem: Problem, tests: Sequence[Trial], estimator: FineTuning
-) -> list[tuple[str, str]]:  # fmt: skip
+) -> list[Section]:  # fmt: skip
     """Sections on the chosen fit: profiles, correlations, restarts, residuals, and bands on the test trials."""
     from ..identify.posterior.ensemble import bands, ensemble
     from ..identify.posterior.misfit import misfit

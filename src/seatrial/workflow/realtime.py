@@ -12,7 +12,7 @@ from typing import Any, Unpack
 
 from ..environment import Weather
 from ..manoeuvres import Manoeuvre
-from ..models import Sampled, follows, unit
+from ..models import Sampled, unit
 from ..realtime.bridge.deck import Deck, Outfit
 from ..realtime.bridge.ghost import Ghost
 from ..realtime.bridge.view import OWN
@@ -239,7 +239,7 @@ def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
 
 def cannot(ship: Ship) -> dict[str, str]:
     """Buttons of what the ship cannot do, and why not."""
-    steering = [name for name, (of, _) in zip(ship.model.controls, follows(ship.model), strict=True) if of == "delta"]
+    steering = [name for name, (of, _) in zip(ship.model.controls, ship.model.follows, strict=True) if of == "delta"]
     turns = any(unit(name) == "rad" for name in steering)
     found: dict[str, str] = {}
     for text, (kind, _) in _BUTTONS.items():

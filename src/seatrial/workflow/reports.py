@@ -9,8 +9,8 @@ from pathlib import Path
 from ..data import Trial
 from ..data.check import check
 from ..identify import Fit
-from ..identify.shooting.nuisances import with_current
-from ..report.caveats import assumptions
+from ..identify.nuisance import with_current
+from ..report.evidence import assumptions
 from ..report.report import Report
 from ..ships.files import load
 from ..study.store import MODEL

@@ -51,9 +51,7 @@ def ship_of(ship: str | Path | Ship) -> Ship:
 
 def doubts(ship: Ship) -> list[str]:
     """Lines on what is physically doubtful in the mass matrix of a ship that has one."""
-    ask = getattr(getattr(ship.model, "inertia", None), "doubts", None)
-    displaced = float(getattr(getattr(ship.model, "body", None), "m", 0.0))
-    return [] if ask is None else [f"{ship.name}: {text}" for text in ask(displaced, float(ship.L_pp))]
+    return [f"{ship.name}: {text}" for text in ship.model.mass_doubts(float(ship.L_pp))]
 
 
 def positive(**options: float | None) -> None:
@@ -193,7 +191,7 @@ def surroundings(ship: Ship, seed: int = 1, note: Note = silent, **around: Unpac
 
 
 def _check_depth(ship: Ship, depth: float | None, note: Note) -> None:
-    draught = float(getattr(getattr(ship.model, "body", ship.model), "d", 0.0))
+    draught = float(ship.model.draught)
     if depth is not None and depth <= draught:
         raise RequestError(f"--depth is {depth:g} m; {ship.name} draws {draught:g} m and would be aground")
     if depth is not None and depth < SHALLOWEST * draught:

@@ -21,7 +21,6 @@ from ..data import Trial
 from ..engine import SimulationError
 from ..environment import Weather
 from ..manoeuvres import Index, Manoeuvre, Settings
-from ..models import follows
 from ..ships import Ship
 from ..ships.felt import driven
 from ..simulate.approach import approach, step_doubt, surge_balance, time_step
@@ -59,9 +58,9 @@ def find(name: str) -> type[Manoeuvre]:
 
 def rudder_limit(ship: Ship) -> float:
     """Greatest angle of what follows the order delta [rad]; infinite without a limit."""
-    servos = [ship.actuators.of(c) for c, (order, _) in zip(ship.model.controls, follows(ship.model), strict=True)
+    servos = [ship.actuators.of(c) for c, (order, _) in zip(ship.model.controls, ship.model.follows, strict=True)
               if order == "delta"]  # fmt: skip
-    return min((abs(float(getattr(servo, "high", math.inf))) for servo in servos), default=math.inf)
+    return min((abs(float(servo.high)) for servo in servos), default=math.inf)
 
 
 def lacks(ship: Ship, cls: type[Manoeuvre]) -> str | None:
@@ -100,7 +99,7 @@ def order(name: str, ship: Ship, U: float, n_P: float, given: Mapping[str, Any])
 
 
 def _greatest(ship: Ship) -> dict[str, float]:
-    found = {name: float(getattr(ship.actuators.of(name), "high", math.inf)) for name in ship.model.controls}
+    found = {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
     return {name: high if math.isfinite(high) else 0.0 for name, high in found.items()}
 
 

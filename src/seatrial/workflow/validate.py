@@ -10,7 +10,7 @@ from ..data import DataError, Trial
 from ..data.check import check
 from ..data.trialfile import read_trials, write_trial
 from ..engine import SimulationError
-from ..report.caveats import assumptions
+from ..report.evidence import assumptions
 from ..report.report import Report
 from ..ships import Ship
 from ..ships.files import load
