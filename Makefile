@@ -10,10 +10,10 @@ demo: .venv/core.stamp
 	$(BIN)/seatrial demo -o demo
 
 test: .venv/test.stamp
-	$(BIN)/python -m pytest -q -n auto -m "not long"
+	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not long"
 
 test-all: .venv/test.stamp
-	$(BIN)/python -m pytest -q -n auto
+	$(BIN)/python -m pytest -q -n auto --dist loadfile
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .

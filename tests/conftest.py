@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import gc
+import os
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+
+# Workers share the cores already: threads of NumPy and PyTorch in each of them would only wait for one another.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    for library in ("OMP", "OPENBLAS", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 STUDY = """schema = "seatrial-study/1"
 ship = "mine.toml"
