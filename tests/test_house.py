@@ -30,7 +30,6 @@ def prose() -> Iterator[Path]:
     yield from sorted(REPOSITORY.glob("*.md"))
 
 
-@LATER
 def test_modules_are_short_enough_to_read_at_a_sitting() -> None:
     wrong = [
         f"{short(path)}: {lines} lines, over {MODULE_LINES}: split it, or say in its docstring which one idea it is"
@@ -97,7 +96,6 @@ def test_a_ship_is_it() -> None:
     assert not wrong, f"{len(wrong)} lines\n" + "\n".join(wrong)
 
 
-@LATER
 def test_tests_do_not_import_from_tests() -> None:
     """What two files of tests share is in a module that is no test."""
     line_of_import = re.compile(r"\s*(?:from|import)\s(?:.*[.,\s])?test_\w+")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -55,7 +56,7 @@ def test_a_command_on_a_full_disk_fails_in_one_line_and_leaves_nothing(
     monkeypatch.chdir(tmp_path)
     assert main(command) == 1
     (line,) = [one for one in capsys.readouterr().err.splitlines() if one.startswith("error")]
-    assert f"{command[-1]}: " in line
+    assert re.match(rf"error: {Path(command[-1]).stem}\.\w+: ", line)
     assert "No space left" in line
     assert not list(tmp_path.iterdir())
 

@@ -279,7 +279,7 @@ def test_a_hybrid_has_members_that_judge_the_tests(
     told = spreads(load_members(folder / NAME, load(folder / "model.toml")), load(folder / "model.toml"),
                    [virtual(4, 30.0)])[0]  # fmt: skip
     assert found["spread"]["fitted"]["random"]["ratio"] == pytest.approx(told.ratio)
-    assert "What the hybrids say of the tests" in (out / "report.html").read_text(encoding="utf-8")
+    assert "Spread of the hybrids on the tests" in (out / "report.html").read_text(encoding="utf-8")
     status = found["models"]["fitted"]["seeds"][0]["status"]
     assert f"prior width {found['models']['fitted']['width']:g} by left-out" in status
     assert found["models"]["physics"]["width"] is None

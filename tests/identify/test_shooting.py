@@ -52,7 +52,7 @@ def test_the_gradient_is_that_of_the_cost(trials, nuisance):
     objective = objective_of(problem)
     rng = np.random.default_rng(1)
     p = np.array([f.start for f in problem.free])
-    eta = 0.3 * objective.groups.deviation * rng.standard_normal(objective.nuisances)
+    eta = 0.3 * objective.layout.deviation * rng.standard_normal(objective.nuisances)
     normal = objective.normal(p, eta)
     assert normal.cost == pytest.approx(objective.cost(p, eta), rel=1e-12)
     for k in range(p.size):
@@ -63,7 +63,7 @@ def test_the_gradient_is_that_of_the_cost(trials, nuisance):
     for block in normal.blocks:
         for k in range(block.where.start, block.where.stop):
             step = np.zeros_like(eta)
-            step[k] = 1e-5 * objective.groups.deviation[k]
+            step[k] = 1e-5 * objective.layout.deviation[k]
             slope = (objective.cost(p, eta + step) - objective.cost(p, eta - step)) / (2 * step[k])
             assert 2 * block.gradient[k - block.where.start] == pytest.approx(slope, rel=1e-4, abs=1e-3)
 

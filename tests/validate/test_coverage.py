@@ -11,7 +11,8 @@ import pytest
 from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
-from seatrial.report.coverage import document, histogram
+from seatrial.report.coverage import histogram
+from seatrial.report.coverage import page as page_of
 from seatrial.validate.coverage import WIND, Reference, apart, columns, coverage, usual
 
 
@@ -124,7 +125,7 @@ def test_bad_input_is_refused_in_one_line(train):
 
 def test_the_page_draws_every_channel_and_says_the_verdict(train):
     reference, far = Reference.of(train, ("delta", "n_P")), wandering(50, n_P=40.0)
-    text = document(reference, train, [far], [coverage(reference, far)], ["a finding"])
+    text = page_of(reference, train, [far], [coverage(reference, far)], ["a finding"]).html
     assert text.count("<svg") == len(reference.channels) + 1
     for words in ("leaves", "n_P", "a finding", "rudder δ [°]"):
         assert words in text

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from seatrial.cli.judging import imo
-from seatrial.report.imo import document
+from seatrial.report.imo import page as page_of
 from seatrial.ships.files import library, load
 from seatrial.simulate.run import approach
 from seatrial.validate.imo import FAIL, NOT_APPLICABLE, PASS, ImoTable, imo_table, no_stop, overshoot_limits
@@ -118,7 +118,7 @@ def test_a_ship_that_leaves_its_validity_is_not_judged_there():
 
 
 def test_page_holds_every_verdict_and_asks_for_nothing_outside(kvlcc2):
-    text = document(kvlcc2)
+    text = page_of(kvlcc2).html
     assert text.count("not applicable") == 1
     assert "20/20 zigzag, first overshoot" in text
     assert "extrapolates" in text

@@ -39,7 +39,7 @@ def known() -> dict[str, type[Manoeuvre]]:
     for module in pkgutil.iter_modules(manoeuvres.__path__, f"{manoeuvres.__name__}."):
         members: list[tuple[str, Any]] = inspect.getmembers(importlib.import_module(module.name), inspect.isclass)
         for _, cls in members:
-            if cls.__module__ == module.name and isinstance(getattr(cls, "kind", None), str):
+            if cls.__module__ == module.name and getattr(cls, "kind", ""):
                 found[cls.kind] = cls
     return dict(sorted(found.items()))
 
