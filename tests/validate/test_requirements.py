@@ -185,7 +185,7 @@ def test_what_orders_are_followed_by_cannot_differ_from_lane_to_lane() -> None:
 
     ship = load("milliampere")
     vary = {"ship.thrusters.bow.f_per_n": np.array([10.0, 30.0])}
-    with pytest.raises(ShipError, match="cannot differ from lane to lane"):
+    with pytest.raises(ShipError, match="cannot differ by lane"):
         campaign(ship, Turning(10.0, 0.1), vary, speed=1.0, duration=1.0)
 
 
