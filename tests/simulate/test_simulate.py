@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from seatrial.core.parameters import update
+from seatrial.core.parameters import update, values
 from seatrial.data import DataError, Trial
 from seatrial.engine import SimulationError
 from seatrial.environment import Uniform
@@ -138,6 +138,14 @@ def test_a_campaign_is_one_run_per_lane(l7: Any) -> None:
         alone = simulate(l7, replace(policy, delta=a, psi=a), speed=1.179, duration=60.0, dt=0.1)
         for k, name in enumerate(STATES):
             assert together.values[lane, :, k] == pytest.approx(alone[name], abs=1e-9)
+
+
+def test_a_campaign_may_vary_every_parameter_of_the_rudder(l7: Any) -> None:
+    model = values(l7.model)
+    vary = {f"ship.{path}": np.full(2, model[path]) for path in model if path.startswith("rudder.")}
+    lanes = campaign(l7, Turning(n_P=11.85, delta=0.1), vary, speed=1.179, duration=5.0, dt=0.1)
+    alone = simulate(l7, Turning(n_P=11.85, delta=0.1), speed=1.179, duration=5.0, dt=0.1)
+    assert lanes.values[1, :, 3] == pytest.approx(alone["u"], rel=1e-12)
 
 
 def test_leaving_the_validity_names_time_and_state(l7: Any) -> None:

@@ -193,7 +193,7 @@ def _checked_steps(ship: Ship, duration: float, step: float, every: int) -> int:
 def _steers(ship: Ship, path: str) -> bool:
     """Whether a parameter changes the order that a control follows, or its factor."""
     value = values(ship.model)[path]
-    others = (ship.having({path: other}).model for other in (2.0 * value + 1.0, -value))
+    others = (ship.moved({path: other}).model for other in (2.0 * value + 1.0, -value))
     return any(other.follows != ship.model.follows for other in others)
 
 
