@@ -21,6 +21,7 @@ from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
+from .noise import screened
 from .record import scales, step_of
 from .trajectory.objective import TrajectoryObjective
 
@@ -90,9 +91,28 @@ def linted(fit: _F) -> _F:
         if not problem.linted:
             raise_on_errors(lint(problem, estimator=self, felt=False))
             problem = replace(problem, linted=True)
+            if tested_by(problem, self):
+                return _tested(fit, self, problem, *args, **options)
         return fit(self, problem, *args, **options)
 
     return cast(_F, checked)
+
+
+def tested_by(problem: Problem, estimator: Any) -> bool:
+    """Whether the residuals of a fit can be tested: an estimator of trajectories, and a model in continuous time."""
+    settings = ("window", "every", "dt", "method", "threads")
+    return bool(problem.free) and not isinstance(problem.ship.model, Sampled) and all(
+        hasattr(estimator, name) for name in settings
+    )
+
+
+def _tested(fit: Callable[..., Fit], estimator: Any, problem: Problem, *args: Any, **options: Any) -> Fit:
+    """A fit without outliers, tested against the noise and the errors that instruments may have."""
+    from .posterior.diagnose import diagnosed
+
+    clean = screened(problem.trials, scales(problem))
+    problem = replace(problem, trials=clean.trials)
+    return diagnosed(fit(estimator, problem, *args, **options), problem, estimator, clean.rejected)
 
 
 def _free(problem: Problem) -> Iterator[Issue]:
@@ -125,14 +145,14 @@ def _scales(problem: Problem) -> Iterator[Issue]:
             elif name == "psi" and math.pi < value < math.inf:
                 in_radians = f"{value:g} deg is {math.radians(value):.3g} rad"
                 yield Issue("error", f"{where}.psi", f"is {value:g} rad, more than half a turn; {in_radians}")
-    if problem.loss.correlation < 0:
+    if problem.loss.correlation is not None and problem.loss.correlation < 0:
         yield Issue("error", "loss.correlation", f"is {problem.loss.correlation:g} s; it must be zero or above")
 
 
 def _starts(problem: Problem, estimator: Estimator | None) -> Iterator[Issue]:
     """Initial states that are taken as measured, with the estimator's remedy for their noise (`starts_remedy`)."""
     where, remedy = _DEVIATIONS if estimator is None else getattr(estimator, "starts_remedy", ("", ""))
-    if remedy and problem.loss.correlation == 0 and not problem.nuisance.initial:
+    if remedy and not problem.loss.correlation and not problem.nuisance.initial:
         yield Issue(
             "warning", where, "every sample counts as independent while windows start at measured states: "
             f"the noise of initial states counts as information, and sigma is too small; {remedy}",

@@ -21,6 +21,8 @@ from . import Nuisance, Problem, StudyError
 Index = NDArray[np.intp]
 CURRENT = ("environment.current_x", "environment.current_y")
 """Parameters of a compiled system that hold a constant current north and east [m/s]."""
+EVERY = "*"
+"""Stands for the name of a trial where errors of instruments are the same in every trial (`Nuisance.common`)."""
 INITIAL = ("free", "measured")
 """Initial states of predictions: estimated along with the parameters, or the first row as recorded."""
 
@@ -49,7 +51,7 @@ def begun_as(problem: Problem, initial: str) -> Problem:
 def held(problem: Problem) -> bool:
     """Whether the problem has nuisance parameters other than initial states without a prior."""
     own = problem.nuisance
-    return bool(own.current or own.bias or np.isfinite(list(own.initial.values())).any())
+    return bool(own.current or own.bias or own.common or np.isfinite(list(own.initial.values())).any())
 
 
 @dataclass(frozen=True)

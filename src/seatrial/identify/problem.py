@@ -15,6 +15,7 @@ from ..core.errors import StudyError as StudyError
 from ..core.parameters import Free
 from ..data import Array, Trial
 from ..ships import Ship
+from .diagnosis import Diagnosis
 from .vector import Vector
 
 
@@ -23,16 +24,19 @@ class Loss:
     """How predictions are compared with measurements.
 
     Attributes:
-        sigma: scale of each compared channel by name, SI units; the residual is divided by it.
-            Empty: the standard deviation over the training trials.
+        sigma: scale of each compared channel by name, SI units; the residual is divided by it.  Empty: see `scale`.
         correlation: correlation time of the errors of a prediction [s]; it determines how many
-            samples count as independent against the prior.  0 counts every sample.
+            samples count as independent against the prior.  0 counts every sample.  None counts every sample, and
+            widens the posterior by what the residuals show (`posterior.diagnosis`).
         weights: weight of the trials whose names match a shell-style pattern (the first match); others weigh 1.
+        scale: without `sigma`, "noise" divides by the noise of each sensor, estimated from the logs (`noise.noise`);
+            "spread" by the standard deviation of each state over the training trials, as papers do.
     """
 
     sigma: Mapping[str, float] = field(default_factory=dict[str, float])
-    correlation: float = 5.0
+    correlation: float | None = None
     weights: Mapping[str, float] = field(default_factory=dict[str, float])
+    scale: str = "noise"
 
     def weight(self, name: str) -> float:
         """Weight of the trial of this name."""
@@ -48,11 +52,16 @@ class Nuisance:
             and the first reading counts as any other.
         current: standard deviation of a constant current per trial, each component [m/s]; 0: none.
         bias: standard deviation of a constant sensor bias per trial by channel; empty: none.
+        common: standard deviation of errors of instruments that are the same in every trial, by name as in `suspects`;
+            inf: no prior.
+        suspects: "auto" also estimates, one after the other, those errors of instruments that the residuals call for.
     """
 
     initial: Mapping[str, float] = field(default_factory=dict[str, float])
     current: float = 0.0
     bias: Mapping[str, float] = field(default_factory=dict[str, float])
+    common: Mapping[str, float] = field(default_factory=dict[str, float])
+    suspects: str = ""
 
 
 @dataclass(frozen=True)
@@ -100,8 +109,8 @@ class Verdict:
 
     Attributes:
         subject: path of the parameter, or the combination in words.
-        status: "identified", "weak" (the prior weighs about as much as the data), "not identified",
-            or "at bound".
+        status: "identified", "conditional" (identified if the model were right, which the residuals contradict),
+            "weak" (the prior weighs about as much as the data), "not identified", or "at bound".
         text: the finding in words, with the manoeuvre that would help where data are missing.
     """
 
@@ -131,6 +140,7 @@ class Fit:
         digest: fingerprint of the problem.
         ends: where each run of the search ended, shape (runs, 1 + free): objective and values.
         nuisances: nuisance parameters by trial and name: current_x, current_y (north, east) [m/s], bias_CHANNEL.
+        diagnosis: whether the model explains the data, and what else would; None where it was not tested.
         details: what else the estimator has found, for sections of its own in the report; None where nothing.
     """
 
@@ -150,6 +160,7 @@ class Fit:
     digest: str
     ends: Array = field(default_factory=lambda: np.zeros((0, 0)))
     nuisances: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
+    diagnosis: Diagnosis | None = field(default=None, compare=False, repr=False)
     details: object = field(default=None, compare=False, repr=False)
 
     @property

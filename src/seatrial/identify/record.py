@@ -17,7 +17,8 @@ from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import resample
 from ..models import STATES, Model
 from ..simulate.replay import inputs, unseen
-from . import Loss, Problem
+from . import Loss, Problem, StudyError
+from .noise import noise
 
 # A step may differ from the others by this fraction before the trial counts as uneven.
 _UNEVEN = 0.02
@@ -39,8 +40,16 @@ def spread(trials: Sequence[Trial]) -> dict[str, float]:
 
 
 def scales(problem: Problem) -> dict[str, float]:
-    """Sigma of each compared channel: as the loss has it, else the `spread` of the training trials."""
-    return dict(problem.loss.sigma) or spread(problem.trials)
+    """Sigma of each compared channel: as the loss has it, else noise or `spread` of the training trials.
+
+    Raises:
+        StudyError: a loss with another scale.
+    """
+    if problem.loss.sigma:
+        return dict(problem.loss.sigma)
+    if problem.loss.scale not in ("noise", "spread"):
+        raise StudyError(f"loss.scale is '{problem.loss.scale}'; it is noise or spread")
+    return noise(problem.trials) if problem.loss.scale == "noise" else spread(problem.trials)
 
 
 def step_of(trials: Sequence[Trial], dt: float | None = None) -> float:
@@ -229,7 +238,7 @@ class Windows:
 
 def share(loss: Loss, interval: float) -> float:
     """Share of a compared row that counts as independent, rows lying `interval` [s] apart."""
-    return 1.0 if loss.correlation <= 0 else min(interval / loss.correlation, 1.0)
+    return 1.0 if not loss.correlation else min(interval / loss.correlation, 1.0)
 
 
 def root_weights(sigma: Mapping[str, float], weight: float) -> Array:

@@ -105,7 +105,7 @@ def misfit(
     end = minimise(objective, begin, vector.low, vector.high, iterations=30, tolerance=1e-6, each=lambda _: None)
     cut = objective.windows
     left = np.where(cut.scale > 0, objective.residuals(end.p, end.eta), np.nan)
-    lag = max(math.ceil(problem.loss.correlation / (cut.dt * cut.every)), 1)
+    lag = max(math.ceil((problem.loss.correlation or 0.0) / (cut.dt * cut.every)), 1)
     return Misfit(tuple(_remainder(name, left[:, :, STATES.index(name)], lag) for name in sigma))
 
 

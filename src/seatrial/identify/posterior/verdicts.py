@@ -17,6 +17,7 @@ import numpy as np
 from ...core.parameters import Free
 from ...data import Array
 from .. import Fit, Problem, Verdict
+from ..diagnosis import Diagnosis
 from ..trajectory.gauss_newton import Normal
 from ..vector import Vector
 
@@ -98,6 +99,23 @@ def judged(
         history=np.asarray(history, dtype=np.float64).reshape(-1, 4), objective=normal.cost, seconds=seconds,
         evaluations=evaluations, status=status, digest=digest, **more,
     )  # fmt: skip
+
+
+def judged_by(fit: Fit, problem: Problem, diagnosis: Diagnosis, covariance: Array) -> Fit:
+    """The fit with its diagnosis and this covariance; nothing is "identified" where the model lacks something."""
+    vector, sigma = problem.vector, np.sqrt(np.diag(covariance))
+    size = vector.size(fit.values)
+    before = vector.variance
+    yardstick = np.where(np.isfinite(before), before, size**2)
+    shrinkage = np.clip(1.0 - sigma**2 / np.where(yardstick > 0, yardstick, 1e-300), 0.0, 1.0)
+    found = verdicts(fit.free, fit.values, covariance, shrinkage, fit.at_bound)
+    if diagnosis.lacking:
+        found = tuple(
+            replace(one, status="conditional", text=f"{one.text}; identified only if the model were right")
+            if one.status == "identified" else one
+            for one in found
+        )
+    return replace(fit, sigma=sigma, covariance=covariance, shrinkage=shrinkage, verdicts=found, diagnosis=diagnosis)
 
 
 def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:

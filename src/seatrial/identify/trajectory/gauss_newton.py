@@ -60,6 +60,16 @@ class Normal:
         return hessian, g
 
 
+    def first(self, count: int) -> Normal:
+        """Those of the first `count` parameters, everything else eliminated; as it is where there is nothing else."""
+        if count == self.g.size:
+            return self
+        H, g = self.reduced(0.0)
+        back = np.linalg.solve(H[count:, count:], np.column_stack([H[count:, :count], g[count:]]))
+        return Normal(self.cost, H[:count, :count] - H[:count, count:] @ back[:, :-1],
+                      g[:count] - H[:count, count:] @ back[:, -1])  # fmt: skip
+
+
 def damped(block: Block, damping: float) -> Array:
     """Hessian of a block with Marquardt's diagonal."""
     return block.own + np.diag(damping * np.diag(block.own))

@@ -17,17 +17,24 @@ from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem
 from ..nuisance import Index, Layout
 from ..record import Windows, windows
+from ..suspects import Suspect, named
 from .gauss_newton import Block, Normal
 
 # Steps to the best initial states for given parameters: the readings are near, so a few suffice.
 _TOWARDS = 8
+# Finite difference of a fixed parameter, relative, and the relative change that is reported.
+_SMALL, _TENTH = 1e-4, 0.1
 
 
 @dataclass(frozen=True)
 class TrajectoryObjective:
-    """Sum of squared weighted residuals, plus priors of parameters and nuisances."""
+    """Sum of squared weighted residuals, plus priors of parameters and nuisances.
+
+    The vector `p` holds the free parameters, then the errors of instruments that all trials share (`common`).
+    """
 
     problem: Problem
+    common: tuple[Suspect, ...]
     windows: Windows
     layout: Layout
     forward: Simulator
@@ -56,8 +63,9 @@ class TrajectoryObjective:
         free = (*problem.vector.paths, *lanewise)
         forward = simulator(system, lanewise)
         where = problem.vector.positions(system.parameters)
+        common = named(problem.ship.model, trials, tuple(problem.nuisance.common))
         return TrajectoryObjective(
-            problem, cut, layout, forward, sensitivity(system, free, lanewise), forward.pack(cut.series),
+            problem, common, cut, layout, forward, sensitivity(system, free, lanewise), forward.pack(cut.series),
             where, method, threads,
         )  # fmt: skip
 
@@ -66,10 +74,24 @@ class TrajectoryObjective:
         """Length of the nuisance vector."""
         return self.layout.deviation.size
 
+    @property
+    def deviation(self) -> Array:
+        """Standard deviations of the priors of the errors of instruments; inf where there is none."""
+        return np.array(list(self.problem.nuisance.common.values()))
+
+    def extended(self, p: Array) -> Array:
+        """Parameters, then errors of instruments, these zero."""
+        return np.append(p, np.zeros(len(self.common)))
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Bounds of `p`; the errors of instruments have none."""
+        vector, wide = self.problem.vector, np.full(len(self.common), np.inf)
+        return np.append(vector.low, -wide), np.append(vector.high, wide)
+
     def _arguments(self, p: Array, eta: Array) -> tuple[Array, Array, dict[str, Any], Array]:
         """Initial states, parameters, run arguments and the bias to add to predictions."""
         parameters = open_loop_parameters(self.problem.ship)
-        parameters[self.where] = p
+        parameters[self.where] = p[: self.where.size]
         state0 = self.windows.state0.copy()
         state0[:, : len(STATES)] += self.layout.starts(eta)
         nuisances, own = self.layout.own, self.layout.of_trials(eta)[self.layout.trial]
@@ -79,21 +101,72 @@ class TrajectoryObjective:
         }  # fmt: skip
         return state0, parameters, arguments, nuisances.offset(own)[:, None, :]
 
+    def series(self, p: Array) -> Any:
+        """Inputs, corrected by the errors of instruments in `p`."""
+        changes = [c * one.acts(self.windows.series, self.windows.dt)
+                   for one, c in zip(self.common, p[self.where.size :], strict=True) if one.acts]  # fmt: skip
+        return self.forward.pack(self.windows.series + sum(changes)) if changes else self.packed
+
+    @property
+    def _interval(self) -> float:
+        """Time between compared rows [s]."""
+        return self.windows.dt * self.windows.every
+
+    def _read(self, predicted: Array, p: Array, bias: Array) -> Array:
+        """What the sensors read where the model predicts `predicted`, shape (lanes, rows, 6)."""
+        out = predicted + bias
+        for one, c in zip(self.common, p[self.where.size :], strict=True):
+            if one.reads:
+                out = out + c * one.reads(predicted, None, self._interval)
+        return out
+
+    def _columns(self, run: Array, slopes: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
+                 parameters: Array) -> Array:  # fmt: skip
+        """Derivatives of the readings by `p`, then currents and initial states, shape (lanes, rows, 6, columns).
+
+        Inputs by one-sided differences, which share the run of all windows.
+        """
+        if not self.common:
+            return slopes
+        n, moved = self.where.size, np.moveaxis(slopes, -1, 0)
+        for one, c in zip(self.common, p[n:], strict=True):
+            if one.reads and c:
+                moved = moved + c * one.reads(run, moved, self._interval)
+        found = [self.direction(one, run, p, arguments, state0, parameters) for one in self.common]
+        return np.concatenate([np.moveaxis(moved[:n], 0, -1), np.stack(found, axis=-1), np.moveaxis(moved[n:], 0, -1)],
+                              axis=-1)  # fmt: skip
+
+    def direction(self, one: Suspect, run: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
+                  parameters: Array) -> Array:  # fmt: skip
+        """Derivative of the readings by an error of an instrument, shape (lanes, rows, 6)."""
+        out = np.zeros_like(run)
+        if one.reads:
+            out = one.reads(run, None, self._interval)
+        if one.acts:
+            changed = self.windows.series + one.step * one.acts(self.windows.series, self.windows.dt)
+            known = [c * other.acts(self.windows.series, self.windows.dt)
+                     for other, c in zip(self.common, p[self.where.size :], strict=True) if other.acts]  # fmt: skip
+            packed = self.forward.pack(changed + sum(known) if known else changed)
+            with np.errstate(all="ignore"):
+                other = self.forward.run(state0, packed, parameters, **arguments).values[:, :, : len(STATES)]
+            out = out + (other - run) / one.step
+        return out
+
     def residuals(self, p: Array, eta: Array) -> Array:
         """Weighted residuals, shape (lanes, rows, 6); not finite where the model blows up."""
         state0, parameters, arguments, bias = self._arguments(p, eta)
         with np.errstate(all="ignore"):
-            run = self.forward.run(state0, self.packed, parameters, **arguments)
-            return self._weighted(run.values[:, :, : len(STATES)] + bias)
+            run = self.forward.run(state0, self.series(p), parameters, **arguments)
+            return self._weighted(self._read(run.values[:, :, : len(STATES)], p, bias))
 
     def _weighted(self, predicted: Array) -> Array:
         scale = self.windows.scale
         return np.where(scale > 0, (predicted - self.windows.measured) * scale, 0.0)
 
     def _prior(self, p: Array) -> tuple[Array, Array]:
-        """Offset from the prior mean and 1/sigma^2 of each parameter; zero where there is no prior."""
+        """Offset from the prior mean and 1/sigma^2 of each entry of `p`; zero where there is no prior."""
         vector = self.problem.vector
-        return p - vector.mean, vector.precision
+        return p - self.extended(vector.mean), np.append(vector.precision, self.deviation**-2.0)
 
     def cost(self, p: Array, eta: Array) -> float:
         """Objective; inf where any lane blows up within its window."""
@@ -107,8 +180,10 @@ class TrajectoryObjective:
     def normal(self, p: Array, eta: Array) -> Normal:
         """Objective and its exact Gauss-Newton normal equations."""
         state0, parameters, arguments, bias = self._arguments(p, eta)
-        run, slopes = self.slopes.run(state0, self.packed, parameters, **arguments)
-        e, n, slopes = self._weighted(run[:, :, : len(STATES)] + bias), p.size, slopes[:, :, : len(STATES)]
+        run, slopes = self.slopes.run(state0, self.series(p), parameters, **arguments)
+        run, slopes, n = run[:, :, : len(STATES)], slopes[:, :, : len(STATES)], p.size
+        e = self._weighted(self._read(run, p, bias))
+        slopes = self._columns(run, slopes, p, arguments, state0, parameters)
         slopes *= self.windows.scale[..., None]
         slopes[self.windows.scale == 0.0] = 0.0
         J = slopes.reshape(-1, slopes.shape[-1])
@@ -130,6 +205,38 @@ class TrajectoryObjective:
             part, flat.T @ flat + np.diag(weight), flat.T @ J,
             flat.T @ e[mine].ravel() + weight * eta[part],
         )  # fmt: skip
+
+    def linear(
+        self, p: Array, eta: Array, suspects: Sequence[Suspect], fixed: Mapping[str, float], model: Any
+    ) -> tuple[Array, Array, Array, Array]:
+        """Weighted residuals, and unweighted derivatives of the readings, for tests of a finished fit.
+
+        Args:
+            suspects: errors of instruments that are not estimated.
+            fixed: parameters that are not estimated; their change is a tenth of their value.
+            model: the fitted model.
+
+        Returns:
+            Residuals (lanes, rows, 6), derivatives by `p`, currents and initial states, by the suspects, and the
+            change of the readings by each fixed parameter, shapes (lanes, rows, 6, ...).
+        """
+        state0, parameters, arguments, bias = self._arguments(p, eta)
+        run, slopes = self.slopes.run(state0, self.series(p), parameters, **arguments)
+        run, slopes = run[:, :, : len(STATES)], slopes[:, :, : len(STATES)]
+        e = self._weighted(self._read(run, p, bias))
+        full = self._columns(run, slopes, p, arguments, state0, parameters)
+        extra = [self.direction(one, run, p, arguments, state0, parameters) for one in suspects]
+        names = list(self.forward.system.parameters)
+        held: list[Array] = []
+        for path, value in fixed.items():
+            if path not in names:
+                continue
+            other = parameters.copy()
+            other[names.index(path)] = value * (1.0 + _SMALL)
+            moved = self.forward.run(state0, self.series(p), other, **arguments).values[:, :, : len(STATES)]
+            held.append((moved - run) * (_TENTH / _SMALL))
+        none = np.zeros((*run.shape, 0))
+        return (e, full, np.stack(extra, axis=-1) if extra else none, np.stack(held, axis=-1) if held else none)
 
     def variance(self, p: Array, eta: Array) -> float:
         """Mean squared residual over sigma^2 per degree of freedom: the factor by which sigma^2 was wrong.
@@ -176,7 +283,7 @@ class TrajectoryObjective:
         """Description of the trial and state that blow up first at `p`."""
         state0, parameters, arguments, _ = self._arguments(p, np.zeros(self.nuisances))
         with np.errstate(all="ignore"):
-            run = self.forward.run(state0, self.packed, parameters, **arguments)
+            run = self.forward.run(state0, self.series(p), parameters, **arguments)
         if not run.failures:
             return "the objective is not finite"
         first = run.failures[0]

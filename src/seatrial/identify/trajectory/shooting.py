@@ -24,6 +24,7 @@ from ...models import STATES
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
+from ..nuisance import EVERY, begun_as, checked_initial
 from ..posterior.verdicts import judged
 from ..record import scales, step_of
 from ..resume import Resume
@@ -49,6 +50,8 @@ class Trajectory:
         starts: number of starts; the first is the declared one, others are drawn within bounds
             (or the prior) from `seed`.
         threads: None takes every processor.
+        initial: "free", the initial state of each window is estimated, or "measured", it is as recorded; where the
+            problem has `nuisance.initial`, that decides.
     """
 
     window: float = 100.0
@@ -62,6 +65,7 @@ class Trajectory:
     starts: int = 1
     seed: int = 0
     threads: int | None = None
+    initial: str = "free"
 
     def __post_init__(self) -> None:
         if isinstance(self.later, str):
@@ -72,11 +76,12 @@ class Trajectory:
             if value is not None and not value > 0:
                 raise StudyError(f"estimator.{name} is {value:g}; it must be above zero")
         is_rk4(self.method)
+        checked_initial(self.initial)
 
     @property
     def starts_remedy(self) -> tuple[str, str]:
         """Remedy for the noise of measured initial states; see `Estimator`."""
-        return "nuisance.initial", "give its deviations"
+        return ("", "") if self.initial == "free" else ("estimator.initial", 'set it to "free"')
 
     @linted
     def fit(
@@ -92,8 +97,9 @@ class Trajectory:
             fit = replace(self, later=()).fit(self._begun(problem), progress=progress, checkpoint=checkpoint)
             return replace(fit, free=problem.free, seconds=time.perf_counter() - began, digest=digest(problem, self))
         sigma, dt = scales(problem), step_of(problem.trials, self.dt)
+        own = problem if problem.nuisance.initial else begun_as(problem, self.initial)
         objective = TrajectoryObjective.build(
-            problem, problem.trials, sigma, window=self.window, dt=dt, every=self.every,
+            own, problem.trials, sigma, window=self.window, dt=dt, every=self.every,
             method=self.method, threads=self.threads, stride=self.stride,
         )  # fmt: skip
         plain = replace(problem, nuisance=type(problem.nuisance)(), loss=replace(problem.loss, weights={}))
@@ -107,7 +113,7 @@ class Trajectory:
         fit = finished(
             problem, objective, best.p, best.eta, np.array(resume.history), best.evaluations, best.done, print_
         )
-        ends = np.array([[s.cost, *s.p] for s in resume.states.values()])
+        ends = np.array([[s.cost, *s.p[: len(problem.free)]] for s in resume.states.values()])
         return replace(fit, objective=best.cost, seconds=time.perf_counter() - resume.began, ends=ends)
 
     def _begun(self, problem: Problem) -> Problem:
@@ -127,18 +133,19 @@ class Trajectory:
         def each(state: State) -> None:
             seen = watch.standardised(state.p) if watch else float("nan")
             resume.note(state, seen)
-            ship = with_values(objective.problem.ship, vector.free, (resume.best() or state).p)
+            ship = with_values(objective.problem.ship, vector.free, (resume.best() or state).p[: len(vector)])
             tell(progress, (len(resume.history), state.cost, seen), ship)
 
         for start, p in enumerate(self._starts(vector)):
             state = resume.state(start)
             if state is None:
                 eta = np.zeros(objective.nuisances)
+                p = objective.extended(p)
                 state = State(p, eta, objective.cost(p, eta))
                 resume.begin(start, state)
             if np.isfinite(state.cost):
                 resume.end(start, minimise(
-                    objective, state, vector.low, vector.high,
+                    objective, state, *objective.bounds(),
                     iterations=self.iterations, tolerance=self.tolerance, each=each,
                 ))  # fmt: skip
         best = resume.best()
@@ -156,10 +163,13 @@ def finished(
     evaluations: int, status: str, print_: str,
 ) -> Fit:  # fmt: skip
     """The fit at `p`, found by any search: covariance and verdicts from the exact normal equations there."""
-    normal, layout = objective.normal(p, eta), objective.layout
+    layout, count = objective.layout, len(problem.free)
+    nuisances = layout.own.by_trial(problem.trials, layout.of_trials(eta))
+    if objective.common:
+        nuisances = {**nuisances, EVERY: dict(zip(problem.nuisance.common, p[count:].tolist(), strict=True))}
     return judged(
-        problem, p, normal, objective.variance(p, eta), history=history, seconds=0.0, evaluations=evaluations,
-        status=status, digest=print_, nuisances=layout.own.by_trial(problem.trials, layout.of_trials(eta)),
+        problem, p[:count], objective.normal(p, eta).first(count), objective.variance(p, eta), history=history,
+        seconds=0.0, evaluations=evaluations, status=status, digest=print_, nuisances=nuisances,
     )  # fmt: skip
 
 
@@ -195,7 +205,7 @@ class OneStep:
         local = replace(problem, loss=replace(problem.loss, sigma=velocities, correlation=0.0))
         return Trajectory(
             window=every * dt, every=every, dt=dt, method=self.method, iterations=self.iterations,
-            tolerance=self.tolerance, threads=self.threads,
+            tolerance=self.tolerance, threads=self.threads, initial="measured",
         ).fit(local, progress=progress, checkpoint=checkpoint)  # fmt: skip
 
 

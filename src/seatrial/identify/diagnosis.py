@@ -1,0 +1,121 @@
+"""What the residuals of a fit say about it: values that an estimator attaches to its fit (`posterior.diagnose`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+# A suspect is listed as a cause from this drop of the objective on, in squared sigma, and if it moves a parameter by
+# this many sigma or removes this share of the objective.
+SIGNIFICANT, MOVES, REMOVES = 25.0, 1.0, 0.05
+# Residuals this much larger than the noise, and neighbours this much alike, are more than chance explains.
+LARGE, ALIKE = 1.3, 0.15
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Residuals of one channel.
+
+    Attributes:
+        noise: standard deviation of the sensor's noise, SI units.
+        size: root mean square residual over the noise, degrees of freedom allowed for.
+        alike: correlation of neighbouring residuals.
+        alike_sigma: scatter of that correlation for white residuals.
+        count: number of residuals.
+    """
+
+    noise: float
+    size: float
+    alike: float
+    alike_sigma: float
+    count: int
+
+    def grounds(self, name: str) -> tuple[str, ...]:
+        """What contradicts the model, one line each."""
+        out: list[str] = []
+        if self.size > LARGE:
+            out.append(f"{name}: residuals are {self.size:.2g} times the sensor noise ({self.noise:.2g})")
+        if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > 1.0:
+            out.append(f"{name}: neighbouring residuals are alike (correlation {self.alike:.2f})")
+        return tuple(out)
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """Score test (Lagrange multiplier) of one error of the instruments that the problem does not estimate.
+
+    Attributes:
+        name, words, unit, per: as in `suspects.Suspect`.
+        drop: expected decrease of the objective in squared sigma (chi square, one degree of freedom).
+        share: of the objective that it would remove.
+        size, sigma: estimate in one Gauss-Newton step, SI units.
+        moves: change of each free parameter, in its sigma, if it were estimated.
+    """
+
+    name: str
+    words: str
+    unit: str
+    per: float
+    drop: float
+    share: float
+    size: float
+    sigma: float
+    moves: Mapping[str, float]
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is significant and has an effect on the result."""
+        most = max((abs(v) for v in self.moves.values()), default=0.0)
+        return self.drop > SIGNIFICANT and (most > MOVES or self.share > REMOVES)
+
+    @property
+    def text(self) -> str:
+        """The finding in one line."""
+        size, sigma = self.size / self.per, self.sigma / self.per
+        most = max(self.moves, key=lambda path: abs(self.moves[path]), default="")
+        moved = f"; {most} would move by {self.moves[most]:+.1f} sigma" if most else ""
+        return (f"{self.words} of {size:.3g} +- {sigma:.1g} {self.unit} would remove {self.share:.0%} of the objective"
+                f"{moved}")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Whether the model explains the data, and what else would.
+
+    Attributes:
+        channels: residuals by compared channel.
+        suspicions: tests of the errors of instruments, the most likely first.
+        rejected: readings left out as outliers, by trial and channel.
+        widened: factor of each sigma over that of white noise, by path.
+        fixed: for fixed parameters of the model, the change of the free parameter that it moves most if it were
+            10 % larger, in sigma: (path, free path, change); the strongest first.
+    """
+
+    channels: Mapping[str, Channel] = field(default_factory=dict[str, Channel])
+    suspicions: tuple[Suspicion, ...] = ()
+    rejected: Mapping[str, Mapping[str, int]] = field(default_factory=dict[str, Mapping[str, int]])
+    widened: Mapping[str, float] = field(default_factory=dict[str, float])
+    fixed: tuple[tuple[str, str, float], ...] = ()
+
+    @property
+    def causes(self) -> tuple[Suspicion, ...]:
+        """Suspects that matter, the most likely first."""
+        return tuple(one for one in self.suspicions if one.matters)
+
+    @property
+    def lacking(self) -> bool:
+        """Whether the model does not explain the data."""
+        return bool(self.causes) or any(one.grounds(name) for name, one in self.channels.items())
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The finding and its grounds, one line each."""
+        out = [f"{name}: {sum(n.values())} readings left out as outliers ({', '.join(f'{c} {k}' for c, k in n.items())})"
+               for name, n in self.rejected.items()]  # fmt: skip
+        if not self.lacking:
+            return ("the residuals look like sensor noise", *out)
+        grounds = [line for name, one in self.channels.items() for line in one.grounds(name)]
+        return (
+            "the model does not explain the data: sigma and verdicts hold only if the model were right",
+            *(f"suspect: {one.text}" for one in self.causes[:5]), *grounds, *out,
+        )  # fmt: skip

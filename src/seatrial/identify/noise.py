@@ -1,0 +1,171 @@
+"""Measurement noise and single outliers of logs: what weighs the residuals of a fit, and what it leaves out.
+
+Motions are smooth and sensor noise is not: the noise is what high differences of a channel leave, with outliers
+clipped.  A difference of order k of white noise has binom(2k, k) times its variance, whatever k; that of a smooth
+signal falls with k, so the order with the least result is taken (difference-based variance estimation; Hall, Kay and
+Titterington 1990).  The resolution of an instrument is a floor: rounding to steps of q is noise of q / sqrt(12).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data import Array, Trial, unwrapped
+from ..models import STATES
+
+_ORDERS = range(2, 9)
+# Differences beyond so many standard deviations are clipped: outliers, and the kinks of a manoeuvre.
+_CLIP = 4.0
+# Least noise, as a share of the spread of a channel: exact data would have infinite weight.
+_FLOOR = 1e-5
+# A reading is an outlier if it is so many noises off what its neighbours on both sides say.
+_OUTLIER = 8.0
+# Most successive readings that count as one outlier; more of them are a fault that `check` names.
+_LENGTH = 3
+
+
+@dataclass(frozen=True)
+class Screened:
+    """Trials without outliers.
+
+    Attributes:
+        trials: outliers are gaps.
+        rejected: number of readings left out by trial and channel.
+    """
+
+    trials: tuple[Trial, ...]
+    rejected: Mapping[str, Mapping[str, int]]
+
+
+def sensor_noise(values: Array) -> float:
+    """Standard deviation of the white noise of an evenly sampled channel; NaN gaps are allowed.
+
+    Returns:
+        NaN with fewer than nine readings in a row.
+    """
+    found: list[float] = []
+    for order in _ORDERS:
+        left = np.diff(values, order)
+        left = left[np.isfinite(left)]
+        if left.size:
+            found.append(_clipped(left) / math.sqrt(math.comb(2 * order, order)))
+    return max(min(found), resolution(values) / math.sqrt(12.0)) if found else math.nan
+
+
+def _clipped(values: Array) -> float:
+    """Root mean square without what lies beyond `_CLIP` times it."""
+    size = float(np.sqrt(np.mean(values**2)))
+    for _ in range(20):
+        inside = values[np.abs(values) <= _CLIP * size]
+        then = float(np.sqrt(np.mean(inside**2))) if inside.size else 0.0
+        if then >= (1.0 - 1e-3) * size:
+            break
+        size = then
+    return size
+
+
+def resolution(values: Array) -> float:
+    """Step to which the readings of a channel are rounded; 0 where they take too many values to tell."""
+    known = np.unique(values[np.isfinite(values)])
+    if known.size < 2 or known.size > 0.5 * values.size:
+        return 0.0
+    steps = np.diff(known)
+    return float(np.median(steps[steps <= 1.5 * steps.min()]))
+
+
+def channel(trial: Trial, name: str) -> Array:
+    """A state of a trial, the heading unwrapped, shape (samples,)."""
+    return unwrapped(trial[name]) if name == "psi" else np.asarray(trial[name])
+
+
+def noise(trials: Sequence[Trial]) -> dict[str, float]:
+    """Noise of each state, pooled over trials: as a sidecar declares it (`meta["noise"]`), else `sensor_noise`.
+
+    States that are constant in every trial are left out: they contain no information.
+    """
+    out: dict[str, float] = {}
+    for name in STATES:
+        parts = [(channel(t, name), t.meta.get("noise")) for t in trials if name in t]
+        spread = float(np.nanstd(np.concatenate([values for values, _ in parts]))) if parts else 0.0
+        if not spread > 0:
+            continue
+        levels = [
+            float(told[name]) if isinstance(told, Mapping) and name in told else sensor_noise(values)
+            for values, told in parts
+        ]
+        sizes = np.array([values.size for values, _ in parts], dtype=np.float64)
+        known = np.isfinite(levels)
+        pooled = math.sqrt(float(np.average(np.square(levels)[known], weights=sizes[known]))) if known.any() else spread
+        out[name] = max(pooled, _FLOOR * spread)
+    return out
+
+
+def outliers(values: Array, level: float) -> NDArray[np.bool_]:
+    """Readings that jump off and back: off the cubic through their neighbours by more than eight noises.
+
+    Up to three successive readings count as one jump.  Nothing is an outlier where more than 2 % would be: that is a
+    fault of the channel, which `check` names, or a channel without noise.
+
+    Args:
+        values: one channel, shape (samples,).
+        level: its noise.
+    """
+    out = np.zeros(values.size, dtype=np.bool_)
+    while out.sum() <= 0.02 * values.size + _LENGTH:
+        now = np.where(out, np.nan, values)
+        far = [_jumps(now, length) / level for length in range(1, _LENGTH + 1)]
+        length = int(np.argmax([part.max(initial=0.0) for part in far]))
+        at = int(np.argmax(far[length]))
+        if not far[length][at] > _OUTLIER:
+            return out
+        out[at : at + length + 1] = True
+    return np.zeros(values.size, dtype=np.bool_)
+
+
+def _jumps(values: Array, length: int) -> Array:
+    """How far each run of `length` readings lies off the cubic through two neighbours on either side.
+
+    The least distance of its readings, each divided by its own scatter under unit noise; shape (samples,), by the first
+    reading of the run; 0 where a neighbour is missing.
+    """
+    at = np.array([-2.0, -1.0, length, length + 1.0])
+    powers = np.arange(4)
+    out = np.zeros(values.size)
+    inner = np.arange(2, values.size - length - 1)
+    if not inner.size:
+        return out
+    near = values[inner[:, None] + at.astype(np.intp)]
+    least = np.full(inner.size, np.inf)
+    for k in range(length):
+        # Weights of the four neighbours in the value of their cubic at reading k.
+        weights = np.linalg.solve((at[:, None] ** powers).T, float(k) ** powers)
+        distance = np.abs(values[inner + k] - near @ weights) / math.sqrt(1.0 + float(weights @ weights))
+        least = np.minimum(least, np.nan_to_num(distance))
+    out[inner] = least
+    return out
+
+
+def screened(trials: Sequence[Trial], level: Mapping[str, float]) -> Screened:
+    """Trials with single outliers of the states turned into gaps.
+
+    Args:
+        trials: as measured, evenly sampled.
+        level: noise of each state (`noise`).
+    """
+    kept: list[Trial] = []
+    rejected: dict[str, dict[str, int]] = {}
+    for trial in trials:
+        changes: dict[str, Array] = {}
+        for name, size in level.items():
+            if name in trial:
+                bad = outliers(channel(trial, name), size)
+                if bad.any():
+                    changes[name] = np.where(bad, np.nan, trial[name])
+                    rejected.setdefault(trial.name, {})[name] = int(bad.sum())
+        kept.append(replace(trial, channels={**trial.channels, **changes}) if changes else trial)
+    return Screened(tuple(kept), rejected)

@@ -1,0 +1,233 @@
+"""Test of a finished fit: residuals against sensor noise, and score tests of the errors that instruments may have.
+
+One Gauss-Newton step from the optimum predicts what estimating one more quantity would change: the objective, that
+quantity, and every parameter (score test, Rao 1948; "modification index" in structural equation models, Soerbom 1989).
+Where the residuals are white, the covariance follows from their size channel by channel; else each sigma is widened to
+the largest of the sandwich estimates by window and by trial (White 1980; Liang and Zeger 1986) and of the shifts that
+the suspects would cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...core.parameters import update, values
+from ...data import Array
+from ...models import STATES
+from .. import Fit, Problem
+from ..diagnosis import Channel, Diagnosis, Suspicion
+from ..noise import noise
+from ..nuisance import EVERY, begun_as
+from ..record import Settings, cut_as
+from ..suspects import suspects
+from ..trajectory.objective import TrajectoryObjective
+from ..vector import Vector
+from .verdicts import judged_by
+
+# A fixed parameter is tested with this change, relative.
+_TENTH = 0.1
+_LISTED = 5
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """The fit, linearised at its optimum, initial states and other nuisances of the trials eliminated.
+
+    Attributes:
+        e: weighted residuals, shape (lanes, rows, 6).
+        J: weighted derivatives by the parameters, nuisances projected out, shape (lanes, rows * 6, parameters).
+        extra: the same by the suspects, shape (lanes, rows * 6, suspects).
+        held: the same by the fixed parameters.
+        leverage: of the nuisances, shape (lanes, rows, 6).
+    """
+
+    e: Array
+    J: Array
+    extra: Array
+    held: Array
+    leverage: Array
+
+
+def diagnosed(fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[str, Mapping[str, int]]) -> Fit:
+    """The fit with its diagnosis, and with verdicts that it caps; sigma follows where the loss leaves it open.
+
+    Args:
+        fit: the optimum.
+        problem: what was fitted.
+        settings: how trajectories were cut and compared; the estimator.
+        rejected: outliers, for the record.
+    """
+    own = problem if problem.nuisance.initial else begun_as(problem, getattr(settings, "initial", "free"))
+    sigma, arguments = cut_as(problem, settings)
+    objective = TrajectoryObjective.build(own, own.trials, sigma, **arguments)
+    found = fit.nuisances.get(EVERY, {})
+    p = np.append(fit.values, [found.get(name, 0.0) for name in problem.nuisance.common])
+    eta = objective.begun(p)
+    if not np.isfinite(objective.cost(p, eta)):
+        return fit
+    known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
+                  and not _estimated(one.name, problem))  # fmt: skip
+    fixed = _fixed(fit, problem)
+    with np.errstate(all="ignore"):
+        linear = _linear(objective, p, eta, known, fixed, fit)
+    vector = problem.vector
+    A = np.einsum("lrm,lrn->mn", linear.J, linear.J) + np.diag(
+        np.append(vector.precision, objective.deviation**-2.0)
+    )  # fmt: skip
+    channels, size = _channels(objective, linear, A, noise(problem.trials))
+    covariance = _covariance(linear, A, size, objective)
+    tested = _suspicions(linear, A, size, known, covariance, problem)
+    diagnosis = Diagnosis(channels, tested, rejected)
+    wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
+    count = len(problem.free)
+    factor = np.sqrt(np.diag(wide) / np.maximum(np.diag(covariance), 1e-300))[:count]
+    diagnosis = replace(
+        diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)),
+        fixed=_influence(linear, A, fixed, covariance, vector),
+    )  # fmt: skip
+    own_sigma = problem.loss.correlation is None
+    return judged_by(fit, problem, diagnosis, wide[:count, :count] if own_sigma else fit.covariance)
+
+
+def _estimated(name: str, problem: Problem) -> bool:
+    """Whether a nuisance of each trial stands for this error already."""
+    kind, _, channel = name.partition(".")
+    own = problem.nuisance
+    return (kind == "bias" and channel in own.bias) or (kind == "current" and own.current > 0)
+
+
+def _fixed(fit: Fit, problem: Problem) -> dict[str, float]:
+    """Parameters of the model that are not free and not zero, by path."""
+    free = {f.path for f in problem.free}
+    return {path: value for path, value in values(fit.ship.model).items() if path not in free and value}
+
+
+def _linear(
+    objective: TrajectoryObjective, p: Array, eta: Array, known: Any, fixed: Mapping[str, float], fit: Fit
+) -> _Linear:
+    e, slopes, extra, held = objective.linear(p, eta, known, fixed, fit.ship.model)
+    scale = objective.windows.scale
+    n, k, h = p.size, extra.shape[-1], held.shape[-1]
+    Z = np.concatenate([slopes[..., :n], extra, held], axis=-1) * scale[..., None]
+    Z[scale == 0.0] = 0.0
+    Z = np.nan_to_num(Z, posinf=0.0, neginf=0.0).reshape(len(Z), -1, n + k + h)
+    weighted = slopes * scale[..., None]
+    weighted[scale == 0.0] = 0.0
+    leverage = np.zeros(scale.shape)
+    layout = objective.layout
+    for index in range(len(layout.slices)) if objective.nuisances else ():
+        part, mine = layout.slices[index], layout.lanes[index]
+        N = layout.columns(index, weighted[mine], scale[mine], n)
+        flat = N.reshape(-1, N.shape[2])
+        own = flat.T @ flat + np.diag(layout.deviation[part] ** -2.0)
+        back = np.linalg.solve(own, flat.T)
+        mixed = Z[mine].reshape(-1, n + k + h)
+        Z[mine] = (mixed - flat @ (back @ mixed)).reshape(Z[mine].shape)
+        leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
+    return _Linear(e, Z[..., :n], Z[..., n : n + k], Z[..., n + k :], leverage)
+
+
+def _channels(
+    objective: TrajectoryObjective, linear: _Linear, A: Array, level: Mapping[str, float]
+) -> tuple[dict[str, Channel], Array]:
+    """Residuals of each compared channel, and their mean square per degree of freedom (weighted), shape (6,)."""
+    scale = objective.windows.scale
+    lean = np.einsum("lrn,nm,lrm->lr", linear.J, np.linalg.pinv(A), linear.J).reshape(scale.shape) + linear.leverage
+    out: dict[str, Channel] = {}
+    size = np.ones(len(STATES))
+    for k, name in enumerate(STATES):
+        seen = scale[:, :, k] > 0
+        if not seen.any():
+            continue
+        e = np.where(seen, linear.e[:, :, k], 0.0)
+        freedom = max(float(seen.sum() - lean[:, :, k][seen].sum()), 1.0)
+        size[k] = float((e**2).sum()) / freedom
+        both = seen[:, 1:] & seen[:, :-1]
+        product = np.where(both, e[:, 1:] * e[:, :-1], 0.0).sum()
+        alike = float(product) / max(int(both.sum()), 1) / max(float((e**2).sum()) / seen.sum(), 1e-300)
+        unit = float(np.median(scale[:, :, k][seen]))
+        if name in level:
+            out[name] = Channel(level[name], float(np.sqrt(size[k])) / (unit * level[name]), alike,
+                                max(int(both.sum()), 1) ** -0.5, int(seen.sum()))  # fmt: skip
+    return out, size
+
+
+def _by_channel(J: Array, size: Array) -> Array:
+    """Sum over channels of their mean square times the squared derivatives, shape (n, n)."""
+    each = J.reshape(len(J), -1, len(STATES), J.shape[-1])
+    return np.einsum("c,lrcm,lrcn->mn", size, each, each)
+
+
+def _covariance(linear: _Linear, A: Array, size: Array, objective: TrajectoryObjective) -> Array:
+    """Covariance for white residuals of these mean squares by channel."""
+    prior = A - np.einsum("lrm,lrn->mn", linear.J, linear.J)
+    back = np.linalg.pinv(A, hermitian=True)
+    return back @ (_by_channel(linear.J, size) + prior) @ back
+
+
+def _suspicions(
+    linear: _Linear, A: Array, size: Array, known: Any, covariance: Array, problem: Problem
+) -> tuple[Suspicion, ...]:
+    e = linear.e.reshape(len(linear.e), -1)
+    cost = float((e**2).sum())
+    back = np.linalg.pinv(A, hermitian=True)
+    sigma = np.sqrt(np.diag(covariance))
+    out: list[Suspicion] = []
+    for k, one in enumerate(known):
+        d = linear.extra[..., k]
+        mixed = np.einsum("lrn,lr->n", linear.J, d)
+        d = d - linear.J @ (back @ mixed)
+        curvature = float((d**2).sum())
+        raw = float((linear.extra[..., k] ** 2).sum())
+        if not curvature > 1e-9 * raw:
+            continue  # no data tell it apart from the parameters
+        g = float((d * e).sum())
+        spread = float(_by_channel(d[..., None], size)[0, 0])
+        estimate = -g / curvature
+        moves = -back @ mixed * estimate / np.maximum(sigma, 1e-300)
+        out.append(Suspicion(
+            one.name, one.words, one.unit, one.per, g * g / max(spread, 1e-300), g * g / curvature / cost, estimate,
+            float(np.sqrt(spread)) / curvature, dict(zip(problem.vector.paths, moves.tolist(), strict=False)),
+        ))  # fmt: skip
+    return tuple(sorted(out, key=lambda s: -s.drop))
+
+
+def _widened(
+    linear: _Linear, A: Array, covariance: Array, trial: Any, diagnosis: Diagnosis, vector: Vector
+) -> Array:
+    """Covariance with each sigma widened where the model does not explain the data."""
+    if not diagnosis.lacking:
+        return covariance
+    back = np.linalg.pinv(A, hermitian=True)
+    by_window = np.einsum("lrn,lr->ln", linear.J, linear.e.reshape(len(linear.e), -1))
+    most = np.diag(covariance).copy()
+    names = np.unique(trial)
+    by_trial = np.array([by_window[trial == name].sum(axis=0) for name in names])
+    for scores in (by_window, by_trial):
+        if len(scores) > 1:
+            meat = len(scores) / (len(scores) - 1.0) * scores.T @ scores
+            most = np.maximum(most, np.diag(back @ meat @ back))
+    count = len(vector)
+    for cause in diagnosis.causes[:1]:
+        shift = np.array([cause.moves[path] for path in vector.paths])
+        most[:count] += np.diag(covariance)[:count] * shift**2
+    factor = np.sqrt(most / np.maximum(np.diag(covariance), 1e-300))
+    return factor[:, None] * covariance * factor[None, :]
+
+
+def _influence(
+    linear: _Linear, A: Array, fixed: Mapping[str, float], covariance: Array, vector: Vector
+) -> tuple[tuple[str, str, float], ...]:
+    """Fixed parameters whose error of 10 % would move the result most."""
+    back, sigma = np.linalg.pinv(A, hermitian=True), np.sqrt(np.diag(covariance))
+    out: list[tuple[str, str, float]] = []
+    for k, path in enumerate(fixed):
+        moved = (-back @ np.einsum("lrn,lr->n", linear.J, linear.held[..., k]) / np.maximum(sigma, 1e-300))[: len(vector)]
+        if moved.size:
+            at = int(np.argmax(np.abs(moved)))
+            out.append((path, vector.paths[at], float(moved[at])))
+    return tuple(sorted(out, key=lambda row: -abs(row[2]))[:_LISTED])

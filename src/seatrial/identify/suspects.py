@@ -1,0 +1,169 @@
+"""Errors that the instruments of a log may have: offsets, scales and delays of inputs and sensors, and a current.
+
+Each is one number, zero where the instrument is right, named "kind.channel".  An error of an input changes what acts on
+the model; an error of a sensor changes what the model predicts the sensor to read.  Both enter to first order, so that
+one direction describes each: of the inputs (`Suspect.acts`), or of the readings (`Suspect.reads`).  A problem may
+estimate any of them (`Nuisance.common`), and `posterior.diagnosis` tests those that it does not.
+
+Sign: a reading is the true value plus the error.  An offset of +2 deg means that the log shows 2 deg too much; a delay
+of 1 s means that it shows the value of one second before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..data import Array, Trial
+from ..environment import CHANNELS
+from ..models import Model, Sampled, unit
+from ..simulate.replay import from_apparent, wind_of
+
+X, Y, PSI, U, V, R = range(6)
+Acts = Callable[[Array, float], Array]
+"""From inputs (lanes, steps, inputs) and the step [s]: their change by a unit error, same shape."""
+Reads = Callable[[Array, Array | None, float], Array]
+"""From predictions (..., rows, 6), a change of them (..., rows, 6) and the step between rows [s]: the change of the
+reading by a unit error (without a change), or the derivative of that along the change."""
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """One error of the instruments.
+
+    Attributes:
+        name: key in a study, such as "offset.delta".
+        words: what it is.
+        unit, per: unit in reports, and how many SI units one of it is.
+        step: small error for a finite difference, SI units; of an input.
+        acts: of an input, else None.
+        reads: of a sensor, else None.
+    """
+
+    name: str
+    words: str
+    unit: str
+    per: float
+    step: float = 1e-4
+    acts: Acts | None = None
+    reads: Reads | None = None
+
+
+def _column(at: Sequence[int], values: Callable[[Array, float], Array]) -> Acts:
+    """Direction with these values in the columns `at`."""
+
+    def acts(series: Array, dt: float) -> Array:
+        out = np.zeros_like(series)
+        out[..., list(at)] = values(series[..., list(at)], dt)
+        return out
+
+    return acts
+
+
+def _slope(series: Array, dt: float) -> Array:
+    """Rate of change along the steps; zero for a single step."""
+    return np.gradient(series, dt, axis=-2) if series.shape[-2] > 1 else np.zeros_like(series)
+
+
+def _channels(at: Sequence[int], values: Callable[[Array, float], Array]) -> Reads:
+    """A linear error of the channels `at`: the same operation on a change of the prediction."""
+
+    def reads(predicted: Array, change: Array | None, dt: float) -> Array:
+        of = predicted if change is None else change
+        out = np.zeros_like(of)
+        out[..., list(at)] = values(of[..., list(at)], dt)
+        return out
+
+    return reads
+
+
+def _bias(at: int) -> Reads:
+    def reads(predicted: Array, change: Array | None, dt: float) -> Array:
+        out = np.zeros_like(predicted if change is None else change)
+        out[..., at] = change is None
+        return out
+
+    return reads
+
+
+def _antenna(aside: bool) -> Reads:
+    """Antenna one metre ahead of midship, or to starboard of it."""
+
+    def reads(predicted: Array, change: Array | None, dt: float) -> Array:
+        c, s = np.cos(predicted[..., PSI]), np.sin(predicted[..., PSI])
+        place, turned = ((-s, c), (-c, -s)) if aside else ((c, s), (-s, c))
+        out = np.zeros_like(predicted if change is None else change)
+        for k, axis in enumerate((X, Y)):
+            out[..., axis] = place[k] if change is None else turned[k] * change[..., PSI]
+        return out
+
+    return reads
+
+
+_DEG = math.radians(1.0)
+_SENSORS = (
+    Suspect("bias.psi", "a bias of the heading", "deg", _DEG, reads=_bias(PSI)),
+    Suspect("bias.u", "a bias of the speed", "m/s", 1.0, reads=_bias(U)),
+    Suspect("bias.v_m", "a bias of the sway velocity", "m/s", 1.0, reads=_bias(V)),
+    Suspect("bias.r", "a bias of the yaw rate", "deg/s", _DEG, reads=_bias(R)),
+    Suspect("scale.u", "a scale error of the speed", "%", 0.01, reads=_channels((U,), lambda y, _: y)),
+    Suspect("scale.r", "a scale error of the yaw rate", "%", 0.01, reads=_channels((R,), lambda y, _: y)),
+    Suspect("delay.position", "a delay of the position", "s", 1.0, reads=_channels((X, Y), lambda y, dt: -_slope(y, dt))),
+    Suspect("delay.psi", "a delay of the heading", "s", 1.0, reads=_channels((PSI,), lambda y, dt: -_slope(y, dt))),
+    Suspect("delay.speed", "a delay of the speeds u and v_m", "s", 1.0,
+            reads=_channels((U, V), lambda y, dt: -_slope(y, dt))),
+    Suspect("delay.r", "a delay of the yaw rate", "s", 1.0, reads=_channels((R,), lambda y, dt: -_slope(y, dt))),
+    Suspect("antenna.ahead", "a position measured ahead of midship", "m", 1.0, reads=_antenna(aside=False)),
+    Suspect("antenna.starboard", "a position measured to starboard of midship", "m", 1.0, reads=_antenna(aside=True)),
+)  # fmt: skip
+
+
+def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
+    """Those that the model and the trials can have.
+
+    Args:
+        model: its controls and whether it has a force of the wind.
+        trials: whether they have a wind.
+    """
+    if isinstance(model, Sampled):
+        return ()
+    found = list(_SENSORS)
+    for at, name in enumerate(model.controls):
+        angle = unit(name) == "rad"
+        if angle:
+            found.append(Suspect(f"offset.{name}", f"an offset of {name}", "deg", _DEG,
+                                 acts=_column([at], lambda v, _: -np.ones_like(v))))  # fmt: skip
+            found.append(Suspect(f"port.{name}", f"a scale error of {name} to port", "%", 0.01,
+                                 acts=_column([at], lambda v, _: -np.minimum(v, 0.0))))  # fmt: skip
+        found.append(Suspect(f"scale.{name}", f"a scale error of {name}", "%", 0.01,
+                             acts=_column([at], lambda v, _: -v)))  # fmt: skip
+        found.append(Suspect(f"delay.{name}", f"a delay of {name}", "s", 1.0,
+                             step=1e-3, acts=_column([at], _slope)))  # fmt: skip
+    n = len(model.controls)
+    around = {name: n + k for k, name in enumerate(CHANNELS)}
+    for way, channel in (("north", "current_x"), ("east", "current_y")):
+        found.append(Suspect(f"current.{way}", f"a current to the {way}", "m/s", 1.0,
+                             acts=_column([around[channel]], lambda v, _: np.ones_like(v))))  # fmt: skip
+    if model.feels_wind and any(wind_of(trial) is not None for trial in trials):
+        wind = [around["wind_x"], around["wind_y"]]
+        told = "a scale error of the apparent wind" if any(map(from_apparent, trials)) else "a scale error of the wind"
+        found.append(Suspect("scale.wind", told, "%", 0.01, acts=_column(wind, lambda v, _: -v)))
+        found.append(Suspect("direction.wind", "an error of the wind direction", "deg", _DEG,
+                             acts=_column(wind, lambda v, _: np.stack([v[..., 1], -v[..., 0]], axis=-1))))  # fmt: skip
+    return tuple(found)
+
+
+def named(model: Model, trials: Sequence[Trial], names: Sequence[str]) -> tuple[Suspect, ...]:
+    """Those of these names, in this order.
+
+    Raises:
+        KeyError: with the names that there are.
+    """
+    known = {one.name: one for one in suspects(model, trials)}
+    for name in names:
+        if name not in known:
+            raise KeyError(f"'{name}' is none of {', '.join(known)}")
+    return tuple(known[name] for name in names)
