@@ -60,7 +60,7 @@ def test_the_number_of_threads_and_the_neighbours_change_nothing(turns, many):
 def test_the_optimum_is_that_of_one_search_after_the_other(ratio):
     told = problem(ratio=ratio)
     mine = ESTIMATOR.fit(told)
-    other = Trajectory(window=600.0, every=1, method="euler", starts=6, tolerance=1e-12).fit(told)
+    other = Trajectory(window=600.0, every=1, method="euler", starts=6, tolerance=1e-12, initial="measured").fit(told)
     assert mine.objective == pytest.approx(other.objective, rel=1e-9)
     assert mine.objective <= other.objective * (1 + 1e-12)
     assert mine.ends.shape == (20, 13)

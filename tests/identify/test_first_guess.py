@@ -141,7 +141,7 @@ def test_a_fit_from_the_first_guess_predicts_the_tug() -> None:
     told = values(truth.model)
     start = values(tug.model)
     free = tuple(Free(path, start[path], prior=start[path], sigma=100.0) for path in names if told[path] != 0.0)
-    fit = Trajectory(window=5.0, method="rk4").fit(Problem(tug, tuple(made[:3]), free))
+    fit = Trajectory(window=5.0, every=10, initial="measured").fit(Problem(tug, tuple(made[:3]), free))
     before, after = (
         float(np.hypot(run["x"] - made[3]["x"], run["y"] - made[3]["y"]).max())
         for run in (replay(tug, made[3]), replay(fit.ship, made[3]))

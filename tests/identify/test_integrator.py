@@ -96,7 +96,9 @@ def recovered(ship: Ship, paths: tuple[str, ...], dt: float, lengths: float = 20
     """Errors of a fit to noise-free data: relative, and over the deviations that ordinary sensors would leave."""
     run = logged(ship, dt, lengths)
     posed = problem(ship, paths, run)
-    fit = Trajectory(window=run.duration, every=1, tolerance=1e-13, iterations=60).fit(posed)
+    fit = Trajectory(
+        window=run.duration, every=1, tolerance=1e-13, iterations=60, initial="measured"
+    ).fit(posed)  # fmt: skip
     true = np.array([values(ship.model)[path] for path in paths])
     found = TrajectoryObjective.build(posed, posed.trials, posed.loss.sigma, window=run.duration, dt=dt, every=1,
                                       method="rk4", threads=1)  # fmt: skip

@@ -76,9 +76,11 @@ def test_a_sound_problem_has_no_errors(problem: Problem) -> None:
 
 
 def test_white_noise_and_measured_starts_make_sigma_too_small(problem: Problem) -> None:
-    sure = replace(problem, loss=Loss(correlation=0.0))
-    assert any((i.severity, i.where) == ("warning", "nuisance.initial") for i in lint(sure))
-    assert not any(i.where == "nuisance.initial" for i in lint(problem))
+    sure, measured = replace(problem, loss=Loss(correlation=0.0)), Trajectory(initial="measured")
+    assert any((i.severity, i.where) == ("warning", "estimator.initial") for i in lint(sure, (), measured))
+    assert not any(i.where == "estimator.initial" for i in lint(sure, (), Trajectory()))
+    alike = replace(problem, loss=Loss(correlation=5.0))
+    assert not any(i.where == "estimator.initial" for i in lint(alike, (), measured))
 
 
 def test_test_trials_that_overlap_are_refused(problem: Problem) -> None:
@@ -169,7 +171,7 @@ def test_directions_in_degrees_are_refused(tug: Problem) -> None:
 
 
 @pytest.mark.parametrize(("estimator", "where", "words"), [
-    (Trajectory(), "nuisance.initial", "give its deviations"), (OneStep(), "nuisance.initial", "give its deviations"),
+    (Trajectory(), "", ""), (Trajectory(initial="measured"), "estimator.initial", 'say "free"'), (OneStep(), "nuisance.initial", "give its deviations"),
     (Shooting(), "", ""), (Shooting(initial="measured"), "estimator.initial", 'say "free"'),
     (Shooting(schedule="lo"), "loss.correlation", "errors are alike"),
     (MultiStart(), "", ""), (MultiStart(initial="measured"), "estimator.initial", 'say "free"'),

@@ -50,6 +50,7 @@ class Suspicion:
         share: of the objective that it would remove.
         size, sigma: estimate in one Gauss-Newton step, SI units.
         moves: change of each free parameter, in its sigma, if it were estimated.
+        of_reading: as in `suspects.Suspect`.
     """
 
     name: str
@@ -61,6 +62,15 @@ class Suspicion:
     size: float
     sigma: float
     moves: Mapping[str, float]
+    of_reading: bool = False
+
+    @property
+    def value(self) -> str:
+        """Error of the instrument with its sigma and unit, as a share of the true value where it is a scale."""
+        size, sigma = self.size, self.sigma
+        if self.of_reading and size < 0.9:
+            size, sigma = size / (1.0 - size), sigma / (1.0 - size) ** 2
+        return f"{size / self.per:.3g} +- {sigma / self.per:.1g} {self.unit}"
 
     @property
     def matters(self) -> bool:
@@ -71,10 +81,9 @@ class Suspicion:
     @property
     def text(self) -> str:
         """The finding in one line."""
-        size, sigma = self.size / self.per, self.sigma / self.per
         most = max(self.moves, key=lambda path: abs(self.moves[path]), default="")
         moved = f"; {most} would move by {self.moves[most]:+.1f} sigma" if most else ""
-        return (f"{self.words} of {size:.3g} +- {sigma:.1g} {self.unit} would remove {self.share:.0%} of the objective"
+        return (f"{self.words} of {self.value} would remove {self.share:.0%} of the objective"
                 f"{moved}")  # fmt: skip
 
 
@@ -86,6 +95,7 @@ class Diagnosis:
         channels: residuals by compared channel.
         suspicions: tests of the errors of instruments, the most likely first.
         rejected: readings left out as outliers, by trial and channel.
+        errors: errors of instruments that were estimated, as suspicions whose drop is that of leaving each out.
         widened: factor of each sigma over that of white noise, by path.
         fixed: for fixed parameters of the model, the change of the free parameter that it moves most if it were
             10 % larger, in sigma: (path, free path, change); the strongest first.
@@ -94,6 +104,7 @@ class Diagnosis:
     channels: Mapping[str, Channel] = field(default_factory=dict[str, Channel])
     suspicions: tuple[Suspicion, ...] = ()
     rejected: Mapping[str, Mapping[str, int]] = field(default_factory=dict[str, Mapping[str, int]])
+    errors: tuple[Suspicion, ...] = ()
     widened: Mapping[str, float] = field(default_factory=dict[str, float])
     fixed: tuple[tuple[str, str, float], ...] = ()
 
@@ -110,8 +121,9 @@ class Diagnosis:
     @property
     def lines(self) -> tuple[str, ...]:
         """The finding and its grounds, one line each."""
-        out = [f"{name}: {sum(n.values())} readings left out as outliers ({', '.join(f'{c} {k}' for c, k in n.items())})"
+        out = [f"{name}: outliers left out: {', '.join(f'{count} of {channel}' for channel, count in n.items())}"
                for name, n in self.rejected.items()]  # fmt: skip
+        out += [f"estimated: {one.words} of {one.value}" for one in self.errors]
         if not self.lacking:
             return ("the residuals look like sensor noise", *out)
         grounds = [line for name, one in self.channels.items() for line in one.grounds(name)]

@@ -10,6 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -20,7 +21,7 @@ from ..data.check import check, check_set
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
-from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
+from . import Estimator, Fit, Issue, Nuisance, Problem, Progress, StudyError
 from .noise import screened
 from .record import scales, step_of
 from .trajectory.objective import TrajectoryObjective
@@ -31,10 +32,10 @@ _FATAL = ("sign", "axes", "unit", "scale", "step", "short")
 _LENGTH = 0.02
 
 
-# Key and remedy for the noise of measured initial states, for an estimator that names none.
-_DEVIATIONS = ("nuisance.initial", "give its deviations")
 # Length and stride of the predictions by which sensitivity is checked [s].
 _WINDOW, _EVERY = 100.0, 1.0
+# Most errors of instruments that are estimated because the residuals call for them.
+_MOST = 5
 
 
 def lint(
@@ -106,13 +107,39 @@ def tested_by(problem: Problem, estimator: Any) -> bool:
     )
 
 
-def _tested(fit: Callable[..., Fit], estimator: Any, problem: Problem, *args: Any, **options: Any) -> Fit:
-    """A fit without outliers, tested against the noise and the errors that instruments may have."""
+def _tested(
+    fit: Callable[..., Fit], estimator: Any, problem: Problem, *, progress: Progress | None = None,
+    checkpoint: Path | None = None,
+) -> Fit:  # fmt: skip
+    """A fit without outliers, tested against the noise and the errors that instruments may have.
+
+    With `nuisance.suspects = "auto"` the error that the residuals call for most is estimated too, one after the other,
+    each in a fit that starts where the last one ended: as long as one of them matters (`Suspicion.matters`) and its
+    drop pays for a parameter by Schwarz's criterion (BIC), at most `_MOST`.
+    """
     from .posterior.diagnose import diagnosed
 
+    own = problem.nuisance
+    if own.suspects not in ("", "auto"):
+        raise StudyError(f"nuisance.suspects is '{own.suspects}'; it is \"auto\", or left out")
+    if own.suspects and not getattr(estimator, "estimates_common", False):
+        raise StudyError('nuisance.suspects = "auto" needs the estimator shooting:Trajectory')
     clean = screened(problem.trials, scales(problem))
     problem = replace(problem, trials=clean.trials)
-    return diagnosed(fit(estimator, problem, *args, **options), problem, estimator, clean.rejected)
+    found = diagnosed(fit(estimator, problem, progress=progress, checkpoint=checkpoint), problem, estimator,
+                      clean.rejected)  # fmt: skip
+    for turn in range(_MOST if own.suspects else 0):
+        causes = found.diagnosis.causes if found.diagnosis else ()
+        rows = sum(one.count for one in found.diagnosis.channels.values()) if found.diagnosis else 0
+        if not causes or causes[0].drop < math.log(max(rows, 2)):
+            break
+        common = {**problem.nuisance.common, causes[0].name: math.inf}
+        problem = replace(problem, nuisance=replace(problem.nuisance, common=common))
+        begun = replace(problem, free=problem.vector.started(found.vector.by_path(found.values)))
+        further = checkpoint and checkpoint.with_suffix(f".{turn + 1}{checkpoint.suffix}")
+        then = fit(estimator, begun, progress=progress, checkpoint=further)
+        found = diagnosed(replace(then, free=problem.free), problem, estimator, clean.rejected)
+    return found
 
 
 def _free(problem: Problem) -> Iterator[Issue]:
@@ -151,7 +178,7 @@ def _scales(problem: Problem) -> Iterator[Issue]:
 
 def _starts(problem: Problem, estimator: Estimator | None) -> Iterator[Issue]:
     """Initial states that are taken as measured, with the estimator's remedy for their noise (`starts_remedy`)."""
-    where, remedy = _DEVIATIONS if estimator is None else getattr(estimator, "starts_remedy", ("", ""))
+    where, remedy = getattr(estimator, "starts_remedy", ("", ""))
     if remedy and not problem.loss.correlation and not problem.nuisance.initial:
         yield Issue(
             "warning", where, "every sample counts as independent while windows start at measured states: "

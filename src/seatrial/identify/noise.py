@@ -145,7 +145,10 @@ def _jumps(values: Array, length: int) -> Array:
         # Weights of the four neighbours in the value of their cubic at reading k.
         weights = np.linalg.solve((at[:, None] ** powers).T, float(k) ** powers)
         distance = np.abs(values[inner + k] - near @ weights) / math.sqrt(1.0 + float(weights @ weights))
-        least = np.minimum(least, np.nan_to_num(distance))
+        # It also lies beyond both nearest neighbours, on one side: a lasting step is no outlier.
+        beyond = values[inner + k, None] - near[:, 1:3]
+        outside = np.where(np.prod(beyond, axis=1) > 0, np.abs(beyond).min(axis=1), 0.0) / math.sqrt(2.0)
+        least = np.minimum(least, np.nan_to_num(np.minimum(distance, outside)))
     out[inner] = least
     return out
 

@@ -57,6 +57,11 @@ def step_of(trials: Sequence[Trial], dt: float | None = None) -> float:
     return dt or float(np.median([trial.dt for trial in trials]))
 
 
+def every_of(every: int | None, dt: float) -> int:
+    """Stride of the compared rows: as given, else about one second, rows being `dt` [s] apart."""
+    return every or max(round(1.0 / dt), 1)
+
+
 class Settings(Protocol):
     """How trajectories are cut, integrated and compared; every estimator of trajectories has these."""
 
@@ -66,8 +71,8 @@ class Settings(Protocol):
         ...
 
     @property
-    def every(self) -> int:
-        """Stride of the compared rows."""
+    def every(self) -> int | None:
+        """Stride of the compared rows; None takes about one second (`every_of`)."""
         ...
 
     @property
@@ -89,8 +94,9 @@ class Settings(Protocol):
 def cut_as(problem: Problem, settings: Settings) -> tuple[dict[str, float], dict[str, Any]]:
     """Scale of each channel, and the arguments by which trials are cut and integrated."""
     window = settings.window or max(trial.duration for trial in problem.trials)
+    dt = step_of(problem.trials, settings.dt)
     return scales(problem), {
-        "window": window, "dt": step_of(problem.trials, settings.dt), "every": settings.every,
+        "window": window, "dt": dt, "every": every_of(settings.every, dt),
         "method": settings.method, "threads": settings.threads,
     }  # fmt: skip
 

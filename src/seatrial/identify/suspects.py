@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.errors import StudyError
 from ..data import Array, Trial
 from ..environment import CHANNELS
 from ..models import Model, Sampled, unit
@@ -41,6 +42,7 @@ class Suspect:
         step: small error for a finite difference, SI units; of an input.
         acts: of an input, else None.
         reads: of a sensor, else None.
+        of_reading: whether it is a share of the reading, not of the true value: true = (1 - error) reading.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Suspect:
     step: float = 1e-4
     acts: Acts | None = None
     reads: Reads | None = None
+    of_reading: bool = False
 
 
 def _column(at: Sequence[int], values: Callable[[Array, float], Array]) -> Acts:
@@ -66,6 +69,11 @@ def _column(at: Sequence[int], values: Callable[[Array, float], Array]) -> Acts:
 def _slope(series: Array, dt: float) -> Array:
     """Rate of change along the steps; zero for a single step."""
     return np.gradient(series, dt, axis=-2) if series.shape[-2] > 1 else np.zeros_like(series)
+
+
+def _earlier(values: Array, dt: float) -> Array:
+    """Change of a reading that is one second late, to first order."""
+    return -_slope(values, dt)
 
 
 def _channels(at: Sequence[int], values: Callable[[Array, float], Array]) -> Reads:
@@ -111,11 +119,10 @@ _SENSORS = (
     Suspect("bias.r", "a bias of the yaw rate", "deg/s", _DEG, reads=_bias(R)),
     Suspect("scale.u", "a scale error of the speed", "%", 0.01, reads=_channels((U,), lambda y, _: y)),
     Suspect("scale.r", "a scale error of the yaw rate", "%", 0.01, reads=_channels((R,), lambda y, _: y)),
-    Suspect("delay.position", "a delay of the position", "s", 1.0, reads=_channels((X, Y), lambda y, dt: -_slope(y, dt))),
-    Suspect("delay.psi", "a delay of the heading", "s", 1.0, reads=_channels((PSI,), lambda y, dt: -_slope(y, dt))),
-    Suspect("delay.speed", "a delay of the speeds u and v_m", "s", 1.0,
-            reads=_channels((U, V), lambda y, dt: -_slope(y, dt))),
-    Suspect("delay.r", "a delay of the yaw rate", "s", 1.0, reads=_channels((R,), lambda y, dt: -_slope(y, dt))),
+    Suspect("delay.position", "a delay of the position", "s", 1.0, reads=_channels((X, Y), _earlier)),
+    Suspect("delay.psi", "a delay of the heading", "s", 1.0, reads=_channels((PSI,), _earlier)),
+    Suspect("delay.speed", "a delay of the speeds u and v_m", "s", 1.0, reads=_channels((U, V), _earlier)),
+    Suspect("delay.r", "a delay of the yaw rate", "s", 1.0, reads=_channels((R,), _earlier)),
     Suspect("antenna.ahead", "a position measured ahead of midship", "m", 1.0, reads=_antenna(aside=False)),
     Suspect("antenna.starboard", "a position measured to starboard of midship", "m", 1.0, reads=_antenna(aside=True)),
 )  # fmt: skip
@@ -137,9 +144,9 @@ def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
             found.append(Suspect(f"offset.{name}", f"an offset of {name}", "deg", _DEG,
                                  acts=_column([at], lambda v, _: -np.ones_like(v))))  # fmt: skip
             found.append(Suspect(f"port.{name}", f"a scale error of {name} to port", "%", 0.01,
-                                 acts=_column([at], lambda v, _: -np.minimum(v, 0.0))))  # fmt: skip
+                                 acts=_column([at], lambda v, _: -np.minimum(v, 0.0)), of_reading=True))  # fmt: skip
         found.append(Suspect(f"scale.{name}", f"a scale error of {name}", "%", 0.01,
-                             acts=_column([at], lambda v, _: -v)))  # fmt: skip
+                             acts=_column([at], lambda v, _: -v), of_reading=True))  # fmt: skip
         found.append(Suspect(f"delay.{name}", f"a delay of {name}", "s", 1.0,
                              step=1e-3, acts=_column([at], _slope)))  # fmt: skip
     n = len(model.controls)
@@ -150,7 +157,8 @@ def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
     if model.feels_wind and any(wind_of(trial) is not None for trial in trials):
         wind = [around["wind_x"], around["wind_y"]]
         told = "a scale error of the apparent wind" if any(map(from_apparent, trials)) else "a scale error of the wind"
-        found.append(Suspect("scale.wind", told, "%", 0.01, acts=_column(wind, lambda v, _: -v)))
+        found.append(Suspect("scale.wind", told, "%", 0.01, acts=_column(wind, lambda v, _: -v),
+                             of_reading=True))  # fmt: skip
         found.append(Suspect("direction.wind", "an error of the wind direction", "deg", _DEG,
                              acts=_column(wind, lambda v, _: np.stack([v[..., 1], -v[..., 0]], axis=-1))))  # fmt: skip
     return tuple(found)
@@ -160,10 +168,10 @@ def named(model: Model, trials: Sequence[Trial], names: Sequence[str]) -> tuple[
     """Those of these names, in this order.
 
     Raises:
-        KeyError: with the names that there are.
+        StudyError: an unknown name, with those that there are.
     """
     known = {one.name: one for one in suspects(model, trials)}
     for name in names:
         if name not in known:
-            raise KeyError(f"'{name}' is none of {', '.join(known)}")
+            raise StudyError(f"[nuisance] common names '{name}'; known: {', '.join(known)}")
     return tuple(known[name] for name in names)

@@ -52,7 +52,8 @@ class DataTable(DataSetTable):
 
 class LossTable(_Table):
     sigma: dict[str, float] = {}
-    correlation: float = Field(default=5.0, ge=0.0)
+    correlation: float | None = Field(default=None, ge=0.0)
+    scale: Literal["noise", "spread"] = "noise"
     weights: dict[str, Annotated[float, Field(gt=0.0)]] = {}
 
 
@@ -60,6 +61,8 @@ class NuisanceTable(_Table):
     initial: dict[str, float] = {}
     current: float = Field(default=0.0, ge=0.0)
     bias: dict[str, float] = {}
+    common: dict[str, Annotated[float, Field(gt=0.0)]] = {}
+    suspects: Literal["", "auto"] = ""
 
 
 class PublishedTable(_Table):

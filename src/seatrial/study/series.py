@@ -271,8 +271,8 @@ class _Reader:
             raise StudyError(f"{self.path}: fits.{key}: {error}") from None
         loss, nuisance = fit.loss or self.said.loss, fit.nuisance
         return Problem(
-            ship, train, free, Loss(loss.sigma, loss.correlation, loss.weights),
-            Nuisance(nuisance.initial, nuisance.current, nuisance.bias), validation,
+            ship, train, free, Loss(loss.sigma, loss.correlation, loss.weights, loss.scale),
+            Nuisance(**nuisance.model_dump()), validation,
         )  # fmt: skip
 
     def _estimators(self, key: str, fit: Any) -> list[tuple[int | None, Estimator]]:

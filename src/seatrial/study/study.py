@@ -112,7 +112,7 @@ def _read(here: Path) -> Study:
     positive(f"{here}: nuisance.bias", said.nuisance.bias)
     problem = Problem(
         ship, train, free, _loss(here, said.loss, train),
-        Nuisance(said.nuisance.initial, said.nuisance.current, said.nuisance.bias), validation, said.data.extrapolate,
+        Nuisance(**said.nuisance.model_dump()), validation, said.data.extrapolate,
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
     _long_enough(here, train, said.estimator)
@@ -149,7 +149,7 @@ def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:
         if not any(fnmatchcase(trial.name, pattern) for trial in train):
             named = ", ".join(trial.name for trial in train[:3])
             raise StudyError(f"{here}: loss.weights: '{pattern}' fits no training trial; they are named {named}, ...")
-    return Loss(said.sigma, said.correlation, said.weights)
+    return Loss(said.sigma, said.correlation, said.weights, said.scale)
 
 
 def _run_digest(problem: Problem, estimator: Estimator, test: Sequence[Trial], said: Any) -> str:

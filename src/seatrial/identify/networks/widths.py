@@ -26,7 +26,7 @@ from ...data import Trial
 from .. import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
-from ..record import scales, step_of
+from ..record import every_of, scales, step_of
 from ..resume import ResumeError, begin_anew
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.shooting import Trajectory
@@ -128,7 +128,7 @@ class Widths(Trajectory):
         late = [f.path for f in self._scaled(problem, width).free if any(fnmatchcase(f.path, p) for p in self.later)]
         return Trajectory(
             self.window, self.stride, self.every, self.dt, self.method, self.iterations, self.tolerance,
-            self.later if late else (), self.starts, self.seed, self.threads,
+            self.later if late else (), self.starts, self.seed, self.threads, self.initial,
         )  # fmt: skip
 
     def _scaled(self, problem: Problem, width: float) -> Problem:
@@ -169,7 +169,8 @@ class Widths(Trajectory):
         plain = replace(inner, loss=replace(inner.loss, sigma=sigma), nuisance=Nuisance())
         dt = step_of(inner.trials, self.dt)
         return TrajectoryObjective.build(
-            plain, out, sigma, window=self.window, dt=dt, every=self.every, method=self.method, threads=self.threads,
+            plain, out, sigma, window=self.window, dt=dt, every=every_of(self.every, dt), method=self.method,
+            threads=self.threads,
         )  # fmt: skip
 
 

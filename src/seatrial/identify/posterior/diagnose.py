@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.parameters import update, values
+from ...core.parameters import values
 from ...data import Array
 from ...models import STATES
 from .. import Fit, Problem
@@ -61,6 +61,9 @@ def diagnosed(fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[
         settings: how trajectories were cut and compared; the estimator.
         rejected: outliers, for the record.
     """
+    if fit.covariance.shape != (len(fit.free),) * 2:
+        return fit  # an estimator that states no covariance
+    problem = replace(problem, free=fit.free)
     own = problem if problem.nuisance.initial else begun_as(problem, getattr(settings, "initial", "free"))
     sigma, arguments = cut_as(problem, settings)
     objective = TrajectoryObjective.build(own, own.trials, sigma, **arguments)
@@ -75,13 +78,13 @@ def diagnosed(fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[
     with np.errstate(all="ignore"):
         linear = _linear(objective, p, eta, known, fixed, fit)
     vector = problem.vector
-    A = np.einsum("lrm,lrn->mn", linear.J, linear.J) + np.diag(
+    A = _gram(linear.J) + np.diag(
         np.append(vector.precision, objective.deviation**-2.0)
     )  # fmt: skip
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance = _covariance(linear, A, size, objective)
     tested = _suspicions(linear, A, size, known, covariance, problem)
-    diagnosis = Diagnosis(channels, tested, rejected)
+    diagnosis = Diagnosis(channels, tested, rejected, _errors(objective, p, covariance))
     wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
     count = len(problem.free)
     factor = np.sqrt(np.diag(wide) / np.maximum(np.diag(covariance), 1e-300))[:count]
@@ -112,14 +115,21 @@ def _linear(
     e, slopes, extra, held = objective.linear(p, eta, known, fixed, fit.ship.model)
     scale = objective.windows.scale
     n, k, h = p.size, extra.shape[-1], held.shape[-1]
-    Z = np.concatenate([slopes[..., :n], extra, held], axis=-1) * scale[..., None]
-    Z[scale == 0.0] = 0.0
-    Z = np.nan_to_num(Z, posinf=0.0, neginf=0.0).reshape(len(Z), -1, n + k + h)
+    Z = np.concatenate([slopes[..., :n], extra, held], axis=-1)
+    Z *= scale[..., None]
+    Z[(scale == 0.0) | ~np.isfinite(Z).all(axis=-1)] = 0.0
+    Z = Z.reshape(len(Z), -1, n + k + h)
     weighted = slopes * scale[..., None]
     weighted[scale == 0.0] = 0.0
-    leverage = np.zeros(scale.shape)
+    leverage = np.zeros((len(Z), Z.shape[1]))
     layout = objective.layout
-    for index in range(len(layout.slices)) if objective.nuisances else ():
+    if objective.nuisances and not layout.own.count:  # initial states only: window by window
+        N = weighted.reshape(len(Z), -1, weighted.shape[-1])[:, :, n + layout.own.initial]
+        prior = np.stack([np.diag(layout.deviation[part] ** -2.0) for part in layout.by_window])
+        back = np.linalg.solve(N.transpose(0, 2, 1) @ N + prior, N.transpose(0, 2, 1))
+        Z -= N @ (back @ Z)
+        leverage = np.einsum("lrk,lkr->lr", N, back)
+    for index in range(len(layout.slices)) if layout.own.count else ():
         part, mine = layout.slices[index], layout.lanes[index]
         N = layout.columns(index, weighted[mine], scale[mine], n)
         flat = N.reshape(-1, N.shape[2])
@@ -128,7 +138,8 @@ def _linear(
         mixed = Z[mine].reshape(-1, n + k + h)
         Z[mine] = (mixed - flat @ (back @ mixed)).reshape(Z[mine].shape)
         leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
-    return _Linear(e, Z[..., :n], Z[..., n : n + k], Z[..., n + k :], leverage)
+    J, extra, held = (np.ascontiguousarray(part) for part in np.split(Z, [n, n + k], axis=-1))
+    return _Linear(e, J, extra, held, leverage.reshape(scale.shape))
 
 
 def _channels(
@@ -136,7 +147,8 @@ def _channels(
 ) -> tuple[dict[str, Channel], Array]:
     """Residuals of each compared channel, and their mean square per degree of freedom (weighted), shape (6,)."""
     scale = objective.windows.scale
-    lean = np.einsum("lrn,nm,lrm->lr", linear.J, np.linalg.pinv(A), linear.J).reshape(scale.shape) + linear.leverage
+    lean = ((linear.J @ np.linalg.pinv(A, hermitian=True)) * linear.J).sum(axis=2).reshape(scale.shape)
+    lean += linear.leverage
     out: dict[str, Channel] = {}
     size = np.ones(len(STATES))
     for k, name in enumerate(STATES):
@@ -158,13 +170,18 @@ def _channels(
 
 def _by_channel(J: Array, size: Array) -> Array:
     """Sum over channels of their mean square times the squared derivatives, shape (n, n)."""
-    each = J.reshape(len(J), -1, len(STATES), J.shape[-1])
-    return np.einsum("c,lrcm,lrcn->mn", size, each, each)
+    return _gram(J.reshape(-1, len(STATES), J.shape[-1]) * np.sqrt(size)[:, None])
+
+
+def _gram(J: Array) -> Array:
+    """Products of the columns, shape (n, n), summed over all other axes."""
+    flat = J.reshape(-1, J.shape[-1])
+    return flat.T @ flat
 
 
 def _covariance(linear: _Linear, A: Array, size: Array, objective: TrajectoryObjective) -> Array:
     """Covariance for white residuals of these mean squares by channel."""
-    prior = A - np.einsum("lrm,lrn->mn", linear.J, linear.J)
+    prior = A - _gram(linear.J)
     back = np.linalg.pinv(A, hermitian=True)
     return back @ (_by_channel(linear.J, size) + prior) @ back
 
@@ -172,28 +189,40 @@ def _covariance(linear: _Linear, A: Array, size: Array, objective: TrajectoryObj
 def _suspicions(
     linear: _Linear, A: Array, size: Array, known: Any, covariance: Array, problem: Problem
 ) -> tuple[Suspicion, ...]:
-    e = linear.e.reshape(len(linear.e), -1)
-    cost = float((e**2).sum())
-    back = np.linalg.pinv(A, hermitian=True)
+    e, count = linear.e.ravel(), linear.J.shape[-1]
+    cost, back = float(e @ e), np.linalg.pinv(A, hermitian=True)
     sigma = np.sqrt(np.diag(covariance))
+    both = np.concatenate([linear.J, linear.extra], axis=-1)
+    G, by_channel = _gram(both), _by_channel(both, size)
+    slope = both.reshape(-1, both.shape[-1]).T @ e
     out: list[Suspicion] = []
     for k, one in enumerate(known):
-        d = linear.extra[..., k]
-        mixed = np.einsum("lrn,lr->n", linear.J, d)
-        d = d - linear.J @ (back @ mixed)
-        curvature = float((d**2).sum())
-        raw = float((linear.extra[..., k] ** 2).sum())
-        if not curvature > 1e-9 * raw:
+        # The suspect, less what the parameters explain of it.
+        own = np.zeros(len(G))
+        own[:count], own[count + k] = -back @ G[:count, count + k], 1.0
+        curvature = float(own @ G @ own)
+        if not curvature > 1e-9 * G[count + k, count + k]:
             continue  # no data tell it apart from the parameters
-        g = float((d * e).sum())
-        spread = float(_by_channel(d[..., None], size)[0, 0])
+        g, spread = float(own @ slope), float(own @ by_channel @ own)
         estimate = -g / curvature
-        moves = -back @ mixed * estimate / np.maximum(sigma, 1e-300)
+        moves = own[:count] * estimate / np.maximum(sigma, 1e-300)
         out.append(Suspicion(
             one.name, one.words, one.unit, one.per, g * g / max(spread, 1e-300), g * g / curvature / cost, estimate,
             float(np.sqrt(spread)) / curvature, dict(zip(problem.vector.paths, moves.tolist(), strict=False)),
+            one.of_reading,
         ))  # fmt: skip
     return tuple(sorted(out, key=lambda s: -s.drop))
+
+
+def _errors(objective: TrajectoryObjective, p: Array, covariance: Array) -> tuple[Suspicion, ...]:
+    """The errors of instruments that were estimated; the drop is that of a Wald test."""
+    count = objective.where.size
+    sigma = np.sqrt(np.diag(covariance))[count:]
+    return tuple(
+        Suspicion(one.name, one.words, one.unit, one.per, (value / max(sd, 1e-300)) ** 2, 0.0, value, sd, {},
+                  one.of_reading)
+        for one, value, sd in zip(objective.common, p[count:].tolist(), sigma.tolist(), strict=True)
+    )
 
 
 def _widened(
@@ -224,9 +253,11 @@ def _influence(
 ) -> tuple[tuple[str, str, float], ...]:
     """Fixed parameters whose error of 10 % would move the result most."""
     back, sigma = np.linalg.pinv(A, hermitian=True), np.sqrt(np.diag(covariance))
+    flat = linear.J.reshape(-1, linear.J.shape[-1])
+    mixed = flat.T @ linear.held.reshape(len(flat), -1)
     out: list[tuple[str, str, float]] = []
     for k, path in enumerate(fixed):
-        moved = (-back @ np.einsum("lrn,lr->n", linear.J, linear.held[..., k]) / np.maximum(sigma, 1e-300))[: len(vector)]
+        moved = (-back @ mixed[:, k] / np.maximum(sigma, 1e-300))[: len(vector)]
         if moved.size:
             at = int(np.argmax(np.abs(moved)))
             out.append((path, vector.paths[at], float(moved[at])))

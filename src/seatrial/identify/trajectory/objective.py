@@ -190,9 +190,27 @@ class TrajectoryObjective:
         away, weight = self._prior(p)
         H = J[:, :n].T @ J[:, :n] + np.diag(weight)
         g = J[:, :n].T @ e.ravel() + weight * away
-        blocks = tuple(self._block(i, slopes, e, eta, n) for i in range(len(self.layout.slices)) if self.nuisances)
+        blocks = self._blocks(slopes, e, eta, n)
         cost = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.layout.deviation) ** 2).sum())
         return Normal(cost, H, g, blocks)
+
+    def _blocks(self, D: Array, e: Array, eta: Array, n: int) -> tuple[Block, ...]:
+        """Normal equations of the nuisances: a block for each window, or for each trial that has some of its own."""
+        layout = self.layout
+        if not self.nuisances:
+            return ()
+        if layout.own.count:
+            return tuple(self._block(i, D, e, eta, n) for i in range(len(layout.slices)))
+        flat = D.reshape(len(D), -1, D.shape[-1])
+        N, J = flat[:, :, n + layout.own.initial], flat[:, :, :n]
+        back, wheres = N.transpose(0, 2, 1), layout.by_window
+        own, cross = back @ N, back @ J
+        gradient = (back @ e.reshape(len(e), -1, 1))[:, :, 0]
+        weight = layout.deviation ** -2.0
+        return tuple(
+            Block(where, mine + np.diag(weight[where]), mixed, g + weight[where] * eta[where])
+            for where, mine, mixed, g in zip(wheres, own, cross, gradient, strict=True)
+        )
 
     def _block(self, index: int, D: Array, e: Array, eta: Array, n: int) -> Block:
         """Normal equations of one trial's nuisances."""

@@ -26,7 +26,7 @@ from ..digest import digest
 from ..lint import linted
 from ..nuisance import EVERY, begun_as, checked_initial
 from ..posterior.verdicts import judged
-from ..record import scales, step_of
+from ..record import every_of, scales, step_of
 from ..resume import Resume
 from ..vector import Vector
 from ..watch import tell, with_values
@@ -41,7 +41,7 @@ class Trajectory:
     Attributes:
         window: length of a prediction before it restarts [s].
         stride: time from the start of one prediction to that of the next [s]; None is the window.
-        every: stride of the compared steps.
+        every: stride of the compared rows; None takes about one second.
         dt: time step [s]; None takes the median step of the trials.
         method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
         iterations, tolerance: stop after this many iterations, or when the relative decrease is smaller.
@@ -56,7 +56,7 @@ class Trajectory:
 
     window: float = 100.0
     stride: float | None = None
-    every: int = 10
+    every: int | None = None
     dt: float | None = None
     method: str = "rk4"
     iterations: int = 40
@@ -79,9 +79,14 @@ class Trajectory:
         checked_initial(self.initial)
 
     @property
+    def estimates_common(self) -> bool:
+        """It estimates errors of instruments (`Nuisance.common`)."""
+        return True
+
+    @property
     def starts_remedy(self) -> tuple[str, str]:
         """Remedy for the noise of measured initial states; see `Estimator`."""
-        return ("", "") if self.initial == "free" else ("estimator.initial", 'set it to "free"')
+        return ("", "") if self.initial == "free" else ("estimator.initial", 'say "free"')
 
     @linted
     def fit(
@@ -99,12 +104,12 @@ class Trajectory:
         sigma, dt = scales(problem), step_of(problem.trials, self.dt)
         own = problem if problem.nuisance.initial else begun_as(problem, self.initial)
         objective = TrajectoryObjective.build(
-            own, problem.trials, sigma, window=self.window, dt=dt, every=self.every,
+            own, problem.trials, sigma, window=self.window, dt=dt, every=every_of(self.every, dt),
             method=self.method, threads=self.threads, stride=self.stride,
         )  # fmt: skip
         plain = replace(problem, nuisance=type(problem.nuisance)(), loss=replace(problem.loss, weights={}))
         watch = None if not problem.validation else TrajectoryObjective.build(
-            plain, problem.validation, sigma, window=self.window, dt=dt, every=self.every,
+            plain, problem.validation, sigma, window=self.window, dt=dt, every=every_of(self.every, dt),
             method=self.method, threads=self.threads,
         )  # fmt: skip
         print_ = digest(problem, self)

@@ -115,7 +115,7 @@ class FineTuning:
         """The gradient method of one range, each trial run through; the longest lasts `duration` [s]."""
         return Trajectory(
             window=duration, every=1, dt=self.dt, method=self.method, iterations=ITERATIONS, tolerance=TOLERANCE,
-            starts=self.starts, seed=self.seed, threads=1,
+            starts=self.starts, seed=self.seed, threads=1, initial=self.initial,
         )  # fmt: skip
 
     @linted

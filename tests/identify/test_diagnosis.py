@@ -1,0 +1,179 @@
+"""Tests of a finished fit: clean logs pass, and each planted error of an instrument is named with its size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from seatrial.core.parameters import Free, values
+from seatrial.data import Array, Trial
+from seatrial.environment import Uniform
+from seatrial.identify import Fit, Loss, Nuisance, Problem, StudyError
+from seatrial.identify.population.evolution import Evolution
+from seatrial.identify.trajectory.shooting import Trajectory
+from seatrial.manoeuvres.turning import Turning
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.ships.files import load
+from seatrial.simulate.run import simulate
+
+Channels = dict[str, Array]
+PATHS = ("hull.Y_v", "hull.N_v", "hull.N_r", "hull.R_0")
+SENSORS = {"x": 0.5, "y": 0.5, "psi": math.radians(0.1), "u": 0.05, "v_m": 0.05, "r": math.radians(0.5 / 60.0)}
+DEG = math.radians(1.0)
+TRUTH = dict(zip(PATHS, (1.1, 0.9, 1.08, 0.95), strict=True))
+RUNS: dict[bool, list[Trial]] = {}
+
+
+def _logs(plant: Callable[[Channels], None] | None = None, current: bool = False, seed: int = 0) -> tuple[Trial, ...]:
+    """Trials of a tanker logged at 1 Hz by ordinary sensors, its coefficients up to 10 % off the file's."""
+    tanker, n_P = load("kvlcc2"), 1.7
+    if current not in RUNS:
+        known = values(tanker.model)
+        true = tanker.having({path: factor * known[path] for path, factor in TRUTH.items()})
+        around = Uniform(U_C=0.5, gamma_C=1.0) if current else None
+        RUNS[current] = [
+            simulate(true, policy, duration=600.0, dt=0.1, every=10, name=name, environment=around)
+            for name, policy in (("zigzag", Zigzag(n_P, 20.0 * DEG, 20.0 * DEG)), ("turn", Turning(n_P, 35.0 * DEG)),
+                                 ("port", Turning(n_P, -35.0 * DEG)))
+        ]  # fmt: skip
+    rng, out = np.random.default_rng(seed), list[Trial]()
+    for run in RUNS[current]:
+        channels = {name: run[name].copy() for name in (*SENSORS, "delta", "n_P")}
+        for name, level in SENSORS.items():
+            channels[name] += rng.normal(0.0, level, len(run))
+        if plant:
+            plant(channels)
+        out.append(Trial(run.name, run.t, channels, meta={"L_pp": tanker.L_pp}))
+    return tuple(out)
+
+
+def _problem(trials: tuple[Trial, ...], nuisance: Nuisance = Nuisance()) -> Problem:
+    tanker = load("kvlcc2")
+    known = values(tanker.model)
+    return Problem(tanker, trials, tuple(Free(path, known[path]) for path in PATHS), nuisance=nuisance)
+
+
+def _z(fit: Fit) -> Array:
+    known = values(load("kvlcc2").model)
+    return (fit.values - np.array([TRUTH[path] * known[path] for path in PATHS])) / fit.sigma
+
+
+def _shifted(name: str, by: float) -> Callable[[Channels], None]:
+    def plant(channels: Channels) -> None:
+        channels[name] += by
+
+    return plant
+
+
+def _scaled(name: str, by: float) -> Callable[[Channels], None]:
+    def plant(channels: Channels) -> None:
+        channels[name] *= by
+
+    return plant
+
+
+def _aft(channels: Channels) -> None:
+    channels["x"] -= 100.0 * np.cos(channels["psi"])
+    channels["y"] -= 100.0 * np.sin(channels["psi"])
+
+
+def _spike(channels: Channels) -> None:
+    channels["psi"][200] += 0.8
+
+
+def test_a_clean_log_passes() -> None:
+    fit = Trajectory().fit(_problem(_logs()))
+    assert fit.diagnosis is not None
+    assert not fit.diagnosis.lacking
+    assert fit.diagnosis.lines == ("the residuals look like sensor noise",)
+    assert {verdict.status for verdict in fit.verdicts if verdict.subject in PATHS} == {"identified"}
+    assert np.abs(_z(fit)).max() < 3.5
+    assert all(channel.size == pytest.approx(1.0, abs=0.15) for channel in fit.diagnosis.channels.values())
+
+
+PLANTED = [
+    ("offset.delta", _shifted("delta", 1.5 * DEG), 1.5, 0.15),
+    ("bias.psi", _shifted("psi", 3.0 * DEG), 3.0, 0.6),
+    ("bias.r", _shifted("r", 0.05 * DEG), 0.05, 0.005),
+    ("scale.n_P", _scaled("n_P", 1.03), 3.0, 0.6),
+    ("scale.u", _scaled("u", 1.03), 3.0, 0.3),
+    ("antenna.ahead", _aft, -100.0, 10.0),
+]
+
+
+@pytest.mark.parametrize(("name", "plant", "size", "within"), PLANTED, ids=[row[0] for row in PLANTED])
+def test_a_planted_error_is_named_first_and_nothing_is_identified(
+    name: str, plant: Callable[[Channels], None], size: float, within: float
+) -> None:
+    fit = Trajectory().fit(_problem(_logs(plant)))
+    assert fit.diagnosis is not None
+    assert fit.diagnosis.lacking
+    first = fit.diagnosis.causes[0]
+    assert first.name == name
+    assert float(first.value.split()[0]) == pytest.approx(size, abs=within)
+    assert "identified" not in {verdict.status for verdict in fit.verdicts}
+    assert first.words in " ".join(fit.diagnosis.lines)
+    assert all(factor >= 1.0 for factor in fit.diagnosis.widened.values())
+
+
+def test_suspects_that_matter_are_estimated_on_request_and_the_truth_comes_back() -> None:
+    drifting = _logs(current=True)
+    assert np.abs(_z(Trajectory().fit(_problem(drifting)))).max() > np.abs(
+        _z(fit := Trajectory().fit(_problem(drifting, Nuisance(suspects="auto"))))
+    ).max()
+    assert fit.diagnosis is not None
+    assert not fit.diagnosis.lacking
+    found = fit.nuisances["*"]
+    assert set(found) == {"current.north", "current.east"}
+    assert found["current.north"] == pytest.approx(0.5 * math.cos(1.0), abs=0.02)
+    assert found["current.east"] == pytest.approx(0.5 * math.sin(1.0), abs=0.02)
+    assert np.abs(_z(fit)).max() < 3.5
+
+
+def test_a_named_error_is_estimated_with_its_prior() -> None:
+    trials = _logs(_shifted("delta", 1.5 * DEG))
+    fit = Trajectory().fit(_problem(trials, Nuisance(common={"offset.delta": math.radians(5.0)})))
+    assert fit.nuisances["*"]["offset.delta"] == pytest.approx(1.5 * DEG, rel=0.05)
+    assert np.abs(_z(fit)).max() < 3.5
+    held = Trajectory().fit(_problem(trials, Nuisance(common={"offset.delta": 1e-6})))
+    assert abs(held.nuisances["*"]["offset.delta"]) < 0.1 * DEG
+
+
+def test_an_outlier_is_left_out_and_listed() -> None:
+    fit = Trajectory().fit(_problem(_logs(_spike)))
+    assert fit.diagnosis is not None
+    assert {trial: dict(found) for trial, found in fit.diagnosis.rejected.items()} == {
+        name: {"psi": 1} for name in ("zigzag", "turn", "port")
+    }
+    assert not fit.diagnosis.lacking
+    assert np.abs(_z(fit)).max() < 3.5
+
+
+def test_an_estimator_by_population_is_tested_as_well() -> None:
+    problem = _problem(_logs(_shifted("psi", 3.0 * DEG)))
+    fit = Evolution(population=8, largest=8, agree=1, threads=1, every=10, window=100.0).fit(
+        replace(problem, free=tuple(replace(f, low=2.0 * f.start, high=0.5 * f.start) for f in problem.free[:1]))
+    )
+    assert fit.diagnosis is not None
+    assert fit.diagnosis.causes[0].name == "bias.psi"
+
+
+def test_a_declared_error_model_keeps_its_sigma_but_not_its_verdicts() -> None:
+    problem = _problem(_logs(_shifted("delta", 1.5 * DEG)))
+    own = replace(problem, loss=Loss(SENSORS, correlation=10.0))
+    fit = Trajectory().fit(own)
+    assert fit.diagnosis is not None
+    assert fit.diagnosis.causes[0].name == "offset.delta"
+    assert "identified" not in {verdict.status for verdict in fit.verdicts}
+
+
+@pytest.mark.parametrize(("nuisance", "words"), [
+    (Nuisance(common={"offset.dleta": 0.1}), "offset.dleta"), (Nuisance(suspects="all"), "auto"),
+])  # fmt: skip
+def test_unknown_suspects_are_refused(nuisance: Nuisance, words: str) -> None:
+    with pytest.raises(StudyError, match=words):
+        Trajectory().fit(_problem(_logs(), nuisance))
