@@ -36,6 +36,7 @@ class Finding:
         remedy: what to do.
         kind: of the fault, see `Kind`.
         trials, channels: those it is about, the trial under test last.
+        key: name of the culprit for programs; the kind where no culprit is known.
     """
 
     severity: Severity
@@ -46,6 +47,7 @@ class Finding:
     kind: Kind = "quality"
     trials: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
+    key: str = ""
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.where}: {self.what} ({self.evidence}); {self.remedy}"
@@ -83,7 +85,7 @@ def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, .
         Finding(
             "error", "training and test share a recording", f"{ours[a].name} and {theirs[b].name}",
             f"{rows} rows are the same, {100 * part:.0f} % of {theirs[b].name}",
-            "keep both in training or both in test", "overlap", (ours[a].name, theirs[b].name),
+            "keep both in training or both in test", "overlap", (ours[a].name, theirs[b].name), (), "overlap",
         )
         for a, b, rows, part in _pairs(ours, theirs)
     )  # fmt: skip
@@ -92,7 +94,7 @@ def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, .
 def _finding(trial: Trial, fault: Fault) -> Finding:
     about = f"{trial.name}: {fault.where}"
     said = (fault.severity, fault.what, about, fault.evidence, fault.remedy, fault.kind)
-    return Finding(*said, (trial.name,), fault.channels)
+    return Finding(*said, (trial.name,), fault.channels, fault.key or fault.kind)
 
 
 def _pairs(train: Sequence[Trial], test: Sequence[Trial]) -> list[tuple[int, int, int, float]]:

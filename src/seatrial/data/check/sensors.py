@@ -46,6 +46,7 @@ class Fault:
     evidence: str
     remedy: str
     kind: Kind = "quality"
+    key: str = ""
 
     @property
     def channels(self) -> tuple[str, ...]:
