@@ -7,8 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from ..data import Trial
-from ..data.check import Finding, check_set
-from ..data.check import check as findings_of
+from ..data.check import Finding, check_folder, check_set
 from ..data.trialfile import read_trials
 from ..validate.coverage import Coverage, Reference, coverage, usual
 from . import SILENT, Outcome, RequestError, Sink
@@ -38,19 +37,23 @@ def check(
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         raise RequestError(f"{out}: a page ends in .html")
     trials = read_trials(paths)
-    found = {trial.name: list(findings_of(trial)) for trial in trials}
+    every = list(check_folder(trials))
     covered: list[Coverage] = []
     if against:
         overlaps, covered = _compared(read_trials(against), trials, out, sink)
-        for finding in overlaps:
-            found[finding.trials[-1]].append(finding)
-    every = [f for some in found.values() for f in some]
+        every += overlaps
+    found = {trial.name: [f for f in every if trial.name in _about(f)] for trial in trials}
     counts = {s: sum(f.severity == s for f in every) for s in _SEVERITIES}
     more = {"coverage": {c.name: c.numbers() for c in covered}} if against else {}
     document = {"trials": {name: [asdict(f) for f in some] for name, some in found.items()}, "counts": counts, **more}
     total = f"{len(found)} trials: {counts['error']} errors, {counts['warning']} warnings, {counts['info']} notes"
     shown = (*map(str, every), *map(str, covered), total)
     return Outcome(found, document, shown, tuple(str(f) for f in every if f.severity == "error"))
+
+
+def _about(finding: Finding) -> tuple[str, ...]:
+    """Names of the trials under which a finding is listed: of an overlap, the one under test."""
+    return finding.trials[-1:] if finding.kind == "overlap" else finding.trials
 
 
 def _compared(

@@ -6,7 +6,7 @@ function of a trial that yields `Fault`.  Thresholds are set such that the 35 fi
 files, read rightly, give no error, and each known fault of a public log does (tests/data/test_check.py).
 """
 
-from .findings import Finding, Severity, check, check_set
+from .findings import Finding, Severity, check, check_folder, check_set
 from .sensors import Fault, Kind
 
-__all__ = ["Fault", "Finding", "Kind", "Severity", "check", "check_set"]
+__all__ = ["Fault", "Finding", "Kind", "Severity", "check", "check_folder", "check_set"]

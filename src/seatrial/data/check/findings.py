@@ -11,9 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Trial
-from .motion import motion_faults, rudder_faults, scale_faults, yaw_faults
+from .drift import drift_faults
+from .helm import helm_faults
+from .motion import rudder_faults, scale_faults
+from .outliers import outlier_faults
 from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
-from .still import still_faults
+from .shaft import shaft_faults
+from .still import still_faults, without_frozen
+from .suspects import accused
 from .track import track_faults
 
 Severity = Literal["error", "warning", "info"]
@@ -36,6 +41,7 @@ class Finding:
         remedy: what to do.
         kind: of the fault, see `Kind`.
         trials, channels: those it is about, the trial under test last.
+        key: name of the culprit for programs; the kind where no culprit is known.
     """
 
     severity: Severity
@@ -46,6 +52,7 @@ class Finding:
     kind: Kind = "quality"
     trials: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
+    key: str = ""
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.where}: {self.what} ({self.evidence}); {self.remedy}"
@@ -53,23 +60,78 @@ class Finding:
 
 def check(trial: Trial) -> tuple[Finding, ...]:
     """All findings of one trial, errors first; none means that no known fault was found."""
+    return check_folder((trial,))
+
+
+def check_folder(trials: Sequence[Trial]) -> tuple[Finding, ...]:
+    """All findings of the trials of a day, errors first.
+
+    Logs of one ship judge each other: a compass that is wrong is wrong in each of them, and only several headings tell
+    it from a current.  What is wrong in several trials is told once, with all of their names.
+    """
+    told: dict[str, list[Fault]] = {trial.name: [] for trial in trials}
+    alike: dict[object, list[Trial]] = {}
+    for trial in trials:
+        own, sound = _alone(trial)
+        told[trial.name] += own
+        if sound is not None:
+            alike.setdefault((sound.meta.get("L_pp"), sound.meta.get("ship")), []).append(sound)
+    for some in alike.values():
+        _together(some, told)
+    order = {trial.name: k for k, trial in enumerate(trials)}
+    merged: dict[tuple[str, ...], list[tuple[str, Fault]]] = {}
+    for name, faults in told.items():
+        for fault in faults:
+            merged.setdefault((fault.severity, fault.where, fault.what), []).append((name, fault))
+    found = [_finding(same) for same in merged.values()]
+    rank = ("error", "warning", "info")
+    return tuple(sorted(found, key=lambda f: (rank.index(f.severity), order[f.trials[0]])))
+
+
+def _alone(trial: Trial) -> tuple[list[Fault], Trial | None]:
+    """Faults that a trial shows by itself, and the trial without rows that nothing measured; None if unusable."""
     if len(trial) < 20:
-        few = Fault("error", "t", "too short to judge", f"{len(trial)} rows", "record at least 20 rows", "short")
-        return (_finding(trial, few),)
+        return [Fault("error", "t", "too short to judge", f"{len(trial)} rows", "record at least 20 rows", "short",
+                      "short")], None  # fmt: skip
     if beyond := [*beyond_faults(trial)]:
-        return tuple(_finding(trial, fault) for fault in beyond)
+        return beyond, None
     faults = [*gap_faults(trial), *sensor_faults(trial)]
-    if bool((np.diff(trial.t) > 0).all()):
-        heading = [*yaw_faults(trial)]
-        faults += heading
-        for one in (still_faults, rudder_faults, scale_faults, track_faults):
-            faults += one(trial)
-        # while the unit of psi is unknown, comparisons by psi do not accuse other channels
-        unknown_heading = any(fault.kind == "unit" for fault in heading)
-        for one in (motion_faults, wind_faults):
-            faults += [fault for fault in one(trial) if fault.severity != "warning" or not unknown_heading]
-    found = [_finding(trial, fault) for fault in faults]
-    return tuple(sorted(found, key=lambda f: ("error", "warning", "info").index(f.severity)))
+    if not bool((np.diff(trial.t) > 0).all()):
+        return faults, None
+    outliers, clean = outlier_faults(trial)
+    return [*faults, *outliers, *still_faults(clean)], without_frozen(clean)
+
+
+def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
+    """Add what the logs of one ship say of each other."""
+    common, sound = accused(trials)
+    for trial in trials:
+        told[trial.name] = [one for one in told[trial.name] if not _repeats(one, common)] + common
+    if len(trials) > 1:
+        for k, trial in enumerate(sound):
+            own, [sound[k]] = accused([trial])
+            keys = {one.key for one in common}
+            told[trial.name] += [one for one in own if one.key not in keys]
+    for trial in sound:
+        for one in (rudder_faults, scale_faults, track_faults, wind_faults):
+            told[trial.name] += [fault for fault in one(trial) if not _repeats(fault, told[trial.name])]
+    wrong = {name for trial in sound for one in told[trial.name] if one.severity == "error" for name in one.channels}
+    shared = [*shaft_faults(sound)]
+    if "delta" not in wrong:
+        shared += helm_faults(sound)
+    if not any(one.key in ("through_water", "heading_bias", "inconsistent") for one in common):
+        shared += drift_faults(sound)
+    for trial in sound:
+        told[trial.name] += shared
+
+
+_SHADOWS = ("wraps", "unit", "coarse", "length", "time_scale", "sign")
+
+
+def _repeats(fault: Fault, told: Sequence[Fault]) -> bool:
+    """Whether a fault is the shadow of one that is told already: the same channels in the wrong unit."""
+    accused = {name for one in told if one.severity == "error" for name in one.channels}
+    return fault not in told and fault.key in _SHADOWS and bool(accused & set(fault.channels))
 
 
 def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, ...]:
@@ -83,16 +145,21 @@ def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, .
         Finding(
             "error", "training and test share a recording", f"{ours[a].name} and {theirs[b].name}",
             f"{rows} rows are the same, {100 * part:.0f} % of {theirs[b].name}",
-            "keep both in training or both in test", "overlap", (ours[a].name, theirs[b].name),
+            "keep both in training or both in test", "overlap", (ours[a].name, theirs[b].name), (), "overlap",
         )
         for a, b, rows, part in _pairs(ours, theirs)
     )  # fmt: skip
 
 
-def _finding(trial: Trial, fault: Fault) -> Finding:
-    about = f"{trial.name}: {fault.where}"
-    said = (fault.severity, fault.what, about, fault.evidence, fault.remedy, fault.kind)
-    return Finding(*said, (trial.name,), fault.channels)
+def _finding(same: Sequence[tuple[str, Fault]]) -> Finding:
+    """One finding of a fault that one trial shows, or several."""
+    fault, names = same[0][1], tuple(dict.fromkeys(name for name, _ in same))
+    about = f"{names[0]}: {fault.where}" if len(names) == 1 else f"{len(names)} trials: {fault.where}"
+    evidence = fault.evidence
+    if len(names) > 1 and len({one.evidence for _, one in same}) > 1:
+        evidence = f"{names[0]}: {evidence}"
+    said = (fault.severity, fault.what, about, evidence, fault.remedy, fault.kind)
+    return Finding(*said, names, fault.channels, fault.key or fault.kind)
 
 
 def _pairs(train: Sequence[Trial], test: Sequence[Trial]) -> list[tuple[int, int, int, float]]:

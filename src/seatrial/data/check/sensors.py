@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import Array, Trial
 from ..prepare import complete
@@ -46,6 +47,7 @@ class Fault:
     evidence: str
     remedy: str
     kind: Kind = "quality"
+    key: str = ""
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -59,7 +61,7 @@ def beyond_faults(trial: Trial) -> Iterator[Fault]:
         largest = float(np.nanmax(np.abs(values), initial=0.0))
         if largest > _BEYOND:
             yield Fault("error", name, "beyond anything measured", f"up to {largest:.3g} {trial.unit(name)}",
-                        "set these rows to gaps (NaN)", "unit")  # fmt: skip
+                        "set these rows to gaps (NaN)", "unit", "sentinel")  # fmt: skip
 
 
 def sensor_faults(trial: Trial) -> Iterator[Fault]:
@@ -77,33 +79,48 @@ def _time_faults(trial: Trial) -> Iterator[Fault]:
         distinct = np.unique(trial.t).size
         yield Fault(
             "error", "t", f"time {kind}", f"{bad} of {steps.size} steps, {distinct} distinct times",
-            "the clock is rounded: rebuild the time from the row number and the true step",
+            "the clock is rounded: rebuild the time from the row number and the true step", "quality",
+            "time_repeats" if kind == "repeats" else "time_back",
         )  # fmt: skip
         return
     middle = float(np.median(steps))
     leaps = np.flatnonzero(steps > 1.5 * middle)
     different = np.unique(np.round(steps / middle, 3)).size
     share = leaps.size / steps.size
-    if share > 0.05 and different <= 10:
+    if share > 0.05 and different <= 10 and not _lost_rows(trial, leaps, middle):
         yield Fault(
             "warning", "t", "time is quantised",
             f"only {different} different steps, from {steps.min():.3g} to {steps.max():.3g} s",
-            "rebuild the time from the row number, or resample",
+            "rebuild the time from the row number, or resample", "quality", "time_quantised",
         )  # fmt: skip
     elif leaps.size:
         k = int(leaps[0])
         yield Fault(
             "warning", "t", "missing samples",
             f"{leaps.size} leaps, up to {steps.max():.3g} s, the first at t = {trial.t[k]:g} s",
-            "prepare.segments ends a run at each leap",
+            "prepare.segments ends a run at each leap; prepare.resample bridges single rows", "quality", "missing_rows",
         )  # fmt: skip
     elif (off := np.abs(steps - middle) > 0.1 * middle).mean() > 0.05:
         yield Fault(
             "warning", "t", "uneven steps",
             f"{int(off.sum())} of {steps.size} steps differ by over 10 % from {middle:.3g} s, "
             f"from {steps.min():.3g} to {steps.max():.3g} s",
-            "a fit takes them at even steps (prepare.resample); log faster where that is too coarse",
+            "a fit takes them at even steps (prepare.resample); log faster where that is too coarse", "quality",
+            "uneven_steps",
         )  # fmt: skip
+
+
+def _lost_rows(trial: Trial, leaps: NDArray[np.intp], middle: float) -> bool:
+    """Whether the ship has moved further across the leaps of time: rows are missing; a rounded clock shows no such."""
+    steps = np.diff(trial.t)
+    whole = np.abs(steps / middle - np.round(steps / middle)) < 0.02
+    if not (whole.all() and steps.min() > 0.98 * middle and all(name in trial for name in ("x", "y"))):
+        return False
+    moved = np.hypot(np.diff(trial["x"]), np.diff(trial["y"]))
+    usual = np.delete(moved, leaps)
+    if not (np.isfinite(moved[leaps]).any() and np.isfinite(usual).any()):
+        return False
+    return bool(np.nanmedian(moved[leaps]) > 1.5 * np.nanmedian(usual))
 
 
 def _angle_faults(trial: Trial) -> Iterator[Fault]:
@@ -113,14 +130,15 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         largest = float(np.nanmax(np.abs(values)))
         if name.split("_")[0] == "delta" and largest > 1.6:
             yield Fault(
-                "error", name, "rudder is in degrees", f"up to {largest:.3g} rad", "convert it to radians", "unit"
+                "error", name, "rudder is in degrees", f"up to {largest:.3g} rad", "convert it to radians", "unit", "unit",
             )
         elif name.split("_")[0] == "alpha" and largest > 6.3 and trial.unit(name) in ("rad", "-"):
             yield _turned(trial, name, largest)
         elif name in _DIRECTIONS and largest > 6.3:
             # a continuous direction may exceed one turn in radians
             yield Fault("error" if largest > 30 else "info", name, "direction beyond one turn",
-                        f"up to {largest:.4g} rad", "if it is in degrees, convert it to radians")  # fmt: skip
+                        f"up to {largest:.4g} rad", "if it is in degrees, convert it to radians", "quality",
+                        "unit")  # fmt: skip
     if "psi" not in trial:
         return
     jumps = np.abs(np.diff(trial["psi"]))
@@ -129,7 +147,7 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         if wraps:
             yield Fault("warning" if unit == "rad" else "error", "psi", "heading wraps",
                         f"{wraps} leaps of about {turn:.4g} {unit}",
-                        "make it continuous with data.unwrapped")  # fmt: skip
+                        "make it continuous with data.unwrapped", "quality", "wraps")  # fmt: skip
 
 
 def _turned(trial: Trial, name: str, largest: float) -> Fault:
@@ -142,7 +160,7 @@ def _turned(trial: Trial, name: str, largest: float) -> Fault:
         return Fault(
             "error", name, "direction of the thrust is in degrees",
             f"up to {largest:.3g} rad, by up to {moves.max(initial=0.0):.3g} rad a row, median {usual:.3g} rad/s",
-            "convert it to radians, or declare its unit: deg", "unit",
+            "convert it to radians, or declare its unit: deg", "unit", "unit",
         )  # fmt: skip
     return Fault("info", name, "direction beyond one turn", f"up to {largest:.4g} rad",
                  "if it is in degrees, convert it to radians")  # fmt: skip
@@ -167,13 +185,13 @@ def _step_faults(trial: Trial) -> Iterator[Fault]:
                 "warning", name, "coarse steps",
                 f"{levels.size} distinct values in {values.size} samples, "
                 f"steps of {quantum:.3g} {trial.unit(name)}",
-                "prefer integrated rates to differences of this channel, or smooth it",
+                "prefer integrated rates to differences of this channel, or smooth it", "quality", "coarse",
             )  # fmt: skip
     if ordinary:
         yield Fault(
             "info", ", ".join(name for name, _ in ordinary), "steps of ordinary instruments",
             ", ".join(words for _, words in ordinary),
-            "no action; the noise of a channel is a third of its step at least",
+            "no action; the noise of a channel is a third of its step at least", "quality", "steps",
         )  # fmt: skip
 
 
@@ -214,13 +232,13 @@ def gap_faults(trial: Trial) -> Iterator[Fault]:
     for found, names in holes.items():
         yield Fault(
             "warning", ", ".join(names), "gaps", found.words(last + 1),
-            "fit on prepare.segments, or fill short ones with prepare.interpolate_gaps",
+            "fit on prepare.segments, or fill short ones with prepare.interpolate_gaps", "quality", "gaps",
         )  # fmt: skip
     for every, names in slower.items():
         yield Fault(
             "info", ", ".join(names), f"sampled at {1.0 / every:.3g} Hz",
             f"a value every {every:.3g} s, the rows are at {1.0 / trial.dt:.3g} Hz",
-            "the channel is complete; prepare.interpolate_gaps where every row must have a value",
+            "the channel is complete; prepare.interpolate_gaps where every row must have a value", "quality", "slow",
         )  # fmt: skip
 
 
@@ -301,7 +319,8 @@ def wind_faults(trial: Trial) -> Iterator[Fault]:
     numbers = f"true and apparent wind differ by {ours:.3g} m/s as 'from', by {misses[best]:.3g} m/s so"
     if best != (1, 1) and misses[best] < 0.5 * ours:
         yield Fault("error", names_of[best], "wind direction is 'to', not 'from'", numbers,
-                    f"add pi to {names_of[best]}")  # fmt: skip
+                    f"add pi to {names_of[best]}", "quality", "wind_to")  # fmt: skip
     elif ours > 0.3 * float(np.median(speed) + np.median(np.abs(u))):
         yield Fault("warning", "U_A, gamma_A, U_T, gamma_T", "true and apparent wind disagree",
-                    f"median difference {ours:.3g} m/s", "check units, heading and lever arm")  # fmt: skip
+                    f"median difference {ours:.3g} m/s", "check units, heading and lever arm", "quality",
+                    "wind_disagree")  # fmt: skip

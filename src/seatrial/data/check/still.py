@@ -30,6 +30,7 @@ fiftieth of a degree, or a log error of a thousandth are above."""
 def still_faults(trial: Trial) -> Iterator[Fault]:
     """Frozen sensors one by one, sensors slower than the log, and one note of what a steady run holds still."""
     steady: list[str] = []
+    stuck: dict[tuple[int, int], list[str]] = {}
     longest, since = 0.0, 0.0
     for name in MEASURED:
         if name not in trial:
@@ -40,7 +41,7 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
         held = [(k, n) for k, n in _runs(same) if _matters(trial, name, k, n)]
         frozen = [(k, n) for k, n in held if not _exact(trial, k, n)]
         if frozen:
-            yield _frozen(trial, name, *max(frozen, key=lambda run: run[1]))
+            stuck.setdefault(max(frozen, key=lambda run: run[1]), []).append(name)
         elif held:
             steady.append(name)
             k, n = max(held, key=lambda run: run[1])
@@ -50,24 +51,44 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
             yield Fault(
                 "warning", name, "repeated values",
                 f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
-                "the sensor is slower than the log: keep its own samples, or smooth",
+                "the sensor is slower than the log: keep its own samples, or smooth", "quality", "repeated",
             )  # fmt: skip
+    for run, names in stuck.items():
+        yield _frozen(trial, names, *run)
     if steady:
         yield Fault(
             "info", ", ".join(steady), "steady values without noise",
             f"the same for up to {longest:.3g} s from t = {since:g} s, while positions, velocities, heading and rate "
             f"of turn agree to {100 * _EXACT:g} %",
-            "no action in a simulated run; a frozen sensor would disagree with the others",
+            "no action in a simulated run; a frozen sensor would disagree with the others", "quality", "steady",
         )  # fmt: skip
 
 
-def _frozen(trial: Trial, name: str, start: int, length: int) -> Fault:
+def _frozen(trial: Trial, names: list[str], start: int, length: int) -> Fault:
+    value = trial[names[0]][start]
+    zero, whole = value == 0.0, length > 0.98 * len(trial)
     return Fault(
-        "warning", name, "frozen sensor",
-        f"the same value {trial[name][start]:.6g} for {_lasts(trial, start, length):.3g} s "
+        "warning", ", ".join(names), "zeros where a sensor should be" if zero else "frozen sensor",
+        f"the same value {value:.6g} for {_lasts(trial, start, length):.3g} s "
         f"from t = {trial.t[start]:g} s",
-        "set these rows to gaps (NaN) or cut them",
+        "leave the channel out of the mapping" if whole else "set these rows to gaps (NaN) or cut them", "quality",
+        "zeros" if zero else "frozen",
     )  # fmt: skip
+
+
+def without_frozen(trial: Trial) -> Trial:
+    """The trial with gaps in the place of stretches that a sensor did not measure."""
+    gone: dict[str, NDArray[np.float64]] = {}
+    for name in MEASURED:
+        same = _same(trial, name) if name in trial else None
+        if same is None:
+            continue
+        values = trial[name].copy()
+        for k, n in _runs(same):
+            if n < 0.9 * len(trial) and _matters(trial, name, k, n) and not _exact(trial, k, n):
+                values[k : k + n + 1] = np.nan
+        gone[name] = values
+    return trial.having(**gone)
 
 
 def _same(trial: Trial, name: str) -> NDArray[np.bool_] | None:

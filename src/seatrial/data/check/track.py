@@ -66,7 +66,7 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
                 "error", "psi, gamma_G", "heading and course over ground are exchanged",
                 f"psi follows the track within {math.degrees(psi):.2g} deg, gamma_G within "
                 f"{math.degrees(course):.2g} deg",
-                "exchange the two columns",
+                "exchange the two columns", "quality", "course_as_heading",
             )  # fmt: skip
     ratio = _distance_ratio(trial) if "U_G" in trial else math.nan
     if abs(ratio - 1.0) > _CLOSE:
@@ -78,7 +78,7 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
             f"positions move {ratio:.3f} times as far as U_G gives in the time",
             "use the clock of the log; compute positions from latitude and longitude" if near
             else "check the unit of the speed (kn, km/h) and of the positions",
-            "step" if near else "scale",
+            *(("step", "time_scale") if near else ("scale", "unit")),
         )  # fmt: skip
 
 

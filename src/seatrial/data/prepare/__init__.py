@@ -6,9 +6,9 @@ A gap is filled only by the function that is named for it.
 
 from .axes import froude_scaled, integral, to_body, to_earth
 from .cutting import complete, cut, drop_trailing_gaps, segments, split, unbroken
-from .timing import ANGLES, interpolate_gaps, nearest_rows, resample, resampling
+from .timing import ANGLES, interpolate_gaps, nearest_rows, resample, resampling, shifted
 
 __all__ = [
     "ANGLES", "complete", "cut", "drop_trailing_gaps", "froude_scaled", "integral", "interpolate_gaps",
-    "nearest_rows", "resample", "resampling", "segments", "split", "to_body", "to_earth", "unbroken",
+    "nearest_rows", "resample", "resampling", "segments", "split", "shifted", "to_body", "to_earth", "unbroken",
 ]  # fmt: skip

@@ -67,6 +67,21 @@ def resample(trial: Trial, dt: float) -> Trial:
     return replace(trial, t=t, channels=channels, file=None).noting(f"resampled to {dt:g} s")
 
 
+def shifted(trial: Trial, lag: float, *names: str) -> Trial:
+    """The trial with channels that came `lag` [s] late put where they belong, by straight lines.
+
+    Rows for which nothing was logged (at the end; at the beginning, where `lag` is below zero) become gaps.
+    """
+    moved: dict[str, Array] = {}
+    for name in names:
+        at, values = trial.t + lag, _continuous(name, trial[name])
+        inside = (at >= trial.t[0]) & (at <= trial.t[-1])
+        out = np.full(len(trial), np.nan)
+        out[inside] = _resampled(trial.t, values, at[inside])
+        moved[name] = out
+    return trial.having(**moved).noting(f"{', '.join(names)} shifted by {-lag:g} s")
+
+
 def resampling(dt: float, *trials: Trial) -> str:
     """How to get trials on steps of `dt` [s]: a command to paste, where their files are known."""
     files = [trial.file for trial in trials if trial.file is not None]

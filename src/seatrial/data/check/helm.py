@@ -1,0 +1,285 @@
+"""The rudder against the motion, and port against starboard: sign, unit, offset, scale, lag, orders called angles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from .. import Trial
+from ..prepare import integral, segments
+from .relations import G, has, length_of, noise_of
+from .sensors import Fault
+
+_DEG = math.pi / 180.0
+# Fastest steering gear of a ship of 100 m [rad/s]; smaller ones are quicker by Froude's law.
+_QUICKEST = 8.0 * _DEG
+# Yaw rate r L/u per rudder angle: 1 to 3 for ships; beyond, the rudder is in another unit.
+_EFFECTIVE = 12.0
+# Differences of held angles that matter, and those that do not [rad]; and by side [-].
+_OFFSET, _EVEN, _SIDES = 0.45 * _DEG, 0.25 * _DEG, 0.04
+_NEUTRAL = 1.0 * _DEG
+
+
+def helm_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
+    """What the logs of one ship say of its rudder indicator."""
+    some = [trial for trial in trials if "delta" in trial and has(trial, "r") and "u" in trial]
+    if not some:
+        return
+    if gross := [*_dead(some), *_small(some), *_orders(some)]:
+        yield gross[0]
+        return
+    if stuck := [*_stuck(some)]:
+        yield stuck[0]
+        return
+    if late := [*_lag(some)]:
+        yield late[0]
+    yield from _balance(some)
+
+
+def _ship_time(trial: Trial) -> float:
+    return math.sqrt((length_of(trial) or 100.0) / G)
+
+
+def _turns(trial: Trial) -> bool:
+    length = length_of(trial) or 100.0
+    speed = float(np.nanquantile(np.abs(trial["u"]), 0.9)) or 1.0
+    return float(np.nanquantile(np.abs(trial["r"]), 0.9)) * length / speed > 0.1
+
+
+def _dead(trials: Sequence[Trial]) -> Iterator[Fault]:
+    on_the_spot = any(name.startswith(("alpha", "n_bow", "n_stern", "f_")) for name in trials[0].channels)
+    dead = [trial for trial in trials if not has(trial, "delta") and _turns(trial)]
+    straight = [trial for trial in trials if not has(trial, "delta")]
+    # one held rudder is a turn that was logged from its execute on; the same in several trials is no rudder
+    if dead and not on_the_spot:
+        levels = {float(np.nanmedian(trial["delta"])) for trial in dead}
+        if levels == {0.0} or (len(dead) > 2 and len(levels) == 1 and len(straight) == len(trials)):
+            value = levels.pop()
+            yield Fault(
+                "error", "delta", "the rudder never moves, and the ship turns",
+                f"{value:g} rad in every row of {len(dead)} trials", "take the column of the rudder, or leave it out",
+                "quality", "zeros" if value == 0.0 else "frozen",
+            )  # fmt: skip
+
+
+def _small(trials: Sequence[Trial]) -> Iterator[Fault]:
+    most = []
+    for trial in trials:
+        length, u = length_of(trial), np.abs(trial["u"])
+        if length is None or not has(trial, "delta"):
+            continue
+        fast = u > 0.3 * float(np.nanmax(u))
+        turn = float(np.nanquantile(np.abs(trial["r"][fast]) * length / u[fast], 0.9))
+        if turn > 0.15:
+            most.append(turn / float(np.nanquantile(np.abs(trial["delta"]), 0.9)))
+    if most and min(most) > _EFFECTIVE:
+        yield Fault(
+            "error", "delta", "the rudder is too small for these turns: radians that were converted from degrees",
+            f"r L/u is {min(most):.3g} times the rudder angle or more (1 to 3 for ships)",
+            'say unit = "rad" of the column, or multiply by 57.2958', "unit", "unit",
+        )  # fmt: skip
+
+
+def _orders(trials: Sequence[Trial]) -> Iterator[Fault]:
+    leaps = 0
+    fastest = 0.0
+    for trial in trials:
+        limit = _QUICKEST * math.sqrt(100.0 / (length_of(trial) or 100.0))
+        steps, dt = np.abs(np.diff(trial["delta"])), np.diff(trial.t)
+        leap = (steps > 6.0 * _DEG) & (steps / dt > limit)
+        leaps += int(leap.sum())
+        fastest = max(fastest, float(np.nanmax(np.where(leap, steps / dt, 0.0), initial=0.0)))
+    if leaps >= 3:
+        yield Fault(
+            "warning", "delta", "orders of the rudder called its angle",
+            f"{leaps} leaps, up to {fastest / _DEG:.3g} deg/s; no steering gear of such a ship is so quick",
+            "take the column of the indicator, or call it delta_cmd and the ship's own rudder rate applies", "quality",
+            "order_as_measured",
+        )  # fmt: skip
+
+
+def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
+    """A long stretch of one value, where the indicator flickers whenever the rudder is held."""
+    for trial in trials:
+        delta, noise = trial["delta"], noise_of(trial["delta"])
+        if not has(trial, "delta"):
+            continue
+        same = np.concatenate([[False], np.diff(delta) == 0, [False]])
+        edges = np.flatnonzero(np.diff(same.astype(np.int8)))
+        starts, lengths = edges[::2], edges[1::2] - edges[::2]
+        if lengths.size < 10:
+            continue
+        order = np.argsort(lengths)
+        longest, next_one = int(lengths[order[-1]]), int(lengths[order[-2]])
+        if longest > max(30, 4 * next_one) and noise > 0:
+            k = int(starts[order[-1]])
+            yield Fault(
+                "warning", "delta", "frozen rudder indicator",
+                f"the same value {delta[k]:.4g} rad for {trial.t[k + longest - 1] - trial.t[k]:.3g} s from "
+                f"t = {trial.t[k]:g} s; elsewhere at most {next_one} rows",
+                "set these rows to gaps (NaN) or cut them", "quality", "frozen",
+            )  # fmt: skip
+
+
+# -- lag
+
+
+def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
+    """Time at which the rudder must have moved for the yaw that follows: r' = a u v + b u r + c u^2 delta + ..."""
+    step = float(np.median([trial.dt for trial in trials]))
+    ship_time = float(np.median([_ship_time(trial) for trial in trials]))
+    reach = 1.6 * ship_time
+    lags = np.linspace(-reach, reach, 17)
+    found = [_misfit(trials, float(lag)) for lag in lags]
+    if any(one is None for one in found):
+        return
+    left = np.array([one[0] for one in found if one is not None])
+    rows = found[0][1] if found[0] is not None else 0
+    k = int(np.argmin(left))
+    if not 0 < k < lags.size - 1:
+        return
+    curve = left[k + 1] - 2.0 * left[k] + left[k - 1]
+    width = lags[1] - lags[0]
+    lag = float(lags[k] - 0.5 * width * (left[k + 1] - left[k - 1]) / curve)
+    error = math.sqrt(2.0 * left[k] / max(rows, 1) / (curve / width**2))
+    gain = _misfit(trials, 0.0)
+    much = gain is not None and gain[0] > 1.1 * left[k]
+    if much and abs(lag) > max(0.22 * ship_time, 0.7 * step) and abs(lag) > 8.0 * error:
+        yield Fault(
+            "warning", "delta", f"the rudder is {'late' if lag > 0 else 'early'} by {abs(lag):.2g} s",
+            f"the yaw fits a rudder {lag:+.3g} +- {error:.1g} s "
+            f"{'before' if lag > 0 else 'after'} the one that was logged",
+            f"shift by {-lag:+.3g} s: prepare.shifted(trial, {lag:.3g}, 'delta')"
+            + ("" if lag > 0 else "; or it is the order: call it delta_cmd"), "quality", "lag",
+        )  # fmt: skip
+
+
+def _misfit(trials: Sequence[Trial], lag: float) -> tuple[float, int] | None:
+    """Squares left of the changes of r by a linear yaw equation with the rudder `lag` [s] later, and rows."""
+    columns, gains = [], []
+    for trial in trials:
+        moved = np.interp(trial.t + lag, trial.t, trial["delta"], left=np.nan, right=np.nan)
+        names = ["u", "r", "moved_", *(["v_m"] if has(trial, "v_m") else [])]
+        speed = float(np.nanmax(np.abs(trial["u"])))
+        for run in segments(trial.having(moved_=moved), names):
+            width = max(round(0.8 * _ship_time(trial) / trial.dt), 2)
+            if len(run) < 20 + width:
+                continue
+            u, r, d = run["u"] / speed, run["r"], run["moved_"]
+            v = run["v_m"] / speed if "v_m" in names else 0.0 * u
+            scale = float(np.nanmax(np.abs(trial["r"]))) or 1.0
+            parts = [u * v, u * r / scale, u * u * d, v * np.abs(v), r * np.abs(r) / scale**2, v * v * r / scale,
+                     u * d, np.ones_like(u)]  # fmt: skip
+            sums = np.column_stack([integral(run.t, part) for part in parts])
+            a = np.arange(0, len(run) - width, max(width // 2, 1))
+            columns.append(sums[a + width] - sums[a])
+            gains.append((r[a + width] - r[a]) / scale)
+    if not columns or sum(map(len, columns)) < 60:
+        return None
+    matrix, gain = np.concatenate(columns), np.concatenate(gains)
+    factor, *_ = np.linalg.lstsq(matrix, gain, rcond=None)
+    rest = gain - matrix @ factor
+    return float(rest @ rest), len(gain)
+
+
+# -- port against starboard
+
+
+def held_angles(trial: Trial) -> list[float]:
+    """Rudder angles that were held for some ship times [rad]."""
+    delta, dt = trial["delta"], trial.dt
+    calm = np.abs(np.diff(delta)) < max(0.3 * _DEG, 4.0 * noise_of(delta))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], calm.astype(np.int8), [0]])))
+    least = max(6.0, 1.5 * _ship_time(trial) / dt)
+    levels = []
+    for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        part = delta[a : b + 1]
+        if b - a >= least and np.ptp(part) < 1.0 * _DEG:
+            levels.append(float(np.median(part)))
+    return levels
+
+
+def _straight(trials: Sequence[Trial]) -> list[float]:
+    """Mean rudder of straight stretches at the beginning of logs [rad]."""
+    found = []
+    for trial in trials:
+        length = length_of(trial) or 100.0
+        u, r, delta = np.abs(trial["u"]), np.abs(trial["r"]), trial["delta"]
+        still = (r * length < 0.02 * u) & (np.abs(delta) < 4.0 * _DEG)
+        bent = np.flatnonzero(~still)
+        rows = int(bent[0]) if bent.size else len(trial)
+        if rows >= max(10, 1.5 * _ship_time(trial) / trial.dt):
+            found.append(float(np.mean(delta[:rows])))
+    return found
+
+
+def _clusters(levels: Sequence[float]) -> list[float]:
+    """Means of levels that are alike."""
+    groups: list[list[float]] = []
+    for level in sorted(levels):
+        if groups and level - groups[-1][-1] < 0.6 * _DEG:
+            groups[-1].append(level)
+        else:
+            groups.append([level])
+    return [float(np.mean(group)) for group in groups]
+
+
+def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
+    levels = [level for trial in trials for level in held_angles(trial) if abs(level) > 4.0 * _DEG]
+    starboard, port = _clusters([x for x in levels if x > 0]), _clusters([-x for x in levels if x < 0])
+    straight = _straight(trials)
+    ahead = float(np.median(straight)) if straight else math.nan
+    pairs = np.array(list(zip(starboard, port, strict=True))) if len(starboard) == len(port) else np.zeros((0, 2))
+    words = "; ".join(f"held {a / _DEG:.2f} deg to starboard, {b / _DEG:.2f} to port" for a, b in pairs[:4])
+    more = pairs[:, 0] - pairs[:, 1] if len(pairs) else np.zeros(0)
+    parts = pairs[:, 0] / pairs[:, 1] - 1.0 if len(pairs) else np.zeros(0)
+    offset = 0.5 * float(np.median(more)) if more.size else 0.0
+    level_offset = more.size > 0 and float(np.ptp(more)) < 2.0 * _EVEN and abs(offset) > _OFFSET
+    agree = not straight or abs(ahead - offset) < 0.5 * _OFFSET
+    if level_offset and agree:
+        yield _offset(offset, f"{words}; straight ahead at {ahead / _DEG:+.2f} deg")
+    elif more.size and abs(float(np.median(parts))) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN:
+        yield _sided(float(np.median(parts)), words)
+    elif len(straight) >= 3 and abs(ahead) > _NEUTRAL and float(np.ptp(straight)) < _NEUTRAL:
+        yield _offset(ahead, f"straight ahead at {ahead / _DEG:+.2f} deg in {len(straight)} trials; or its neutral angle")
+    elif (scale := _round_scale([*starboard, *port])) is not None:
+        yield Fault(
+            "warning", "delta", f"rudder angles are {100 * (scale - 1):+.1f} % off",
+            f"held angles of {', '.join(f'{x / _DEG:.1f}' for x in starboard)} deg are {scale:.3f} times round ones",
+            f"divide delta by {scale:.3f}, or fit a rudder scale", "quality", "rudder_scale",
+        )  # fmt: skip
+
+
+def _offset(offset: float, evidence: str) -> Fault:
+    return Fault(
+        "warning", "delta", f"rudder offset of {offset / _DEG:+.2f} deg", evidence,
+        f"offset = {-offset / _DEG:.2f} of delta (deg) in the mapping, or subtract {offset:.5f} rad", "quality",
+        "rudder_offset",
+    )  # fmt: skip
+
+
+def _sided(part: float, words: str) -> Fault:
+    return Fault(
+        "warning", "delta", f"rudder angles to starboard are {100 * part:+.1f} % off those to port", words,
+        f"scale one side by {1 + part:.3f}", "quality", "rudder_sides",
+    )  # fmt: skip
+
+
+def _round_scale(levels: Sequence[float]) -> float | None:
+    """Factor by which three or more held angles miss multiples of five degrees, all alike; None without one."""
+    angles = np.array(_clusters(levels)) / _DEG
+    if angles.size < 3:
+        return None
+
+    def off(scale: float) -> float:
+        true = angles / scale
+        return float(np.max(np.abs(true - 5.0 * np.round(true / 5.0))))
+
+    if off(1.0) < 0.5:
+        return None
+    scales = np.arange(0.8, 1.2501, 0.0025)
+    best = float(scales[int(np.argmin([off(float(scale)) for scale in scales]))])
+    return best if off(best) < 0.15 and abs(best - 1.0) > 0.03 else None
+

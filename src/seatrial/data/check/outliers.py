@@ -1,0 +1,129 @@
+"""Single rows and blocks of rows that no instrument measured: spikes, sentinels, zeros; and the log without them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import Array, Trial
+from ..prepare import ANGLES
+from .relations import noise_of
+from .sensors import MEASURED, Fault
+
+_TURN = 2.0 * math.pi
+# A spike is this many times the noise, this part of the span of its channel, and rises this much above other kinks.
+_NOISE, _SPAN, _KINKS = 10.0, 0.02, 4.0
+# Rows that are spikes at most; beyond, it is what the channel does.
+_SHARE = 0.06
+_LONGEST = 0.2
+
+Flags = NDArray[np.bool_]
+
+
+def outlier_faults(trial: Trial) -> tuple[list[Fault], Trial]:
+    """Faults of single rows, and the trial with gaps in their place."""
+    groups: dict[tuple[str, bytes], tuple[list[str], Flags]] = {}
+    words: dict[str, Fault] = {}
+    for name in _names(trial):
+        bad = _blocks(trial, name) | _spikes(trial, name)
+        if not bad.any():
+            continue
+        fault = _fault(trial, name, bad)
+        words[name] = fault
+        groups.setdefault((fault.key, bad.tobytes()), ([], bad))[0].append(name)
+    clean, found = trial, []
+    for names, bad in groups.values():
+        first = words[names[0]]
+        found.append(Fault(first.severity, ", ".join(names), first.what, first.evidence, first.remedy, first.kind,
+                           first.key))  # fmt: skip
+        clean = clean.having(**{name: np.where(bad, np.nan, clean[name]) for name in names})
+    return found, clean
+
+
+def _names(trial: Trial) -> Iterator[str]:
+    for name in trial.channels:
+        if name in MEASURED or name.split("_")[0] == "delta" or name.startswith("n_P"):
+            yield name
+
+
+def _differences(name: str, values: Array) -> Array:
+    steps = np.diff(values)
+    return (steps + math.pi) % _TURN - math.pi if name in ANGLES else steps
+
+
+def _threshold(name: str, values: Array) -> float:
+    """How far out a value must be: beyond noise, and beyond a part of what the channel usually spans."""
+    low, high = np.quantile(values, [0.05, 0.95])
+    span = min(float(high - low), math.pi) if name in ANGLES else float(high - low)
+    return max(_NOISE * noise_of(values), _SPAN * span, 1e-9)
+
+
+def _spikes(trial: Trial, name: str) -> Flags:
+    """Rows that leave their neighbours and come back at once, far beyond every other kink of the channel."""
+    bad = np.zeros(len(trial), dtype=np.bool_)
+    at = np.flatnonzero(np.isfinite(trial[name]))
+    if at.size < 50:
+        return bad
+    values = trial[name][at]
+    steps = _differences(name, values)
+    there, back = steps[:-1], steps[1:]
+    out = np.where(there * back < 0, np.minimum(np.abs(there), np.abs(back)), 0.0)
+    out = np.where(np.abs(there + back) < 0.5 * out, out, 0.0)
+    usual = float(np.quantile(out, 1.0 - _SHARE))
+    far = out > max(_threshold(name, values), _KINKS * usual)
+    rest = out[~far]
+    if far.any() and float(out[far].min()) > 3.0 * float(rest.max(initial=0.0)):
+        bad[at[1:-1][far]] = True
+    return bad
+
+
+def _blocks(trial: Trial, name: str) -> Flags:
+    """Rows that repeat one value, into which and out of which the channel leaps: zeros and other fillings."""
+    bad = np.zeros(len(trial), dtype=np.bool_)
+    at = np.flatnonzero(np.isfinite(trial[name]))
+    steered = name not in MEASURED
+    if at.size < 50:
+        return bad
+    values = trial[name][at]
+    edges = np.flatnonzero(np.concatenate([[True], np.diff(values) != 0, [True]]))
+    first, last = edges[:-1], edges[1:]
+    least = _threshold(name, values)
+    usual = float(np.quantile(np.abs(_differences(name, values)), 0.95))
+    for a, b in zip(first.tolist(), last.tolist(), strict=True):
+        if not (a > 0 and b < at.size and b - a > 1 and b - a < _LONGEST * at.size):
+            continue
+        into, out = values[a] - values[a - 1], values[b] - values[a]
+        if name in ANGLES:
+            into, out = ((one + math.pi) % _TURN - math.pi for one in (into, out))
+        leaps = into * out < 0 and min(abs(into), abs(out)) > max(2.0 * least, 8.0 * usual)
+        if leaps and (not steered or _elsewhere(values, values[a])):
+            bad[at[a:b]] = True
+    return bad
+
+
+def _elsewhere(values: Array, value: float) -> bool:
+    """Whether a value lies far outside of everything else that a control does."""
+    rest = values[values != value]
+    low, high = float(rest.min()), float(rest.max())
+    return not low - (high - low) < value < high + (high - low)
+
+
+def _fault(trial: Trial, name: str, bad: Flags) -> Fault:
+    values, count = trial[name][bad], int(bad.sum())
+    unit, since = trial.unit(name), float(trial.t[np.flatnonzero(bad)[0]])
+    same = np.unique(values % _TURN if name in ANGLES else values)
+    where = f"{count} of {len(trial)} rows, the first at t = {since:g} s"
+    remedy = f"make them gaps: trial.having({name}=np.where(bad, nan, trial['{name}'])), or leave the cells empty"
+    if count > 1 and np.ptp(same) <= 1e-6 * max(abs(float(same[0])), 1.0):
+        if same[0] == 0.0:
+            return Fault("warning", name, "zeros where there was no value", f"0 in {where}", remedy, "quality", "zeros")
+        return Fault("warning", name, "a number that stands for no value", f"{values[0]:.6g} {unit} in {where}",
+                     remedy, "quality", "sentinel")  # fmt: skip
+    beside = np.interp(np.flatnonzero(bad), np.flatnonzero(~bad & np.isfinite(trial[name])),
+                       trial[name][~bad & np.isfinite(trial[name])])  # fmt: skip
+    far = float(np.max(np.abs(values - beside)))
+    return Fault("warning", name, "spikes" if count > 1 else "a spike",
+                 f"{where}, up to {far:.3g} {unit} off the rows beside", remedy, "quality", "spike")  # fmt: skip

@@ -1,0 +1,74 @@
+"""Revolutions against speed: zero, astern while going ahead, or in another unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from .. import Trial
+from .relations import length_of
+from .sensors import Fault
+
+# Advance per revolution over the length, u/(n L): .013 to .04 for ships.
+_LEAST, _MOST = 0.003, 0.15
+
+
+def shaft_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
+    """What the speed of some trials of one ship says of its revolutions."""
+    for name in ("n_P", "n_P_1", "n_P_2"):
+        some = [trial for trial in trials if name in trial and "u" in trial]
+        if some:
+            yield from _one(some, name)
+
+
+def _one(trials: Sequence[Trial], name: str) -> Iterator[Fault]:
+    steady = [pair for trial in trials if (pair := _ahead(trial, name)) is not None]
+    if not steady:
+        return
+    speeds, turns, lengths = (np.array(part) for part in zip(*steady, strict=True))
+    every = np.concatenate([trial[name][np.isfinite(trial[name])] for trial in trials])
+    if not every.any():
+        yield Fault(
+            "error", name, "no revolutions, and the ship keeps its speed",
+            f"0 1/s in {len(steady)} trials at {np.median(speeds):.3g} m/s",
+            "take the column of the shaft; a model without thrust fits the resistance to nothing", "quality", "zeros",
+        )  # fmt: skip
+        return
+    if every.max() <= 0:
+        yield Fault(
+            "error", name, "revolutions are negative, and the ship goes ahead",
+            f"{np.median(turns):.3g} 1/s at {np.median(speeds):.3g} m/s ahead", "change the sign", "sign", "sign",
+        )  # fmt: skip
+        return
+    known = (turns > 0) & np.isfinite(lengths)
+    if not known.any():
+        return
+    advance = float(np.median(speeds[known] / (turns[known] * lengths[known])))
+    if _LEAST < advance < _MOST:
+        return
+    small = advance > _MOST
+    yield Fault(
+        "error", name, "revolutions are in 1/s that were converted from rpm" if small
+        else "revolutions are in rpm, or in percent",
+        f"{np.median(turns[known]):.3g} 1/s at {np.median(speeds[known]):.3g} m/s: the ship moves {advance:.2g} lengths "
+        f"a revolution ({_LEAST:g} to {_MOST:g} for ships)",
+        'say unit = "1/s" of the column, or multiply by 60' if small else 'say unit = "rpm", or divide by 60',
+        "unit", "unit",
+    )  # fmt: skip
+
+
+def _ahead(trial: Trial, name: str) -> tuple[float, float, float] | None:
+    """Speed, revolutions and length of a trial that keeps its speed ahead; None for others."""
+    u, n = trial["u"], trial[name]
+    good = np.isfinite(u) & np.isfinite(n)
+    if good.sum() < 20:
+        return None
+    top = float(np.quantile(u[good], 0.95))
+    fast = good & (u > 0.4 * top)
+    length = length_of(trial)
+    lasts = fast.mean() * trial.duration * top / (length or 100.0)
+    if top <= 0 or lasts < 4.0 or float(np.median(u[good])) < 0.3 * top:
+        return None
+    turns = n[fast]
+    return float(np.median(u[fast])), float(np.median(turns)), length if length else float("nan")
