@@ -141,13 +141,12 @@ def distances(fit: Any, truth: Mapping[str, float]) -> dict[str, float]:
 
 def suspects(fit: Any) -> tuple[str, ...]:
     """Keys of the suspects that a fit says matter."""
-    every = getattr(fit, "suspects", ()) or ()
-    return tuple(str(s.key) for s in every if getattr(s, "matters", True))
+    return tuple(one.name for one in fit.diagnosis.causes) if fit.diagnosis else ()
 
 
 def capped(fit: Any) -> bool:
     """Whether the residuals forbid to call anything identified."""
-    return bool(getattr(fit, "capped", False))
+    return bool(fit.diagnosis and fit.diagnosis.lacking)
 
 
 def table(outcomes: Sequence[Outcome], faults: Mapping[str, Fault]) -> str:

@@ -103,7 +103,8 @@ def test_it_finds_what_the_gradient_finds_also_in_the_corners(problem: Problem, 
     """
     here = replace(problem, free=near(problem.ship.model, *PATHS, ratio=ratio))
     fit = Evolution(method="euler", initial="measured", threads=2).fit(here)
-    smooth = Trajectory(**{**SETTINGS, "iterations": 60, "tolerance": 1e-11, "starts": 20, "initial": "measured"}).fit(here)
+    settings = {**SETTINGS, "iterations": 60, "tolerance": 1e-11, "starts": 20, "initial": "measured"}
+    smooth = Trajectory(**settings).fit(here)
     assert fit.objective == pytest.approx(smooth.objective, rel=1e-4)
     assert fit.at_bound
     assert set(fit.at_bound) == set(smooth.at_bound)

@@ -171,7 +171,8 @@ def test_directions_in_degrees_are_refused(tug: Problem) -> None:
 
 
 @pytest.mark.parametrize(("estimator", "where", "words"), [
-    (Trajectory(), "", ""), (Trajectory(initial="measured"), "estimator.initial", 'say "free"'), (OneStep(), "nuisance.initial", "give its deviations"),
+    (Trajectory(), "", ""), (Trajectory(initial="measured"), "estimator.initial", 'say "free"'),
+    (OneStep(), "nuisance.initial", "give its deviations"),
     (Shooting(), "", ""), (Shooting(initial="measured"), "estimator.initial", 'say "free"'),
     (Shooting(schedule="lo"), "loss.correlation", "errors are alike"),
     (MultiStart(), "", ""), (MultiStart(initial="measured"), "estimator.initial", 'say "free"'),
