@@ -58,13 +58,13 @@ def bridge(
     ship: o.ShipName, host: o.Host = "127.0.0.1", port: o.Port = 8020, anywhere: o.Anywhere = False,
     factor: o.Factor = 1.0, speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None,
     gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
-    seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = None, out: o.RecordingFolder = Path(),
-    hold: o.Hold = 5.0,
+    seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = None, place: o.Place = None,
+    out: o.RecordingFolder = Path(), hold: o.Hold = 5.0,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
     from ..workflow.realtime import bridge as run
 
     recordings = run(ship, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed, heading=heading,
                      wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed, ghost=ghost,
-                     other=other or (), out=out, hold=hold, note=note)  # fmt: skip
+                     other=other or (), place=place, out=out, hold=hold, note=note)  # fmt: skip
     say("".join(f"{path}\n" for path in recordings))

@@ -15,7 +15,8 @@ import math
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -24,6 +25,7 @@ import numpy as np
 
 from ..core.parameters import values
 from ..data import UNITS, DataError, Trial
+from ..data.geodesy import Datum
 from ..data.sidecar import sidecar_path, sidecar_text
 from ..data.trialfile import read_trial
 from ..environment import CHANNELS, Environment, Weather
@@ -49,6 +51,12 @@ def digest(ship: Ship) -> str:
     return hashlib.sha256(said.encode()).hexdigest()[:16]
 
 
+def dated(epoch: float, datum: Datum | None) -> dict[str, Any]:
+    """Sidecar entries of time 0 [s since 1970, UTC] and of x = y = 0, so that conversions keep date and position."""
+    start = {"start": datetime.fromtimestamp(epoch, UTC).isoformat()}
+    return start if datum is None else {**start, "datum": asdict(datum)}
+
+
 class Recording:
     """A recording of a ship, row by row; a `Witness` of a loop, or called directly once before each step.
 
@@ -72,7 +80,7 @@ class Recording:
             path: a new file with the suffix .csv.
             every: write every n-th row.
             kind: kind of the run, for the sidecar.
-            meta: further entries of the sidecar, such as start date and datum.
+            meta: further entries of the sidecar, such as `dated`.
 
         Raises:
             DataError: no such folder, another suffix, or an existing file.

@@ -6,10 +6,12 @@ import ipaddress
 import math
 import secrets
 import socket
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Unpack
 
+from ..data.geodesy import Datum
 from ..environment import Weather
 from ..manoeuvres import Manoeuvre
 from ..models import Sampled, unit
@@ -19,10 +21,11 @@ from ..realtime.bridge.view import OWN
 from ..realtime.conning import CourseKeeper
 from ..realtime.loop import Loop, LoopError
 from ..realtime.plant import Plant
+from ..realtime.recording import dated
 from ..ships import Ship
 from ..simulate.approach import time_step
 from . import RequestError
-from .request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
+from .request import DEGREE, Around, Note, numbers, obeyed, positive, ship_of, silent, speed_of, surroundings
 from .simulation import known, lacks, order
 
 HERE = "127.0.0.1"
@@ -111,6 +114,27 @@ def _other(text: str) -> tuple[Ship, Start]:
     return ship, (north, east, heading * DEGREE, speed_of(ship, speed, f"--other {name}: speed"), 0.0, 0.0)
 
 
+def pair(option: str, text: str, form: str) -> tuple[float, float]:
+    """Two finite numbers of an option.
+
+    Raises:
+        RequestError: a text of another form than `form`, which describes it.
+    """
+    first, second = numbers(option, text, form)
+    if not (math.isfinite(first) and math.isfinite(second)):
+        raise RequestError(f"{option} is '{text}'; write {form}")
+    return first, second
+
+
+def datum_of(place: str | None) -> Datum | None:
+    """Where x and y are zero, from ``LAT,LON`` [deg]; None without it.
+
+    Raises:
+        RequestError: a text of another form.
+    """
+    return None if place is None else Datum(*pair("--place", place, "LAT,LON in degrees such as 35.1,139.7"))
+
+
 def listen(host: str, port: int, anywhere: bool) -> socket.socket:
     """Take the port of a page before any other work.
 
@@ -152,7 +176,8 @@ def address(listening: socket.socket, key: str = "") -> str:
 def bridge(
     ship: str | Path | Ship, *, host: str = HERE, port: int = 8020, anywhere: bool = False, factor: float = 1.0,
     speed: float | None = None, heading: float = 0.0, seed: int = 1, ghost: Path | None = None,
-    other: Sequence[str] = (), out: Path = Path(), hold: float = 5.0, note: Note = silent, **around: Unpack[Around],
+    other: Sequence[str] = (), place: str | None = None, out: Path = Path(), hold: float = 5.0, note: Note = silent,
+    **around: Unpack[Around],
 ) -> list[Path]:  # fmt: skip
     """Serve a page on which a ship is steered by hand, until Ctrl-C.
 
@@ -167,6 +192,7 @@ def bridge(
         seed: of the gusts.
         ghost: measured trial to replay beside the ship.
         other: other ships, each ``SHIP@NORTH,EAST,DEG``.
+        place: initial ``LAT,LON`` [deg], for the recordings; a ghost gives its own.
         out: folder for recordings.
         hold: time after which a silent commander loses command [s].
         note: takes the address of the page and events.
@@ -179,6 +205,9 @@ def bridge(
         RequestError: a request that cannot be carried out.
     """
     positive(speed=speed, hold=hold)
+    if place is not None and ghost is not None:
+        raise RequestError("--place and --ghost both set the position; leave out --place")
+    datum = datum_of(place)
     with listen(host, port, anywhere) as listening:
         serve = _server(anywhere)
         vessel = ship_of(ship)
@@ -195,7 +224,8 @@ def bridge(
             what = "a file" if out.exists() else "no such folder"
             raise RequestError(f"-o: {out}: {what}; recordings go into a folder")
         keep_course(loop, (name for name in loop.vessels if name != OWN), note)
-        deck = Deck(loop, Outfit(_drills(vessel), out, beside, hold, cannot(vessel)))
+        meta = dated(round(time.time()), datum if beside is None else beside.datum)
+        deck = Deck(loop, Outfit(_drills(vessel), out, beside, hold, cannot(vessel), meta))
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{vessel.name}: {address(listening, key)} (Ctrl-C ends it)")
         try:

@@ -11,15 +11,13 @@ import time
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 from typing import BinaryIO, Unpack
 
 from ..core.parameters import unknown
 from ..data import DataError
-from ..data.geodesy import Datum
-from ..data.nmea.ship import Fittings
+from ..data.nmea.ship import NULL_ISLAND, Fittings
 from ..engine import SimulationError
 from ..environment import Weather
 from ..models import STATES
@@ -27,18 +25,17 @@ from ..realtime.aboard import RATES, TRANSPONDER, TRANSPONDER_RATE
 from ..realtime.loop import Loop, LoopError
 from ..realtime.on_wire import OnWire, Speech, Targets
 from ..realtime.plant import Plant
-from ..realtime.recording import Recording
+from ..realtime.recording import Recording, dated
 from ..realtime.wire import Address, Authority, Wire, WireError
 from ..sensors.suite import Suite, draught, usual
 from ..ships import Ship
 from . import RequestError
-from .realtime import Start, keep_course, others_of, plant_of, rate_of
+from .realtime import Start, datum_of, keep_course, others_of, pair, plant_of, rate_of
 from .request import (
     DEGREE,
     Around,
     Note,
     finite,
-    numbers,
     obeyed,
     positive,
     ship_of,
@@ -124,7 +121,7 @@ def steer(
     finite(heading=heading)
     vessel = ship_of(ship)
     start = (0.0, 0.0, heading * DEGREE, speed_of(vessel, speed), 0.0, 0.0)
-    offset = None if antenna is None else _pair("--antenna", antenna, "FORWARD,STARBOARD in metres")
+    offset = None if antenna is None else pair("--antenna", antenna, "FORWARD,STARBOARD in metres")
     weather = surroundings(vessel, seed, note, **around).weather
     try:
         address, *targets = (Address.parse(one, anywhere) for one in (nmea, *to))
@@ -249,22 +246,12 @@ def _hear_others(loop: Loop, on_wire: OnWire) -> None:
 def _fittings(
     ship: Ship, place: str | None, antenna: tuple[float, float] | None, mmsi: int | None, simulator: bool
 ) -> Fittings:
-    latitude, longitude = _pair("--place", place, "LAT,LON in degrees such as 35.1,139.7")
     if mmsi is not None and not 200_000_000 <= mmsi <= 799_999_999:
         raise RequestError(f"--mmsi is {mmsi}; that of a ship has nine digits, the first 2 to 7")
     return Fittings(
-        Datum(latitude, longitude), round(time.time()), antenna or (0.0, 0.0), stern=-0.5 * ship.L_pp,
+        datum_of(place) or NULL_ISLAND, round(time.time()), antenna or (0.0, 0.0), stern=-0.5 * ship.L_pp,
         transducer=draught(ship), simulator=simulator, mmsi=mmsi or 0,
     )  # fmt: skip
-
-
-def _pair(option: str, text: str | None, form: str) -> tuple[float, float]:
-    if text is None:
-        return 0.0, 0.0
-    first, second = numbers(option, text, form)
-    if not (math.isfinite(first) and math.isfinite(second)):
-        raise RequestError(f"{option} is '{text}'; write {form}")
-    return first, second
 
 
 def _rates(only: str | None) -> dict[str, float] | None:
@@ -298,9 +285,7 @@ def _writing(path: Path | None) -> Generator[BinaryIO | None]:
 
 
 def _recording(loop: Loop, out: Path, fittings: Fittings, placed: bool) -> Recording:
-    datum = {"datum": {"latitude": fittings.datum.latitude, "longitude": fittings.datum.longitude}}
-    start = datetime.fromtimestamp(fittings.epoch, UTC).isoformat()
-    plant = loop.vessels[OWN].plant
-    record = Recording(plant, out, kind="by wire", meta={"start": start, **(datum if placed else {})})
+    meta = dated(fittings.epoch, fittings.datum if placed else None)
+    record = Recording(loop.vessels[OWN].plant, out, kind="by wire", meta=meta)
     loop.witness(OWN, record)
     return record

@@ -64,6 +64,7 @@ class Outfit:
         ghost: a measured trial to show beside the ship, if any.
         hold: longest silence of the commander [s of the clock].
         cannot: manoeuvres that the ship cannot perform, with the reason.
+        meta: further sidecar entries of the recordings, such as `recording.dated`.
     """
 
     drills: Mapping[str, Orderer] = field(default_factory=dict[str, Orderer])
@@ -71,6 +72,7 @@ class Outfit:
     ghost: Ghost | None = None
     hold: float = 5.0
     cannot: Mapping[str, str] = field(default_factory=dict[str, str])
+    meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
 
 class Deck:
@@ -95,7 +97,7 @@ class Deck:
         self._trail = Trail(self._vessel.plant, self._speed)
         self._drill: Drill | None = None
         self._drill_name, self._drill_turns = "", 0.0
-        self._recorder = Recorder(loop, outfit.folder)
+        self._recorder = Recorder(loop, outfit.folder, outfit.meta)
         self._kept: tuple[float, bytes, tuple[Moment, ...]] | None = None
         self.leaps = 0
         self._following = self._was_stale = False
@@ -407,8 +409,8 @@ class Recorder:
         record: the recording in progress, if any.
     """
 
-    def __init__(self, loop: Loop, folder: Path) -> None:
-        self._loop, self._folder = loop, folder
+    def __init__(self, loop: Loop, folder: Path, meta: Mapping[str, Any]) -> None:
+        self._loop, self._folder, self._meta = loop, folder, meta
         self.record: Recording | None = None
 
     @property
@@ -431,7 +433,7 @@ class Recorder:
         self.stop()
         plant = self._loop.vessels[OWN].plant
         stem = f"{plain(plant.ship.name)}_{datetime.now():%Y%m%d_%H%M%S}"
-        self.record = Recording(plant, self._free(stem), kind="bridge")
+        self.record = Recording(plant, self._free(stem), kind="bridge", meta=self._meta)
         self._loop.witness(OWN, self.record)
 
     def stop(self) -> list[Path]:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...data import Array, DataError, Trial
+from ...data.geodesy import Datum
 from ...models import STATES
 
 _POSE = ("x", "y", "psi")
@@ -19,6 +20,7 @@ class Ghost:
     Attributes:
         name: of the trial.
         ship: ship of the trial; empty if the sidecar does not name it.
+        datum: where x and y of the trial are zero, if the sidecar gives it.
         start: first recorded (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s]; velocities without a record are zero.
         duration: of the trial [s].
     """
@@ -39,6 +41,8 @@ class Ghost:
         run = trial.rows(known)
         self.name, self._t = trial.name, run.t - run.t[0]
         self.ship = str(trial.meta.get("ship") or "")
+        said = trial.meta.get("datum")
+        self.datum = None if said is None else Datum(float(said["latitude"]), float(said["longitude"]))
         self.duration = float(self._t[-1])
         self._x, self._y, self._psi = run["x"], run["y"], np.unwrap(run["psi"])
         self.start = tuple(_first(run, name) for name in STATES)
