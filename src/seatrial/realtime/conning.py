@@ -165,11 +165,10 @@ class Conning:
         return {"delta": angle} if "delta" in self._known else {}
 
     def _by_rudder(self, angles: Ordered) -> Ordered | None:
-        if not angles:
-            return None
-        self.mode = "rudder"
-        self.control.let_go()
-        return angles
+        if angles:
+            self.mode = "rudder"
+            self.control.let_go()
+        return angles or None
 
     def _rudder(self, s: Sentence) -> Ordered | None:
         """ROR: an angle for each rudder; a single rudder obeys the starboard field."""
@@ -238,10 +237,8 @@ class Conning:
     def _thruster(self, s: Sentence) -> Ordered | None:
         """TRC: strength and azimuth of a thruster; a sentence without the flag C is not a command."""
         number = s["thrusternum"]
-        if not isinstance(number, int) or number not in self._thrusters:
-            return None
-        strength, azimuth = self._thrusters[number]
-        value = self._revolutions(strength, s.number("dmdrpm"), s["rpmmode"])
+        strength, azimuth = self._thrusters.get(number, ("", None)) if isinstance(number, int) else ("", None)
+        value = self._revolutions(strength, s.number("dmdrpm"), s["rpmmode"]) if strength else None
         angle = s.number("dmdazimuth")
         out: Ordered = {} if value is None else {strength: value}
         if azimuth is not None and angle is not None:
@@ -253,18 +250,14 @@ class Conning:
         demand, mode = s.number("rpmdemand"), s["rpmdemandstatus"]
         if demand is None or mode not in ("P", "R"):
             demand, mode = (s.number("leverdmdpos"), "P") if s["leverdmdstatus"] == "A" else (None, None)
-        return self._on_shafts(s["engineshaftnum"], demand, mode)
+        told = {name: self._revolutions(name, demand, mode) for name in self._numbered(s["engineshaftnum"])}
+        return {name: value for name, value in told.items() if value is not None} or None
 
     def _telegraph(self, s: Sentence) -> Ordered | None:
         """ETL: engine order as a share of full revolutions."""
         share, number = TELEGRAPH.get(str(s["engtelposind"])), s["enginenum"]
         names = self._numbered(int(number) if isinstance(number, str) else None)
         return None if share is None else {n: self._within(n, share * self._ranges[n].full) for n in names} or None
-
-    def _on_shafts(self, number: object, demand: float | None, mode: object) -> Ordered | None:
-        """Revolutions of the shafts with a number."""
-        told = {name: self._revolutions(name, demand, mode) for name in self._numbered(number)}
-        return {name: value for name, value in told.items() if value is not None} or None
 
     def _numbered(self, number: object) -> tuple[str, ...]:
         """Shafts with a number; None selects all, and so does 0 where no shaft is amidships."""
@@ -294,10 +287,9 @@ class Conning:
 
 def _is_report(s: Sentence) -> bool:
     """Whether the sentence reports a setting instead of ordering one."""
-    return (
-        (s.kind == "HTC" and s["status"] == "R") or (s.kind == "TRC" and s["status"] != "C")
-        or (s.kind == "ETL" and s["msgtype"] != "O")
-    )  # fmt: skip
+    if s.kind == "HTC":
+        return s["status"] == "R"
+    return (s.kind == "TRC" and s["status"] != "C") or (s.kind == "ETL" and s["msgtype"] != "O")
 
 
 def _across(s: Sentence, unit: str) -> float | None:
@@ -396,7 +388,8 @@ class CourseKeeper:
         self._name, self._vessel = name, loop.vessels[name]
         plant = self._vessel.plant
         self._x, self._y, self._course = plant["x"], plant["y"], plant["psi"]
-        self._control = SteeringControl.of(plant.ship, plant.ranges["delta"].high)
+        control = self._control = SteeringControl.of(plant.ship, plant.ranges["delta"].high)
+        self.snapshot, self.restore, self.reset = control.snapshot, control.restore, control.let_go
         loop.after(self.tick)
         loop.keep(f"the autopilot of {name}", self)
 
@@ -408,15 +401,3 @@ class CourseKeeper:
             across = east * math.cos(self._course) - north * math.sin(self._course)
             self._control.steer(self._course, across=across)
             loop.order(self._name, "delta", self._control.rudder(plant["psi"], plant["r"], 1.0 / loop.rate))
-
-    def snapshot(self) -> list[float | None]:
-        """Set points, for JSON."""
-        return self._control.snapshot()
-
-    def restore(self, saved: Sequence[Any]) -> None:
-        """Restore the result of `snapshot`."""
-        self._control.restore(saved)
-
-    def reset(self) -> None:
-        """Return to the initial state."""
-        self._control.let_go()
