@@ -353,7 +353,7 @@ class Berth:
         swift = any_of(*(outside(value, -self.slow, self.slow) for value in motion(scale, state)))
         amiss = any_of(outside(magnitude(x), 0.0, along * scale.L), outside(error, 0.0, turned),
                        outside(magnitude(y), 0.0, across * self.gap * scale.B))  # fmt: skip
-        done = (1.0 - any_of(swift, amiss, touches, beyond))
+        done = 1.0 - any_of(swift, amiss, touches, beyond)
         gone = any_of(outside(away, 0.0, self.area), beyond)
         towards = where(u * s + v * c > 0.0, u * s + v * c, 0.0) / (0.1 * scale.U)
         effort = sum(a * a for a in controls)

@@ -114,12 +114,10 @@ class Conning:
         self.control.let_go()
 
     def snapshot(self) -> dict[str, Any]:
-        """Commander and steering mode, for JSON."""
         return {"commander": self.commander, "mode": self.mode, "stale": self.stale, "heard": self.heard,
                 "limit": self._limit, "track": self._track, "control": self.control.snapshot()}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Restore the result of `snapshot`."""
         self.commander, self.mode, self.stale = saved["commander"], saved["mode"], saved["stale"]
         self.heard, self._limit, self._track = saved["heard"], saved["limit"], saved["track"]
         self.control.restore(saved["control"])
@@ -194,13 +192,21 @@ class Conning:
         wanted = s.number("cmdtrack" if mode == "T" else "cmdheading")
         if mode not in ("S", "H", "T") or wanted is None or not self._steers:
             return None
-        self.mode, self._limit = "track" if mode == "T" else "heading", math.inf if limit is None else limit * _RAD
-        if mode == "T":
-            same = self._track is not None and abs(math.remainder(wanted * _RAD - self._track, 2.0 * math.pi)) < 1e-3
-            self._track = wanted * _RAD
-            self.control.steer(self._track, self._rate(s), (self.control.across or 0.0) if same else 0.0)
-        else:
-            self.control.steer(wanted * _RAD, self._rate(s))
+        course, most = wanted * _RAD, math.inf if limit is None else limit * _RAD
+        if mode != "T":
+            return self._steer(course, limit=most, rate=self._rate(s))
+        same = self._track is not None and abs(math.remainder(course - self._track, 2.0 * math.pi)) < 1e-3
+        across = self.control.across if same else None
+        return self._steer(course, across or 0.0, most, self._rate(s))
+
+    def _steer(
+        self, course: float, across: float | None = None, limit: float = math.inf, rate: float = math.inf
+    ) -> Ordered:
+        """Hold a heading, or follow a track of that direction from `across` metres to starboard of it."""
+        self.mode, self._limit = "heading" if across is None else "track", limit
+        if across is not None:
+            self._track = course
+        self.control.steer(course, rate, across)
         return {}
 
     def _rate(self, s: Sentence) -> float:
@@ -216,23 +222,16 @@ class Conning:
             return None
         across, track = _across(s, "ctrkUnit"), s.number("bearO2D")
         if across is not None and track is not None and s["bearO2Du"] == "T":
-            self.mode, self._track, self._limit = "track", track * _RAD, math.inf
-            self.control.steer(self._track, math.inf, across)
-            return {}
+            return self._steer(track * _RAD, across)
         heading = s.number("bearS")
-        if heading is None or s["bearSu"] != "T":
-            return None
-        self.mode, self._limit = "heading", math.inf
-        self.control.steer(heading * _RAD)
-        return {}
+        return None if heading is None or s["bearSu"] != "T" else self._steer(heading * _RAD)
 
     def _cross_track(self, s: Sentence) -> Ordered | None:
         """XTE: cross-track error of the track that is already followed."""
         across = _across(s, "disUnit")
         if self.mode != "track" or across is None or self._track is None or "V" in (s["gwarn"], s["LCcwarn"]):
             return None
-        self.control.steer(self._track, self.control.rate, across)
-        return {}
+        return self._steer(self._track, across, self._limit, self.control.rate)
 
     def _thruster(self, s: Sentence) -> Ordered | None:
         """TRC: strength and azimuth of a thruster; a sentence without the flag C is not a command."""
@@ -345,11 +344,9 @@ class SteeringControl:
         self.course, self.rate, self.across, self._reference, self._integral = None, math.inf, None, None, 0.0
 
     def snapshot(self) -> list[float | None]:
-        """Set points and integral, for JSON."""
         return [self.course, self.rate, self.across, self._reference, self._integral]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Restore the result of `snapshot`."""
         self.course, self.rate, self.across, self._reference, self._integral = saved
 
     def rudder(self, psi: float, r: float, dt: float, limit: float = math.inf) -> float:

@@ -29,7 +29,7 @@ from ..data import UNITS, DataError, Trial
 from ..data.geodesy import Datum
 from ..data.sidecar import sidecar_path, sidecar_text
 from ..data.trialfile import read_trial
-from ..environment import CHANNELS, Environment, Weather
+from ..environment import CHANNELS, VECTORS, Environment, Weather
 from ..models import STATES, unit
 from ..ships import Ship, ShipError
 from ..simulate.run import SIMULATED
@@ -299,7 +299,6 @@ def _read(path: Path) -> tuple[dict[str, Any], deque[dict[str, Any]]]:
     return about, deque(changes)
 
 
-_VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
 _WAVES, _BOTTOM = ("H_S", "gamma_W", "T_W"), ("depth",)
 Reader = Callable[[], float]
 
@@ -332,7 +331,7 @@ def usual_names(plant: Plant) -> tuple[str, ...]:
     waves = plant.changing or any(plant[name] != 0.0 for name in ("wave_x", "wave_y", "wave_T"))
     bottom = plant["per_depth"] != 0.0
     commands = (f"{name}_cmd" for name in plant.controls)
-    air_and_water = (name for _, *pair in _VECTORS[:2] for name in pair)
+    air_and_water = (name for _, *pair in VECTORS[:2] for name in pair)
     return ("t", *STATES, *plant.controls, *commands, *air_and_water, *(_WAVES if waves else ()),
             *(_BOTTOM if bottom else ()))  # fmt: skip
 
@@ -352,7 +351,7 @@ def _readers(plant: Plant, held: frozenset[str]) -> dict[str, Reader]:
     values = {name: f"{name}_cmd" if name in held else name for name in (*STATES, *plant.controls)}
     plain = {**values, **orders, "T_W": "wave_T"}
     found: dict[str, Reader] = {name: partial(plant.__getitem__, of) for name, of in plain.items()}
-    for of, size, direction in _VECTORS:
+    for of, size, direction in VECTORS:
         found |= {size: of_components(of, math.hypot), direction: of_components(of, lambda x, y: math.atan2(y, x))}
     return {**found, "t": lambda: plant.t,
             "depth": lambda: 1.0 / plant["per_depth"] if plant["per_depth"] else math.nan}  # fmt: skip

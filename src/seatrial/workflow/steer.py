@@ -21,9 +21,8 @@ from ..data.nmea.ship import NULL_ISLAND, Fittings
 from ..engine import SimulationError
 from ..environment import Weather
 from ..models import STATES
-from ..realtime.aboard import RATES, TRANSPONDER, TRANSPONDER_RATE
 from ..realtime.loop import Loop, LoopError
-from ..realtime.on_wire import OnWire, Speech, Targets
+from ..realtime.on_wire import RATES, TRANSPONDER, TRANSPONDER_RATE, OnWire, Speech, Targets
 from ..realtime.plant import Plant
 from ..realtime.recording import Recording, dated
 from ..realtime.wire import Address, Authority, Wire, WireError
