@@ -136,9 +136,9 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
         Args:
             ship: a ship, or the name of one.
             task: the task.
-            num_envs: how many ships.
-            copy: False hands out the same arrays at every step, written over by the next one.
-            threads: that share the ships.
+            num_envs: number of ships.
+            copy: False returns the same arrays at every step, overwritten by the next one.
+            threads: number of threads.
             render_mode: None; there are no pictures.
             settings: fields of `Settings`.
 

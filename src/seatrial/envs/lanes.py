@@ -1,8 +1,6 @@
-"""Many ships at one task, moved by one action at a time in buffers that stay where they are.
+"""The compiled step of many ships at one task, moved by one action at a time, on buffers in the kernel's own order.
 
-The compiled step of many lanes, on buffers in the kernel's own order.
-
-Chance by counter: a number depends on seed, episode and place alone, so no lane's luck depends on another's.
+Random numbers are counted: each depends on seed, episode and place alone, so lanes are independent of each other.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ from ..simulate.loop import loop_memory, loop_values
 from .system import Work, actions, compiled_of, free_names, ranges_of, refused, scale_of
 from .tasks import Task, TaskError, shown, spread
 
-# Actions a ship length at the approach speed, and how much of a fastest motion may decay within a time step.
+# Actions per ship length at the approach speed, and how much the fastest motion may decay within a time step.
 _ACTIONS, _DECAY = 25.0, 0.5
 _AROUND = 4
 """Draws of wind and current, before those of parameters and of the task."""
@@ -42,7 +40,7 @@ _AROUND = 4
 
 @dataclass(frozen=True)
 class Settings:
-    """What is around the ships, and how they differ.
+    """Environment of the ships, time between actions, and spread of parameters.
 
     Attributes:
         period: time between two actions [s]; None for about a 25th of a ship length at the approach speed.
@@ -124,10 +122,10 @@ class Lanes:
     """Lanes of one kernel; each has its own seed, episode, parameters, wind and current.
 
     Attributes:
-        work: what they do.
-        lanes: how many.
-        observation: shape (lanes, len(work.seen)), float32; written over by each step.
-        reward, terminated, truncated: of the last step, shape (lanes,); so are these.
+        work: ship and task.
+        lanes: number of ships.
+        observation: shape (lanes, len(work.seen)), float32; overwritten by each step.
+        reward, terminated, truncated: of the last step, shape (lanes,); also overwritten.
     """
 
     def __init__(self, ship: Ship, task: Task, lanes: int, settings: Settings, threads: int = 1) -> None:
@@ -202,8 +200,8 @@ class Lanes:
         self._state[...] = states
         self._memory[...] = memory
         self._observed[...] = self._told
-        for into, told in zip((self._rewards, self._over, self._cut), self._judged, strict=True):
-            into.reshape(told.shape)[...] = told
+        for into, judged in zip((self._rewards, self._over, self._cut), self._judged, strict=True):
+            into.reshape(judged.shape)[...] = judged
 
     def _begin(self, at: NDArray[np.intp]) -> None:
         """Start an episode on these lanes."""

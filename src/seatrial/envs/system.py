@@ -23,7 +23,7 @@ from ..simulate.loop import closed_loop
 from .tasks import Judged, Scalars, Scale, Seen, Task, TaskError, any_of, held, outside
 
 REWARDS = 1e3
-"""Rewards are held to this size, so that no blow-up of a model poisons a learner."""
+"""Rewards are limited to this size, so that no blow-up of a model spoils the training."""
 
 _RUDDER = math.radians(35.0)
 
@@ -91,7 +91,7 @@ class Work:
     """A ship at a task.
 
     Attributes:
-        ship, task, scale: who does what, by which measures.
+        ship, task, scale: the ship, its task, and the measures of both.
         orders: the entries of an action.
         ranges: least and greatest value of each control.
         dt: time step [s].

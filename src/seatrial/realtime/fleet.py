@@ -68,16 +68,7 @@ class Vessel:
     def __init__(self, name: str, plant: Plant) -> None:
         self.name, self.plant = name, plant
         self.watch: Watch | None = None
-        self.forget()
-
-    def forget(self) -> None:
-        """Clear the status."""
-        self.failure: str | None = None
-        self.heard: float | None = None
-        self.stale = False
-        self.clipped: set[str] = set()
-        self.outside: str | None = None
-        self.readings: list[Reading] = []
+        self.recall({})
 
     def known(self) -> dict[str, Any]:
         """The status, for JSON."""
@@ -86,10 +77,11 @@ class Vessel:
 
     def recall(self, known: Mapping[str, Any]) -> None:
         """Restore the result of `known`; missing entries are cleared."""
-        self.forget()
-        self.failure, self.outside = known.get("failure"), known.get("outside")
-        self.heard, self.stale = known.get("heard"), bool(known.get("stale"))
-        self.clipped = set(known.get("clipped", ()))
+        self.failure: str | None = known.get("failure")
+        self.heard: float | None = known.get("heard")
+        self.outside: str | None = known.get("outside")
+        self.stale, self.clipped = bool(known.get("stale")), set[str](known.get("clipped", ()))
+        self.readings: list[Reading] = []
 
 
 class Fleet:
@@ -139,7 +131,7 @@ class Fleet:
 
     def equip(self, ship: str, suite: Suite) -> None:
         """Install instruments; SensorError: one for something that the ship does not have."""
-        vessel = self.vessels[ship]
+        vessel = self.vessel(ship)
         suite.fit(vessel.plant, ship)
         vessel.watch = suite.start(vessel.plant.seed, list(self.vessels).index(ship))
 
@@ -210,12 +202,12 @@ class Fleet:
         if silence > self.patience and not vessel.stale:
             vessel.stale = True
             self.tell(vessel.name, "stale", f"no order for {silence:.3g} s; the last orders hold")
-        found = vessel.plant.outside() if vessel.failure is None else None
-        if found is not None and vessel.outside is None:
-            self.tell(vessel.name, "outside", f"{found[0]} = {found[1]:.4g} is outside the range of validity")
-        elif found is None and vessel.outside is not None and vessel.failure is None:
+        name, value = (vessel.plant.outside() if vessel.failure is None else None) or (None, 0.0)
+        if name and not vessel.outside:
+            self.tell(vessel.name, "outside", f"{name} = {value:.4g} is outside the range of validity")
+        elif vessel.outside and not name and vessel.failure is None:
             self.tell(vessel.name, "inside", "back in the range of validity")
-        vessel.outside = None if found is None else found[0]
+        vessel.outside = name
 
 
 def _named(plants: Sequence[Plant]) -> dict[str, Plant]:

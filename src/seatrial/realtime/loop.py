@@ -217,7 +217,6 @@ class Loop:
 
     def equip(self, ship: str, suite: Suite) -> None:
         """Install instruments in place of those of a ship; SensorError: one for something that it does not have."""
-        self._fleet.vessel(ship)
         with self._lock:
             self._fleet.equip(ship, suite)
 

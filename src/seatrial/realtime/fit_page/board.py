@@ -197,11 +197,9 @@ class Board:
 
 
 class Parts:
-    """Several fits of a run, each reported separately; see `identify.watch.part`.
+    """Several fits of a run, each reported separately (see `identify.watch.part`).
 
-    Args:
-        told: further receiver of the progress of the run.
-        beside: further receiver of the progress of a fit, by its name.
+    Rows of the whole run go to `told`, those of a fit to the receiver that `beside` has for its name.
     """
 
     def __init__(
