@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import ReportError as ReportError
+from ..core.files import plain as plain
 from ..core.files import write_together
 
 _STYLE = """
@@ -128,15 +129,6 @@ def write(path: str | Path, page: Page) -> Path:
     numbers = json.dumps(page.document, indent=1, allow_nan=False) + "\n"
     write_together({here.with_suffix(".json"): numbers, here: page.html})
     return here
-
-
-def plain(value: Any) -> Any:
-    """The value in terms of JSON; a number that is not finite becomes null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def text(value: object) -> str:
