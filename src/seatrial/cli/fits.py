@@ -15,7 +15,7 @@ def check(
     trials: o.Trials, against: o.Against = None, out: o.CoveragePage = None, json: o.Json = False
 ) -> None:
     """Check trials: what is wrong, where and the remedy."""
-    from ..workflow.check import check as run
+    from ..workflow.validate import check as run
 
     outcome = run(trials, against=against or (), out=out, sink=_Notes())
     _show(outcome, json)

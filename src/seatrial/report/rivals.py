@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,7 +31,6 @@ from . import figures
 from .figures import canvas, legend_below, svg
 from .page import Page, Section, bullets, figure, gallery, lead, number, plain, soft, table, text, tiles
 from .page import provenance as origin
-from .page import write as write_page
 from .sections import along
 
 SCHEMA = "seatrial-shooting/1"
@@ -55,11 +53,6 @@ _MARKS = {
     AS_SAILED: (figures.BLUE, "o"), WIND_KNOWN: (figures.GREEN, "D"), IGNORED: (figures.ORANGE, "^"),
     CALM: (figures.PINK, "s"),
 }  # fmt: skip
-
-
-def write(path: str | Path, found: Rivals, *, provenance: Mapping[str, str]) -> Path:
-    """Write the page, and its numbers beside it as .json; both or neither."""
-    return write_page(path, page(found, provenance=provenance))
 
 
 def page(found: Rivals, *, provenance: Mapping[str, str]) -> Page:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from . import figures
 from .figures import canvas, legend_below, svg
 from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
 from .page import provenance as origin
-from .page import write as write_page
 
 _MINUTE = 60.0
 _MEANT = {
@@ -31,22 +29,16 @@ _MEANT = {
 }  # fmt: skip
 
 
-def write(
-    path: str | Path, series: Series, found: Table, *, provenance: Mapping[str, str], failed: Sequence[str] = ()
-) -> Path:
-    """Write the page, and its numbers beside it as .json; both or neither.
-
-    Args:
-        failed: cells whose fit failed, with the reason.
-    """
-    return write_page(path, page(series, found, covered(series), provenance=provenance, failed=failed))
-
-
 def page(
     series: Series, found: Table, cover: Mapping[str, Mapping[str, Coverage]], *, provenance: Mapping[str, str],
     failed: Sequence[str] = (),
 ) -> Page:  # fmt: skip
-    """The whole page; arguments as in `write`, and the coverage of each test trial by composition."""
+    """The whole page.
+
+    Args:
+        cover: coverage of each test trial by composition, see `covered`.
+        failed: cells whose fit failed, with the reason.
+    """
     parts = (
         Section("", _head(series, found, failed)),
         Section("The models on held-out trials", _scores(series, found)),

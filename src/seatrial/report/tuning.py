@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,35 +19,11 @@ from ..identify.tuning.tuned import Method, Range, Tuning, findings
 from ..simulate.replay import replay
 from . import figures
 from .figures import canvas, svg
-from .page import (
-    Page,
-    Section,
-    bullets,
-    figure,
-    gallery,
-    lead,
-    note,
-    number,
-    soft,
-    table,
-    text,
-    tiles,
-)
-from .page import (
-    provenance as origin,
-)
-from .page import write as write_page
+from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
+from .page import provenance as origin
 
 SCHEMA = "seatrial-tuning/1"
 _DEGREES = math.degrees(1.0)
-
-
-def write(
-    path: str | Path, tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
-    sections: Sequence[Section] = (),
-) -> Path:  # fmt: skip
-    """Write the page, and its numbers beside it as .json; both or neither.  Arguments as in `page`."""
-    return write_page(path, page(tuning, title=title, provenance=provenance, method=method, sections=sections))
 
 
 def page(
