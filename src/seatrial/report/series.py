@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -305,8 +304,7 @@ def seeds(standings: Sequence[Standing], test: str) -> str:
     figures.measured_track(ax, measured)
     middle = [0.5 * float(np.nanmin(measured[n]) + np.nanmax(measured[n])) for n in ("y", "x")]
     half = 0.75 * max(float(np.ptp(measured[n])) for n in ("y", "x"))
-    ax.set_xlim(middle[0] - 1.15 * half, middle[0] + 1.15 * half)
-    ax.set_ylim(middle[1] - half, middle[1] + half)
+    ax.set(xlim=(middle[0] - 1.15 * half, middle[0] + 1.15 * half), ylim=(middle[1] - half, middle[1] + half))
     ax.set_aspect("equal", adjustable="box")
     legend_below(drawn, ax)
     return svg(drawn, f"seeds {test}")
@@ -377,19 +375,19 @@ def numbers(series: Series, found: Table, cover: Mapping[str, Mapping[str, Cover
     published = series.published
     return {
         "schema": SCHEMA, "series": series.name, "title": series.title, "budget": series.budget,
-        "restart": series.restart, "sigma": dict(found.sigma),
+        "restart": series.restart, "sigma": found.sigma,
         "tests": {label: trial.name for label, trial in series.tests.items()},
         "validation": {label: trial.name for label, trial in series.watched.items()},
         "models": {one.key: _of(series, one, found.tests) for one in found.standings},
         "claims": [
             {"says": claim.says, "better": claim.better, "worse": claim.worse, "factor": claim.factor,
-             "rows": [asdict(f) for f in rows]}
+             "rows": rows}
             for claim, rows in found.claims
         ],
         "coverage": {name: {test: c.numbers() for test, c in some.items()} for name, some in cover.items()},
         "spread": {key: {test: s.numbers() for test, s in some.items()} for key, some in found.validity.items()},
         "published": {"source": published.source, "note": published.note, "protocol": "not confirmed",
-                      "rows": {k: {row: list(v) for row, v in column.items()} for k, column in published.rows.items()}},
+                      "rows": published.rows},
     }  # fmt: skip
 
 
@@ -402,7 +400,7 @@ def _of(series: Series, one: Standing, tests: Iterable[str]) -> dict[str, Any]:
         "seeds": [
             {"seed": m.seed, "objective": m.objective, "seconds": m.seconds, "status": m.summary.get("status", ""),
              "updates": m.summary.get("evaluations"), "digest": m.summary.get("digest", ""),
-             "errors": {test: float(one.errors[test][k]) for test in tests}, "history": m.history.tolist()}
+             "errors": {test: one.errors[test][k] for test in tests}, "history": m.history}
             for k, m in enumerate(one.members)
         ],
         "mean": {test: one.mean(test) for test in tests},

@@ -6,7 +6,7 @@ there are fits to watch, to a `Sink`; these return an `Outcome`.  A request that
 
 `identify` from command to report: `cli.fits`, `identify` (the order of things), `plans` (a study or a table of fits, as
 `study.study` and `study.series` read them), `identify.lint`, the estimator, `study.store`, `reports` (which page, and
-the summary for a terminal), `comparing`, `report.report` and `report.sections`.
+the summary for a terminal), `comparing`, and `report.report`.
 """
 
 from __future__ import annotations

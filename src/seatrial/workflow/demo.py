@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -25,11 +24,11 @@ from ..simulate.run import approach, simulate
 from ..study.store import MODEL, save_fit
 from .comparing import compared, scales
 from .plans import PAGE
+from .request import DEGREE
 
 SHIP, SEED = "kvlcc2_l7", 20
 # The hull is unstable on course: from a noisy start even the true ship drifts away within minutes.
 RESTART = 60.0
-DEGREE = math.pi / 180.0
 
 HIDDEN: Mapping[str, float] = MappingProxyType({
     "hull.R_0": 1.15, "hull.Y_v": 0.82, "hull.Y_r": 1.2, "hull.N_v": 1.15, "hull.N_r": 0.85,

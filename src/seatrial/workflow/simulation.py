@@ -39,7 +39,7 @@ def known() -> dict[str, type[Manoeuvre]]:
     for module in pkgutil.iter_modules(manoeuvres.__path__, f"{manoeuvres.__name__}."):
         members: list[tuple[str, Any]] = inspect.getmembers(importlib.import_module(module.name), inspect.isclass)
         for _, cls in members:
-            if cls.__module__ == module.name and getattr(cls, "kind", ""):
+            if cls.__module__ == module.name and issubclass(cls, Manoeuvre) and cls.kind:
                 found[cls.kind] = cls
     return dict(sorted(found.items()))
 
@@ -65,7 +65,7 @@ def rudder_limit(ship: Ship) -> float:
 
 def lacks(ship: Ship, cls: type[Manoeuvre]) -> str | None:
     """What a manoeuvre needs and the ship lacks; None where nothing is missing."""
-    if getattr(cls, "by_engine", False) and not driven(ship):
+    if cls.by_engine and not driven(ship):
         return f"no revolutions move {ship.name}; its model has no engine"
     return None
 
@@ -152,17 +152,10 @@ def simulate(
     Args:
         ship: a name of the library, a ship file or a ship.
         manoeuvre: its kind, see `known`.
-        rudder: rudder angle, magnitude [deg].
-        heading: heading change, such as of a zigzag [deg].
-        side: first side, port or starboard.
-        seed: of a random manoeuvre and of the gusts.
-        speed: approach speed [m/s]; that of the ship's file unless given.
-        rps: propeller revolutions [1/s]; those that hold the speed unless given.
-        duration: length of the run [s].
-        dt: time step [s]; one that suits the ship unless given.
-        out: trial file to write (.csv).
         note: takes warnings.
         around: weather and depth, see `surroundings`.
+
+    The others are the options of `seatrial simulate`, whose help has their meaning and units.
 
     Raises:
         RequestError, ShipError: a request that cannot be carried out.
@@ -188,7 +181,11 @@ def simulate(
     for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run)):
         note(line)
     if out is not None:
-        write(run, out, note)
+        from ..data.trialfile import write_trial
+
+        make_folder(out.parent)
+        write_trial(run, out)
+        note(f"wrote {out}")
     settings = {"speed": U, "rps": n_P, **_set_points(policy, side), "duration": run.duration,
                 "dt": dt or time_step(vessel), **place.settings}  # fmt: skip
     return Simulated(vessel, policy, run, settings, reason is None, reason)
@@ -202,21 +199,16 @@ def _run(
 
     length = duration or _FIRST * ship.L_pp / max(speed, 1e-3)
     limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
-    begin = 0.0 if getattr(policy, "from_rest", False) else speed
+    begin = 0.0 if policy.from_rest else speed
     while True:
         try:
             run = run_once(ship, policy, speed=begin, duration=length, environment=around, dt=dt)
         except SimulationError as error:
             return _until(ship, policy, begin, around, dt, duration, error)
-        complete = policy.complete(run) or (duration is not None and _timed(policy))
+        complete = policy.complete(run) or (duration is not None and policy.timed)
         if complete or 2 * length > limit:
             return run, None if complete else f"not over after {run.duration:g} s"
         length *= 2
-
-
-def _timed(policy: Manoeuvre) -> bool:
-    """Whether the clock alone ends the manoeuvre, so that any length of it is whole."""
-    return bool(getattr(policy, "timed", False))
 
 
 def _until(
@@ -235,7 +227,7 @@ def _until(
     if end < 2.0 * step:
         raise error
     run = run_once(ship, policy, speed=speed, duration=end, environment=around, dt=dt)
-    whole = duration is None and not _timed(policy) and policy.complete(run)
+    whole = duration is None and not policy.timed and policy.complete(run)
     return run, None if whole else str(error)
 
 
@@ -268,19 +260,11 @@ def _check_revolutions(ship: Ship, rps: float | None) -> None:
             )
 
 
-def _set_points(policy: Any, side: str | None) -> dict[str, object]:
+def _set_points(policy: Manoeuvre, side: str | None) -> dict[str, object]:
+    rudder, heading = (vars(policy).get(name) for name in ("delta", "psi"))
     found: dict[str, object] = {}
-    if isinstance(getattr(policy, "delta", None), float):
-        found["rudder"] = abs(policy.delta / DEGREE)
-    if isinstance(getattr(policy, "psi", None), float):
-        found["heading"] = policy.psi / DEGREE
+    if isinstance(rudder, float):
+        found["rudder"] = abs(rudder / DEGREE)
+    if isinstance(heading, float):
+        found["heading"] = heading / DEGREE
     return {**found, "side": side or "starboard"} if "side" in policy.takes else found
-
-
-def write(run: Trial, out: Path, note: Note = silent) -> None:
-    """Write a trial file."""
-    from ..data.trialfile import write_trial
-
-    make_folder(out.parent)
-    write_trial(run, out)
-    note(f"wrote {out}")

@@ -104,9 +104,7 @@ def validate(
         model: a name of the library, or a ship file.
         paths: trial files, or folders of them.
         out: page to write, with its numbers beside it.
-        restart: seconds between restarts from the measured state; None for one free run.
-        smooth_start: estimate initial states from the last so many seconds of data.
-        scale: model.toml of a fit; errors are divided as where it was judged.
+        restart, smooth_start, scale: as the options of `seatrial validate`.
 
     Returns:
         The report; a prediction that blew up is in `errors`.
