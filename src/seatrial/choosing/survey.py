@@ -101,7 +101,8 @@ _SPECIMENS = {"VARX": vector_arx, "NN": taught_network}
 def _family(row: dict[str, Any], shared: Mapping[str, Any]) -> Family:
     """A family as a table of families.toml declares it; some statements are `shared` by several."""
     said = (*shared.get(row.pop("like", ""), ()), *row.pop("declared", ()))
-    tuples = {name: tuple(row.pop(name)) for name in ("classes", "studies", "counted", "next") if name in row}
+    tuples: dict[str, Any] = {name: tuple(row.pop(name))
+                              for name in ("classes", "studies", "counted", "next") if name in row}  # fmt: skip
     return Family(
         **row, **tuples, belongs=_BELONGS.get(row["key"], lambda ship: True), specimen=_SPECIMENS.get(row["key"]),
         declared={key: Finding(answer, f"Sawada 2024 {section}: {text}") for key, answer, section, text in said},

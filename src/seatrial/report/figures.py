@@ -183,6 +183,14 @@ def legend_below(figure: Any, ax: Any) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
 
 
+def rows_of(figure: Any, ax: Any, names: Sequence[str], what: str, columns: int) -> None:
+    """Name the rows of a drawing of marks from the top, and its abscissa; a legend below."""
+    ax.set_yticks(range(len(names)), names)
+    ax.set(ylim=(len(names) - 0.5, -0.5), xlabel=what)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=columns, handletextpad=0.1,
+                  columnspacing=1.0, frameon=False)  # fmt: skip
+
+
 def _literal(figure: Any) -> None:
     """Draw texts as written: "$" starts no formula; powers of ten along an axis stay formulas."""
     from matplotlib.text import Text

@@ -269,11 +269,8 @@ def estimates(cases: Sequence[Case]) -> str:
         ticks = [v for v in (0, 1, 3, 10, 30, 100, 300, 1000) if v < 2.0 * farthest]
         ax.set_xticks([-v for v in ticks[:0:-1]] + ticks, [f"{v:g}" for v in [-v for v in ticks[:0:-1]] + ticks])
         ax.minorticks_off()
-    ax.set_yticks(range(len(paths)), [path.partition(".")[2] for path in paths])
-    ax.set_ylim(len(paths) - 0.5, -0.5)
-    ax.set_xlabel("(estimate − truth) / sigma; within 3 is shaded")
-    drawn.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, handletextpad=0.1,
-                  columnspacing=1.0, frameon=False)  # fmt: skip
+    names = [path.partition(".")[2] for path in paths]
+    figures.rows_of(drawn, ax, names, "(estimate − truth) / sigma; within 3 is shaded", 4)
     return svg(drawn, "estimates")
 
 

@@ -319,11 +319,7 @@ def bars(names: Sequence[str], values: Mapping[str, Sequence[float]], what: str)
         ax.plot(found, places, mark, color=colour, ms=5, ls="none", label=label, alpha=0.9)
     ax.set_xscale("log")
     _in_digits(ax.xaxis)
-    ax.set_yticks(places, names)
-    ax.set_ylim(len(names) - 0.5, -0.5)
-    ax.set_xlabel(what)
-    drawn.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, handletextpad=0.1,
-                  frameon=False)  # fmt: skip
+    figures.rows_of(drawn, ax, names, what, 3)
     return svg(drawn, f"bars {what}")
 
 

@@ -294,11 +294,8 @@ def positions(ranges: Sequence[Range]) -> str:
     for edge in range(1, len(paths)):
         ax.axhline(edge - 0.5, color=figures.GRID, lw=0.8)
     ax.grid(False)
-    ax.set_yticks(range(len(paths)), paths)
-    ax.set_ylim(len(paths) - 0.5, -0.5)
-    ax.set(xlim=(-1.05, 1.05), xlabel="place in the range (filled: at its end)")
-    drawn.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=5, handletextpad=0.1,
-                  columnspacing=1.0, frameon=False)  # fmt: skip
+    ax.set_xlim(-1.05, 1.05)
+    figures.rows_of(drawn, ax, paths, "place in the range (filled: at its end)", 5)
     return svg(drawn, "positions")
 
 
