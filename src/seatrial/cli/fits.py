@@ -267,7 +267,7 @@ def watching(port: int | None) -> Generator[Terminal, None, None]:
         try:
             yield watch
         except KeyboardInterrupt:
-            watch.close("stopped", "stopped; the same command again goes on from here")
+            watch.close("stopped", "stopped; the same command again resumes here")
             raise
         except Exception as error:
             watch.close("failed", str(error))

@@ -84,11 +84,12 @@ def order(name: str, ship: Ship, U: float, n_P: float, given: Mapping[str, Any])
         if option not in cls.takes:
             takes = ", ".join(f"--{one}" for one in cls.takes) or "none of " + ", ".join(f"--{o}" for o in _OPTIONS)
             raise RequestError(f"{name} takes no --{option}; it takes {takes}")
-    limit = rudder_limit(ship)
+    limit, highs = rudder_limit(ship), {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
     settings = Settings(
         n_P, U, ship.L_pp, limit, rudder=_angle("--rudder", given.get("rudder")),
         heading=_angle("--heading", given.get("heading")), side=_side(given.get("side", "starboard")),
-        seed=int(given.get("seed", 1)), controls=_greatest(ship),
+        seed=int(given.get("seed", 1)),
+        controls={name: high if math.isfinite(high) else 0.0 for name, high in highs.items()},
         astern=ship.validity.get("n_P", (-math.inf, 0.0))[0] < 0.0 and ship.validity.get("u", (-1.0, 0.0))[0] < 0.0,
     )  # fmt: skip
     if settings.rudder is not None and settings.rudder > limit * (1 + 1e-9):
@@ -96,11 +97,6 @@ def order(name: str, ship: Ship, U: float, n_P: float, given: Mapping[str, Any])
             f"--rudder is {given['rudder']:g} deg; the rudder of {ship.name} goes to {limit / DEGREE:g} deg"
         )
     return cls.ordered(settings)
-
-
-def _greatest(ship: Ship) -> dict[str, float]:
-    found = {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
-    return {name: high if math.isfinite(high) else 0.0 for name, high in found.items()}
 
 
 def _side(text: str) -> float:

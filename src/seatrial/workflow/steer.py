@@ -216,7 +216,7 @@ def _hear_others(loop: Loop, on_wire: OnWire) -> None:
     """Report the other ships by AIS."""
     others = [name for name in loop.vessels if name != OWN]
     if others and find_spec("pyais") is None:
-        raise RequestError("--other is heard by AIS, which needs the extra 'nmea': pip install 'seatrial[nmea]'")
+        raise RequestError("--other is reported by AIS, which needs the extra 'nmea': pip install 'seatrial[nmea]'")
     if others:
         Targets(loop, others, on_wire)
 
