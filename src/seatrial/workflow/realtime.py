@@ -59,15 +59,10 @@ def rate_of(ship: Ship, wanted: float) -> float:
 
 
 def plant_of(ship: Ship, rate: float, weather: Weather, start: Start, seed: int, through_water: bool = True) -> Plant:
-    """A ship at a time step that divides the tick and suits the ship.
+    """A ship at a time step that divides the tick, 1/`rate` [s], and suits the ship.
 
     Args:
-        ship: the ship.
-        rate: tick rate [Hz].
-        weather: what is around it.
-        start: initial state.
-        seed: of the weather.
-        through_water: whether the initial velocities are through water; over ground otherwise.
+        through_water: whether the velocities of `start` are through water; over ground otherwise.
     """
     fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
     dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
@@ -183,20 +178,11 @@ def bridge(
 
     Args:
         ship: a name of the library, a ship file or a ship.
-        host: address to serve at.
-        port: port to serve at; 0 takes a free one.
-        anywhere: whether addresses beyond this machine are allowed.
-        factor: ratio of simulated to real time.
-        speed: initial speed [m/s].
-        heading: initial heading [deg].
-        seed: of the gusts.
-        ghost: measured trial to replay beside the ship.
-        other: other ships, each ``SHIP@NORTH,EAST,DEG``.
         place: initial ``LAT,LON`` [deg], for the recordings; a ghost gives its own.
-        out: folder for recordings.
-        hold: time after which a silent commander loses command [s].
         note: takes the address of the page and events.
         around: weather and depth, see `surroundings`.
+
+    The others are the options of `seatrial bridge`, whose help has their meaning and units.
 
     Returns:
         The recordings.
@@ -237,7 +223,7 @@ def bridge(
 
 
 def _server(everywhere: bool) -> Callable[[Deck, Loop, socket.socket, str], None]:
-    """Serves the page to this machine, or to any address."""
+    """What serves the page, to this machine or to any address."""
     try:
         from ..realtime.bridge.server import serve
         from ..realtime.pages import LOCAL, anywhere
@@ -260,11 +246,8 @@ def _ghost(ship: Ship, path: Path | None, note: Note) -> Ghost | None:
 
 def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
     """The buttons."""
-
-    def made(kind: str, given: Mapping[str, Any]) -> Callable[[float], Manoeuvre]:
-        return lambda n_P: order(kind, ship, ship.speed, n_P, dict(given))
-
-    return {text: made(kind, given) for text, (kind, given) in _BUTTONS.items() if kind in known()}
+    return {text: lambda n_P, kind=kind, given=given: order(kind, ship, ship.speed, n_P, given)
+            for text, (kind, given) in _BUTTONS.items() if kind in known()}  # fmt: skip
 
 
 def cannot(ship: Ship) -> dict[str, str]:
@@ -273,8 +256,8 @@ def cannot(ship: Ship) -> dict[str, str]:
     turns = any(unit(name) == "rad" for name in steering)
     found: dict[str, str] = {}
     for text, (kind, _) in _BUTTONS.items():
-        engine = getattr(known()[kind], "by_engine", False)
-        why = lacks(ship, known()[kind]) if engine or turns else f"{ship.name} has nothing that is steered by an angle"
+        drill = known()[kind]
+        why = lacks(ship, drill) if drill.by_engine or turns else f"{ship.name} has nothing that is steered by an angle"
         if why is not None:
             found[text] = why
     return found

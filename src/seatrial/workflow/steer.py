@@ -86,31 +86,11 @@ def steer(
 
     Args:
         ship: a name of the library, a ship file or a ship.
-        nmea: address to listen at, such as ``udp://127.0.0.1:10110``.
-        to: further addresses to send to (udp).
-        anywhere: whether addresses beyond this machine are allowed.
-        framed: whether datagrams are those of IEC 61162-450.
-        only: sentences to send, such as ``HDT,ROT,RMC``.
-        place: initial ``LAT,LON`` [deg].
-        antenna: ``FORWARD,STARBOARD`` of midship [m].
-        rate: tick rate [Hz].
-        factor: ratio of simulated to real time.
-        duration: simulated time after which the run ends [s].
-        hold: time after which a silent commander loses command [s].
-        commander: ``HOST`` or ``HOST:PORT`` whose orders are obeyed; all unless given.
-        speed: initial speed [m/s].
-        heading: initial heading [deg].
-        other: other ships, each ``SHIP@NORTH,EAST,DEG``.
-        mmsi: of the transponder.
-        sensors: whether the sentences are those of the usual instruments with their errors.
-        seed: of instruments and gusts.
-        log: file for the sentences that are sent (.nmea).
-        out: trial file to record (.csv).
-        beside: program to run at the same time; ``{address}`` in it is the address.
-        simulator: whether the sentences are marked as those of a simulator.
         note: takes the address and events.
         printed: takes the standard output of the program beside the ship.
         around: weather and depth, see `surroundings`.
+
+    The others are the options of `seatrial steer`, whose help has their meaning and units.
 
     Raises:
         RequestError: a request that cannot be carried out.
@@ -138,7 +118,9 @@ def steer(
         with _writing(log) as on_wire.log:
             note(f"{vessel.name} on {wire.address}, {loop.rate:g} Hz, time factor {factor:g}; Ctrl-C ends it")
             _run(loop, duration or math.inf, beside, wire.address, note, printed)
-            _end(record)
+            if record is not None:
+                with suppress(DataError):  # why the last row was not written is in its failure
+                    record.close()
     finally:
         wire.close()
     return Steered(loop, on_wire, tuple(record.paths) if record else (), _failure(vessel, loop, record))
@@ -154,13 +136,6 @@ def _loop(
     loop = Loop(fleet, ticks, factor, sensors=sensors)
     keep_course(loop, (name for name in fleet if name != OWN), note)
     return loop
-
-
-def _end(record: Recording | None) -> None:
-    """End a recording; why the last row was not written is in its failure."""
-    if record is not None:
-        with suppress(DataError):
-            record.close()
 
 
 def _failure(ship: Ship, loop: Loop, record: Recording | None) -> str | None:
@@ -237,7 +212,7 @@ def _hear_others(loop: Loop, on_wire: OnWire) -> None:
     """Report the other ships by AIS."""
     others = [name for name in loop.vessels if name != OWN]
     if others and find_spec("pyais") is None:
-        raise RequestError("--other is heard by AIS, which needs the extra 'nmea': pip install 'seatrial[nmea]'")
+        raise RequestError("--other is reported by AIS, which needs the extra 'nmea': pip install 'seatrial[nmea]'")
     if others:
         Targets(loop, others, on_wire)
 
