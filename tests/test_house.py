@@ -40,7 +40,6 @@ def test_modules_are_short_enough_to_read_at_a_sitting() -> None:
     assert not wrong, "\n".join(wrong)
 
 
-@LATER
 def test_folders_are_small_enough_to_know() -> None:
     """Modules in one folder, its `__init__.py` among them; subfolders are counted by themselves."""
     wrong: list[str] = []

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 
 from seatrial.choosing import ANSWERS, CAPABILITIES, Finding
-from seatrial.choosing.families import FAMILIES, TEACHER, taught_network, vector_arx
 from seatrial.choosing.probing import Probe, findings, outputs
 from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE, PURPOSES, fittest, recommend, unmet
-from seatrial.choosing.survey import Assessment, assess, nanoseconds
+from seatrial.choosing.survey import FAMILIES, TEACHER, Assessment, assess, nanoseconds, taught_network, vector_arx
 from seatrial.environment import CALM, Environment
 from seatrial.identify.design.excitation import TABLE_1
 from seatrial.models import Model

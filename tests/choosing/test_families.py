@@ -11,9 +11,8 @@ import pytest
 
 from seatrial.choosing import CAPABILITIES
 from seatrial.choosing import survey as surveys
-from seatrial.choosing.families import FAMILIES
 from seatrial.choosing.purposes import PURPOSES
-from seatrial.choosing.survey import Assessment
+from seatrial.choosing.survey import FAMILIES, Assessment
 from seatrial.cli.app import main
 
 ROOT = Path(__file__).parents[2]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from seatrial.data.nmea.ship import Fittings, Measured
-from seatrial.realtime.aboard import exact, told
+from seatrial.realtime.on_wire import exact, told
 
 
 def told_by_exact(fit: Fittings, now: dict[str, float]) -> Measured:

@@ -22,7 +22,7 @@ import numpy as np
 
 from seatrial.core.errors import SeatrialError
 from seatrial.data.check import Finding
-from seatrial.workflow.check import check
+from seatrial.workflow.validate import check
 from seatrial.workflow.data import import_logs
 from seatrial.workflow.identify import identify
 

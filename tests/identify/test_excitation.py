@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuator, Actuators
-from seatrial.cli import choosing as cli_design
+from seatrial.cli import judging as cli_design
 from seatrial.core.parameters import Free, ParameterError, read, values
 from seatrial.data import Trial
 from seatrial.identify import Loss, Nuisance, Problem, StudyError

@@ -8,10 +8,9 @@ import pytest
 
 from seatrial.data.nmea.sentences import SENTENCES, Sentence, decode, encode
 from seatrial.data.nmea.ship import MILE, Fittings
-from seatrial.realtime.aboard import exact, unsaid
 from seatrial.realtime.conning import TELEGRAPH, Conning, SteeringControl, shafts, thrusters
 from seatrial.realtime.helm import ranges
-from seatrial.realtime.on_wire import fitted
+from seatrial.realtime.on_wire import exact, fitted, unsaid
 from seatrial.realtime.wire import OTHER, Authority, WireError
 from seatrial.ships.files import load
 from seatrial.simulate.approach import approach

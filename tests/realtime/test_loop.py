@@ -348,7 +348,7 @@ def test_who_blew_up_stays_so_when_restored(compiled):
 
 def test_instruments_of_what_a_ship_does_not_have_are_refused():
     twin = load("twin_virtual")
-    with pytest.raises(SensorError, match="feedback of twin_virtual: no value 'delta'; near: delta_2"):
+    with pytest.raises(SensorError, match=r"feedback of twin_virtual.*delta"):
         Loop([Compiled.of(twin, DT).plant()], 10.0, sensors=Suite((Gyro(), Feedback())))
     fits = Suite((Feedback(controls=twin.model.controls),))
     loop = Loop([Compiled.of(twin, DT).plant()], 10.0, math.inf, sensors=fits)

@@ -22,9 +22,8 @@ from seatrial.data.nmea.reading import readings
 from seatrial.data.nmea.sentences import decode, encode
 from seatrial.data.nmea.ship import Fittings
 from seatrial.data.trialfile import read_trial
-from seatrial.realtime.aboard import RATES
 from seatrial.realtime.loop import Loop
-from seatrial.realtime.on_wire import OnWire, Speech
+from seatrial.realtime.on_wire import RATES, OnWire, Speech
 from seatrial.realtime.plant import Plant
 from seatrial.realtime.wire import Address, Intake, Message, Wire, WireError
 from seatrial.sensors.instruments import Gnss, Gyro, RateGyro

@@ -15,7 +15,8 @@ import pytest
 from seatrial.data import Trial
 from seatrial.environment import Uniform
 from seatrial.manoeuvres.turning import Turning
-from seatrial.report.series import page, seeds, validation, write
+from seatrial.report.page import write
+from seatrial.report.series import covered, page, seeds, validation
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import simulate
@@ -173,7 +174,8 @@ def test_the_legend_of_all_seeds_has_titles(series: Series, tmp_path: Path) -> N
 @pytest.mark.long
 def test_page_and_numbers(series: Series, tmp_path: Path) -> None:
     found = judged(series, tmp_path)
-    path = write(tmp_path / "report.html", series, found, provenance={"study": "demo.toml"}, failed=["x: y"])
+    path = write(tmp_path / "report.html", page(
+        series, found, covered(series), provenance={"study": "demo.toml"}, failed=["x: y"]))  # fmt: skip
     html = path.read_text(encoding="utf-8")
     assert "A &lt;table&gt;" in html
     assert "b &lt;1&gt;" in html

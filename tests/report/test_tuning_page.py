@@ -13,8 +13,8 @@ from seatrial.identify.tuning.ranges import Residuals
 from seatrial.identify.tuning.tuned import Method, Range, Tuning, findings
 from seatrial.manoeuvres.turning import Turning
 from seatrial.report import tuning as drawings
-from seatrial.report.page import Section
-from seatrial.report.tuning import numbers, page, write
+from seatrial.report.page import Section, write
+from seatrial.report.tuning import numbers, page
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 
@@ -104,7 +104,7 @@ def test_the_untuned_track_is_that_of_the_ship_and_tuned_ones_leave_it(html):
 
 @pytest.mark.long
 def test_the_numbers(tuning, tmp_path):
-    write(tmp_path / "report.html", replace(tuning, tests=()), title="t", provenance={})
+    write(tmp_path / "report.html", page(replace(tuning, tests=()), title="t", provenance={}))
     found = json.loads((tmp_path / "report.json").read_text())
     assert found["chosen"] == 0.4
     assert found["ranges"][2]["parameters"]["rudder.epsilon"] == pytest.approx(

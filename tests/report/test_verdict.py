@@ -7,8 +7,7 @@ from dataclasses import replace
 from example_report import report
 
 from seatrial.report.evidence import assumptions
-from seatrial.report.report import Report
-from seatrial.report.sections import against, sentence, worse
+from seatrial.report.report import Report, against, sentence, worse
 from seatrial.ships import Entry
 from seatrial.ships.files import load
 from seatrial.validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity

@@ -19,9 +19,8 @@ from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
 from seatrial.study.study import Study
 from seatrial.workflow import RequestError, Silent, Sink, Table, reports
-from seatrial.workflow.check import check
 from seatrial.workflow.identify import identify
-from seatrial.workflow.validate import predict, validate
+from seatrial.workflow.validate import check, predict, validate
 
 STUDY = """schema = "seatrial-study/1"
 ship = "kvlcc2_l7"

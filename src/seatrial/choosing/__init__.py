@@ -9,8 +9,11 @@ Sawada et al. (2024) that states it.  A declared answer can only lower a measure
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 from ..ships import Ship
 
@@ -28,39 +31,18 @@ class Finding:
 
 @dataclass(frozen=True)
 class Capability:
-    """Something that a model may be able to represent: `about` in words, and whether a probe measures it."""
+    """Something that a model may be able to represent: `about` in words."""
 
     key: str
     about: str
-    probed: bool = True
 
 
-CAPABILITIES = (
-    Capability("turns", "turns by the rudder"),
-    Capability("resistance", "resistance in surge, sway and yaw"),
-    Capability("drift", "drift in a turn"),
-    Capability("speed_loss", "speed loss in a turn"),
-    Capability("unstable_hull", "hull that is unstable on course"),
-    Capability("revolutions", "speed by propeller revolutions"),
-    Capability("steering_speed", "rudder effect changes with speed"),
-    Capability("steering_revolutions", "rudder effect changes with revolutions"),
-    Capability("plausible", "no improbable motion; finite everywhere"),
-    Capability("at_rest", "silent at rest, and comes to rest"),
-    Capability("large_drift", "crabbing, turning on the spot, astern"),
-    Capability("reversing", "propeller astern: brakes"),
-    Capability("reversing_turns", "propeller astern: turns by its hand"),
-    Capability("side_thrusters", "side thrusters, fading with speed"),
-    Capability("several_drives", "several propellers, rudders, azimuths"),
-    Capability("wind", "wind"),
-    Capability("waves", "waves"),
-    Capability("current", "current"),
-    Capability("shallow", "shallow water"),
-    Capability("design_changes", "changes of hull or rudder design"),
-    Capability("from_particulars", "numbers from main particulars", probed=False),
-    Capability("linear", "linear in sway, yaw and rudder"),
-    Capability("input_affine", "affine in the controls"),
-    Capability("any_step", "any time step"),
-)
+def table(name: str) -> dict[str, Any]:
+    """What a file of this room declares."""
+    return tomllib.loads(Path(__file__).with_name(name).read_text(encoding="utf-8"))
+
+
+CAPABILITIES = tuple(Capability(key, about) for key, about in table("families.toml")["capabilities"].items())
 
 
 @dataclass(frozen=True)

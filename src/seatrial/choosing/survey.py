@@ -1,28 +1,117 @@
-"""The families beside what the library's ships show of them: findings, inputs, outputs, counts, cost."""
+"""The families of ship models beside what the library's ships show of them: findings, inputs, outputs, counts, cost."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
 
-from ..core.parameters import walk
+from ..actuators import Actuators
+from ..core.parameters import Terms, walk
 from ..engine.rollout import simulator
-from ..environment import CALM
+from ..environment import CALM, CHANNELS
 from ..identify.design.excitation import TABLE_1, Published
 from ..models import Sampled
+from ..models.arx import Arx, lag_of
+from ..models.linear import straight
+from ..models.network import Network, initial
+from ..models.network_pass import prepared
+from ..models.neural import Neural, features
+from ..models.nomoto import Nomoto
 from ..models.settled import begun
 from ..ships import Ship
 from ..ships.classes import find_class
 from ..ships.files import library, load
 from ..simulate.loop import open_loop, open_loop_parameters
-from . import ANSWERS, CAPABILITIES, Family, Finding
-from .families import FAMILIES
+from . import ANSWERS, CAPABILITIES, Family, Finding, table
 from .probing import Probe, findings, outputs
+
+TEACHER = "esso_osaka_3m"
+_UNITS, _SAMPLES, _RIDGE = 300, 6000, 1e-7
+_GAINS = {"W_x0": 2.0, "W_u0": 2.0, "W_w0": 0.5, "b_0": 8.0, "W_1": 1.0}
+# Largest u, v_m, r, n_P, delta and true wind that it was taught at.
+_RANGE = np.array([0.6, 0.3, 0.2, 18.0, 0.6, 5.0, 5.0])
+
+
+def taught_network() -> Ship:
+    """A feed-forward network whose last layer is fitted to the accelerations of the 3 m model, without any data.
+
+    Its first layer is drawn: least squares suffice then, and the network answers as its teacher did at random
+    motions, controls and winds.
+    """
+    base = load(TEACHER)
+    drawn = initial(Network("feedforward", (_UNITS,), memory=1, scale=tuple(0.3 * _RANGE)), 1)
+    x = np.random.default_rng(1).uniform(-1.0, 1.0, (_SAMPLES, _RANGE.size)) * _RANGE
+    state = np.hstack([np.zeros((_SAMPLES, 3)), x[:, :3]])
+    acting = np.hstack([x[:, 3:], np.zeros((_SAMPLES, len(CHANNELS) - 2))])
+    system = open_loop(base)
+    answers = simulator(system).evaluate(state, acting, open_loop_parameters(base))[:, 3:6]
+    w = {name: _GAINS[name] * array for name, array in drawn.weights.items()}
+    ready = prepared(drawn.having(w), np.float64)
+    z = np.tanh(features(drawn, state, acting) @ ready["W_x"] + ready["b_0"]) - np.tanh(ready["b_0"])
+    normal = z.T @ z + _RIDGE * _SAMPLES * np.eye(_UNITS)
+    w["W_1"] = np.linalg.solve(normal, z.T @ answers).astype(np.float64)
+    model = Neural(dt=0.1, network=drawn.having(w))
+    return replace(base, name=f"{TEACHER}, as a network", model=model, actuators=Actuators(), entries={}, n_P=None)
+
+
+def _cubic(ship: Ship) -> bool:
+    return not isinstance(ship.model, Nomoto) or bool(ship.model.alpha)
+
+
+def _low_speed(ship: Ship) -> bool:
+    """A hull of cross-flow drag: forces without a division by the speed."""
+    return type(ship.model.part("hull")).__name__ == "CrossFlow"
+
+
+def _equations(ship: Ship) -> int:
+    model: Any = ship.model
+    return len({lag_of(name).output for name in model.coefficients.names})
+
+
+def vector_arx() -> Ship:
+    """The Mariner about its straight run, as a map over a second: a vector ARX model without any fit."""
+    base = load("mariner")
+    line = straight(base.model, base.speed)
+    dt, kept = 1.0, [line.states.index(n) for n in ("u", "v_m", "r")]
+    A = np.eye(3) + dt * line.A[np.ix_(kept, kept)]
+    b = dt * line.input("delta")[kept]
+    at, delta = np.array(line.at.state[3:6]), line.at.orders["delta"]
+    rest = at - A @ at - b * delta
+    numbers: dict[str, float] = {}
+    for i, output in enumerate(("u", "v_m", "r")):
+        numbers |= {f"{output}_{of}_1": float(A[i, j]) for j, of in enumerate(("u", "v_m", "r"))}
+        numbers |= {f"{output}_delta_1": float(b[i]), f"{output}_constant": float(rest[i])}
+    model = Arx(dt=dt, coefficients=Terms(tuple(numbers), tuple(numbers.values())))
+    return replace(base, name="mariner, linearised", model=model, actuators=Actuators(), entries={})
+
+
+_BELONGS: Mapping[str, Callable[[Ship], bool]] = {
+    "KT": lambda ship: not _cubic(ship), "Norrbin": _cubic, "ARX": lambda ship: _equations(ship) == 1,
+    "VARX": lambda ship: _equations(ship) > 1, "MMG": lambda ship: not _low_speed(ship), "lowMMG": _low_speed,
+}  # fmt: skip
+"""Which ships with a model of the family's classes are of the family, where not all are."""
+_SPECIMENS = {"VARX": vector_arx, "NN": taught_network}
+
+
+def _family(row: dict[str, Any], shared: Mapping[str, Any]) -> Family:
+    """A family as a table of families.toml declares it; some statements are `shared` by several."""
+    said = (*shared.get(row.pop("like", ""), ()), *row.pop("declared", ()))
+    tuples: dict[str, Any] = {name: tuple(row.pop(name))
+                              for name in ("classes", "studies", "counted", "next") if name in row}  # fmt: skip
+    return Family(
+        **row, **tuples, belongs=_BELONGS.get(row["key"], lambda ship: True), specimen=_SPECIMENS.get(row["key"]),
+        declared={key: Finding(answer, f"Sawada 2024 {section}: {text}") for key, answer, section, text in said},
+    )
+
+
+_FOUND = table("families.toml")
+FAMILIES = tuple(_family(row, _FOUND["statements"]) for row in _FOUND["family"])
+"""All families, from the simplest to the most physical, as families.toml declares them."""
 
 _LANES, _STEPS, _REPEATS = 128, 300, 5
 _CHANNELS = ("wind", "current", "waves", "shallow")

@@ -1,9 +1,19 @@
-"""Commands on trial files: import, convert, resample."""
+"""Commands on logs and tables: import, convert, resample, thrust-map, servo."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 from . import options as o
-from .render import emit, note, say
+from .render import emit, figure, note, say, say_lines, show_table
+
+if TYPE_CHECKING:
+    from ..identify.components.servo import ServoFit
+    from ..identify.components.thrust_map import ThrustMap
+
+_DEGREE = math.pi / 180.0
 
 
 def import_(
@@ -14,7 +24,7 @@ def import_(
 
     made = import_logs(format, source, out, mapping, note)
     if json:
-        emit({"format": format, "written": made.written, "lines": made.lines, "processing": made.processing})
+        emit({"format": format, **vars(made)})
     else:
         say(f"{len(made.written)} trials in {out}; next: seatrial check {out}\n")
 
@@ -24,10 +34,7 @@ def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: o.Json 
     from ..workflow.data import convert as run
 
     written = run(trials, to, out)
-    if json:
-        emit({"format": to, "written": written})
-    else:
-        say("".join(f"{path}\n" for path in written))
+    emit({"format": to, "written": written}) if json else say_lines(*written)
 
 
 def resample(trials: o.Trials, dt: o.NewStep, out: o.TrialFolder, json: o.Json = False) -> None:
@@ -35,7 +42,58 @@ def resample(trials: o.Trials, dt: o.NewStep, out: o.TrialFolder, json: o.Json =
     from ..workflow.data import resample as run
 
     written = run(trials, dt, out)
+    emit({"dt": dt, "written": written}) if json else say_lines(*written)
+
+
+def thrust_map(
+    table: o.Pull, out: o.TablesOut = None, thrusters: o.Thrusters = None, together: o.Together = False,
+    order: o.Order = None, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Fit thrust by revolutions to a bollard pull."""
+    from ..workflow.plant import thrust_map as run
+
+    found = run(table, out, thrusters, together, order, note)
     if json:
-        emit({"dt": dt, "written": written})
-    else:
-        say("".join(f"{path}\n" for path in written))
+        emit({"table": table, "file": out, "thrusters": {one.name: _map_document(one) for one in found}})
+        return
+    rows = [
+        (one.name, " ".join(f"n^{k}" for k in one.powers), f"{one.n_low:g} to {one.n_max:g}", f"{one.R2:.5f}",
+         figure(one.rmse, 3), *(figure(float(c), 5) for c in one.coefficients))
+        for one in found
+    ]  # fmt: skip
+    head = ("thruster", "terms", "tested [1/s]", "R^2", "rmse [N]", *(f"c_{k}" for k in range(6)))
+    show_table(head, rows, right=tuple(range(3, 11)))
+
+
+def servo(trials: o.Trials, control: o.Control = None, out: o.TablesOut = None, json: o.Json = False) -> None:
+    """Fit rate, lag and dead time of thrusters or rudders."""
+    from ..workflow.plant import servo as run
+
+    read, found = run(trials, control or (), out, note)
+    if json:
+        emit({"trials": [trial.name for trial in read], "file": out,
+              "servos": {one.control: _servo_document(one) for one in found}})  # fmt: skip
+        return
+    rows = [
+        (one.control, *(_with_spread(one, key) for key in ("rate", "lag", "dead_time", "offset")),
+         figure(one.rmse / _DEGREE, 3), f"{one.R2:.5f}", str(one.samples))
+        for one in found
+    ]  # fmt: skip
+    head = ("servo", "rate [deg/s]", "lag [s]", "dead time [s]", "offset [deg]", "rmse [deg]", "R^2", "samples")
+    show_table(head, rows, right=(5, 6, 7))
+
+
+def _with_spread(one: ServoFit, key: str) -> str:
+    unit = _DEGREE if key in ("rate", "offset") else 1.0
+    value = {**vars(one.servo), "offset": one.offset}[key]
+    return f"{value / unit:.5g} ± {one.sigma[key] / unit:.2g}" if key in one.sigma else "–"
+
+
+def _map_document(one: ThrustMap) -> Mapping[str, Any]:
+    held = {key: value for key, value in vars(one).items() if key != "name"}
+    return {**held, "sigma": one.sigma, "powers": one.powers}
+
+
+def _servo_document(one: ServoFit) -> Mapping[str, Any]:
+    held = {key: value for key, value in vars(one).items() if key not in ("control", "servo")}
+    return {"rate": one.servo.rate, "lag": one.servo.lag, "dead_time": one.servo.dead_time, **held}

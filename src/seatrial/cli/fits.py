@@ -1,23 +1,43 @@
-"""Commands about models and trials: check, identify, predict, validate; each a few lines over `workflow`."""
+"""Commands about models and trials: check, identify, predict, validate; and the progress of their fits."""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+import sys
+import threading
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from ..workflow import Outcome, Silent, Table
+from ..workflow import Outcome, RequestError, Sink, Table
 from . import options as o
-from .render import emit, note, say, show_table
+from .render import emit, live, note, say, show_table
+
+if TYPE_CHECKING:
+    from socket import socket
+
+    from ..identify import Problem, Progress
+    from ..realtime.fit_page.board import Board
+    from ..realtime.fit_page.server import Page
+
+PORT = 8021
+"""Where the page of a fit is served; the bridge has the port before."""
+
+# Off a terminal a line of progress is at most one in so many seconds, of every so many rows, or after so long.
+_LEAST, _EVERY, _SILENCE = 1.0, 10, 10.0
 
 
 def check(
     trials: o.Trials, against: o.Against = None, out: o.CoveragePage = None, json: o.Json = False
 ) -> None:
     """Check trials: what is wrong, where and the remedy."""
-    from ..workflow.check import check as run
+    from ..workflow.validate import check as run
 
-    outcome = run(trials, against=against or (), out=out, sink=_Notes())
+    outcome = run(trials, against=against or (), out=out, sink=Terminal())
     _show(outcome, json)
     raise typer.Exit(1 if outcome.errors else 0)
 
@@ -31,7 +51,6 @@ def identify(
     from ..workflow.identify import identify as run
     from ..workflow.identify import resumes
     from ..workflow.request import Stopped
-    from .page import port_of, watching
 
     with watching(port_of(page, port)) as sink:
         try:
@@ -54,7 +73,7 @@ def predict(
     from ..workflow.validate import predict as run
 
     positive(restart=restart, smooth_start=smooth_start)
-    outcome = run(model, trials, out, restart=restart, smooth_start=smooth_start, sink=_Notes())
+    outcome = run(model, trials, out, restart=restart, smooth_start=smooth_start, sink=Terminal())
     _end(outcome, json)
 
 
@@ -67,16 +86,8 @@ def validate(
     from ..workflow.validate import validate as run
 
     positive(restart=restart, smooth_start=smooth_start)
-    outcome = run(model, trials, out=out, restart=restart, smooth_start=smooth_start, scale=scale, sink=_Notes())
+    outcome = run(model, trials, out=out, restart=restart, smooth_start=smooth_start, scale=scale, sink=Terminal())
     _end(outcome, json)
-
-
-class _Notes(Silent):
-    """A sink for workflows without fits: notes go to standard error."""
-
-    def note(self, line: str) -> None:
-        """One line for the user."""
-        note(line)
 
 
 def _show(outcome: Outcome[Any], json: bool) -> None:
@@ -98,3 +109,167 @@ def _end(outcome: Outcome[Any], json: bool) -> None:
     _show(outcome, json)
     if outcome.errors:
         raise typer.Exit(1)
+
+
+def port_of(page: bool, port: int | None) -> int | None:
+    """The port of the page that was asked for; None where none was.
+
+    Raises:
+        RequestError: a port without a page.
+    """
+    if port is not None and not page:
+        raise RequestError(f"--port {port} is of the page; add --page")
+    return (PORT if port is None else port) if page else None
+
+
+class Terminal(Sink):
+    """Notes and progress on standard error, and the page of the fits where a socket is given."""
+
+    def __init__(self, listening: socket | None = None, page: type[Page] | None = None) -> None:
+        self._listening, self._kind = listening, page
+        self._board: Board | None = None
+        self._page: Page | None = None
+        self._live: Callable[[str], None] | None = None
+
+    def note(self, line: str) -> None:
+        note(line)
+
+    @contextmanager
+    def fitting(self, title: str, files: Mapping[str, Path], before: Sequence[str]) -> Generator[None, None, None]:
+        """Serve the page, and keep a moving line on a terminal while fits run."""
+        self._serve(title, files, before)
+        if not sys.stderr.isatty():
+            yield
+            return
+        from rich.console import Console
+
+        with Console(stderr=True).status("compiling") as status:
+            self._live = live(status)
+            try:
+                yield
+            finally:
+                self._live = None
+
+    def fit(self, name: str, problem: Problem, restart: float | None, *, several: bool) -> Progress | None:
+        """A fit begins: on the page, and in words; of several, each begins by itself."""
+        if self._live is not None:
+            self._live("compiling")
+        if several:
+            return Words(self._live, board=self._board, restart=restart)
+        return _watched(self._board, name, problem, restart, Words(self._live))
+
+    def reporting(self, text: str) -> None:
+        if self._board is not None:
+            self._board.end("writing the report", text)
+
+    def stay(self) -> None:
+        """Everything is written.  At a terminal the page stays until Ctrl-C, elsewhere it ends."""
+        if self._board is None:
+            return
+        self._board.end("done", self._board.text)
+        if sys.stderr.isatty():
+            note(f"page: {self._address} stays until Ctrl-C")
+            try:
+                threading.Event().wait()
+            except KeyboardInterrupt:
+                from ..workflow.request import obeyed
+
+                obeyed()
+                note("page ended")
+
+    def close(self, state: str = "", text: str = "") -> None:
+        """End the page, in another state than `stay` has left."""
+        if self._board is not None and state:
+            self._board.end(state, text)
+        if self._page is not None:
+            self._page.close()
+
+    def _serve(self, title: str, files: Mapping[str, Path], before: Sequence[str]) -> None:
+        if self._listening is None or self._kind is None:
+            return
+        from ..realtime.fit_page.board import Board
+
+        self._board = Board(title, files, before=before)
+        self._page = self._kind(self._board, self._listening)
+        self._page.start()
+        note(f"page: {self._address}")
+
+    @property
+    def _address(self) -> str:
+        from ..workflow.realtime import address
+
+        return address(self._listening) if self._listening else ""
+
+
+class Words:
+    """Progress of a fit in words: on the moving line of a terminal, or a line now and then.
+
+    Args:
+        moving: puts a text on the moving line; None where there is none.
+        name: of the fit, where several run side by side.
+        board, restart: where each of several fits is shown (`part`), and the restarts of its predictions [s].
+        said: when the last line was written, shared by the fits side by side.
+    """
+
+    def __init__(
+        self, moving: Callable[[str], None] | None, name: str = "", *, board: Board | None = None,
+        restart: float | None = None, said: list[float] | None = None,
+    ) -> None:  # fmt: skip
+        self._moving, self._name, self._board, self._restart = moving, name, board, restart
+        self._said = [-math.inf] if said is None else said
+
+    def __call__(self, iteration: int, objective: float, validation: float) -> None:
+        """A row of the history."""
+        silence = time.monotonic() - self._said[0]
+        often = silence >= _SILENCE or (iteration % _EVERY == 0 and silence >= _LEAST)
+        if self._moving is None and iteration != 1 and not often:
+            return
+        watched = "" if math.isnan(validation) else f", validation {validation:.5g}"
+        self.stage(f"iteration {iteration}: objective {objective:.6g}{watched}")
+
+    def stage(self, text: str) -> None:
+        """What is being done, before there is a row."""
+        self._said[0] = time.monotonic()
+        (self._moving or note)(f"{self._name}: {text}" if self._name else text)
+
+    def part(self, name: str, problem: Problem) -> Progress:
+        """One of several fits begins; see `identify.watch.part`."""
+        return _watched(self._board, name, problem, self._restart, Words(self._moving, name, said=self._said))
+
+
+def _watched(board: Board | None, name: str, problem: Problem, restart: float | None, words: Words) -> Progress:
+    """A fit on the page, which passes its rows on to `words`; these alone where there is no page."""
+    if board is None:
+        return words
+    part = board.begin(name, problem, restart)
+    part.beside = words
+    return part
+
+
+@contextmanager
+def watching(port: int | None) -> Generator[Terminal, None, None]:
+    """The sink of a command, with a page at this port for as long as it runs; no page without a port.
+
+    Raises:
+        RequestError: the port is taken, or the extra is not there.
+    """
+    if port is None:
+        yield Terminal()
+        return
+    from ..workflow.realtime import HERE, listen
+
+    with listen(HERE, port, False) as listening:
+        try:
+            from ..realtime.fit_page.server import Page
+        except ImportError as error:
+            raise RequestError(f"--page needs {error.name}; pip install 'seatrial[web]'") from None
+        watch = Terminal(listening, Page)
+        try:
+            yield watch
+        except KeyboardInterrupt:
+            watch.close("stopped", "stopped; the same command again resumes here")
+            raise
+        except Exception as error:
+            watch.close("failed", str(error))
+            raise
+        watch.close()

@@ -1,73 +1,236 @@
-"""Commands that judge a ship: imo, requirements."""
+"""Commands that choose and judge: models, design (of trials), imo, requirements."""
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from . import options as o
-from .render import emit, figure, note, say, show_table
+from .render import emit, figure, note, say, say_lines, show_table
 
 if TYPE_CHECKING:
-    from ..validate.imo import Criterion, ImoTable
-    from ..validate.requirements import Table
+    from ..choosing.purposes import Advice, Purpose
+    from ..choosing.survey import Assessment
+    from ..identify.design.optimal import Plan
+    from ..validate.imo import Criterion
 
-HEAD = ("criterion", "side", "value", "limit", "unit", "verdict", "why")
+_CELL = {"planned": "–"}
+_BEST, _WIDTH = 3, 150
+
+
+def models(purpose: o.Purpose = None, json: o.Json = False) -> None:
+    """Compare model families, or recommend one for a purpose."""
+    if purpose is None:
+        from ..choosing.survey import survey
+
+        families = survey()
+        emit({"families": [*map(_document, families)]}) if json else _show(families)
+        return
+    from ..workflow.judging import recommend
+
+    wanted, advice = recommend(purpose)
+    emit(_advice_document(wanted, advice)) if json else _show_advice(wanted, advice)
+
+
+def design(
+    ship: o.ShipName, free: o.FreeParameters, budget: o.Budget = 60.0, noise: o.Noise = None,
+    interval: o.Interval = None, repeats: o.Repeats = 1, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Design sea trials that determine parameters of a ship."""
+    from ..workflow.judging import design as run
+
+    made = run(ship, free, budget=budget, noise=noise, interval=interval, repeats=repeats, note=note)
+    if json:
+        emit({"ship": made.ship.name, "budget": budget, "noise": made.noise, **_plan_document(made.plan)})
+    else:
+        _show_plan(made.ship.name, made.plan)
 
 
 def imo(ship: o.ShipName, out: o.Page = None, json: o.Json = False) -> None:
     """Judge a ship by the criteria of IMO MSC.137(76)."""
+    from ..report.imo import numbers
     from ..workflow.judging import imo as run
 
     table = run(ship, out, note)
     if json:
-        emit(_imo_document(table))
+        emit(numbers(table))
         return
-    show_table(HEAD, (_row(row) for row in table.rows), right=(2, 3))
-    lines = [f"{name}: {value}" for name, value in table.conditions.items()]
-    lines += [*(f"caveat: {line}" for line in table.caveats), table.verdict]
-    say("\n".join(lines) + "\n")
+    head = ("criterion", "side", "value", "limit", "unit", "verdict", "why")
+    show_table(head, map(_criterion, table.rows), right=(2, 3))
+    say_lines(*(f"{name}: {value}" for name, value in table.conditions.items()),
+              *(f"caveat: {line}" for line in table.caveats), table.verdict)  # fmt: skip
 
 
 def requirements(
     ship: o.ShipName, scope: o.Scope = "collision-avoidance", out: o.Page = None, json: o.Json = False
 ) -> None:
     """Judge a ship by the requirements of Sawada 2024 section 6."""
-    from ..report.requirements import verdict
+    from ..report.requirements import numbers, verdict
     from ..workflow.judging import requirements as run
 
     found = run(ship, scope, out, note)
     if json:
-        emit(_requirements_document(found, verdict(found)))
+        emit(numbers(found))
         return
     show_table(("item", "requirement", "verdict", "why"),
                ((item.number, item.text, j.verdict, j.reason) for item, j in found.rows))  # fmt: skip
     say(f"{found.ship}, {found.scope}: {verdict(found)}\n")
 
 
-def _row(row: Criterion) -> tuple[str, ...]:
+def _criterion(row: Criterion) -> tuple[str, ...]:
     return (row.name, row.side or "–", figure(row.value), figure(row.limit), row.unit, row.verdict, row.reason)
 
 
-def _imo_document(table: ImoTable) -> dict[str, Any]:
+def _show(families: Sequence[Assessment]) -> None:
+    from ..choosing import CAPABILITIES
+    from ..choosing.purposes import PURPOSES
+
+    show_table(
+        ("family", "equation", "controls", "feels", "gives", "numbers", "T'", "numbers from", "ns", "ships"),
+        [_row(f) for f in families], right=(5, 6, 8),
+    )  # fmt: skip
+    say_lines(
+        "numbers: coefficients of the library's ships. T': length of the data that identified it, T V/L (Sawada 2024 "
+        "Table 1). ns: one right-hand side",
+        "and lane, measured now on one thread. All families give x, y and psi too; actuators (lag, dead time, limits) "
+        "are apart from the family.",
+    )
+    rows = [
+        (c.about, *(_CELL.get(f.findings[c.key].answer, f.findings[c.key].answer) for f in families))
+        for c in CAPABILITIES
+    ]
+    show_table(("what it can represent", *(f.family.key for f in families)), rows)
+    say_lines(
+        "part: with a part added to the ship file. –: planned, not in the library. Answers are measured on the ships; "
+        "--json says how each is known.",
+        f"Next: seatrial models --for {' | '.join(p.key for p in PURPOSES)}",
+    )
+
+
+def _row(f: Assessment) -> tuple[str, ...]:
+    family = f.family
+    ships = ", ".join(f.ships) or ("planned" if not family.classes else "none yet; probed on a specimen")
+    return (
+        f"{family.key}: {family.name}", family.form, _controls(f), ", ".join(f.environment) or "–",
+        ", ".join(f.outputs) or "–", _span(f.coefficients), _span(f.length), ", ".join(family.routes),
+        figure(f.cost, 2), ships,
+    )  # fmt: skip
+
+
+def _controls(f: Assessment) -> str:
+    kinds = dict.fromkeys(name if name in ("n_P", "delta") else f"{name.partition('_')[0]}_*" for name in f.controls)
+    return ", ".join(kinds) or "–"
+
+
+def _span(pair: Sequence[float] | None) -> str:
+    if pair is None:
+        return "–"
+    return f"{pair[0]:g}" if pair[0] == pair[1] else f"{pair[0]:g}-{pair[1]:g}"
+
+
+def _show_advice(purpose: Purpose, advice: Sequence[Advice]) -> None:
+    say_lines(*textwrap.wrap(f"{purpose.title}, by Sawada 2024 (sections in brackets): {purpose.about}", _WIDTH), "")
+    listed = bool(purpose.needs[0].item)
+    rows = [
+        (str(k), a.assessment.family.key, a.assessment.family.name, a.verdict, *([_numbers(a)] if listed else []),
+         _span(a.assessment.coefficients), figure(a.assessment.cost, 2), a.reason)
+        for k, a in enumerate(advice, 1)
+    ]  # fmt: skip
+    head = ("", "family", "", "verdict", *(["items unmet"] if listed else []), "numbers", "ns", "what they say of it")
+    show_table(head, rows, right=(4 + listed, 5 + listed))
+    asked = [
+        (*([str(need.item or "")] if listed else []), need.about if need.item else f"{need.about} [{need.place}]",
+         "must" if need.must else "wish", *(_cell(a.assessment, need.keys) for a in advice))
+        for need in purpose.needs
+    ]  # fmt: skip
+    head = (*(["6.2"] if listed else []), "what it asks for", "", *(a.assessment.family.key for a in advice))
+    show_table(head, asked)
+    say_lines("part: with a part added to the ship file. any: apart from the family. –: planned. Best family first.")
+    if purpose.simplest:
+        say_lines(f"Simplest: {purpose.simplest}")
+    say_lines("", "Next:", *(f"  {line}" for line in _next(purpose, advice)))
+
+
+def _numbers(advice: Advice) -> str:
+    whole, part = (", ".join(map(str, items)) for items in (advice.items, advice.in_part))
+    return " ".join([*([whole] if whole else []), *([f"(partly {part})"] if part else [])]) or "–"
+
+
+def _cell(f: Assessment, keys: Sequence[str]) -> str:
+    answer = f.answer(keys) if keys and f.family.classes else "any" if f.family.classes else "planned"
+    return _CELL.get(answer, answer)
+
+
+def _next(purpose: Purpose, advice: Sequence[Advice]) -> list[str]:
+    """Next commands: how to get the coefficients of the best families, and the check on one of their ships."""
+    from ..choosing.purposes import fittest
+
+    best = [a.assessment for a in advice[:_BEST]]
+    lines = [line for f in best for line in f.family.next]
+    ship = next((fittest(purpose, f) for f in best if f.ships), None)
+    return [*dict.fromkeys(lines), *([purpose.check.format(ship=ship)] if ship else [])]
+
+
+def _document(f: Assessment) -> dict[str, Any]:
+    from ..choosing import CAPABILITIES
+    from ..choosing.purposes import BERTHING, COLLISION_AVOIDANCE, unmet
+
+    family = f.family
     return {
-        "ship": table.ship, "standard": "IMO MSC.137(76)", "L_pp": {"value": table.L_pp, "unit": "m"},
-        "speed": {"value": table.speed, "unit": "m/s"}, "n_P": {"value": table.n_P, "unit": "1/s"},
-        "L_over_V": {"value": table.L_over_V, "unit": "s"}, "verdict": table.verdict,
-        "criteria": [
-            {"criterion": row.name, "side": row.side or None, "value": row.value, "limit": row.limit,
-             "unit": row.unit, "verdict": row.verdict, "reason": row.reason}
-            for row in table.rows
-        ],
-        "conditions": dict(table.conditions), "caveats": list(table.caveats),
+        "family": family.key, "name": family.name, "status": "available" if family.classes else "planned",
+        "classes": family.classes, "form": family.form, "section": family.section, "source": family.source,
+        "controls": f.controls, "environment": f.environment, "outputs": f.outputs, "coefficients": f.coefficients,
+        "data": {"length": f.length, "routes": family.routes, "studies": [
+            {key: value for key, value in vars(study).items() if key != "model"} for study in f.studies]},
+        "cost_ns": f.cost, "example": f.example, "ships": f.ships, "next": family.next,
+        "represents": {c.key: {"about": c.about, **vars(f.findings[c.key])} for c in CAPABILITIES},
+        **{name: {"collision-avoidance": unmet(f, COLLISION_AVOIDANCE, answer), "berthing": unmet(f, BERTHING, answer)}
+           for name, answer in (("items_unmet", "no"), ("items_in_part", "partly"))},
     }  # fmt: skip
 
 
-def _requirements_document(found: Table, verdict: str) -> dict[str, object]:
+def _advice_document(purpose: Purpose, advice: Sequence[Advice]) -> dict[str, Any]:
     return {
-        "ship": found.ship, "scope": found.scope, "verdict": verdict, "failed": list(found.failed),
-        "items": [
-            {"item": item.number, "requirement": item.text, "verdict": j.verdict, "reason": j.reason,
-             "evidence": {name: {"value": value, "unit": unit} for name, (value, unit) in j.evidence.items()}}
-            for item, j in found.rows
+        "purpose": purpose.key, "title": purpose.title, "about": purpose.about, "simplest": purpose.simplest,
+        "next": _next(purpose, advice),
+        "ranking": [
+            {"family": a.assessment.family.key, "name": a.assessment.family.name, "verdict": a.verdict,
+             "lacks": a.lacks, "partly": a.poor, "to_add": a.add, "misses": a.misses, "items_unmet": a.items,
+             "items_in_part": a.in_part, "reason": a.reason, "cost_ns": a.assessment.cost,
+             "coefficients": a.assessment.coefficients or (), "next": a.assessment.family.next}
+            for a in advice
         ],
     }  # fmt: skip
+
+
+def _plan_document(found: Plan) -> dict[str, Any]:
+    from ..identify.design.excitation import TABLE_1
+
+    return {
+        "manoeuvres": [{"name": name, "length": length, "gain": gain} for name, length, gain in found.chosen],
+        "length": found.length, "log_det": found.log_det,
+        "parameters": {
+            f.path: {"value": f.start, "sigma": sigma, "removed": share, "status": verdict.status}
+            for f, sigma, share, verdict in zip(found.free, found.sigma, found.share, found.verdicts, strict=False)
+        },
+        "open": [{"combination": v.subject, "text": v.text} for v in found.verdicts[len(found.free) :]],
+        "left_out": found.left_out, "published": TABLE_1,
+    }  # fmt: skip
+
+
+def _show_plan(name: str, found: Plan) -> None:
+    from ..identify.design.excitation import TABLE_1
+
+    rows = [(what, figure(length), figure(gain)) for what, length, gain in found.chosen]
+    rows.append(("together", figure(found.length), figure(found.log_det)))
+    show_table((f"{name}: manoeuvre", "T'", "adds to log det"), rows, right=(1, 2))
+    parameters = [
+        (f.path, figure(f.start), figure(float(sigma), 2), f"{share:.0%}", verdict.status)
+        for f, sigma, share, verdict in zip(found.free, found.sigma, found.share, found.verdicts, strict=False)
+    ]
+    show_table(("parameter", "value", "expected +-", "prior removed", "status"), parameters, right=(1, 2, 3))
+    say_lines(*(f"{verdict.subject}: {verdict.text}" for verdict in found.verdicts if verdict.status != "identified"))
+    published = [(f"[{p.reference}]", p.model, ", ".join(map(str, p.parameters)), p.manoeuvres, _span(p.length))
+                 for p in TABLE_1]  # fmt: skip
+    show_table(("Sawada 2024 Table 1", "model", "parameters", "manoeuvres", "T'"), published, right=(2, 4))

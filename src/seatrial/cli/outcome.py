@@ -1,4 +1,4 @@
-"""How a command ends: what went wrong in one line, and the exit status; Ctrl-C is heard once and obeyed at once."""
+"""How a command ends: what went wrong in one line, and the exit status; Ctrl-C is reported once and obeyed at once."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
 def ended(command: Any, arguments: Sequence[str]) -> int:
-    """Run a command of the framework; what went wrong is told in one line.
+    """Run a command of the framework; what went wrong is reported in one line.
 
     Returns:
-        0 done, 1 the run failed, 2 the request was wrong, 130 interrupted, 141 nobody reads the output any more.
+        0 done, 1 the run failed, 2 the request was wrong, 130 interrupted, 141 the reader of the output has left.
     """
     warnings.showwarning = note_warning
     if sys.stdout is None:
@@ -100,17 +100,13 @@ def _interruptible() -> Generator[None, None, None]:
 
 
 def _heard() -> None:
-    """Ctrl-C has its answer: what comes after is not told of again."""
+    """Ctrl-C is answered: a further one ends the process without a message."""
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        signal.signal(signal.SIGINT, _leave)
-
-
-def _leave(number: int, frame: Any) -> None:
-    os._exit(INTERRUPTED)
+        signal.signal(signal.SIGINT, lambda number, frame: os._exit(INTERRUPTED))
 
 
 def _give_up_output() -> None:
-    """Nobody reads standard output: the interpreter shall not try again when it ends."""
+    """Standard output has no reader: keep the interpreter from trying again when it ends."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, ValueError):  # not a file of its own

@@ -7,13 +7,13 @@ writing.  They are shown as their escapes (``\x1b``), never sent.
 from __future__ import annotations
 
 import json
-import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
+
+from ..workflow import figure as figure
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -45,6 +45,11 @@ def say(text: str) -> None:
     _write(sys.stdout, shown(text))
 
 
+def say_lines(*lines: object) -> None:
+    """Results to standard output, a line each."""
+    say("".join(f"{line}\n" for line in lines))
+
+
 def note(text: str) -> None:
     """One line for the user on standard error; a closed standard error does not stop the work."""
     try:
@@ -68,17 +73,9 @@ def hand_on(text: str, *, aside: bool) -> None:
 
 def emit(document: Mapping[str, Any]) -> None:
     """One JSON object to standard output; a number that is not finite becomes null."""
-    say(in_json(json.dumps(_plain(document), ensure_ascii=False, allow_nan=False)) + "\n")
+    from ..core.files import plain
 
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return str(value) if isinstance(value, Path) else value
+    say(in_json(json.dumps(plain(document), ensure_ascii=False, allow_nan=False)) + "\n")
 
 
 def console() -> Console:
@@ -107,11 +104,6 @@ def live(status: Status) -> Callable[[str], None]:
     from rich.markup import escape
 
     return lambda text: status.update(escape(one_line(text)))
-
-
-def figure(value: float | None, digits: int = 4) -> str:
-    """A number for a table."""
-    return "–" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
 
 
 def _write(stream: IO[str] | None, text: str) -> None:

@@ -1,4 +1,4 @@
-"""Commands on ships: ships, show, estimate."""
+"""Commands on ships: ships, show, estimate, export."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from . import options as o
 from .render import emit, figure, note, show_table
 
 if TYPE_CHECKING:
-    from ..ships import Ship
-    from ..ships.estimate import Estimate, Number
+    from ..ships import Entry, Ship
+    from ..ships.estimate import Number
 
 HEAD = ("number", "value", "unit", "formula", "range", "other formulas", "spread", "sigma")
 
@@ -44,14 +44,10 @@ def show(ship: o.ShipName, sources: o.Sources = False, json: o.Json = False) -> 
     for line in doubtful:
         note(f"warning: {line}")
     if json:
+        parameters = {path: {"value": value, "unit": meaning.unit, "about": meaning.about, **_origin(entries.get(path))}
+                      for path, meaning, value in walk(found.model)}  # fmt: skip
         emit({"ship": found.name, "L_pp": found.L_pp, "speed": found.speed, "n_P": found.n_P,
-              "parameters": {
-                  path: {"value": value, "unit": meaning.unit, "about": meaning.about,
-                         **({"source": entries[path].source, "given": entries[path].given,
-                             "prime": entries[path].prime, "sigma": entries[path].sigma}
-                            if path in entries else {"source": None})}
-                  for path, meaning, value in walk(found.model)
-              }, "doubts": doubtful, "notes": dict(found.notes), **_network(found)})  # fmt: skip
+              "parameters": parameters, "doubts": doubtful, "notes": found.notes, **_network(found)})  # fmt: skip
         return
     rows = [
         (path, f"{value:.6g}", meaning.unit,
@@ -61,6 +57,12 @@ def show(ship: o.ShipName, sources: o.Sources = False, json: o.Json = False) -> 
     show_table(("parameter", "value", "unit", "source" if sources else "meaning"), rows, right=(1,))
     for form in _network(found).values():
         note(f"network: {', '.join(f'{key} {value}' for key, value in form.items())}")
+
+
+def _origin(entry: Entry | None) -> dict[str, Any]:
+    if entry is None:
+        return {"source": None}
+    return {"source": entry.source, "given": entry.given, "prime": entry.prime, "sigma": entry.sigma}
 
 
 def _network(ship: Ship) -> dict[str, dict[str, Any]]:
@@ -80,9 +82,27 @@ def estimate(particulars: o.Particulars, out: o.ShipOut, json: o.Json = False) -
 
     made = run(particulars, out, note)
     if json:
-        emit(_document(made, str(out)))
+        emit({"ship": made.ship.name, "file": out, "cautions": made.cautions,
+              "numbers": {item.path: _document(item, made.ship.entries[item.path].source) for item in made.numbers}})
     else:
         show_table(HEAD, (_row(item) for item in made.numbers), right=(1, 6, 7))
+
+
+def export(
+    model: o.ShipName, casadi: o.Casadi = None, c: o.CFolder = None, python: o.PythonFile = None,
+    actuators: o.ActuatorStep = None, fmu: o.Fmu = None, fmi: o.Fmi = None, hull: o.HullAlone = False,
+    dt: o.SlaveStep = None, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Export a ship as a CasADi function, C, Python or an FMU."""
+    from ..workflow.plant import export as run
+
+    made = run(model, casadi=casadi, c=c, python=python, actuators=actuators, fmu=fmu, fmi=fmi, hull=hull, dt=dt,
+               note=note)  # fmt: skip
+    if json:
+        emit({**made.description, "written": made.written})
+        return
+    for path in made.written:
+        note(f"wrote {path}")
 
 
 def _row(item: Number) -> tuple[str, ...]:
@@ -98,15 +118,9 @@ def _row(item: Number) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _document(made: Estimate, out: str) -> dict[str, Any]:
+def _document(item: Number, source: str) -> dict[str, Any]:
     return {
-        "ship": made.ship.name, "file": out, "cautions": list(made.cautions),
-        "numbers": {
-            item.path: {
-                "value": item.value, "unit": item.unit, "formula": item.formula, "in_range": not item.outside,
-                "outside": list(item.outside), "range_from": item.basis, "others": dict(item.others),
-                "spread": item.spread, "sigma": item.sigma, "source": made.ship.entries[item.path].source,
-            }
-            for item in made.numbers
-        },
+        "value": item.value, "unit": item.unit, "formula": item.formula, "in_range": not item.outside,
+        "outside": item.outside, "range_from": item.basis, "others": item.others, "spread": item.spread,
+        "sigma": item.sigma, "source": source,
     }  # fmt: skip

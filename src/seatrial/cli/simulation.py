@@ -1,4 +1,4 @@
-"""Commands that simulate and measure: simulate, demo, bench."""
+"""Commands that run ships: simulate, steer (NMEA 0183), bridge (a page), demo; and bench."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from . import options as o
-from .render import emit, figure, note, say, show_table
+from .render import emit, figure, hand_on, note, say, say_lines, show_table
 
 if TYPE_CHECKING:
     from ..manoeuvres import Index
+    from ..workflow.steer import Steered
 
 DEGREE = math.pi / 180.0
 
@@ -59,6 +60,63 @@ def show_indices(title: str, indices: Mapping[str, Mapping[str, Any]]) -> None:
     show_table((title, "value", "unit", "in L_pp"), rows, right=(1, 3))
 
 
+def steer(
+    ship: o.ShipName, nmea: o.Nmea, to: o.To = None, anywhere: o.Anywhere = False, framed: o.Framed = False,
+    only: o.Sentences = None, place: o.Place = None, antenna: o.Antenna = None, rate: o.Rate = 10.0,
+    factor: o.Factor = 1.0, duration: o.End = None, hold: o.Hold = 10.0, commander: o.Commander = None,
+    speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None, current: o.Current = None,
+    gusts: o.Gusts = None, waves: o.Waves = None, depth: o.Depth = None, other: o.Other = None,
+    mmsi: o.Mmsi = None, sensors: o.WithSensors = False, seed: o.InstrumentSeed = 0, log: o.SentenceLog = None,
+    out: o.Record = None, beside: o.Beside = None, simulator: o.Simulator = False, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Run a ship as an NMEA 0183 device in real time."""
+    from ..engine import SimulationError
+    from ..workflow.steer import steer as run
+
+    ran = run(ship, nmea, to=to or (), anywhere=anywhere, framed=framed, only=only, place=place, antenna=antenna,
+              rate=rate, factor=factor, duration=duration, hold=hold, commander=commander or (), speed=speed,
+              heading=heading, wind=wind, current=current, gusts=gusts, waves=waves, depth=depth, other=other or (),
+              mmsi=mmsi, sensors=sensors, seed=seed, log=log, out=out, beside=beside, simulator=simulator, note=note,
+              printed=lambda text: hand_on(text, aside=json))  # fmt: skip
+    _summarise(ran, json)
+    if ran.failure is not None:
+        raise SimulationError(ran.failure)
+
+
+def _summarise(ran: Steered, json: bool) -> None:
+    plant, report, on_wire = ran.plant, ran.loop.report, ran.on_wire
+    if json:
+        emit({
+            "ship": plant.ship.name, "address": str(on_wire.wire.address), "t": report.t, "state": ran.state,
+            "commander": on_wire.conning.commander, "mode": on_wire.conning.mode,
+            "orders": dict(on_wire.conning.counts), "wire": dict(on_wire.wire.counts), "overruns": report.overruns,
+            "worst_late": report.worst_late, "events": dict(report.events), "written": ran.written,
+        })  # fmt: skip
+        return
+    taken = on_wire.conning.counts["taken"]
+    say(
+        f"{report.t:g} s sailed, heading {math.degrees(plant['psi']) % 360.0:.1f} deg, {taken} orders taken, "
+        f"{on_wire.wire.counts['sent']} datagrams sent, {report.overruns} of {report.ticks} ticks late\n"
+    )
+    say_lines(*ran.written)
+
+
+def bridge(
+    ship: o.ShipName, host: o.Host = "127.0.0.1", port: o.Port = 8020, anywhere: o.Anywhere = False,
+    factor: o.Factor = 1.0, speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None,
+    gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
+    seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = None, place: o.Place = None,
+    out: o.RecordingFolder = Path(), hold: o.Hold = 5.0,
+) -> None:  # fmt: skip
+    """Serve a page to steer a ship by hand in real time."""
+    from ..workflow.realtime import bridge as run
+
+    recordings = run(ship, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed, heading=heading,
+                     wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed, ghost=ghost,
+                     other=other or (), place=place, out=out, hold=hold, note=note)  # fmt: skip
+    say_lines(*recordings)
+
+
 def demo(out: o.DemoFolder = Path("demo"), json: o.Json = False) -> None:
     """Run the complete worked example on built-in ships."""
     from ..workflow.demo import tell
@@ -66,10 +124,7 @@ def demo(out: o.DemoFolder = Path("demo"), json: o.Json = False) -> None:
 
     make_folder(out)
     summary = tell(out, note)
-    if json:
-        emit(summary)
-    else:
-        say("\n".join(summary["lines"]) + "\n")
+    emit(summary) if json else say_lines(*summary["lines"])
 
 
 def bench(names: o.Peers = None, listed: o.Listed = False, out: o.BenchFolder = None, json: o.Json = False) -> None:
@@ -81,10 +136,7 @@ def bench(names: o.Peers = None, listed: o.Listed = False, out: o.BenchFolder = 
         _list_peers(names or [], json)
         return
     result = run(names or [], out, note)
-    if json:
-        emit(result)
-    else:
-        _show_times(result)
+    emit(result) if json else _show_times(result)
     if out is not None:
         note(f"wrote {out / 'bench.json'}")
     if result["failed"]:

@@ -16,6 +16,7 @@ import tomllib
 import zlib
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import fields, is_dataclass
 from functools import cache
 from itertools import count
 from pathlib import Path
@@ -85,6 +86,21 @@ def _usable(value: Any, key: str) -> None:
 def in_reach(value: float) -> bool:
     """Whether a number can be squared and inverted without overflow or underflow."""
     return _LEAST <= abs(value) <= _MOST
+
+
+def plain(value: Any) -> Any:
+    """A value in the types of JSON: records as mappings, paths as text; a number that is not finite becomes null."""
+    if is_dataclass(value):
+        return {field.name: plain(vars(value)[field.name]) for field in fields(value)}
+    if isinstance(value, np.generic | np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:

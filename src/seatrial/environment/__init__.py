@@ -52,6 +52,8 @@ _RANGES = {
 
 CHANNELS = Environment._fields
 CALM = Environment()
+VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
+"""Vectors of the environment: stem of their components in `CHANNELS`, size and direction in a trial."""
 
 
 class Weather(Protocol):
@@ -89,7 +91,7 @@ class Uniform:
     depth: float = math.inf
 
     def __post_init__(self) -> None:
-        possible(_RANGES, {name: getattr(self, name) for name in _RANGES})
+        possible(_RANGES, vars(self))
 
     def now(self) -> Environment:
         """Its earth-fixed components."""

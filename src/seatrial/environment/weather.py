@@ -1,9 +1,9 @@
 """Weather that changes over a run: gusts from a named spectrum, measured series, and sums.
 
-Each is a `Weather` (see `environment`) and wraps or joins others: a gust on a steady wind, a measured
-wind with a current.  A gust on a steady wind is a function of time and seed only, whatever the order, number
-and step of calls: a second run, a longer run and one with half the step have
-the same wind, and the stages of an integrator the wind of their step.
+Each is a `Weather` (see `environment`) and wraps or joins others: a gust on a steady wind, a measured wind with a
+current.  A gust on a steady wind is a function of time and seed only, whatever the order, number and step of calls: a
+second run, a longer run and one with half the step have the same wind, and the stages of an integrator the wind of
+their step.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..core.errors import WeatherError as WeatherError
 from ..core.parameters import unknown
 from ..data import Trial
-from . import CHANNELS, Weather
+from . import CHANNELS, VECTORS, Weather
 
 Array = NDArray[np.float64]
 
@@ -36,49 +36,38 @@ class Spectrum(Protocol):
 class Davenport:
     """Davenport (1961): f S = 4 kappa U^2 X^2 / (1 + X^2)^(4/3), X = 1200 m f / U; variance 6 kappa U^2.
 
-    Attributes:
-        kappa: drag coefficient of the surface, of the order of 0.001 to 0.003 over the sea.
+    The drag coefficient kappa of the surface is of the order of 0.001 to 0.003 over the sea.
     """
 
     kappa: float = 0.003
 
     def density(self, f: Array, U: float) -> Array:
-        """One-sided density [m^2/s^2/Hz]."""
         X = 1200.0 * f / U
         return 4.0 * self.kappa * U * U * X * X / (1.0 + X * X) ** (4.0 / 3.0) / f
 
 
 @dataclass(frozen=True)
 class Harris:
-    """Harris (1971): f S = 4 kappa U^2 X / (2 + X^2)^(5/6), X = 1800 m f / U; variance 6.68 kappa U^2.
+    """Harris (1971): f S = 4 kappa U^2 X / (2 + X^2)^(5/6), X = 1800 m f / U; variance 6.68 kappa U^2."""
 
-    Attributes:
-        kappa: drag coefficient of the surface.
-    """
-
-    kappa: float = 0.003
+    kappa: float = 0.003  # drag coefficient of the surface
 
     def density(self, f: Array, U: float) -> Array:
-        """One-sided density [m^2/s^2/Hz]."""
         X = 1800.0 * f / U
         return 4.0 * self.kappa * U * U * X / (2.0 + X * X) ** (5.0 / 6.0) / f
 
 
 @dataclass(frozen=True)
 class Froya:
-    """Froya spectrum of NORSOK N-003 and API RP 2A, for strong wind over the North Sea.
+    """Froya spectrum of NORSOK N-003 and API RP 2A, for strong wind over the North Sea, at a height z above it [m].
 
     S = 320 (U/10)^2 (z/10)^0.45 / (1 + X^0.468)^(5 / (3 * 0.468)), X = 172 f (z/10)^(2/3) (U/10)^-0.75,
     with U the mean of an hour at 10 m.
-
-    Attributes:
-        z: height above the sea [m].
     """
 
     z: float = 10.0
 
     def density(self, f: Array, U: float) -> Array:
-        """One-sided density [m^2/s^2/Hz]."""
         X = 172.0 * f * (self.z / 10.0) ** (2.0 / 3.0) * (U / 10.0) ** -0.75
         level = 320.0 * (U / 10.0) ** 2 * (self.z / 10.0) ** 0.45
         return level / (1.0 + X**0.468) ** (5.0 / (3.0 * 0.468))
@@ -89,24 +78,16 @@ class OchiShin:
     """Ochi and Shin (1988), over the sea: f S / (kappa U^2) of X = 10 m f / U in three branches.
 
     Written from memory of the paper and checked only in that the branches join.
-
-    Attributes:
-        kappa: drag coefficient of the surface.
     """
 
-    kappa: float = 0.003
+    kappa: float = 0.003  # drag coefficient of the surface
 
     def density(self, f: Array, U: float) -> Array:
-        """One-sided density [m^2/s^2/Hz]."""
         X = 10.0 * f / U
         tail = (1.0 + X**0.35) ** 11.5
         middle = 420.0 * X**0.70 / tail
         shape = np.where(X <= 0.003, 583.0 * X, np.where(X <= 0.1, middle, 838.0 * X / tail))
         return self.kappa * U * U * shape / f
-
-
-def _times(dt: float, steps: int) -> Array:
-    return dt * np.arange(steps, dtype=np.float64)
 
 
 _SPECTRA: Mapping[str, Spectrum] = {
@@ -120,10 +101,10 @@ _ROWS = 4096
 class Gust:
     """Gusts on the mean wind of another weather, whose other channels it leaves as they are.
 
-    The gust is a sum of harmonics, one for each of 400 bands of frequency from `low` to `high`, equally
-    wide in the logarithm.  Each has the variance of its band, so that the whole has the integral of the
-    spectrum; its frequency within the band and its phase are drawn once from the seed.  Harmonics above
-    half the sampling rate of a coarse run keep their variance and appear at lower frequency.
+    The gust is a sum of harmonics, one for each of 400 bands of frequency from `low` to `high`, equally wide in the
+    logarithm.  Each has the variance of its band, so that the whole has the integral of the spectrum; its frequency
+    within the band and its phase are drawn once from the seed.  Harmonics above half the sampling rate of a coarse run
+    keep their variance and appear at lower frequency.
 
     Attributes:
         base: the weather the gusts blow on; the spectrum is that of its mean wind speed.
@@ -181,7 +162,6 @@ class Gust:
         return out[0], self.across * out[1]
 
     def series(self, dt: float, steps: int) -> Array:
-        """The channels of `CHANNELS` per step, shape (steps, 8)."""
         out = np.array(np.broadcast_to(self.base.series(dt, steps), (steps, len(CHANNELS))))
         speed = np.hypot(out[:, 0], out[:, 1])
         U = float(speed.mean())
@@ -189,13 +169,12 @@ class Gust:
             return out
         calm = speed <= 0.0
         north, east = (np.where(calm, 0.0, out[:, i] / np.where(calm, 1.0, speed)) for i in (0, 1))
-        along, across = self.gusts(_times(dt, steps), U)
+        along, across = self.gusts(dt * np.arange(steps, dtype=np.float64), U)
         out[:, 0] += along * north - across * east
         out[:, 1] += along * east + across * north
         return out
 
 
-_VECTORS = (("U_T", "gamma_T", 0), ("U_C", "gamma_C", 2), ("H_S", "gamma_W", 4))
 _MEASURABLE = ("U_T", "gamma_T", "U_C", "gamma_C", "H_S", "T_W", "gamma_W", "depth")
 
 
@@ -203,13 +182,13 @@ _MEASURABLE = ("U_T", "gamma_T", "U_C", "gamma_C", "H_S", "T_W", "gamma_W", "dep
 class Measured:
     """Weather as it was recorded; the first sample extends to earlier times and the last to later ones.
 
-    Gaps (NaN) are bridged by the samples on either side.  Vectors are interpolated by their components,
-    not by their angle, so that a wind around north stays northerly.
+    Gaps (NaN) are bridged by the samples on either side.  Vectors are interpolated by their components, not by their
+    angle, so that a wind around north stays northerly.
 
     Attributes:
         t: times of the samples [s], shape (samples,), rising; the run starts at 0.
-        channels: any of U_T, gamma_T, U_C, gamma_C, H_S, T_W, gamma_W, depth (SI, radians) of the shape of
-            `t`; a strength needs its direction.  Missing channels are calm and deep water.
+        channels: any of U_T, gamma_T, U_C, gamma_C, H_S, T_W, gamma_W, depth (SI, radians) of the shape of `t`; a
+            strength needs its direction.  Missing channels are calm and deep water.
         held: hold each sample until the next instead of linear interpolation.
 
     Raises:
@@ -230,7 +209,7 @@ class Measured:
                 raise WeatherError(f"measured weather: {name} has {column.size} samples, time has {self.t.size}")
             if not np.isfinite(column).any():
                 raise WeatherError(f"measured weather: {name} has no sample; leave the channel out")
-        for strength, direction, _ in _VECTORS:
+        for _, strength, direction in VECTORS:
             if (strength in self.channels) != (direction in self.channels):
                 raise WeatherError(f"measured weather: {strength} and {direction} go together; give both or none")
         if "depth" in self.channels and not (self.channels["depth"][np.isfinite(self.channels["depth"])] > 0).all():
@@ -238,23 +217,18 @@ class Measured:
 
     @classmethod
     def of(cls, trial: Trial, held: bool = False) -> Measured:
-        """The recorded weather of a trial, from its first sample on.
-
-        Raises:
-            WeatherError: the trial has no channel of weather.
-        """
+        """The recorded weather of a trial, from its first sample on; WeatherError: it has no channel of weather."""
         there = {name: trial[name] for name in _MEASURABLE if name in trial}
         if not there:
             raise WeatherError(f"{trial.name}: no channel of weather; it needs one of {', '.join(_MEASURABLE)}")
         return cls(trial.t - trial.t[0], there, held)
 
     def series(self, dt: float, steps: int) -> Array:
-        """The channels of `CHANNELS` per step, shape (steps, 8)."""
-        at = _times(dt, steps)
+        at = dt * np.arange(steps, dtype=np.float64)
         out = np.zeros((steps, len(CHANNELS)))
-        for strength, direction, first in _VECTORS:
+        for of, strength, direction in VECTORS:
             if strength in self.channels:
-                length, angle = self.channels[strength], self.channels[direction]
+                length, angle, first = self.channels[strength], self.channels[direction], CHANNELS.index(f"{of}_x")
                 out[:, first] = self._sampled(length * np.cos(angle), at)
                 out[:, first + 1] = self._sampled(length * np.sin(angle), at)
         if "T_W" in self.channels:
@@ -284,7 +258,6 @@ class Together:
     parts: tuple[Weather, ...]
 
     def series(self, dt: float, steps: int) -> Array:
-        """The channels of `CHANNELS` per step, shape (steps, 8)."""
         each = [np.broadcast_to(part.series(dt, steps), (steps, len(CHANNELS))) for part in self.parts]
         for what, columns in (("waves", slice(4, 7)), ("depth", slice(7, 8))):
             if sum(bool(series[:, columns].any()) for series in each) > 1:

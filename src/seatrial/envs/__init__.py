@@ -15,16 +15,180 @@ rewards.  Needs the extra `gym`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any, cast
+
 try:
     import gymnasium
 except ImportError:
     raise ImportError("environments for learning need the extra 'gym': pip install 'seatrial[gym]'") from None
 
-from .environments import ShipEnv, ShipVectorEnv
-from .lanes import Settings
-from .tasks import Berth, Course, Task, TaskError, Track
+import numpy as np
+from gymnasium.spaces import Box
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from ..data import Array
+from ..ships import Ship
+from ..ships.files import load
+from .lanes import Lanes, Settings, settings_of
+from .system import Work
+from .tasks import Berth, Course, Task, TaskError, Track, shown
 
 __all__ = ["IDS", "Berth", "Course", "Settings", "ShipEnv", "ShipVectorEnv", "Task", "TaskError", "Track"]
+
+Observation = NDArray[np.float32]
+Flags = NDArray[np.bool_]
+Space = gymnasium.Space[Observation]
+
+
+def ship_of(ship: str | Ship) -> Ship:
+    """A ship as given, or one of the library or of a file by name; ShipError: no such ship, TaskError: neither."""
+    given: Any = ship
+    if not isinstance(given, Ship | str):
+        raise TaskError(f"ship is {shown(given)}; give a Ship, or the name of one")
+    return load(given) if isinstance(given, str) else given
+
+
+def spaces_of(work: Work) -> tuple[Space, Space]:
+    """Observations as the task and the ship have them, and actions from -1 to 1."""
+    low, high = np.array([(one.low, one.high) for one in work.seen], dtype=np.float32).T
+    actions = Box(-1.0, 1.0, (len(work.orders),), dtype=np.float32)
+    return cast("Space", Box(low, high, dtype=np.float32)), cast("Space", actions)
+
+
+def checked(action: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """An action of the right shape, all of it numbers; ValueError: another shape, or a value that is not finite."""
+    given = np.asarray(action)
+    if given.shape != shape:
+        raise ValueError(f"an action of shape {given.shape}; this environment takes {shape}")
+    if not np.isfinite(given).all():
+        raise ValueError("an action that is not finite; entries go from -1 to 1")
+    return given
+
+
+class ShipEnv(gymnasium.Env[Observation, Observation]):
+    """A ship at a task, one action at a time.
+
+    Attributes:
+        lanes: the ship in its kernel; `lanes.value("psi")` reads a state or a control in SI units.
+    """
+
+    def __init__(self, ship: str | Ship, task: Task, render_mode: str | None = None, **settings: Any) -> None:
+        """Compile the step, or take it from the cache.
+
+        Args:
+            ship: a ship, or the name of one.
+            task: the task.
+            render_mode: None; there are no pictures.
+            settings: fields of `Settings`.
+
+        Raises:
+            TaskError: a ship or a setting that cannot be.
+        """
+        self.render_mode = render_mode
+        self.lanes = Lanes(ship_of(ship), task, 1, settings_of(settings))
+        self.observation_space, self.action_space = spaces_of(self.lanes.work)
+        self._seeded, self._begun = False, False
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode: with a seed the first one of that seed, else the next one."""
+        super().reset(seed=seed)
+        if seed is not None or not self._seeded:
+            own = int(self.np_random.integers(2**63)) if seed is None else seed
+            self.lanes.seed(np.array([own], dtype=np.uint64))
+            self._seeded = True
+        self.lanes.reset()
+        self._begun = True
+        return self.lanes.observation[0].copy(), {}
+
+    def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """One action, held for a period; ValueError: an action of another shape, or not finite.
+
+        Raises:
+            ResetNeeded: no episode has begun, or the last one is over.
+        """
+        lanes = self.lanes
+        if not self._begun:
+            raise gymnasium.error.ResetNeeded("no episode has begun, or the last one is over; call reset first")
+        lanes.step(checked(action, (len(lanes.work.orders),)))
+        outcome = float(lanes.reward[0]), bool(lanes.terminated[0]), bool(lanes.truncated[0])
+        self._begun = not (outcome[1] or outcome[2])
+        return lanes.observation[0].copy(), *outcome, {}
+
+
+class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
+    """Ships at a task side by side; where an episode is over, the next action begins another and is not obeyed.
+
+    Attributes:
+        lanes: the ships in their kernel; `lanes.value("psi")` reads a state or a control in SI units.
+    """
+
+    def __init__(
+        self, ship: str | Ship, task: Task, num_envs: int = 1, *, copy: bool = True, threads: int = 1,
+        render_mode: str | None = None, **settings: Any,
+    ) -> None:  # fmt: skip
+        """Compile the step, or take it from the cache.
+
+        Args:
+            ship: a ship, or the name of one.
+            task: the task.
+            num_envs: number of ships.
+            copy: False returns the same arrays at every step, overwritten by the next one.
+            threads: number of threads.
+            render_mode: None; there are no pictures.
+            settings: fields of `Settings`.
+
+        Raises:
+            TaskError: a ship or a setting that cannot be.
+        """
+        super().__init__()
+        self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+        self.render_mode, self.num_envs, self._copy = render_mode, num_envs, copy
+        self.lanes = Lanes(ship_of(ship), task, num_envs, settings_of(settings), threads)
+        self.single_observation_space, self.single_action_space = spaces_of(self.lanes.work)
+        self.observation_space: gymnasium.Space[Any] = batch_space(self.single_observation_space, num_envs)
+        self.action_space: gymnasium.Space[Any] = batch_space(self.single_action_space, num_envs)
+        self._shape, self._seeded = (num_envs, len(self.lanes.work.orders)), False
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode on every ship.
+
+        Args:
+            seed: of the first ship, the others' count on from there; or one for each ship; None continues.
+            options: none are known.
+        """
+        if seed is not None or not self._seeded:
+            self.lanes.seed(self._seeds(seed))
+            self._seeded = True
+        self.lanes.reset()
+        return self._out(self.lanes.observation), {}
+
+    def _seeds(self, seed: int | Sequence[int | None] | None) -> NDArray[np.uint64]:
+        super().reset(seed=seed if isinstance(seed, int) else None)
+        if isinstance(seed, int):
+            return np.uint64(seed) + np.arange(self.num_envs, dtype=np.uint64)
+        fresh = self.np_random.integers(2**63, size=self.num_envs, dtype=np.uint64)
+        if seed is None:
+            return fresh
+        if len(seed) != self.num_envs:
+            raise ValueError(f"{len(seed)} seeds for {self.num_envs} ships; give one each, or one number")
+        return np.array([int(own) if one is None else one for one, own in zip(seed, fresh, strict=True)], np.uint64)
+
+    def step(self, actions: Observation) -> tuple[Observation, Array, Flags, Flags, dict[str, Any]]:
+        """One action on every ship, shape (num_envs, actions), held for a period; ValueError: not such an action."""
+        lanes, out = self.lanes, self._out
+        lanes.step(checked(actions, self._shape))
+        return out(lanes.observation), out(lanes.reward), out(lanes.terminated), out(lanes.truncated), {}
+
+    def _out(self, values: Any) -> Any:
+        return values.copy() if self._copy else values
+
 
 IDS = {"seatrial/Course-v0": ("kvlcc2_l7", Course()), "seatrial/Track-v0": ("kvlcc2_l7", Track()),
        "seatrial/Berth-v0": ("esso_osaka_3m_harbour", Berth())}  # fmt: skip

@@ -1,8 +1,6 @@
-"""Many ships at one task, moved by one action at a time in buffers that stay where they are.
+"""The compiled step of many ships at one task, moved by one action at a time, on buffers in the kernel's own order.
 
-The compiled step of many lanes, on buffers in the kernel's own order.
-
-Chance by counter: a number depends on seed, episode and place alone, so no lane's luck depends on another's.
+Random numbers are counted: each depends on seed, episode and place alone, so lanes are independent of each other.
 """
 
 from __future__ import annotations
@@ -29,12 +27,12 @@ from ..models import STATES
 from ..models.settled import begun, settled
 from ..realtime.helm import Helm
 from ..ships import Ship
-from ..simulate.approach import approach, fastest
+from ..simulate.approach import approach, fastest, rounded_down
 from ..simulate.loop import loop_memory, loop_values
 from .system import Work, actions, compiled_of, free_names, ranges_of, refused, scale_of
 from .tasks import Task, TaskError, shown, spread
 
-# Actions a ship length at the approach speed, and how much of a fastest motion may decay within a time step.
+# Actions per ship length at the approach speed, and how much the fastest motion may decay within a time step.
 _ACTIONS, _DECAY = 25.0, 0.5
 _AROUND = 4
 """Draws of wind and current, before those of parameters and of the task."""
@@ -42,7 +40,7 @@ _AROUND = 4
 
 @dataclass(frozen=True)
 class Settings:
-    """What is around the ships, and how they differ.
+    """Environment of the ships, time between actions, and spread of parameters.
 
     Attributes:
         period: time between two actions [s]; None for about a 25th of a ship length at the approach speed.
@@ -62,16 +60,12 @@ class Settings:
 
 
 def work_of(ship: Ship, task: Task, settings: Settings) -> Work:
-    """A ship at a task, with settings that were left out filled in.
-
-    Raises:
-        TaskError: a ship or a setting that cannot be.
-    """
+    """A ship at a task, with settings that were left out filled in; TaskError: a ship or a setting that cannot be."""
     if isinstance(task, type) or not hasattr(task, "judge"):
         raise TaskError(f"task is {shown(task)}; give a task such as Course()")
     refused(ship)
     _check(settings)
-    period = settings.period or _round(ship.L_pp / (_ACTIONS * max(ship.speed, 1e-3)))
+    period = settings.period or rounded_down(ship.L_pp / (_ACTIONS * max(ship.speed, 1e-3)))
     steps = settings.steps or max(2, math.ceil(fastest(ship) * period / _DECAY))
     turns = approach(ship)[1]
     ranges = ranges_of(ship, turns)
@@ -83,46 +77,35 @@ def work_of(ship: Ship, task: Task, settings: Settings) -> Work:
 
 
 def settings_of(given: Mapping[str, Any]) -> Settings:
-    """Settings by name.
-
-    Raises:
-        TaskError: no such setting.
-    """
+    """Settings by name; TaskError: no such setting."""
     known = [one.name for one in fields(Settings)]
-    for name in given:
-        if name not in known:
-            raise TaskError(unknown(name, known, "setting"))
+    for name in given.keys() - known:
+        raise TaskError(unknown(name, known, "setting"))
     return Settings(**given)
 
 
 def _check(settings: Settings) -> None:
+    given: dict[str, Any] = vars(settings)
     period = settings.period
     if period is not None and not (_number(period) and 0.0 < period < math.inf):
         raise TaskError(f"period is {shown(period)}; it must be a number of seconds above zero")
     for name in ("steps", "limit"):
-        value = getattr(settings, name)
+        value = given[name]
         whole = isinstance(value, Integral) and int(value) >= 1
         if not (whole or (value is None and name == "steps")):
             raise TaskError(f"{name} is {shown(value)}; it must be a whole number, one or more")
     for name in ("wind", "current"):
-        pair: Any = getattr(settings, name)
+        pair = given[name]
         both = isinstance(pair, tuple | list | np.ndarray) and len(pair) == 2 and all(map(_number, pair))
         if not (both and 0.0 <= pair[0] <= pair[1] < math.inf):
-            wanted = "the least and the greatest speed [m/s], such as (0.0, 3.0)"
-            raise TaskError(f"{name} is {shown(pair)}; give {wanted}")
-    spread_of: Any = settings.randomise
+            raise TaskError(f"{name} is {shown(pair)}; give the least and the greatest speed [m/s], such as (0.0, 3.0)")
+    spread_of = given["randomise"]
     if not (isinstance(spread_of, Mapping) and all(map(_number, spread_of.values()))):
         raise TaskError(f"randomise is {shown(spread_of)}; give shares by parameter, such as {{'hull.Y_v': 0.1}}")
 
 
 def _number(value: Any) -> bool:
     return isinstance(value, Real)
-
-
-def _round(wanted: float) -> float:
-    """The greatest of 1, 2 and 5 times a power of ten that is not above `wanted`."""
-    decade = 10.0 ** math.floor(math.log10(wanted))
-    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= wanted)
 
 
 def _feels_wind(ship: Ship) -> bool:
@@ -139,10 +122,10 @@ class Lanes:
     """Lanes of one kernel; each has its own seed, episode, parameters, wind and current.
 
     Attributes:
-        work: what they do.
-        lanes: how many.
-        observation: shape (lanes, len(work.seen)), float32; written over by each step.
-        reward, terminated, truncated: of the last step, shape (lanes,); so are these.
+        work: ship and task.
+        lanes: number of ships.
+        observation: shape (lanes, len(work.seen)), float32; overwritten by each step.
+        reward, terminated, truncated: of the last step, shape (lanes,); also overwritten.
     """
 
     def __init__(self, ship: Ship, task: Task, lanes: int, settings: Settings, threads: int = 1) -> None:
@@ -152,12 +135,15 @@ class Lanes:
         self.work, self.lanes, self.settings = work_of(ship, task, settings), lanes, settings
         self.system, inner = compiled_of(self.work)
         self._free = free_names(inner, settings.randomise)
-        values = loop_values(ship, Helm(ship.model.controls, self.work.turns))
+        turns = self.work.turns
+        helm, still = Helm(ship.model.controls, turns), (0.0,) * len(ship.model.states)
+        values = loop_values(ship, helm)
         self._nominal = np.array([values[name] for name in self._free])
         blocks = -(-lanes // LANES)
         self._buffers = Buffers.of(self.system, blocks, len(self._free), np.array(list(values.values())))
         self._views(blocks, len(self.work.orders), len(self.work.seen))
-        self._rest = self._first_memory()
+        # at the start shafts turn as the task has it, all other actuators rest
+        self._rest = np.array(loop_memory(ship, helm, self.work.dt, {"policy.n_P": turns}, still))
         self._acting = self._rest[[inner.memory.index(name) for name in ship.model.controls]]
         self.seeds, self.episodes = (np.zeros(blocks * LANES, dtype=np.uint64) for _ in range(2))
         steps, compiled = round(self.work.scale.period / self.work.dt), simulator(self.system, self._free)
@@ -180,12 +166,6 @@ class Lanes:
         self._over, self._cut, self._done = (np.zeros(lanes, dtype=np.bool_) for _ in range(3))
         self.observation, self.reward = observations[: self.lanes], self._rewards[: self.lanes]
         self.terminated, self.truncated = self._over[: self.lanes], self._cut[: self.lanes]
-
-    def _first_memory(self) -> Array:
-        """What the actuators remember at the start: shafts turn as the task has it, all else rests."""
-        ship, turns = self.work.ship, self.work.turns
-        start = (0.0,) * len(ship.model.states)
-        return np.array(loop_memory(ship, Helm(ship.model.controls, turns), self.work.dt, {"policy.n_P": turns}, start))
 
     def seed(self, seeds: NDArray[np.uint64]) -> None:
         """Give each lane its seed and begin counting its episodes anew; shape (lanes,)."""
@@ -220,8 +200,8 @@ class Lanes:
         self._state[...] = states
         self._memory[...] = memory
         self._observed[...] = self._told
-        for into, told in zip((self._rewards, self._over, self._cut), self._judged, strict=True):
-            into.reshape(told.shape)[...] = told
+        for into, judged in zip((self._rewards, self._over, self._cut), self._judged, strict=True):
+            into.reshape(judged.shape)[...] = judged
 
     def _begin(self, at: NDArray[np.intp]) -> None:
         """Start an episode on these lanes."""

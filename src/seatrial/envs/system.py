@@ -1,8 +1,8 @@
 """Ship, actuators and task as one system: an action in, the next moment out, observed and judged in the same step.
 
-An action is given for several time steps.  The engine stores what `before` logs at the end of them: there the task
-sees the state after the motion and the memory from before it.  A lane that is held keeps state and memory, which is
-how a new episode is observed in the same call in which the others move on.
+An action is held for several time steps.  The engine stores what `before` logs at the end of them: there the task sees
+the state after the motion and the memory from before it.  A lane that is held keeps state and memory, which is how a
+new episode is observed in the same call in which the others move on.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ..simulate.loop import closed_loop
 from .tasks import Judged, Scalars, Scale, Seen, Task, TaskError, any_of, held, outside
 
 REWARDS = 1e3
-"""Rewards are held to this size, so that no blow-up of a model poisons a learner."""
+"""Rewards are limited to this size, so that no blow-up of a model spoils the training."""
 
 _RUDDER = math.radians(35.0)
 
@@ -38,11 +38,7 @@ class Order:
 
 
 def actions(ship: Ship, task: Task, ranges: Mapping[str, tuple[float, float]]) -> tuple[Order, ...]:
-    """What an agent orders aboard this ship, within the ranges of its controls.
-
-    Raises:
-        TaskError: a ship that lacks an order.
-    """
+    """What an agent orders aboard this ship, within the ranges of its controls; TaskError: it lacks an order."""
     obeys = obeying(ship)
     found: list[Order] = []
     for name in task.steers or ship.model.controls:
@@ -61,9 +57,7 @@ def actions(ship: Ship, task: Task, ranges: Mapping[str, tuple[float, float]]) -
 def ranges_of(ship: Ship, turns: float) -> dict[str, tuple[float, float]]:
     """Least and greatest value of each control: its actuator's, else its validity, else what is usual.
 
-    Args:
-        ship: the ship.
-        turns: revolutions of the approach [1/s], the range of a shaft without limits; none where they are zero.
+    A shaft without limits has a range of the revolutions `turns` of the approach [1/s]; none where they are zero.
 
     Raises:
         TaskError: a control without a range.
@@ -97,7 +91,7 @@ class Work:
     """A ship at a task.
 
     Attributes:
-        ship, task, scale: who does what, by which measures.
+        ship, task, scale: the ship, its task, and the measures of both.
         orders: the entries of an action.
         ranges: least and greatest value of each control.
         dt: time step [s].
@@ -137,9 +131,7 @@ class Work:
             given |= {control: factor * value for control, factor in obeys[order.name]}
         return tuple(given.values())
 
-    def judged(
-        self, state: Scalars, controls: Scalars, around: Environment, goal: Scalars, memory: Scalars
-    ) -> Judged:
+    def judged(self, state: Scalars, controls: Scalars, around: Environment, goal: Scalars, memory: Scalars) -> Judged:
         """The moment: within the ranges of observation, over as well where the model no longer holds."""
         shares = self.shares(controls)
         steering = {control for order in self.orders for control, _ in obeying(self.ship)[order.name]}
@@ -151,12 +143,11 @@ class Work:
 
     def _beyond(self, state: Scalars, around: Environment) -> Scalar:
         """1.0 where the model no longer holds: outside [validity], or no longer a number."""
-        told = dict(zip(self.ship.model.states, state, strict=True))
         psi, u, v_m = state[2:5]
         u_r, v_r = through_water(u, v_m, around.current_x, around.current_y, cos(psi), sin(psi))
-        held_against = told | {"u": u_r, "v_m": v_r}
+        judged = dict(zip(self.ship.model.states, state, strict=True)) | {"u": u_r, "v_m": v_r}
         free = (-math.inf, math.inf)
-        return any_of(*(outside(value, *self.ship.validity.get(name, free)) for name, value in held_against.items()))
+        return any_of(*(outside(value, *self.ship.validity.get(name, free)) for name, value in judged.items()))
 
 
 def compiled_of(work: Work) -> tuple[System, System]:
@@ -167,22 +158,19 @@ def compiled_of(work: Work) -> tuple[System, System]:
     """
     inner = closed_loop(work.ship, Helm(work.ship.model.controls), work.dt)
     order_names = tuple(f"action.{order.name}" for order in work.orders)
-    system = System(
-        states=inner.states, parameters=inner.parameters,
-        series=(*CHANNELS, *order_names, *(f"goal.{name}" for name in work.task.goal), "held"),
-        memory=(*inner.memory, "actions", *(f"task.{name}" for name in work.task.memory)),
-        acting=(*inner.acting, "moving"), derivative=_derivative(inner), before=_before(work, inner),
-        logged=(*(one.name for one in work.seen), "reward", "terminated", "truncated"),
-    )  # fmt: skip
-    return system, inner
 
-
-def _derivative(inner: System) -> Callable[[Scalars, Scalars, Scalars], Scalars]:
     def derivative(state: Scalars, acting: Scalars, parameters: Scalars) -> Scalars:
         # a product, as a choice between the rates and none would keep the compiler from using vectors
         return tuple(acting[-1] * rate for rate in inner.derivative(state, acting[:-1], parameters))
 
-    return derivative
+    system = System(
+        states=inner.states, parameters=inner.parameters,
+        series=(*CHANNELS, *order_names, *(f"goal.{name}" for name in work.task.goal), "held"),
+        memory=(*inner.memory, "actions", *(f"task.{name}" for name in work.task.memory)),
+        acting=(*inner.acting, "moving"), derivative=derivative, before=_before(work, inner),
+        logged=(*(one.name for one in work.seen), "reward", "terminated", "truncated"),
+    )  # fmt: skip
+    return system, inner
 
 
 def _before(work: Work, inner: System) -> Callable[..., tuple[Scalars, Scalars, Scalars]]:
@@ -220,8 +208,7 @@ def refused(ship: Ship) -> None:
 
 def scale_of(ship: Ship, period: float) -> Scale:
     """Measures of a ship; a breadth that its file does not give is taken as a sixth of the length."""
-    breadth = float(ship.model.breadth)
-    return Scale(ship.L_pp, breadth or ship.L_pp / 6.0, ship.speed, period)
+    return Scale(ship.L_pp, float(ship.model.breadth) or ship.L_pp / 6.0, ship.speed, period)
 
 
 def free_names(inner: System, spread: Mapping[str, float]) -> tuple[str, ...]:

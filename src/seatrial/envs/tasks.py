@@ -21,7 +21,7 @@ Scalars = tuple[Scalar, ...]
 
 
 def shown(value: object) -> str:
-    """What was given, for a message: on one line, cut where it is long."""
+    """A value for a message: on one line, cut where it is long."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."
 
@@ -72,7 +72,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Judged:
-    """What a task makes of a moment: an observation, a reward, whether the episode is over, its memory."""
+    """Outcome of a moment: observation, reward, whether the episode is over, memory of the task."""
 
     seen: Scalars
     reward: Scalar
@@ -117,11 +117,11 @@ class Task(Protocol):
         Args:
             scale: measures of the ship.
             state: x, y, psi, u, v_m, r over ground.
-            controls: what the actuators do now, as shares of the farther end of their ranges, -1 to 1.
+            controls: actual controls as shares of the farther end of their ranges, -1 to 1.
             goal: as `begin` gave it.
             memory: as the last action left it.
-            beyond: 1.0 where the model no longer holds, else 0.0; the episode is over there, which is to cost what
-                any other failure costs, as leaving would be a way out of it otherwise.
+            beyond: 1.0 where the model no longer holds, else 0.0; the episode is over there, at the cost of any other
+                failure, since leaving the model would otherwise avoid that cost.
         """
         ...
 
@@ -353,7 +353,7 @@ class Berth:
         swift = any_of(*(outside(value, -self.slow, self.slow) for value in motion(scale, state)))
         amiss = any_of(outside(magnitude(x), 0.0, along * scale.L), outside(error, 0.0, turned),
                        outside(magnitude(y), 0.0, across * self.gap * scale.B))  # fmt: skip
-        done = (1.0 - any_of(swift, amiss, touches, beyond))
+        done = 1.0 - any_of(swift, amiss, touches, beyond)
         gone = any_of(outside(away, 0.0, self.area), beyond)
         towards = where(u * s + v * c > 0.0, u * s + v * c, 0.0) / (0.1 * scale.U)
         effort = sum(a * a for a in controls)

@@ -114,12 +114,10 @@ class Conning:
         self.control.let_go()
 
     def snapshot(self) -> dict[str, Any]:
-        """Commander and steering mode, for JSON."""
         return {"commander": self.commander, "mode": self.mode, "stale": self.stale, "heard": self.heard,
                 "limit": self._limit, "track": self._track, "control": self.control.snapshot()}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Restore the result of `snapshot`."""
         self.commander, self.mode, self.stale = saved["commander"], saved["mode"], saved["stale"]
         self.heard, self._limit, self._track = saved["heard"], saved["limit"], saved["track"]
         self.control.restore(saved["control"])
@@ -165,11 +163,10 @@ class Conning:
         return {"delta": angle} if "delta" in self._known else {}
 
     def _by_rudder(self, angles: Ordered) -> Ordered | None:
-        if not angles:
-            return None
-        self.mode = "rudder"
-        self.control.let_go()
-        return angles
+        if angles:
+            self.mode = "rudder"
+            self.control.let_go()
+        return angles or None
 
     def _rudder(self, s: Sentence) -> Ordered | None:
         """ROR: an angle for each rudder; a single rudder obeys the starboard field."""
@@ -195,13 +192,21 @@ class Conning:
         wanted = s.number("cmdtrack" if mode == "T" else "cmdheading")
         if mode not in ("S", "H", "T") or wanted is None or not self._steers:
             return None
-        self.mode, self._limit = "track" if mode == "T" else "heading", math.inf if limit is None else limit * _RAD
-        if mode == "T":
-            same = self._track is not None and abs(math.remainder(wanted * _RAD - self._track, 2.0 * math.pi)) < 1e-3
-            self._track = wanted * _RAD
-            self.control.steer(self._track, self._rate(s), (self.control.across or 0.0) if same else 0.0)
-        else:
-            self.control.steer(wanted * _RAD, self._rate(s))
+        course, most = wanted * _RAD, math.inf if limit is None else limit * _RAD
+        if mode != "T":
+            return self._steer(course, limit=most, rate=self._rate(s))
+        same = self._track is not None and abs(math.remainder(course - self._track, 2.0 * math.pi)) < 1e-3
+        across = self.control.across if same else None
+        return self._steer(course, across or 0.0, most, self._rate(s))
+
+    def _steer(
+        self, course: float, across: float | None = None, limit: float = math.inf, rate: float = math.inf
+    ) -> Ordered:
+        """Hold a heading, or follow a track of that direction from `across` metres to starboard of it."""
+        self.mode, self._limit = "heading" if across is None else "track", limit
+        if across is not None:
+            self._track = course
+        self.control.steer(course, rate, across)
         return {}
 
     def _rate(self, s: Sentence) -> float:
@@ -217,31 +222,22 @@ class Conning:
             return None
         across, track = _across(s, "ctrkUnit"), s.number("bearO2D")
         if across is not None and track is not None and s["bearO2Du"] == "T":
-            self.mode, self._track, self._limit = "track", track * _RAD, math.inf
-            self.control.steer(self._track, math.inf, across)
-            return {}
+            return self._steer(track * _RAD, across)
         heading = s.number("bearS")
-        if heading is None or s["bearSu"] != "T":
-            return None
-        self.mode, self._limit = "heading", math.inf
-        self.control.steer(heading * _RAD)
-        return {}
+        return None if heading is None or s["bearSu"] != "T" else self._steer(heading * _RAD)
 
     def _cross_track(self, s: Sentence) -> Ordered | None:
         """XTE: cross-track error of the track that is already followed."""
         across = _across(s, "disUnit")
         if self.mode != "track" or across is None or self._track is None or "V" in (s["gwarn"], s["LCcwarn"]):
             return None
-        self.control.steer(self._track, self.control.rate, across)
-        return {}
+        return self._steer(self._track, across, self._limit, self.control.rate)
 
     def _thruster(self, s: Sentence) -> Ordered | None:
         """TRC: strength and azimuth of a thruster; a sentence without the flag C is not a command."""
         number = s["thrusternum"]
-        if not isinstance(number, int) or number not in self._thrusters:
-            return None
-        strength, azimuth = self._thrusters[number]
-        value = self._revolutions(strength, s.number("dmdrpm"), s["rpmmode"])
+        strength, azimuth = self._thrusters.get(number, ("", None)) if isinstance(number, int) else ("", None)
+        value = self._revolutions(strength, s.number("dmdrpm"), s["rpmmode"]) if strength else None
         angle = s.number("dmdazimuth")
         out: Ordered = {} if value is None else {strength: value}
         if azimuth is not None and angle is not None:
@@ -253,18 +249,14 @@ class Conning:
         demand, mode = s.number("rpmdemand"), s["rpmdemandstatus"]
         if demand is None or mode not in ("P", "R"):
             demand, mode = (s.number("leverdmdpos"), "P") if s["leverdmdstatus"] == "A" else (None, None)
-        return self._on_shafts(s["engineshaftnum"], demand, mode)
+        told = {name: self._revolutions(name, demand, mode) for name in self._numbered(s["engineshaftnum"])}
+        return {name: value for name, value in told.items() if value is not None} or None
 
     def _telegraph(self, s: Sentence) -> Ordered | None:
         """ETL: engine order as a share of full revolutions."""
         share, number = TELEGRAPH.get(str(s["engtelposind"])), s["enginenum"]
         names = self._numbered(int(number) if isinstance(number, str) else None)
         return None if share is None else {n: self._within(n, share * self._ranges[n].full) for n in names} or None
-
-    def _on_shafts(self, number: object, demand: float | None, mode: object) -> Ordered | None:
-        """Revolutions of the shafts with a number."""
-        told = {name: self._revolutions(name, demand, mode) for name in self._numbered(number)}
-        return {name: value for name, value in told.items() if value is not None} or None
 
     def _numbered(self, number: object) -> tuple[str, ...]:
         """Shafts with a number; None selects all, and so does 0 where no shaft is amidships."""
@@ -294,10 +286,9 @@ class Conning:
 
 def _is_report(s: Sentence) -> bool:
     """Whether the sentence reports a setting instead of ordering one."""
-    return (
-        (s.kind == "HTC" and s["status"] == "R") or (s.kind == "TRC" and s["status"] != "C")
-        or (s.kind == "ETL" and s["msgtype"] != "O")
-    )  # fmt: skip
+    if s.kind == "HTC":
+        return s["status"] == "R"
+    return (s.kind == "TRC" and s["status"] != "C") or (s.kind == "ETL" and s["msgtype"] != "O")
 
 
 def _across(s: Sentence, unit: str) -> float | None:
@@ -353,11 +344,9 @@ class SteeringControl:
         self.course, self.rate, self.across, self._reference, self._integral = None, math.inf, None, None, 0.0
 
     def snapshot(self) -> list[float | None]:
-        """Set points and integral, for JSON."""
         return [self.course, self.rate, self.across, self._reference, self._integral]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        """Restore the result of `snapshot`."""
         self.course, self.rate, self.across, self._reference, self._integral = saved
 
     def rudder(self, psi: float, r: float, dt: float, limit: float = math.inf) -> float:
@@ -396,7 +385,8 @@ class CourseKeeper:
         self._name, self._vessel = name, loop.vessels[name]
         plant = self._vessel.plant
         self._x, self._y, self._course = plant["x"], plant["y"], plant["psi"]
-        self._control = SteeringControl.of(plant.ship, plant.ranges["delta"].high)
+        control = self._control = SteeringControl.of(plant.ship, plant.ranges["delta"].high)
+        self.snapshot, self.restore, self.reset = control.snapshot, control.restore, control.let_go
         loop.after(self.tick)
         loop.keep(f"the autopilot of {name}", self)
 
@@ -408,15 +398,3 @@ class CourseKeeper:
             across = east * math.cos(self._course) - north * math.sin(self._course)
             self._control.steer(self._course, across=across)
             loop.order(self._name, "delta", self._control.rudder(plant["psi"], plant["r"], 1.0 / loop.rate))
-
-    def snapshot(self) -> list[float | None]:
-        """Set points, for JSON."""
-        return self._control.snapshot()
-
-    def restore(self, saved: Sequence[Any]) -> None:
-        """Restore the result of `snapshot`."""
-        self._control.restore(saved)
-
-    def reset(self) -> None:
-        """Return to the initial state."""
-        self._control.let_go()

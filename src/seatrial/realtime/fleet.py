@@ -9,7 +9,8 @@ import math
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from itertools import count
+from typing import Any, NamedTuple, Protocol
 
 from ..core.errors import LoopError as LoopError
 from ..core.parameters import unknown
@@ -30,11 +31,9 @@ class Witness(Protocol):
 
     def see(self, plant: Plant) -> None:
         """Take note of the present state."""
-        ...
 
     def jumped(self, plant: Plant) -> None:
         """The ship was set to another state."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -69,16 +68,7 @@ class Vessel:
     def __init__(self, name: str, plant: Plant) -> None:
         self.name, self.plant = name, plant
         self.watch: Watch | None = None
-        self.forget()
-
-    def forget(self) -> None:
-        """Clear the status."""
-        self.failure: str | None = None
-        self.heard: float | None = None
-        self.stale = False
-        self.clipped: set[str] = set()
-        self.outside: str | None = None
-        self.readings: list[Reading] = []
+        self.recall({})
 
     def known(self) -> dict[str, Any]:
         """The status, for JSON."""
@@ -87,10 +77,11 @@ class Vessel:
 
     def recall(self, known: Mapping[str, Any]) -> None:
         """Restore the result of `known`; missing entries are cleared."""
-        self.forget()
-        self.failure, self.outside = known.get("failure"), known.get("outside")
-        self.heard, self.stale = known.get("heard"), bool(known.get("stale"))
-        self.clipped = set(known.get("clipped", ()))
+        self.failure: str | None = known.get("failure")
+        self.heard: float | None = known.get("heard")
+        self.outside: str | None = known.get("outside")
+        self.stale, self.clipped = bool(known.get("stale")), set[str](known.get("clipped", ()))
+        self.readings: list[Reading] = []
 
 
 class Fleet:
@@ -133,22 +124,14 @@ class Fleet:
         return self.k / self.rate
 
     def vessel(self, ship: str) -> Vessel:
-        """A ship by name.
-
-        Raises:
-            CommandError: no such ship.
-        """
+        """A ship by name; CommandError if there is none."""
         if ship not in self.vessels:
             raise CommandError(unknown(ship, self.vessels, "ship"))
         return self.vessels[ship]
 
     def equip(self, ship: str, suite: Suite) -> None:
-        """Install instruments.
-
-        Raises:
-            SensorError: an instrument for something that the ship does not have.
-        """
-        vessel = self.vessels[ship]
+        """Install instruments; SensorError: one for something that the ship does not have."""
+        vessel = self.vessel(ship)
         suite.fit(vessel.plant, ship)
         vessel.watch = suite.start(vessel.plant.seed, list(self.vessels).index(ship))
 
@@ -171,10 +154,6 @@ class Fleet:
         if vessel.stale:
             vessel.stale = False
             self.tell(ship, "heard", "orders are received again")
-
-    def surround(self, ship: str, environment: Environment) -> None:
-        """Set wind, current, waves and depth at a ship."""
-        self.vessels[ship].plant.surround(environment)
 
     def move(self) -> None:
         """Show each ship to its witnesses and step it by one tick; a ship that blows up stays where it is."""
@@ -223,23 +202,20 @@ class Fleet:
         if silence > self.patience and not vessel.stale:
             vessel.stale = True
             self.tell(vessel.name, "stale", f"no order for {silence:.3g} s; the last orders hold")
-        found = vessel.plant.outside() if vessel.failure is None else None
-        if found is not None and vessel.outside is None:
-            self.tell(vessel.name, "outside", f"{found[0]} = {found[1]:.4g} is outside the range of validity")
-        elif found is None and vessel.outside is not None and vessel.failure is None:
+        name, value = (vessel.plant.outside() if vessel.failure is None else None) or (None, 0.0)
+        if name and not vessel.outside:
+            self.tell(vessel.name, "outside", f"{name} = {value:.4g} is outside the range of validity")
+        elif vessel.outside and not name and vessel.failure is None:
             self.tell(vessel.name, "inside", "back in the range of validity")
-        vessel.outside = None if found is None else found[0]
+        vessel.outside = name
 
 
 def _named(plants: Sequence[Plant]) -> dict[str, Plant]:
     """Ships by the names of their files; repeated names are numbered from 2."""
     found: dict[str, Plant] = {}
     for plant in plants:
-        name, number = plant.ship.name, 1
-        while name in found:
-            number += 1
-            name = f"{plant.ship.name}_{number}"
-        found[name] = plant
+        names = (f"{plant.ship.name}{'' if n == 1 else f'_{n}'}" for n in count(1))
+        found[next(name for name in names if name not in found)] = plant
     return found
 
 
@@ -263,36 +239,21 @@ class Keeper(Protocol):
 
     def restore(self, saved: Any) -> None:
         """Restore the result of `snapshot`; ValueError if that belongs to another."""
-        ...
 
     def reset(self) -> None:
         """Return to the initial state."""
-        ...
 
 
 @dataclass
 class Waiting:
-    """Orders and surroundings that the next tick applies.
-
-    Attributes:
-        orders: by ship and control, the latest last.
-        around: surroundings by ship.
-    """
+    """Orders by ship and control, the latest last, and surroundings by ship, that the next tick applies."""
 
     orders: dict[tuple[str, str], float] = field(default_factory=dict[tuple[str, str], float])
     around: dict[str, Environment] = field(default_factory=dict[str, Environment])
 
 
-@dataclass(frozen=True)
-class Saved:
-    """Part of a saved loop that does not belong to ships, instruments or keepers.
-
-    Attributes:
-        k: tick.
-        known: status of each ship (`Vessel.known`).
-        patience: of the loop [s].
-        waiting: for the next tick.
-    """
+class Saved(NamedTuple):
+    """The rest of a saved loop: tick, status of each ship (`Vessel.known`), patience [s], and what waits."""
 
     k: int
     known: Mapping[str, Mapping[str, Any]]

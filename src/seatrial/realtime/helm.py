@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -62,7 +63,10 @@ def ranges(ship: Ship, turns: float | None = None) -> dict[str, Range]:
         ship: the ship.
         turns: revolutions that count as full, within the limits of the gear [1/s]; by default those of the approach.
     """
-    full = abs(_turns(ship) if turns is None else turns)
+    if turns is None:
+        with suppress(ShipError):  # no steady run: full is 0
+            turns = approach(ship)[1]
+    full = abs(turns or 0.0)
     dead, following = idle(ship), dict(zip(ship.model.controls, ship.model.follows, strict=True))
     own = {control: _range(ship, control, *following[control], full) for control in following}
     found: dict[str, Range] = {}
@@ -73,14 +77,6 @@ def ranges(ship: Ship, turns: float | None = None) -> dict[str, Range]:
         elif live:
             found[order] = _together(order, [(own[control], factor) for control, factor in live])
     return {order: found[order] for order in found if found[order].low < found[order].high}
-
-
-def _turns(ship: Ship) -> float:
-    """Revolutions of the approach [1/s]; 0 where no steady run exists."""
-    try:
-        return approach(ship)[1]
-    except ShipError:
-        return 0.0
 
 
 def _range(ship: Ship, control: str, order: str, factor: float, turns: float) -> Range:
@@ -111,12 +107,11 @@ def obeying(ship: Ship) -> dict[str, tuple[tuple[str, float], ...]]:
 
     A control obeys its own name; where n_P and delta are not controls, all controls that follow them obey.
     """
-    found: dict[str, tuple[tuple[str, float], ...]] = {name: ((name, 1.0),) for name in ship.model.controls}
-    pairs = list(zip(ship.model.controls, ship.model.follows, strict=True))
-    for order in dict.fromkeys(order for _, (order, _) in pairs):
-        if order not in found:
-            found[order] = tuple((control, factor) for control, (of, factor) in pairs if of == order)
-    return found
+    own = {name: ((name, 1.0),) for name in ship.model.controls}
+    shared: dict[str, tuple[tuple[str, float], ...]] = {}
+    for control, (order, factor) in zip(ship.model.controls, ship.model.follows, strict=True):
+        shared[order] = (*shared.get(order, ()), (control, factor))
+    return {**own, **{order: moves for order, moves in shared.items() if order not in own}}
 
 
 def limits(ship: Ship, control: str) -> tuple[float, float]:
@@ -137,11 +132,11 @@ def label(name: str, moves: Moves, controls: Sequence[str]) -> str:
     """Name of an order in mariners' terms, for a ship with these controls."""
     kind, _, rest = name.partition("_")
     if len(moves) > 1:
-        of, all_of = moves[0][0], "Both" if len(moves) == 2 else "All"
+        of = moves[0][0]
         if name == "delta" and not of.startswith("delta"):  # azimuths at the stern point the other way
             return "Turn by azimuths"
         what = "rudders" if of.startswith("delta") else "engines" if of.startswith("n_P") else "thrusters"
-        return f"{all_of} {what}"
+        return f"{'Both' if len(moves) == 2 else 'All'} {what}"
     if kind in _FORCES:
         return f"{_FORCES[kind]}{'' if rest == 'tau' else f' {rest}'}"
     what = {"delta": "rudder", "alpha": "azimuth"}.get(kind, "thruster")

@@ -1,7 +1,4 @@
-"""The real-time loop: ships stepped on a schedule without drift, with orders from any thread; the schedule itself.
-
-Tick k is due at its own time, however late the ticks before it were.
-"""
+"""The real-time loop: ships stepped on a schedule without drift, with orders from any thread; the schedule itself."""
 
 from __future__ import annotations
 
@@ -25,7 +22,6 @@ __all__ = ["CommandError", "Event", "Loop", "LoopError", "LoopReport", "Vessel",
 _NAP = 0.05
 """Longest single wait [s], so that a pause or a stop takes effect."""
 
-
 SLOWEST, FASTEST = 0.1, 100.0
 """Range of time factors with a schedule; the only other value is infinite, as fast as possible."""
 
@@ -37,25 +33,18 @@ class Clock(Protocol):
         """Time of a monotonic clock [s]."""
         ...
 
-    def sleep(self, seconds: float) -> None:
+    def sleep(self, seconds: float, /) -> None:
         """Wait."""
-        ...
 
 
 class WallClock:
     """The clock of the machine."""
 
-    def now(self) -> float:
-        """Time of a monotonic clock [s]."""
-        return time.perf_counter()
-
-    def sleep(self, seconds: float) -> None:
-        """Wait."""
-        time.sleep(seconds)
+    now, sleep = staticmethod(time.perf_counter), staticmethod(time.sleep)
 
 
 class Schedule:
-    """When the next tick is due, and how late the ticks were.
+    """When the next tick is due, and how late the ticks were; tick k is due at its own time, however late others were.
 
     All late ticks are made up for.  Only if the machine stood still for longer than `patience`, or the ships were set
     to another time, the schedule restarts; `slipped` counts the time that was given up.
@@ -63,11 +52,7 @@ class Schedule:
     Attributes:
         factor: simulated time over clock time; infinite is as fast as possible.
         period: time between two ticks [s of the clock].
-        ticks: ticks counted since the start.
-        overruns: ticks that began more than one period late.
-        worst: largest delay of a tick [s].
-        late: delay of the last tick [s].
-        slipped: total time given up [s].
+        ticks, overruns, worst, late, slipped: as in `LoopReport`.
     """
 
     def __init__(self, rate: float, factor: float, clock: Clock, patience: float = 10.0) -> None:
@@ -89,6 +74,11 @@ class Schedule:
         ticks = self.left() / self.period if self.period else 0.0
         self.factor, self.period = factor, 1.0 / (self._rate * factor)
         self._due_in(ticks * self.period)
+
+    def _due_in(self, seconds: float) -> None:
+        if self._held is not None:
+            self._held = seconds
+        self._origin, self._since = self._clock.now() + seconds, 0
 
     def hold(self) -> None:
         """Stop the schedule, during a pause or while the loop does not run."""
@@ -129,12 +119,6 @@ class Schedule:
         self._since += 1
         return given_up
 
-    def _due_in(self, seconds: float) -> None:
-        """Set the time from now until the next tick is due."""
-        if self._held is not None:
-            self._held = seconds
-        self._origin, self._since = self._clock.now() + seconds, 0
-
 
 @dataclass(frozen=True)
 class LoopReport:
@@ -166,6 +150,8 @@ class Loop:
     from any thread.
 
     Attributes:
+        vessels: the ships by name.
+        rate: ticks per simulated second [Hz].
         paused: whether the loop is paused.
     """
 
@@ -188,6 +174,8 @@ class Loop:
             SensorError: an instrument for something that a ship does not have.
         """
         self._fleet = Fleet(plants, rate, sensors, patience)
+        self.vessels: Mapping[str, Vessel] = self._fleet.vessels
+        self.rate, self.paused = rate, False
         self._clock = clock or WallClock()
         self._schedule = Schedule(rate, factor, self._clock)
         self._schedule.hold()  # until `run`
@@ -195,7 +183,6 @@ class Loop:
         self._keepers: dict[str, Keeper] = {}
         self._callbacks: list[Callable[[Loop], None]] = []
         self._lock, self._stopping = threading.RLock(), threading.Event()
-        self.paused = False
 
     @property
     def t(self) -> float:
@@ -208,19 +195,9 @@ class Loop:
         return self._fleet.k
 
     @property
-    def rate(self) -> float:
-        """Ticks per simulated second [Hz]."""
-        return self._fleet.rate
-
-    @property
     def factor(self) -> float:
         """Simulated time over clock time."""
         return self._schedule.factor
-
-    @property
-    def vessels(self) -> Mapping[str, Vessel]:
-        """The ships by name."""
-        return self._fleet.vessels
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -239,22 +216,12 @@ class Loop:
         return self._fleet.vessel(ship).readings
 
     def equip(self, ship: str, suite: Suite) -> None:
-        """Install instruments on a ship, in place of those it has.
-
-        Raises:
-            CommandError: no such ship.
-            SensorError: an instrument for something that the ship does not have.
-        """
-        self._fleet.vessel(ship)
+        """Install instruments in place of those of a ship; SensorError: one for something that it does not have."""
         with self._lock:
             self._fleet.equip(ship, suite)
 
     def order(self, ship: str, control: str, value: float) -> None:
-        """Order a control of a ship from the next tick on.
-
-        Raises:
-            CommandError: no such ship or control, or not a finite number.
-        """
+        """Order a control from the next tick on; CommandError: no such ship or control, or not a finite number."""
         plant = self._fleet.vessel(ship).plant
         if control not in plant.orders:
             raise CommandError(f"{ship}: {unknown(control, plant.orders, 'control')}")
@@ -265,11 +232,7 @@ class Loop:
             self._waiting.orders[ship, control] = float(value)
 
     def surround(self, ship: str, environment: Environment) -> None:
-        """Set wind, current, waves and depth at a ship from the next tick on.
-
-        Raises:
-            CommandError: no such ship, or a value that is not finite.
-        """
+        """Set wind, current, waves and depth at a ship from the next tick on; CommandError if one is not finite."""
         self._fleet.vessel(ship)
         if not all(math.isfinite(float(value)) for value in environment):
             raise CommandError(f"{ship}: wind, current, waves and depth must be finite numbers")
@@ -332,11 +295,7 @@ class Loop:
             self._tick()
 
     def pace(self, factor: float) -> None:
-        """Change the time factor.
-
-        Raises:
-            LoopError: neither between 0.1 and 100 nor infinite.
-        """
+        """Change the time factor; LoopError if it is neither between 0.1 and 100 nor infinite."""
         with self._lock:
             self._schedule.pace(factor)
 
@@ -397,7 +356,7 @@ class Loop:
         for (ship, control), value in waiting.orders.items():
             fleet.obey(ship, control, value)
         for ship, environment in waiting.around.items():
-            fleet.surround(ship, environment)
+            fleet.vessels[ship].plant.surround(environment)
         fleet.move()
         for callback in tuple(self._callbacks):
             try:

@@ -1,21 +1,141 @@
-"""A ship of a loop behind NMEA 0183: its instruments send sentences, it obeys sentences; AIS reports of others."""
+"""A ship of a loop behind NMEA 0183: what its instruments send and how often, what it obeys; AIS reports of others."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from types import MappingProxyType
 from typing import Any, BinaryIO
 
 from ..core.parameters import unknown
 from ..data.nmea.framing import LARGEST, TOKEN, Tag, tag_block
 from ..data.nmea.sentences import NmeaError
 from ..data.nmea.ship import SPOKEN, Fittings, Measured, lines, position
+from ..sensors import Reading
+from ..sensors.instruments import Anemometer, EchoSounder, Feedback, Gnss, Gyro, RateGyro, SpeedLog
+from ..sensors.stream import EXACT
+from ..sensors.suite import Suite
 from ..ships import Ship
-from .aboard import RATES, TRANSPONDER, TRANSPONDER_RATE, Voice, exact, steers, unsaid
 from .conning import Conning, rudders, shafts
 from .loop import Loop
 from .wire import ANYBODY, Authority, Wire, WireError
+
+RATES: Mapping[str, float] = MappingProxyType({
+    "HDT": 10.0, "THS": 10.0, "ROT": 10.0, "RSA": 5.0, "VBW": 5.0, "RMC": 5.0, "GGA": 1.0, "VTG": 1.0, "ZDA": 1.0,
+    "RPM": 1.0, "MWV": 1.0, "DPT": 1.0,
+})  # fmt: skip
+"""Greatest rate of each sentence [Hz of simulated time]; never above the sample rate of its instrument."""
+
+TRANSPONDER, TRANSPONDER_RATE = "VDO", 0.5
+"""AIS sentence of the own ship and its rate [Hz]; sent only on request."""
+
+_FED: Mapping[str, tuple[str, ...]] = MappingProxyType({
+    "gnss": ("ZDA", "GGA", "RMC", "VTG", TRANSPONDER), "gyro": ("HDT", "THS"), "rate_gyro": ("ROT",),
+    "speed_log": ("VBW",), "anemometer": ("MWV",), "echo_sounder": ("DPT",), "feedback": ("RSA", "RPM"),
+})  # fmt: skip
+"""Sentences of each kind of instrument; the transponder adds the last readings of gyro and rate gyro."""
+
+_FROM = MappingProxyType({kind: instrument for instrument, kinds in _FED.items() for kind in kinds})
+_STATIC = 360.0
+"""Time between two reports of static data by the transponder [s] (ITU-R M.1371); the first is sent at once."""
+
+_TOGETHER = ("latitude", "chi", "psi", "r")
+_SLACK = 1e-6
+
+
+def exact(controls: Sequence[str], fittings: Fittings, rate: float) -> Suite:
+    """Ideal instruments with sample rate `rate` [Hz], at the positions of the fittings."""
+    forward, starboard = fittings.antenna
+    return Suite((
+        Gnss(rate=rate, antenna_x=forward, antenna_y=starboard), Gyro(rate=rate), RateGyro(rate=rate),
+        SpeedLog(rate=rate, at_x=fittings.log, stern_x=fittings.stern, ground=EXACT), Anemometer(rate=rate),
+        EchoSounder(rate=rate, draught=fittings.transducer), Feedback(rate=rate, controls=tuple(controls)),
+    ))  # fmt: skip
+
+
+def told(reading: Reading, fittings: Fittings) -> dict[str, float]:
+    """Values of a reading and its time, by the names of `data.nmea.ship.Measured`."""
+    said = {**reading.values, "t": reading.t}
+    if reading.kind == "gnss":
+        said["latitude"], said["longitude"] = fittings.datum.place(said.pop("x"), said.pop("y"))
+    return said
+
+
+def unsaid(kind: str, suite: Suite, fittings: Fittings) -> str:
+    """Why these instruments cannot provide a sentence; empty if they can."""
+    present = {instrument.kind for instrument in suite.instruments}
+    needed = (_FROM[kind], "gyro", "rate_gyro") if kind == TRANSPONDER else (_FROM[kind],)
+    missing = [name for name in needed if name not in present]
+    if missing:
+        return f"the ship has no {' and no '.join(missing).replace('_', ' ')}"
+    if kind == TRANSPONDER and not 0 < fittings.mmsi <= 999_999_999:
+        return "the transponder has no MMSI; give nine digits, on the command line by --mmsi"
+    if kind == TRANSPONDER and find_spec("pyais") is None:
+        return "it needs the extra 'nmea': pip install 'seatrial[nmea]'"
+    shown = {name for one in suite.instruments if isinstance(one, Feedback) for name in one.controls}
+    for report, thing, names in (("RSA", "rudder", fittings.rudders), ("RPM", "shaft", fittings.shafts)):
+        if kind == report and not shown.intersection(names):
+            return f"the ship has no {thing} with feedback"
+    return ""
+
+
+def steers(suite: Suite) -> bool:
+    """Whether the instruments include those that a steering control needs."""
+    return {"gyro", "rate_gyro"} <= {instrument.kind for instrument in suite.instruments}
+
+
+class Voice:
+    """Selects the sentences that are due at each reading, each at its own rate.
+
+    Attributes:
+        latest: last value of each quantity, by the names of `data.nmea.ship.Measured`.
+    """
+
+    def __init__(self, fittings: Fittings, rates: Mapping[str, float], t: float) -> None:
+        """Start at time `t` [s]."""
+        self._fittings, self._rates = fittings, rates
+        self.latest: dict[str, float] = {}
+        self._said = {kind: _number(t, rate) for kind, rate in rates.items()}
+        self._static = -1
+
+    def take(self, reading: Reading) -> Iterator[tuple[str, Measured]]:
+        """Kinds of sentences that are due at a reading, with their values."""
+        said = told(reading, self._fittings)
+        self.latest.update(said)
+        for kind in _FED.get(reading.kind, ()):
+            number = _number(reading.t, self._rates[kind]) if kind in self._rates else -1
+            if number <= self._said.get(kind, -1):
+                continue
+            if kind != TRANSPONDER:
+                self._said[kind] = number
+                yield kind, said
+            elif all(name in self.latest for name in _TOGETHER):
+                self._said[kind] = number
+                before, self._static = self._static, math.floor(reading.t / _STATIC)
+                static = {} if self._static == before else {"static": 1.0}
+                yield kind, {**self.latest, **static, "t": reading.t}
+
+    def snapshot(self) -> dict[str, Any]:
+        return {"latest": dict(self.latest), "said": dict(self._said), "static": self._static}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Restore the result of `snapshot`; sentences that it does not contain restart."""
+        self.reset()
+        self.latest = {str(name): float(value) for name, value in saved["latest"].items()}
+        self._static = int(saved["static"])
+        self._said |= {kind: int(number) for kind, number in saved["said"].items() if kind in self._said}
+
+    def reset(self) -> None:
+        """Return to time 0."""
+        self.latest, self._static = {}, -1
+        self._said = dict.fromkeys(self._said, 0)
+
+
+def _number(t: float, rate: float) -> int:
+    """Sequence number at a rate [Hz] of the sentence to which a reading of time `t` [s] belongs."""
+    return math.floor(t * rate + _SLACK)
 
 
 def fitted(ship: Ship, fittings: Fittings) -> Fittings:
@@ -113,19 +233,17 @@ class OnWire:
         due = [one for reading in self._vessel.readings for one in self._voice.take(reading)]
         self._steer(loop)
         self._report(loop)
-        self._talk(loop, due)
+        self._send(loop, [line for kind, said in due for line in self._lines(kind, said)])
 
     def say(self, loop: Loop, lines: Iterable[bytes]) -> None:
         """Send sentences of another source with the present time."""
         self._send(loop, [(line, self.fittings.epoch + loop.t) for line in lines])
 
     def snapshot(self) -> dict[str, Any]:
-        """Commander, steering mode and sentence schedule, for JSON."""
         return {"conning": self.conning.snapshot(), "voice": self._voice.snapshot(), "number": self._number,
                 "commander": self._commander, "stale": self._was_stale}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Restore the result of `snapshot`."""
         self.conning.restore(saved["conning"])
         self._voice.restore(saved["voice"])
         self._number, self._commander, self._was_stale = saved["number"], saved["commander"], saved["stale"]
@@ -154,9 +272,6 @@ class OnWire:
         if conning.stale and not self._was_stale:
             loop.tell(self._name, "stale", f"nothing received for {conning.hold:g} s; the last orders hold")
         self._was_stale = conning.stale
-
-    def _talk(self, loop: Loop, due: Iterable[tuple[str, Measured]]) -> None:
-        self._send(loop, [line for kind, said in due for line in self._lines(kind, said)])
 
     def _send(self, loop: Loop, spoken: Sequence[tuple[bytes, float]]) -> None:
         self._keep(loop, spoken)
@@ -209,7 +324,7 @@ class Targets:
     """AIS position reports (VDM) of other ships of a loop, sent in turn on the wire of the own ship."""
 
     def __init__(self, loop: Loop, names: Sequence[str], on_wire: OnWire) -> None:
-        """Report these ships from the next tick on, on the wire of the own ship."""
+        """Report these ships from the next tick on."""
         self._names, self._on_wire = tuple(names), on_wire
         loop.after(self.tick)
 

@@ -164,11 +164,8 @@ def known(host: str, hosts: tuple[str, ...]) -> bool:
     """Whether a Host header, with or without a port, has one of these names."""
     try:
         name = urlsplit(f"//{host}").hostname or ""
-    except ValueError:
-        return False
-    if name in hosts:
-        return name != ADDRESSES
-    try:
+        if name in hosts:
+            return name != ADDRESSES
         ipaddress.ip_address(name)
     except ValueError:
         return False
@@ -245,7 +242,6 @@ class Guarded(H11Protocol):
         return going[0] if going else min(others, key=lambda one: one._since, default=self)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """The connection ended."""
         self._unwind()
         super().connection_lost(exc)
 
@@ -286,11 +282,7 @@ class Door(socket.socket):
         super().listen(max(backlog, _QUEUE))
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection.
-
-        Raises:
-            BlockingIOError: there is none, or no descriptor for it; the connection is then closed.
-        """
+        """The next connection; BlockingIOError: there is none, or no descriptor for it, and it is then closed."""
         try:
             return super().accept()
         except OSError as error:
@@ -301,15 +293,16 @@ class Door(socket.socket):
 
     def close(self) -> None:
         """Close the socket and the reserved descriptor."""
-        if self._spare >= 0:
-            os.close(self._spare)
-            self._spare = -1
+        self._give_up_spare()
         super().close()
 
-    def _turn_away(self) -> None:
+    def _give_up_spare(self) -> None:
         if self._spare >= 0:
             os.close(self._spare)
             self._spare = -1
+
+    def _turn_away(self) -> None:
+        self._give_up_spare()
         with suppress(OSError):
             super().accept()[0].close()
         with suppress(OSError):  # if another thread took the descriptor, the next connection gives another chance

@@ -5,8 +5,6 @@ evaluated at any time (gusts on a steady wind) is computed a few steps at a time
 stays on one thread, so a run of any length needs neither memory nor a pause.  Of other weather a long part is computed
 beforehand, and twice as much each time it runs out.  Which part a step is taken from depends on its number alone, so a
 run that is reproduced from the middle has the same weather to the last bit.
-
-`NetworkStep` steps a network; its hidden state is passed through, so a run can be saved at any step.
 """
 
 from __future__ import annotations
@@ -15,6 +13,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -56,11 +55,7 @@ class Compiled:
 
     @staticmethod
     def of(ship: Ship, dt: float) -> Compiled:
-        """Trace and compile, or take the kernel from the cache.
-
-        Raises:
-            ShipError: a time step that is not above zero, or not that of a model in discrete time.
-        """
+        """Trace and compile, or take the kernel from the cache; ShipError: a step that does not fit."""
         if not (dt > 0.0 and math.isfinite(dt)):
             raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
         if isinstance(ship.model, Sampled) and abs(dt / float(ship.model.dt) - 1.0) > 1e-9:
@@ -117,7 +112,9 @@ class Plant:
         memory = loop_memory(ship, policy, self.dt, {"policy.n_P": turns}, six)
         acting = [memory[system.memory.index(control)] for control in self.controls]
         rest = settled(ship.model, np.array([[*acting, *self._around.values]], dtype=np.float64))[0]
-        self._stepper = self._made(compiled, loop_values(ship, policy))
+        parameters = np.array(list(loop_values(ship, policy).values()), dtype=np.float64)
+        made = partial(NetworkStep, ship) if isinstance(ship.model, Stepped) else stepper
+        self._stepper: Stepper = made(compiled.simulator, parameters, self.dt)
         self._stepper.load(np.array([*six, *rest, *memory]))
         self._stepper.surround(self._around.at(0))
         for (order, factor), control in zip(ship.model.follows, self.controls, strict=True):
@@ -196,22 +193,14 @@ class Plant:
         return value
 
     def surround(self, environment: Environment) -> None:
-        """Set wind, current, waves and depth from now on.
-
-        Raises:
-            CommandError: a value that is not finite.
-        """
+        """Set wind, current, waves and depth from now on; CommandError: a value that is not finite."""
         if not all(math.isfinite(float(value)) for value in environment):
             raise CommandError(f"{self.ship.name}: wind, current, waves and depth must be finite numbers")
         self._around.hold(environment)
         self._stepper.surround(self._around.at(self.k))
 
     def step(self) -> None:
-        """Advance by one step.
-
-        Raises:
-            SimulationError: the ship blew up; names state and time.  The plant cannot be used until `restore`.
-        """
+        """Advance by one step; SimulationError if the ship blew up, after which the plant needs a `restore`."""
         stepper_ = self._stepper
         stepper_.step(self.k * self.dt)
         self.k += 1
@@ -228,9 +217,9 @@ class Plant:
         u and v_m are judged through the water, since that velocity acts on the hull.
         """
         now = self._stepper.now
-        told: dict[str, float] = dict(zip(("u", "v_m"), self._in_water(now), strict=True))
+        in_water: dict[str, float] = dict(zip(("u", "v_m"), self._in_water(now), strict=True))
         for name, at, low, high in self._valid:
-            value = told.get(name, now[at])
+            value = in_water.get(name, now[at])
             if not low <= value <= high:
                 return name, value
         return None
@@ -244,15 +233,13 @@ class Plant:
 
     def snapshot(self) -> bytes:
         """The complete state: states, actuators, orders, surroundings and time."""
-        about = {"format": _FORMAT, "ship": self.ship.name, "dt": self.dt, "k": self.k,
-                 "around": self._around.steady,
-                 "orders": self._orders, "values": len(self._stepper.dump())}  # fmt: skip
-        return json.dumps(about).encode() + b"\n" + self._stepper.dump().astype("<f8").tobytes()
+        values = self._stepper.dump()
+        about = {"format": _FORMAT, "ship": self.ship.name, "dt": self.dt, "k": self.k, "around": self._around.steady,
+                 "orders": self._orders, "values": len(values)}  # fmt: skip
+        return json.dumps(about).encode() + b"\n" + values.astype("<f8").tobytes()
 
     def restore(self, saved: bytes) -> None:
-        """Restore the result of `snapshot`, of the same ship with the same time step.
-
-        Weather that changes by itself is not part of it: that of this plant continues.
+        """Restore the result of `snapshot`; weather that changes by itself is not part of it and continues.
 
         Raises:
             ShipError: a snapshot of another ship or time step, or not a snapshot.
@@ -297,12 +284,6 @@ class Plant:
             n_P = approach(ship, through)[1] if through > 1e-6 * max(ship.speed, 1.0) else 0.0
         return tuple(map(float, start)), n_P
 
-    def _made(self, compiled: Compiled, given: Mapping[str, float]) -> Stepper:
-        parameters = np.array(list(given.values()), dtype=np.float64)
-        if isinstance(self.ship.model, Stepped):
-            return NetworkStep(self.ship, compiled.simulator, parameters, self.dt)
-        return stepper(compiled.simulator, parameters, self.dt)
-
 
 _AT_A_TIME = 16
 _AHEAD = 3600.0
@@ -324,8 +305,7 @@ class Surroundings:
         first = _window(weather, dt, 0, 1)
         self._local = first is not None
         self.values: list[float] = (weather.series(dt, 1) if first is None else first)[0].tolist()
-        self._always = tuple(self.values) if always else None
-        self.steady: tuple[float, ...] | None = self._always
+        self.steady = self._always = tuple(self.values) if always else None
 
     @property
     def changes(self) -> bool:
@@ -334,7 +314,7 @@ class Surroundings:
 
     def hold(self, values: tuple[float, ...] | Environment | None) -> None:
         """Set the values from now on; None returns to the weather."""
-        self.steady = self._always if values is None else tuple(float(value) for value in values)
+        self.steady = self._always if values is None else tuple(map(float, values))
         if self.steady is not None:
             self.values = list(self.steady)
 
@@ -350,15 +330,14 @@ class Surroundings:
 
     def _work_out(self, k: int) -> None:
         """Compute the rows around step `k`."""
-        if self._local:
-            self._first = k - k % _AT_A_TIME
-            rows = _window(self._weather, self._dt, self._first, _AT_A_TIME)
-            self._rows = self._rows if rows is None else rows
-            return
-        whole = math.ceil(_AHEAD / self._dt)
-        last = whole << (k // whole).bit_length()
-        self._first = 0 if last == whole else last // 2
-        self._rows = self._weather.series(self._dt, last)[self._first :].copy()
+        first = k - k % _AT_A_TIME
+        rows = _window(self._weather, self._dt, first, _AT_A_TIME) if self._local else None
+        if rows is None:
+            whole = math.ceil(_AHEAD / self._dt)
+            last = whole << (k // whole).bit_length()
+            first = 0 if last == whole else last // 2
+            rows = self._weather.series(self._dt, last)[first:].copy()
+        self._first, self._rows = first, rows
 
 
 def _window(weather: Weather, dt: float, first: int, steps: int) -> Array | None:
@@ -375,14 +354,16 @@ def _window(weather: Weather, dt: float, first: int, steps: int) -> Array | None
             out[:, 1] += along * east + across * north
         return out
     if isinstance(weather, Together) and weather.parts:
-        parts = [_window(part, dt, first, steps) for part in weather.parts]
-        known = [part for part in parts if part is not None]
-        return np.sum(known, axis=0) if len(known) == len(parts) else None
+        parts = [part for one in weather.parts if (part := _window(one, dt, first, steps)) is not None]
+        return np.sum(parts, axis=0) if len(parts) == len(weather.parts) else None
     return None
 
 
 class NetworkStep:
-    """Step of a model that moves on arrays, by Euler's rule at its own sample time; an `engine.single.Stepper`."""
+    """Step of a model that moves on arrays, by Euler's rule at its own sample time; an `engine.single.Stepper`.
+
+    Its hidden state is passed through, so a run can be saved at any step.
+    """
 
     def __init__(self, ship: Ship, simulator: Simulator, parameters: Array, dt: float) -> None:
         self._model: Any = ship.model
@@ -393,15 +374,12 @@ class NetworkStep:
         self.now: Any = [0.0] * len(self._system.stored)
 
     def give(self, place: int, value: float) -> None:
-        """Set series number `place` from now on."""
         self._series[place] = value
 
     def surround(self, values: Array) -> None:
-        """Set the first series, as many as there are values."""
         self._series[: len(values)] = values
 
     def step(self, t: float) -> None:
-        """Advance by one step from time `t` [s]."""
         n, m, c = len(self._system.states), len(self._system.memory), len(self._model.controls)
         state, memory = self.now[:n], self.now[n : n + m]
         prepared = self._before(t, self._dt, state, memory or [0.0], self._series, self._parameters)
@@ -413,11 +391,9 @@ class NetworkStep:
         self.now = [*(z + self._dt * dz for z, dz in zip(state, moved, strict=True)), *y[na:]]
 
     def load(self, values: Array) -> None:
-        """Set states and memory, hidden ones last."""
         given, own = values.tolist(), len(values) - len(self._hidden)
         self.now, self._hidden = [*given[:own], *self.now[own:]], tuple(given[own:])
 
     def dump(self) -> Array:
-        """States and memory, hidden ones last."""
         own = len(self._system.states) + len(self._system.memory)
         return np.array([*self.now[:own], *self._hidden])

@@ -15,7 +15,9 @@ import math
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -24,9 +26,10 @@ import numpy as np
 
 from ..core.parameters import values
 from ..data import UNITS, DataError, Trial
+from ..data.geodesy import Datum
 from ..data.sidecar import sidecar_path, sidecar_text
 from ..data.trialfile import read_trial
-from ..environment import CHANNELS, Environment, Weather
+from ..environment import CHANNELS, VECTORS, Environment, Weather
 from ..models import STATES, unit
 from ..ships import Ship, ShipError
 from ..simulate.run import SIMULATED
@@ -36,7 +39,7 @@ SCHEMA = "seatrial-orders/1"
 
 
 def orders_path(path: Path) -> Path:
-    """Path of the orders of the recording `path`."""
+    """Where the orders of a recording are."""
     return path.with_name(f"{path.stem}.orders.jsonl")
 
 
@@ -47,6 +50,12 @@ def digest(ship: Ship) -> str:
     weights = {name: hashlib.sha256(array.tobytes()).hexdigest() for name, array in network.items()}
     said = json.dumps([type(ship.model).__name__, values(ship.model), servos, weights], sort_keys=True, default=repr)
     return hashlib.sha256(said.encode()).hexdigest()[:16]
+
+
+def dated(epoch: float, datum: Datum | None) -> dict[str, Any]:
+    """Sidecar entries of time 0 [s since 1970, UTC] and of x = y = 0, so that conversions keep date and position."""
+    start = {"start": datetime.fromtimestamp(epoch, UTC).isoformat()}
+    return start if datum is None else {**start, "datum": asdict(datum)}
 
 
 class Recording:
@@ -72,7 +81,7 @@ class Recording:
             path: a new file with the suffix .csv.
             every: write every n-th row.
             kind: kind of the run, for the sidecar.
-            meta: further entries of the sidecar, such as start date and datum.
+            meta: further entries of the sidecar, such as `dated`.
 
         Raises:
             DataError: no such folder, another suffix, or an existing file.
@@ -90,11 +99,7 @@ class Recording:
         self._files: tuple[Appender, Appender] | None = None
 
     def see(self, plant: Plant) -> None:
-        """Record the present state, and the orders if they changed; call once before each step.
-
-        Raises:
-            DataError: the file can no longer be written; what was written stays valid.
-        """
+        """Record state and changed orders; call before each step.  DataError if the file can no longer be written."""
         try:
             self._see(plant)
         except (DataError, OSError) as error:
@@ -140,14 +145,18 @@ class Recording:
         self._refuse_present(self._path)
         self._held = [n for n in plant.controls if self._every == 1 and plant.ship.actuators.of(n).at_once]
         self._columns = Columns(plant, usual_names(plant), self._held)
-        self._changes = [json.dumps(self._start())]
+        start = base64.b64encode(plant.snapshot()).decode()
+        self._changes = [json.dumps({"schema": SCHEMA, "ship": plant.ship.name, "numbers": digest(plant.ship),
+                                     "dt": plant.dt, "changing": plant.changing, "start": start})]  # fmt: skip
         self._first = f"{self._columns.head}\n{text(self._columns.row())}"
         self._begun, self._last, self._seen, self.rows = True, plant.k, 0, 0
         self._ordered = self._orders()
 
     def _open(self, row: str) -> None:
         """Write orders and sidecar first: a table without its sidecar is not a trial."""
-        path, said = self._path, sidecar_text(self._path, self._meta(self._held)).rstrip()
+        path, ship = self._path, self._plant.ship
+        meta = {"ship": ship.name, "L_pp": ship.L_pp, "kind": self._kind, "source": SIMULATED, **self._more}
+        said = sidecar_text(path, meta | ({"held": self._held} if self._held else {})).rstrip()
         texts = {orders_path(path): "\n".join(self._changes), sidecar_path(path): said, path: f"{self._first}\n{row}"}
         made: list[Appender] = []
         try:
@@ -187,17 +196,6 @@ class Recording:
         around = None if plant.changing else [plant[name] for name in CHANNELS]
         return {"orders": {name: plant[f"{name}_cmd"] for name in plant.controls}, "around": around}
 
-    def _start(self) -> dict[str, Any]:
-        plant = self._plant
-        start = base64.b64encode(plant.snapshot()).decode()
-        return {"schema": SCHEMA, "ship": plant.ship.name, "numbers": digest(plant.ship), "dt": plant.dt,
-                "changing": plant.changing, "start": start}  # fmt: skip
-
-    def _meta(self, held: list[str]) -> dict[str, Any]:
-        ship = self._plant.ship
-        return {"ship": ship.name, "L_pp": ship.L_pp, "kind": self._kind, "source": SIMULATED,
-                **self._more, **({"held": held} if held else {})}  # fmt: skip
-
     @staticmethod
     def _refuse_present(path: Path) -> None:
         for file in (path, sidecar_path(path), orders_path(path)):
@@ -209,11 +207,7 @@ class Appender:
     """A new text file to which whole lines are appended: after a kill at any moment it ends with a complete line."""
 
     def __init__(self, path: Path) -> None:
-        """Create the file.
-
-        Raises:
-            DataError: it exists already, or cannot be created.
-        """
+        """Create the file; DataError if it exists already or cannot be created."""
         self._path, self._size = path, 0
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
@@ -223,11 +217,7 @@ class Appender:
             raise DataError(f"{path}: cannot be written: {error.strerror}") from error
 
     def add(self, line: str) -> None:
-        """Append a line, or several that belong together.
-
-        Raises:
-            DataError: writing failed; the file is then unchanged.
-        """
+        """Append a line, or several that belong together; DataError if writing failed: the file is then unchanged."""
         data = line.encode() + b"\n"
         try:
             written, reason = os.write(self._file, data), "no room left"
@@ -250,12 +240,10 @@ class Appender:
 
 
 def rerun(path: str | Path, ship: Ship, environment: Weather | None = None) -> Trial:
-    """Reproduce a recorded run from its initial state and orders; rows and columns are those of the file.
-
-    The result is the same bit for bit on the same kind of machine.
+    """Reproduce a recorded run from its initial state and orders, bit for bit on the same kind of machine.
 
     Args:
-        path: the .csv file of the recording.
+        path: the .csv file of the recording; rows and columns of the result are those of the file.
         ship: the recorded ship, with the same numbers.
         environment: the weather of the run, if it changed by itself.
 
@@ -311,7 +299,6 @@ def _read(path: Path) -> tuple[dict[str, Any], deque[dict[str, Any]]]:
     return about, deque(changes)
 
 
-_VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
 _WAVES, _BOTTOM = ("H_S", "gamma_W", "T_W"), ("depth",)
 Reader = Callable[[], float]
 
@@ -324,14 +311,8 @@ class Columns:
     """
 
     def __init__(self, plant: Plant, names: Iterable[str], held: Iterable[str] = ()) -> None:
-        """Read these channels from a plant.
-
-        Args:
-            plant: the ship.
-            names: of the channels.
-            held: controls that obey at once; the value that acts after a row is the order at that row.
-        """
-        readers = _readers(plant, tuple(held))
+        """Read channels by name; of `held` controls, which obey at once, the order is what acts after a row."""
+        readers = _readers(plant, frozenset(held))
         self.names = tuple(names)
         self._read = tuple(readers[name] for name in self.names)
 
@@ -350,7 +331,7 @@ def usual_names(plant: Plant) -> tuple[str, ...]:
     waves = plant.changing or any(plant[name] != 0.0 for name in ("wave_x", "wave_y", "wave_T"))
     bottom = plant["per_depth"] != 0.0
     commands = (f"{name}_cmd" for name in plant.controls)
-    air_and_water = (name for _, *pair in _VECTORS[:2] for name in pair)
+    air_and_water = (name for _, *pair in VECTORS[:2] for name in pair)
     return ("t", *STATES, *plant.controls, *commands, *air_and_water, *(_WAVES if waves else ()),
             *(_BOTTOM if bottom else ()))  # fmt: skip
 
@@ -360,26 +341,17 @@ def text(row: list[float]) -> str:
     return ",".join("" if value != value else repr(value) for value in row)
 
 
-def _readers(plant: Plant, held: tuple[str, ...]) -> dict[str, Reader]:
-    found: dict[str, Reader] = {"t": lambda: plant.t}
-    for name in (*STATES, *plant.controls):
-        found[name] = _value(plant, f"{name}_cmd" if name in held else name)
-    for name in plant.controls:
-        found[f"{name}_cmd"] = _value(plant, f"{name}_cmd")
-    for of, size, direction in _VECTORS:
-        found[size], found[direction] = _length(plant, of), _direction(plant, of)
-    found["T_W"] = _value(plant, "wave_T")
-    found["depth"] = lambda: 1.0 / plant["per_depth"] if plant["per_depth"] else math.nan
-    return found
+def _readers(plant: Plant, held: frozenset[str]) -> dict[str, Reader]:
+    """How to read each channel."""
 
+    def of_components(of: str, polar: Callable[[float, float], float]) -> Reader:
+        return lambda: polar(plant[f"{of}_x"], plant[f"{of}_y"])
 
-def _value(plant: Plant, name: str) -> Reader:
-    return lambda: plant[name]
-
-
-def _length(plant: Plant, of: str) -> Reader:
-    return lambda: math.hypot(plant[f"{of}_x"], plant[f"{of}_y"])
-
-
-def _direction(plant: Plant, of: str) -> Reader:
-    return lambda: math.atan2(plant[f"{of}_y"], plant[f"{of}_x"])
+    orders = {f"{name}_cmd": f"{name}_cmd" for name in plant.controls}
+    values = {name: f"{name}_cmd" if name in held else name for name in (*STATES, *plant.controls)}
+    plain = {**values, **orders, "T_W": "wave_T"}
+    found: dict[str, Reader] = {name: partial(plant.__getitem__, of) for name, of in plain.items()}
+    for of, size, direction in VECTORS:
+        found |= {size: of_components(of, math.hypot), direction: of_components(of, lambda x, y: math.atan2(y, x))}
+    return {**found, "t": lambda: plant.t,
+            "depth": lambda: 1.0 / plant["per_depth"] if plant["per_depth"] else math.nan}  # fmt: skip

@@ -13,7 +13,9 @@ import socket
 import time
 from collections import Counter, OrderedDict
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import NamedTuple
 from urllib.parse import urlsplit
 
 from ..core.errors import WireError as WireError
@@ -46,34 +48,28 @@ class Address:
 
     @staticmethod
     def parse(text: str, anywhere: bool = False) -> Address:
-        """An address such as ``udp://127.0.0.1:10110``.
-
-        Args:
-            text: scheme, host and port; port 0 selects a free one.
-            anywhere: whether hosts beyond this machine are allowed.
+        """An address such as ``udp://127.0.0.1:10110``; port 0 selects a free one.
 
         Raises:
-            WireError: not of this form, or a host beyond this machine that is not allowed.
+            WireError: not of this form, or a host beyond this machine without `anywhere`.
         """
         try:
             parts = urlsplit(text)
             scheme, host, port = parts.scheme, parts.hostname or "", parts.port
             extra = parts.path or parts.query or parts.fragment or parts.username
         except ValueError:
-            raise WireError(f"'{text}': not an address; write udp://127.0.0.1:10110 or tcp://127.0.0.1:10110") from None
+            scheme, host, port, extra = "", "", None, ""
         if scheme not in ("udp", "tcp") or port is None or extra:
             raise WireError(f"'{text}': not an address; write udp://127.0.0.1:10110 or tcp://127.0.0.1:10110")
-        try:
-            ip = ipaddress.IPv4Address("127.0.0.1" if host == "localhost" else host)
-        except ValueError:
-            raise WireError(f"'{text}': host '{host}' is not an IPv4 address; write it as numbers") from None
+        ip = _ipv4(host)
+        if ip is None:
+            raise WireError(f"'{text}': host '{host}' is not an IPv4 address; write it as numbers")
         if not ip.is_loopback and not anywhere:
             raise WireError(f"'{text}': {host} is beyond this machine; allow that with --anywhere")
         return Address(scheme, str(ip), port)
 
 
-@dataclass(frozen=True)
-class Message:
+class Message(NamedTuple):
     """A valid sentence and its sender ("udp 127.0.0.1:4711")."""
 
     sentence: Sentence
@@ -104,11 +100,11 @@ class Wire:
     def __init__(
         self, address: Address, *, connect: bool = False, to: Sequence[Address] = (), intake: Intake | None = None
     ) -> None:
-        """Listen at an address, or connect to it.
+        """Listen at an address, or connect to a wire that listens there.
 
         Args:
             address: to listen at, or to connect to.
-            connect: whether to connect to a wire that listens there.
+            connect: whether to connect.
             to: addresses to which datagrams are always sent, of the scheme udp.
             intake: limits of the input.
 
@@ -238,10 +234,9 @@ class Wire:
         *whole, rest = (client.unfinished + data).split(b"\n")
         found: list[Sentence] = []
         for line in whole:
-            if client.skipping:  # the end of a line that was too long
-                client.skipping = False
-            else:
+            if not client.skipping:
                 found += self.intake.take(line, client.name, now)
+            client.skipping = False  # after the end of a line that was too long
         if len(rest) > _UNFINISHED:
             self.counts["oversized"] += not client.skipping
             client.skipping, rest = True, b""
@@ -268,9 +263,8 @@ class Wire:
         if not client.unsent or client not in self._clients:
             return
         try:
-            client.unsent = client.unsent[client.socket.send(client.unsent) :]
-        except BlockingIOError:
-            pass
+            with suppress(BlockingIOError):
+                client.unsent = client.unsent[client.socket.send(client.unsent) :]
         except OSError:
             self._drop(client)
         if len(client.unsent) > _UNSENT:
@@ -304,10 +298,9 @@ class _Sender:
     since: float
     tags: OrderedDict[str | None, tuple[Tag, float]] = field(default_factory=OrderedDict[str | None, tuple[Tag, float]])
 
-
-def _refill(who: _Sender, rate: float, now: float) -> None:
-    who.left = min(rate, who.left + rate * max(now - who.since, 0.0))
-    who.since = now
+    def refill(self, rate: float, now: float) -> None:
+        self.left = min(rate, self.left + rate * max(now - self.since, 0.0))
+        self.since = now
 
 
 class Intake:
@@ -328,19 +321,13 @@ class Intake:
         self._senders: OrderedDict[str, _Sender] = OrderedDict()
 
     def take(self, data: bytes, sender: str, now: float) -> list[Sentence]:
-        """The valid sentences of a datagram.
-
-        Args:
-            data: the datagram.
-            sender: its sender.
-            now: time of a monotonic clock [s].
-        """
+        """The valid sentences of a datagram of `sender`, at the time `now` of a monotonic clock [s]."""
         self.counts["datagrams"] += 1
         if len(data) > LARGEST:
             self.counts["oversized"] += 1
             return []
         who = self._sender(sender, now + self.ahead)
-        _refill(self._all, _TOGETHER * self.rate, now + self.ahead)
+        self._all.refill(_TOGETHER * self.rate, now + self.ahead)
         cost = data.count(b"\n") + (not data.endswith(b"\n"))  # as many lines as `split` makes of it, or more
         if min(who.left, self._all.left) < cost:
             self.counts["flooded"] += cost
@@ -357,31 +344,25 @@ class Intake:
             if len(self._senders) > _SENDERS:
                 self._senders.popitem(last=False)
         self._senders.move_to_end(name)
-        _refill(who, self.rate, now)
+        who.refill(self.rate, now)
         return who
 
     def _sentence(self, line: bytes, who: _Sender, now: float) -> Sentence | None:
+        """The sentence, if it is valid and new; `OTHER` for one of a kind that is not read here."""
+        tag, sentence = None, OTHER
         try:
             framed = read_line(line)
-            sentence = self._decoded(framed.sentence)
+            tag = framed.tag
+            sentence = decode(framed.sentence)
         except NmeaError as error:
-            self.counts["other" if error.reason == "kind" else error.reason] += 1
-            return None
-        if framed.tag is not None and self._again(framed.tag, who, now):
+            if error.reason != "kind":
+                self.counts[error.reason] += 1
+                return None
+        if tag is not None and self._again(tag, who, now):
             self.counts["replayed"] += 1
             return None
         self.counts["sentences" if sentence is not OTHER else "other"] += 1
         return sentence
-
-    @staticmethod
-    def _decoded(sentence: bytes) -> Sentence:
-        """The sentence; `OTHER` for a valid one of a kind that is not read here."""
-        try:
-            return decode(sentence)
-        except NmeaError as error:
-            if error.reason != "kind":
-                raise
-            return OTHER
 
     @staticmethod
     def _again(tag: Tag, who: _Sender, now: float) -> bool:
@@ -407,11 +388,7 @@ class Authority:
 
     @staticmethod
     def of(texts: Sequence[str]) -> Authority:
-        """From addresses such as ``192.168.1.5`` or ``127.0.0.1:4711``.
-
-        Raises:
-            WireError: not an IPv4 address.
-        """
+        """From addresses such as ``192.168.1.5`` or ``127.0.0.1:4711``; WireError: not an IPv4 address."""
         return Authority(tuple(_address(text) for text in texts))
 
     def may(self, sender: str) -> bool:
@@ -423,12 +400,17 @@ class Authority:
 ANYBODY = Authority()
 
 
+def _ipv4(host: str) -> ipaddress.IPv4Address | None:
+    """An address given as numbers, or as localhost; None for any other text."""
+    try:
+        return ipaddress.IPv4Address("127.0.0.1" if host == "localhost" else host)
+    except ValueError:
+        return None
+
+
 def _address(text: str) -> str:
     host, colon, port = text.partition(":")
-    try:
-        ip = ipaddress.IPv4Address("127.0.0.1" if host == "localhost" else host)
-    except ValueError:
-        ip = None
+    ip = _ipv4(host)
     if ip is None or (colon and not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65535)):
         raise WireError(f"commander '{text}': write an IPv4 address such as 192.168.1.5, or 192.168.1.5:4711")
     return f"{ip}:{int(port)}" if colon else str(ip)

@@ -78,8 +78,7 @@ def measured_track(ax: Any, measured: Trial) -> None:
     step, first = _every(x.size), np.flatnonzero(np.isfinite(x + y))[:1]
     ax.plot(y[::step], x[::step], color=INK, lw=1.6, label="measured", zorder=2.5)
     ax.plot(y[first], x[first], "o", color=INK, ms=6, mfc="white", label="start", zorder=3)
-    ax.set_xlabel("east y [m]")
-    ax.set_ylabel("north x [m]")
+    ax.set(xlabel="east y [m]", ylabel="north x [m]")
 
 
 def measured_motion(ax: Any, measured: Trial, channel: str, factor: float) -> Array:
@@ -125,13 +124,11 @@ def horizon(
         color, dashes = styles[label]
         values = [points[end] for end in ends]
         ax.plot(ends, values, color=color, ls=dashes, lw=1.6, marker="o", ms=3.5, label=label)
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    ax.set(xscale="log", yscale="log")
     ticks = sorted({end for points in curves.values() for end in points})
     ax.set_xticks(ticks, [f"{end:g}" for end in ticks], minor=False)
     ax.set_xticks([], minor=True)
-    ax.set_xlabel("time since restart, each point from the one before to [s]")
-    ax.set_ylabel(what)
+    ax.set(xlabel="time since restart, each point from the one before to [s]", ylabel=what)
     ax.legend(loc="best", frameon=False)
     return svg(figure, f"horizon {what}")
 
@@ -144,8 +141,7 @@ def convergence(history: Array) -> str:
         ax.plot(history[:, 0], history[:, 2], color=LINES[1][0], ls=LINES[1][1], lw=1.6, label="validation")
     if np.nanmin(history[:, 1]) > 0:
         ax.set_yscale("log")
-    ax.set_xlabel("iteration")
-    ax.set_ylabel("loss [-]")
+    ax.set(xlabel="iteration", ylabel="loss [-]")
     ax.legend(loc="best", frameon=False)
     return svg(figure, "convergence")
 
@@ -185,6 +181,14 @@ def legend_below(figure: Any, ax: Any) -> None:
     longest = max(map(len, labels), default=0)
     columns = next(count for count, length in ((3, 15), (2, 28), (1, longest)) if longest <= length)
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
+
+
+def rows_of(figure: Any, ax: Any, names: Sequence[str], what: str, columns: int) -> None:
+    """Name the rows of a drawing of marks from the top, and its abscissa; a legend below."""
+    ax.set_yticks(range(len(names)), names)
+    ax.set(ylim=(len(names) - 0.5, -0.5), xlabel=what)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=columns, handletextpad=0.1,
+                  columnspacing=1.0, frameon=False)  # fmt: skip
 
 
 def _literal(figure: Any) -> None:
@@ -254,8 +258,7 @@ def _frame(ax: Any, others: Sequence[tuple[Array, Array]], truth: tuple[Array, A
     # Widen the narrow direction, so that the frame keeps its shape at equal scale.
     half = 0.5 * max((ranges[0][1] - ranges[0][0]) / _WIDE, ranges[1][1] - ranges[1][0])
     east, north = (0.5 * (low + high) for low, high in ranges)
-    ax.set_xlim(east - _WIDE * half, east + _WIDE * half)
-    ax.set_ylim(north - half, north + half)
+    ax.set(xlim=(east - _WIDE * half, east + _WIDE * half), ylim=(north - half, north + half))
 
 
 def _limits(truth: Array, others: Sequence[Array], size: float | None = None) -> tuple[float, float]:

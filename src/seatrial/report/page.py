@@ -14,47 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import ReportError as ReportError
+from ..core.files import plain as plain
 from ..core.files import write_together
 
-_STYLE = """
-:root{--ink:#1c2329;--soft:#5d6871;--rule:#dde2e6;--tint:#f4f6f8;--accent:#0072B2;--warn:#9a4a00}
-*{box-sizing:border-box}
-body{margin:0;background:#fff;color:var(--ink);
-font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
-main{max-width:1080px;margin:0 auto;padding:1.5rem 1.2rem 4rem}
-h1{font-size:1.7rem;line-height:1.2;margin:.2rem 0 .4rem}
-h2{font-size:1.2rem;margin:2.4rem 0 .6rem;padding-bottom:.25rem;border-bottom:2px solid var(--rule)}
-h3{font-size:1rem;margin:1.6rem 0 .4rem}
-p{max-width:72ch;margin:.4rem 0}
-.lead{font-size:1.1rem}
-.soft,figcaption{color:var(--soft);font-size:.9rem}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(170px,1fr));gap:.8rem;margin:1rem 0}
-.tile{background:var(--tint);border-left:4px solid var(--rule);border-radius:4px;padding:.7rem .9rem}
-.tile.main{border-color:var(--accent)}
-.tile b{display:block;font-size:1.7rem;line-height:1.2;font-variant-numeric:tabular-nums}
-.tile span{color:var(--soft);font-size:.9rem}
-.scroll{overflow-x:auto;margin:.6rem 0}
-table{border-collapse:collapse;font-size:.9rem;font-variant-numeric:tabular-nums}
-th,td{padding:.28rem .8rem .28rem 0;text-align:right;white-space:nowrap;border-bottom:1px solid var(--rule)}
-th{color:var(--soft);font-weight:600;vertical-align:bottom}
-th:first-child,td:first-child,td.text,th.text{text-align:left}
-td.best{font-weight:700}
-.wrap td{vertical-align:top}
-.wrap td.text{white-space:normal;min-width:12ch;padding-right:1.4rem}
-.figures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,420px),1fr));gap:1rem;align-items:start}
-figure{margin:0;min-width:0}
-svg{display:block;width:100%;height:auto}
-ul{max-width:72ch;padding-left:1.2rem;margin:.4rem 0}
-li{margin:.25rem 0}
-.note{background:#fdf6ec;border-left:4px solid #e69f00;border-radius:4px;padding:.6rem 1rem;margin:.8rem 0}
-dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1.2rem;font-size:.9rem}
-dt{color:var(--soft)}
-dd{margin:0;overflow-wrap:anywhere}
-@media(max-width:520px){main{padding:1rem .8rem 3rem}h1{font-size:1.4rem}
-dl{grid-template-columns:1fr}dd{margin-bottom:.4rem}}
-@media print{body{font-size:11px}main{max-width:none;padding:0}figure,.tile,tr{break-inside:avoid}
-h2,h3{break-after:avoid}.scroll{overflow:visible}}
-"""
+_STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
 
 
 @dataclass(frozen=True)
@@ -98,7 +61,7 @@ class Page:
         return (
             '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
             '<meta name="viewport" content="width=device-width, initial-scale=1">'
-            f"<title>{text(self.title)}</title><style>{_STYLE}</style></head>"
+            f"<title>{text(self.title)}</title><style>\n{_STYLE}</style></head>"
             f"<body><main><h1>{text(self.title)}</h1>{body}</main></body></html>\n"
         )
 
@@ -128,15 +91,6 @@ def write(path: str | Path, page: Page) -> Path:
     numbers = json.dumps(page.document, indent=1, allow_nan=False) + "\n"
     write_together({here.with_suffix(".json"): numbers, here: page.html})
     return here
-
-
-def plain(value: Any) -> Any:
-    """The value in terms of JSON; a number that is not finite becomes null."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def text(value: object) -> str:

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,10 +28,9 @@ from ..validate.rivals import (
 )
 from . import figures
 from .figures import canvas, legend_below, svg
-from .page import Page, Section, bullets, figure, gallery, lead, number, plain, soft, table, text, tiles
+from .page import Page, Section, bullets, figure, gallery, lead, number, soft, table, text, tiles
 from .page import provenance as origin
-from .page import write as write_page
-from .sections import along
+from .report import along
 
 SCHEMA = "seatrial-shooting/1"
 _DEGREES = math.degrees(1.0)
@@ -55,11 +52,6 @@ _MARKS = {
     AS_SAILED: (figures.BLUE, "o"), WIND_KNOWN: (figures.GREEN, "D"), IGNORED: (figures.ORANGE, "^"),
     CALM: (figures.PINK, "s"),
 }  # fmt: skip
-
-
-def write(path: str | Path, found: Rivals, *, provenance: Mapping[str, str]) -> Path:
-    """Write the page, and its numbers beside it as .json; both or neither."""
-    return write_page(path, page(found, provenance=provenance))
 
 
 def page(found: Rivals, *, provenance: Mapping[str, str]) -> Page:
@@ -277,33 +269,30 @@ def estimates(cases: Sequence[Case]) -> str:
         ticks = [v for v in (0, 1, 3, 10, 30, 100, 300, 1000) if v < 2.0 * farthest]
         ax.set_xticks([-v for v in ticks[:0:-1]] + ticks, [f"{v:g}" for v in [-v for v in ticks[:0:-1]] + ticks])
         ax.minorticks_off()
-    ax.set_yticks(range(len(paths)), [path.partition(".")[2] for path in paths])
-    ax.set_ylim(len(paths) - 0.5, -0.5)
-    ax.set_xlabel("(estimate − truth) / sigma; within 3 is shaded")
-    drawn.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, handletextpad=0.1,
-                  columnspacing=1.0, frameon=False)  # fmt: skip
+    names = [path.partition(".")[2] for path in paths]
+    figures.rows_of(drawn, ax, names, "(estimate − truth) / sigma; within 3 is shaded", 4)
     return svg(drawn, "estimates")
 
 
 def numbers(found: Rivals) -> dict[str, Any]:
-    """Cases with fits and scores, thrust maps, servos, and published results; a value that is not finite is null."""
+    """Cases with fits and scores, thrust maps, servos, and published results."""
     study = found.study
-    return plain({
+    return {
         "schema": SCHEMA, "study": study.name, "title": study.title, "ship": study.problem.ship.name,
         "horizons": list(HORIZONS), "trials": [t.name for t in study.problem.trials],
-        "test_trials": [t.name for t in study.test], "published": dict(study.published),
+        "test_trials": [t.name for t in study.test], "published": study.published,
         "cases": {case.name: _of_case(case) for case in found.cases},
         "thrust": {
-            name: {"coefficients": fit.coefficients.tolist(), "sigma": fit.sigma.tolist(), "powers": list(fit.powers),
-                   "n_max": fit.n_max, "R2": fit.R2, "rmse": fit.rmse, "rows": fit.rows}
+            name: {"coefficients": fit.coefficients, "sigma": fit.sigma, "powers": fit.powers, "n_max": fit.n_max,
+                   "R2": fit.R2, "rmse": fit.rmse, "rows": fit.rows}
             for name, (fit, _, _) in found.drive.maps.items()
         },
         "servos": {
-            name: {**asdict(fit.servo), "sigma": dict(fit.sigma), "offset": fit.offset, "rmse": fit.rmse, "R2": fit.R2,
-                   "samples": fit.samples, "cautions": list(fit.cautions)}
+            name: {**vars(fit.servo), "sigma": fit.sigma, "offset": fit.offset, "rmse": fit.rmse, "R2": fit.R2,
+                   "samples": fit.samples, "cautions": fit.cautions}
             for name, fit in found.drive.servos.items()
         },
-    })  # fmt: skip
+    }  # fmt: skip
 
 
 def _of_case(case: Case) -> dict[str, Any]:
@@ -312,21 +301,13 @@ def _of_case(case: Case) -> dict[str, Any]:
         "about": case.about,
         "fits": {
             who: {"objective": one.objective, "seconds": one.seconds, "status": one.status, "parameters": {
-                f.path: {"start": f.start, "value": float(v), "sigma": float(s)}
+                f.path: {"start": f.start, "value": v, "sigma": s}
                 for f, v, s in zip(one.free, one.values, one.sigma, strict=True)
             }} for who, one in case.fits.items()
         },
-        "truth": {f.path: float(v) for f, v in zip(fit.free, case.truth, strict=True)},
-        "sigmas_off": {f.path: float(z) for f, z in zip(fit.free, case.away, strict=True)},
-        "verdicts": [asdict(v) for v in fit.verdicts],
-        "scores": {who: _of_score(score) for who, score in case.scores.items()},
+        "truth": {f.path: v for f, v in zip(fit.free, case.truth, strict=True)},
+        "sigmas_off": {f.path: z for f, z in zip(fit.free, case.away, strict=True)},
+        "verdicts": fit.verdicts, "scores": case.scores,
         "rival_over_model": {v: case.smaller(v) for v in VELOCITIES},
-        "model_over_truth": dict(case.scores[FULL].beyond(case.scores[TRUTH])),
+        "model_over_truth": case.scores[FULL].beyond(case.scores[TRUTH]),
     }  # fmt: skip
-
-
-def _of_score(score: Score) -> dict[str, Any]:
-    return {
-        "relative": dict(score.relative), "runs": {name: dict(run) for name, run in score.runs.items()},
-        "steps": {name: errors.tolist() for name, errors in score.steps.items()}, "starts": score.starts,
-    }

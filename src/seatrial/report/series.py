@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +19,6 @@ from . import figures
 from .figures import canvas, legend_below, svg
 from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
 from .page import provenance as origin
-from .page import write as write_page
 
 _MINUTE = 60.0
 _MEANT = {
@@ -31,22 +28,16 @@ _MEANT = {
 }  # fmt: skip
 
 
-def write(
-    path: str | Path, series: Series, found: Table, *, provenance: Mapping[str, str], failed: Sequence[str] = ()
-) -> Path:
-    """Write the page, and its numbers beside it as .json; both or neither.
-
-    Args:
-        failed: cells whose fit failed, with the reason.
-    """
-    return write_page(path, page(series, found, covered(series), provenance=provenance, failed=failed))
-
-
 def page(
     series: Series, found: Table, cover: Mapping[str, Mapping[str, Coverage]], *, provenance: Mapping[str, str],
     failed: Sequence[str] = (),
 ) -> Page:  # fmt: skip
-    """The whole page; arguments as in `write`, and the coverage of each test trial by composition."""
+    """The whole page.
+
+    Args:
+        cover: coverage of each test trial by composition, see `covered`.
+        failed: cells whose fit failed, with the reason.
+    """
     parts = (
         Section("", _head(series, found, failed)),
         Section("The models on held-out trials", _scores(series, found)),
@@ -313,8 +304,7 @@ def seeds(standings: Sequence[Standing], test: str) -> str:
     figures.measured_track(ax, measured)
     middle = [0.5 * float(np.nanmin(measured[n]) + np.nanmax(measured[n])) for n in ("y", "x")]
     half = 0.75 * max(float(np.ptp(measured[n])) for n in ("y", "x"))
-    ax.set_xlim(middle[0] - 1.15 * half, middle[0] + 1.15 * half)
-    ax.set_ylim(middle[1] - half, middle[1] + half)
+    ax.set(xlim=(middle[0] - 1.15 * half, middle[0] + 1.15 * half), ylim=(middle[1] - half, middle[1] + half))
     ax.set_aspect("equal", adjustable="box")
     legend_below(drawn, ax)
     return svg(drawn, f"seeds {test}")
@@ -329,11 +319,7 @@ def bars(names: Sequence[str], values: Mapping[str, Sequence[float]], what: str)
         ax.plot(found, places, mark, color=colour, ms=5, ls="none", label=label, alpha=0.9)
     ax.set_xscale("log")
     _in_digits(ax.xaxis)
-    ax.set_yticks(places, names)
-    ax.set_ylim(len(names) - 0.5, -0.5)
-    ax.set_xlabel(what)
-    drawn.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, handletextpad=0.1,
-                  frameon=False)  # fmt: skip
+    figures.rows_of(drawn, ax, names, what, 3)
     return svg(drawn, f"bars {what}")
 
 
@@ -385,19 +371,19 @@ def numbers(series: Series, found: Table, cover: Mapping[str, Mapping[str, Cover
     published = series.published
     return {
         "schema": SCHEMA, "series": series.name, "title": series.title, "budget": series.budget,
-        "restart": series.restart, "sigma": dict(found.sigma),
+        "restart": series.restart, "sigma": found.sigma,
         "tests": {label: trial.name for label, trial in series.tests.items()},
         "validation": {label: trial.name for label, trial in series.watched.items()},
         "models": {one.key: _of(series, one, found.tests) for one in found.standings},
         "claims": [
             {"says": claim.says, "better": claim.better, "worse": claim.worse, "factor": claim.factor,
-             "rows": [asdict(f) for f in rows]}
+             "rows": rows}
             for claim, rows in found.claims
         ],
         "coverage": {name: {test: c.numbers() for test, c in some.items()} for name, some in cover.items()},
         "spread": {key: {test: s.numbers() for test, s in some.items()} for key, some in found.validity.items()},
         "published": {"source": published.source, "note": published.note, "protocol": "not confirmed",
-                      "rows": {k: {row: list(v) for row, v in column.items()} for k, column in published.rows.items()}},
+                      "rows": published.rows},
     }  # fmt: skip
 
 
@@ -410,7 +396,7 @@ def _of(series: Series, one: Standing, tests: Iterable[str]) -> dict[str, Any]:
         "seeds": [
             {"seed": m.seed, "objective": m.objective, "seconds": m.seconds, "status": m.summary.get("status", ""),
              "updates": m.summary.get("evaluations"), "digest": m.summary.get("digest", ""),
-             "errors": {test: float(one.errors[test][k]) for test in tests}, "history": m.history.tolist()}
+             "errors": {test: one.errors[test][k] for test in tests}, "history": m.history}
             for k, m in enumerate(one.members)
         ],
         "mean": {test: one.mean(test) for test in tests},

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,35 +18,11 @@ from ..identify.tuning.tuned import Method, Range, Tuning, findings
 from ..simulate.replay import replay
 from . import figures
 from .figures import canvas, svg
-from .page import (
-    Page,
-    Section,
-    bullets,
-    figure,
-    gallery,
-    lead,
-    note,
-    number,
-    soft,
-    table,
-    text,
-    tiles,
-)
-from .page import (
-    provenance as origin,
-)
-from .page import write as write_page
+from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
+from .page import provenance as origin
 
 SCHEMA = "seatrial-tuning/1"
 _DEGREES = math.degrees(1.0)
-
-
-def write(
-    path: str | Path, tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
-    sections: Sequence[Section] = (),
-) -> Path:  # fmt: skip
-    """Write the page, and its numbers beside it as .json; both or neither.  Arguments as in `page`."""
-    return write_page(path, page(tuning, title=title, provenance=provenance, method=method, sections=sections))
 
 
 def page(
@@ -110,11 +84,8 @@ def _methods(tuning: Tuning) -> str:
             "runs agreed, C", "starts agreed, g"]  # fmt: skip
     shown = {r.ratio: r for r in (tuning.ranges[0], tuning.best)}
     drawn = (
-        figure(
-            search(r.methods["evolution"], f"{ratio:g}"),
-            f"CMA-ES at a_r = {ratio:g}: the objective jumps where a run ends and the next begins, with a "
-            "larger population",
-        )
+        figure(search(r.methods["evolution"], f"{ratio:g}"), f"CMA-ES at a_r = {ratio:g}: the objective jumps where a "
+               "run ends and the next begins, with a larger population")
         for ratio, r in shown.items()
     )  # fmt: skip
     remark = (
@@ -237,10 +208,9 @@ def numbers(tuning: Tuning) -> dict[str, Any]:
     return {
         "schema": SCHEMA, "ship": tuning.problem.ship.name, "chosen": tuning.best.ratio,
         "tuning_trials": [t.name for t in tuning.problem.trials], "test_trials": [t.name for t in tuning.tests],
-        "untuned": {"tune": dict(tuning.untuned_tune), "test": dict(tuning.untuned_test)},
+        "untuned": {"tune": tuning.untuned_tune, "test": tuning.untuned_test},
         "ranges": [_of_range(r) for r in tuning.ranges],
-        "residuals": {**asdict(tuning.residuals), "flat_directions": tuning.flat},
-        "findings": [asdict(f) for f in findings(tuning)],
+        "residuals": {**vars(tuning.residuals), "flat_directions": tuning.flat}, "findings": findings(tuning),
     }  # fmt: skip
 
 
@@ -249,17 +219,15 @@ def _of_range(r: Range) -> dict[str, Any]:
         "ratio": r.ratio, "kept": r.kept, "apart": r.apart,
         "methods": {
             name: {"objective": m.objective, "evaluations": m.evaluations, "seconds": m.seconds, "status": m.status,
-                   "ends": m.ends[:, 0].tolist(), "values": m.values.tolist()}
+                   "ends": m.ends[:, 0], "values": m.values}
             for name, m in r.methods.items()
         },
         "parameters": {
-            f.path: {"value": float(v), "low": f.low, "high": f.high, "position": float(p),
-                     "at_bound": f.path in r.at_bound}
+            f.path: {"value": v, "low": f.low, "high": f.high, "position": p, "at_bound": f.path in r.at_bound}
             for f, v, p in zip(r.free, r.fit.values, r.position, strict=True)
         },
-        "tune": dict(r.tune), "test": dict(r.test), "left_out": dict(r.left_out),
-        "soft": {"tune": dict(r.soft_tune), "test": dict(r.soft_test), "left_out": dict(r.soft_left_out),
-                 "values": r.soft.tolist()},
+        "tune": r.tune, "test": r.test, "left_out": r.left_out,
+        "soft": {"tune": r.soft_tune, "test": r.soft_test, "left_out": r.soft_left_out, "values": r.soft},
     }  # fmt: skip
 
 
@@ -272,13 +240,11 @@ def search(method: Method, name: str) -> str:
     drawn, (above, below) = canvas(2)
     rows = method.history
     above.plot(rows[:, 0], rows[:, 1], color=figures.BLUE, lw=1.0)
-    above.set_yscale("log")
-    above.set_ylabel("J, best of generation")
+    above.set(yscale="log", ylabel="J, best of generation")
     least = float(rows[:, 1].min())
     over = np.maximum(rows[:, 1] - least, _LEAST * max(abs(least), 1e-300))
     below.plot(rows[:, 0], over, color=figures.BLUE, lw=1.0)
-    below.set_yscale("log")
-    below.set_ylabel("J − best J")
+    below.set(yscale="log", ylabel="J − best J")
     below.set_xlabel("generation, all runs one after the other")
     drawn.align_ylabels((above, below))
     return svg(drawn, f"search {name}")
@@ -303,8 +269,7 @@ def objectives(tuning: Tuning) -> str:
             ax.plot(ratios, total, color=colour, ls=dashes, marker=mark, ms=5, lw=1.4, label=label)
         ax.axhline(sum(untuned.values()), color=figures.GREY, ls=figures.BASELINE[1], lw=1.2, label="untuned")
         ax.axvline(tuning.best.ratio, color=figures.ORANGE, alpha=0.35, lw=6, zorder=0.5)
-        ax.set_yscale("log")
-        ax.set_ylabel(f"J, {title}")
+        ax.set(yscale="log", ylabel=f"J, {title}")
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     axes[-1].set_xticks(ratios, [f"{r:g}" for r in ratios])
     axes[-1].set_xlabel("range a_r (the chosen one shaded)")
@@ -329,12 +294,8 @@ def positions(ranges: Sequence[Range]) -> str:
     for edge in range(1, len(paths)):
         ax.axhline(edge - 0.5, color=figures.GRID, lw=0.8)
     ax.grid(False)
-    ax.set_yticks(range(len(paths)), paths)
-    ax.set_ylim(len(paths) - 0.5, -0.5)
     ax.set_xlim(-1.05, 1.05)
-    ax.set_xlabel("place in the range (filled: at its end)")
-    drawn.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=5, handletextpad=0.1,
-                  columnspacing=1.0, frameon=False)  # fmt: skip
+    figures.rows_of(drawn, ax, paths, "place in the range (filled: at its end)", 5)
     return svg(drawn, "positions")
 
 

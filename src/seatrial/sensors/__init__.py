@@ -42,11 +42,7 @@ class Sensors:
                     raise SensorError(f"{table} of {name} is {value:g}; it must be zero or above")
 
     def read(self, trial: Trial, rng: np.random.Generator) -> Trial:
-        """The run as recorded; channels without a sensor stay as they are.
-
-        Raises:
-            SensorError: the run lacks a channel that has a sensor.
-        """
+        """The run as recorded; channels without a sensor stay as they are.  SensorError: a sensor of no channel."""
         channels = dict(trial.channels)
         for name in dict.fromkeys((*self.noise, *self.bias, *self.quantum)):
             if name not in channels:

@@ -48,11 +48,10 @@ class Gnss(Instrument):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        not_below_zero(self, "speed_quantum", "course_quantum")
+        not_below_zero("the gnss", speed_quantum=self.speed_quantum, course_quantum=self.course_quantum)
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """Errors of position and velocity, north and east."""
         return {"x": self.position, "y": self.position, "north": self.velocity, "east": self.velocity}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
@@ -79,15 +78,12 @@ class Gyro(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """Errors of the heading."""
         return {"psi": self.heading}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
-        """True heading."""
         return (truth["psi"],)
 
     def say(self, measured: Sequence[float]) -> dict[str, float]:
-        """The heading as a direction."""
         return {"psi": direction(measured[0])}
 
 
@@ -101,11 +97,9 @@ class RateGyro(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """Errors of the rate of turn."""
         return {"r": self.rate_of_turn}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
-        """True rate of turn."""
         return (truth["r"],)
 
 
@@ -131,7 +125,6 @@ class SpeedLog(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """Errors of each value of its readings."""
         stern = ("_stern",) if self.stern_x is not None else ()
         water = dict.fromkeys(("u_w", "v_w", *(f"v_w{name}" for name in stern)), self.water)
         if self.ground is None:
@@ -177,13 +170,12 @@ class Anemometer(Instrument):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        not_below_zero(self, "speed_quantum", "direction_quantum")
+        not_below_zero("the anemometer", speed_quantum=self.speed_quantum, direction_quantum=self.direction_quantum)
         if not math.isfinite(self.skew):
             raise SensorError(f"skew of the anemometer is {self.skew:g}; it must be finite")
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """Errors of wind and motion, ahead and to starboard."""
         motion = {} if self.motion is None else {"u": self.motion, "v_m": self.motion}
         return {"ahead": self.wind, "aside": self.wind, **motion}
 
@@ -230,13 +222,12 @@ class EchoSounder(Instrument):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        not_below_zero(self, "draught")
+        not_below_zero("the echo_sounder", draught=self.draught)
         if not self.reach > 0.0:
             raise SensorError(f"reach of the echo_sounder is {self.reach:g}; it must be above zero")
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """Errors of the depth."""
         return {"below": self.depth}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
@@ -272,9 +263,7 @@ class Feedback(Instrument):
 
     @property
     def errors(self) -> Mapping[str, Errors]:
-        """Errors of each value of its readings."""
         return {name: self.of.get(name, EXACT) for name in self.controls}
 
     def measure(self, truth: Truth) -> tuple[float, ...]:
-        """True values of the controls."""
         return tuple(truth[name] for name in self.controls)

@@ -10,7 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,6 +20,13 @@ from . import Reading, SensorError, Truth
 _BLOCK = 256
 _SLACK = 1e-6
 """A step may be early by this share of the period and still take the sample, as times are rounded sums."""
+
+
+def not_below_zero(of: str, **figures: float) -> None:
+    """Refuse figures of a sensor that are below zero or not finite; SensorError: the first such figure."""
+    for name, value in figures.items():
+        if not 0.0 <= value < math.inf:
+            raise SensorError(f"{name} of {of} is {value:g}; it must be zero or above, and finite")
 
 
 @dataclass(frozen=True)
@@ -45,10 +52,7 @@ class Errors:
     quantum: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("noise", "walk", "quantum"):
-            value = getattr(self, name)
-            if not 0.0 <= value < math.inf:
-                raise SensorError(f"{name} of a sensor is {value:g}; it must be zero or above, and finite")
+        not_below_zero("a sensor", noise=self.noise, walk=self.walk, quantum=self.quantum)
         if not math.isfinite(self.bias):
             raise SensorError(f"bias of a sensor is {self.bias:g}; it must be finite")
         if not self.memory > 0.0:
@@ -82,16 +86,13 @@ class Instrument(ABC):
     outage_length: float = 0.0
 
     def __post_init__(self) -> None:
-        wrong = next((f.name for f in fields(Instrument) if math.isnan(getattr(self, f.name))), "")
-        wrong = wrong or next((n for n in ("rate", "outage_every") if not getattr(self, n) > 0.0), "")
-        wrong = wrong or next((n for n in ("latency", "outage_length") if not 0 <= getattr(self, n) < math.inf), "")
-        if math.isinf(self.rate):
-            wrong = "rate"
-        if wrong:
-            limits = "above zero" if wrong in ("rate", "outage_every") else "zero or above, and finite"
-            raise SensorError(f"{wrong} of the {self.kind} is {getattr(self, wrong):g}; it must be {limits}")
+        of = f"the {self.kind}"
+        for name, value in (("rate", self.rate), ("outage_every", self.outage_every)):
+            if not value > 0.0 or (name == "rate" and math.isinf(value)):
+                raise SensorError(f"{name} of {of} is {value:g}; it must be above zero")
+        not_below_zero(of, latency=self.latency, outage_length=self.outage_length)
         if not 0.0 <= self.loss <= 1.0:
-            raise SensorError(f"loss of the {self.kind} is {self.loss:g}; it is a share, from 0 to 1")
+            raise SensorError(f"loss of {of} is {self.loss:g}; it is a share, from 0 to 1")
 
     @property
     @abstractmethod
@@ -107,11 +108,7 @@ class Instrument(ABC):
         return dict(zip(self.errors, measured, strict=True))
 
     def start(self, seed: int = 0) -> Running:
-        """Start it at time 0.
-
-        Raises:
-            SensorError: a seed below zero.
-        """
+        """Start it at time 0; SensorError: a seed below zero."""
         if seed < 0:
             raise SensorError(f"a seed of {seed}; give zero or above")
         return Running(self, seed)
@@ -131,8 +128,7 @@ class Running:
 
     def reset(self) -> None:
         """Back to time 0."""
-        self._next = 0
-        self._last = 0
+        self._next = self._last = 0
         self._walked = [0.0] * len(self._errors)
         self._dark_until = -math.inf
         self._waiting: deque[Reading] = deque()
@@ -157,11 +153,7 @@ class Running:
                 "waiting": [[reading.t, dict(reading.values)] for reading in self._waiting]}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Continue from a `snapshot`.
-
-        Raises:
-            SensorError: it is not of such an instrument.
-        """
+        """Continue from a `snapshot`; SensorError: it is not of such an instrument."""
         try:
             dark = saved["dark_until"]
             waiting = [Reading(self.instrument.kind, float(t), dict(values)) for t, values in saved["waiting"]]
@@ -232,15 +224,3 @@ def direction(angle: float, quantum: float = 0.0) -> float:
     """A direction in [0, 2 pi), to a resolution."""
     found = rounded(angle % math.tau, quantum)
     return 0.0 if found >= math.tau else found
-
-
-def not_below_zero(instrument: Instrument, *names: str) -> None:
-    """Refuse figures of an instrument that are below zero or not finite.
-
-    Raises:
-        SensorError: the first such figure.
-    """
-    for name in names:
-        value = getattr(instrument, name)
-        if not 0.0 <= value < math.inf:
-            raise SensorError(f"{name} of the {instrument.kind} is {value:g}; it must be zero or above, and finite")

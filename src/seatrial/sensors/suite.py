@@ -26,11 +26,7 @@ class Suite:
     instruments: tuple[Instrument, ...]
 
     def fit(self, truth: Truth, ship: str) -> None:
-        """Check that the ship has every value that they measure.
-
-        Raises:
-            SensorError: an instrument of a value that this ship lacks; the text names both.
-        """
+        """Check that the ship has every value that they measure; SensorError: an instrument of one that it lacks."""
         for instrument in self.instruments:
             try:
                 instrument.measure(truth)
@@ -38,11 +34,7 @@ class Suite:
                 raise SensorError(f"{instrument.kind} of {ship}: {error.args[0]}") from None
 
     def start(self, seed: int = 0, ship: int = 0) -> Watch:
-        """Start all of them; ships of one seed differ by their number `ship`.
-
-        Raises:
-            SensorError: a seed below zero.
-        """
+        """Start all of them; ships of one seed differ by their number `ship`.  SensorError: a seed below zero."""
         if seed < 0:
             raise SensorError(f"a seed of {seed}; give zero or above")
         return Watch(self, [seed, ship])
@@ -76,11 +68,7 @@ class Watch:
         return json.dumps([running.snapshot() for running in self.running]).encode()
 
     def restore(self, saved: bytes) -> None:
-        """Continue from a `snapshot`.
-
-        Raises:
-            SensorError: it is not of these instruments.
-        """
+        """Continue from a `snapshot`; SensorError: it is not of these instruments."""
         try:
             states: list[Any] = json.loads(saved)
         except ValueError:

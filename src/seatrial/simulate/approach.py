@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -37,6 +38,11 @@ def time_step(ship: Ship) -> float:
     if isinstance(ship.model, Sampled):
         return float(ship.model.dt)
     wanted = min(_STEP * ship.L_pp / max(ship.speed, 1e-3), _STIFF / max(fastest(ship), 1e-9))
+    return rounded_down(wanted)
+
+
+def rounded_down(wanted: float) -> float:
+    """The greatest of 1, 2 and 5 times a power of ten that is not above `wanted`."""
     decade = 10.0 ** math.floor(math.log10(wanted))
     return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= wanted * (1 + 1e-9))
 
@@ -104,21 +110,15 @@ def _ahead(ship: Ship, u: float, control: tuple[float, ...]) -> tuple[float, ...
 
 
 def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -> tuple[float, float]:
-    """Speed [m/s] and revolutions [1/s] of a steady straight run.
+    """Speed [m/s] and revolutions [1/s] of a steady straight run; ShipError: no balance in the range searched.
 
-    Without either, the ship file's speed and the revolutions that hold it; with one, the other of
-    the steady run; with both, both as given.
-
-    Raises:
-        ShipError: the model finds no balance in the range searched.
+    Without either, the ship file's speed and the revolutions that hold it; with one, the other of the steady run; with
+    both, both as given.
     """
     if speed is not None and n_P is not None:
         return speed, n_P
     if n_P is not None:
-
-        def by_speed(u: float) -> float:
-            return surge_balance(ship, u, n_P)
-
+        by_speed = partial(surge_balance, ship, n_P=n_P)
         if by_speed(0.5 * ship.speed) == by_speed(ship.speed) == 0.0:
             return ship.speed, n_P  # a response model keeps any speed
         return _balance(by_speed, 1e-3, 5 * ship.speed, ship), n_P
@@ -127,17 +127,15 @@ def approach(ship: Ship, speed: float | None = None, n_P: float | None = None) -
         return U, ship.n_P
     if surge_balance(ship, U, 0.0) >= 0.0:
         return U, ship.n_P or 0.0  # a response model has no surge balance
-
-    def by_revolutions(n: float) -> float:
-        return surge_balance(ship, U, n)
-
-    return U, _balance(by_revolutions, 0.1 * U / ship.L_pp, 2000 * U / ship.L_pp, ship)
+    return U, _balance(partial(surge_balance, ship, U), 0.1 * U / ship.L_pp, 2000 * U / ship.L_pp, ship)
 
 
 def _balance(f: Callable[[float], float], low: float, high: float, ship: Ship) -> float:
     if f(low) * f(high) > 0:
-        raise ShipError(f"{ship.name}: no steady run between {low:g} and {high:g}; "
-                        "give n_P in [approach] of its file, or speed and revolutions where a command asks for both")
+        raise ShipError(
+            f"{ship.name}: no steady run between {low:g} and {high:g}; "
+            "give n_P in [approach] of its file, or speed and revolutions where a command asks for both"
+        )
     return bracketed_root(f, low, high)
 
 

@@ -89,22 +89,13 @@ def _free_values(model: Any) -> dict[str, float]:
     return {path: v for path, v in values(model).items() if not (path == "dt" and isinstance(model, Sampled))}
 
 
-def orders(policy: Policy) -> tuple[str, ...]:
-    """Names of the orders of a policy."""
-    return policy.orders
-
-
-def _servos(ship: Ship) -> dict[str, Servo]:
-    return {table(control): ship.actuators.of(control) for control in ship.model.controls}
-
-
 def loop_values(ship: Ship, policy: Policy) -> dict[str, float]:
     """Parameters of `closed_loop` by name; without those that change the structure of the compiled step.
 
     A dead time sets the length of the queue of orders, and a lag of zero removes the exponential.
     """
     out = {f"ship.{path}": value for path, value in _free_values(ship.model).items()}
-    for name, servo in _servos(ship).items():
+    for name, servo in {table(control): ship.actuators.of(control) for control in ship.model.controls}.items():
         own = {k: v for k, v in values(servo).items() if k != "dead_time" and not (k == "lag" and v == 0.0)}
         out |= {f"{name}.{limit}": value for limit, value in own.items()}
     return out | {f"policy.{path}": value for path, value in values(policy).items()}
@@ -125,10 +116,9 @@ def _sources(ship: Ship, policy: Policy) -> tuple[tuple[int, float], ...]:
 
     An order with the name of the control takes precedence over the conventional one.
     """
-    given, controls = orders(policy), ship.model.controls
+    given, controls = policy.orders, ship.model.controls
     pairs = [
-        (control, 1.0) if control in given else pair
-        for control, pair in zip(controls, ship.model.follows, strict=True)
+        (control, 1.0) if control in given else pair for control, pair in zip(controls, ship.model.follows, strict=True)
     ]
     known = {*controls, *(name for name, _ in ship.model.follows)}
     for name in given:
@@ -175,7 +165,7 @@ class _Loop:
 
     def own(self, wanted: Scalars) -> Scalars:
         """Orders under their own names, for those that are not a control of the ship."""
-        return tuple(order for name, order in zip(orders(self.policy), wanted, strict=True)
+        return tuple(order for name, order in zip(self.policy.orders, wanted, strict=True)
                      if name not in self.ship.model.controls)  # fmt: skip
 
     def actuate(self, k: int, memory: Scalars, order: Any, step: Any, p: Scalars) -> tuple[Any, Scalars]:
@@ -221,11 +211,8 @@ class _Loop:
 def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
     """Ship, actuators and policy as one system; its memory is that of actuators, model and policy.
 
-    Parameters are named ``ship.<path>``, ``propeller.<limit>``, ``rudder.<limit>`` (other actuators by their
-    control, ``alpha_1.rate``) and ``policy.<name>``.
-
-    Args:
-        dt: the time step it will be run with [s]; a dead time is a queue of orders of that length.
+    Parameters are named ``ship.<path>``, ``propeller.<limit>``, ``rudder.<limit>`` (other actuators by their control,
+    ``alpha_1.rate``) and ``policy.<name>``.  A dead time is a queue of orders of the length of the time step `dt` [s].
 
     Raises:
         ShipError: the policy orders a control that the ship lacks.
@@ -244,7 +231,7 @@ def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
 def logged(ship: Ship, policy: Policy) -> tuple[str, ...]:
     """Names of the orders that a closed loop records: of each control, then the policy's own beyond them."""
     controls = ship.model.controls
-    return tuple(f"{name}_cmd" for name in (*controls, *(o for o in orders(policy) if o not in controls)))
+    return tuple(f"{name}_cmd" for name in (*controls, *(o for o in policy.orders if o not in controls)))
 
 
 def loop_memory(

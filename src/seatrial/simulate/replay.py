@@ -1,10 +1,9 @@
 """Free-running prediction of a measured trial from its own controls and wind: inputs, initial states, gaps.
 
 `smoothed_starts` estimates the initial state from the readings before it and none after it, as a single reading carries
-the sensor's noise into the whole prediction.  Over the last few seconds x, y
-and psi are parabolas in time; positions and velocities are fitted together, each weighted by its own scatter,
-and the fit is evaluated at its end.  The noise is estimated from the same interval.
-`gaps` lists, row by row, the controls and the environment that a trial did not log and `inputs` fills in.
+the sensor's noise into the whole prediction.  Over the last few seconds x, y and psi are parabolas in time; positions
+and velocities are fitted together, each weighted by its own scatter, and the fit is evaluated at its end. `gaps` lists,
+row by row, the controls and the environment that a trial did not log and `inputs` fills in.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import resampling
 from ..engine import SimulationError
 from ..engine.rollout import simulator
-from ..environment import CHANNELS, to_body, to_earth
+from ..environment import CHANNELS, VECTORS, to_body, to_earth
 from ..models import STATES, Model, Sampled, Stepped
 from ..models.settled import unseen
 from ..ships import Ship
@@ -31,11 +30,11 @@ from .run import SIMULATED
 def inputs(trial: Trial, model: Model) -> Array:
     """Inputs from each row to the next, shape (rows, controls + 8): controls and environment.
 
-    Controls act with the mean of the two rows, which is exact for the ramp of an actuator; those in the
-    trial's `meta["held"]`, and the environment, are constant from row to row.  Gaps get the last value
-    before them (`gaps` lists them).  A control that the trial lacks is taken from the order it follows
-    (alpha_1 from delta).  A wind that was logged as apparent only is converted to the true one by the measured
-    motion.  Wind, waves and current without a value in any row are zero, and water without a depth is deep.
+    Controls act with the mean of the two rows, which is exact for the ramp of an actuator; those in the trial's
+    `meta["held"]`, and the environment, are constant from row to row.  Gaps get the last value before them (`gaps`
+    lists them).  A control that the trial lacks is taken from the order it follows (alpha_1 from delta).  A wind that
+    was logged as apparent only is converted to the true one by the measured motion.  Wind, waves and current without a
+    value in any row are zero, and water without a depth is deep.
 
     Raises:
         DataError: the trial lacks a control, or the wind that a network needs.
@@ -55,9 +54,9 @@ def inputs(trial: Trial, model: Model) -> Array:
             raise DataError(f"{trial.name}: {source} has no value in any row; the model is steered by it")
         series[:, k] = factor * trial[source]
     around = {name: n + k for k, name in enumerate(CHANNELS)}
-    for first, (size, direction) in VECTORS.items():
-        if first != "wind_x" and logged(trial, size) and logged(trial, direction):
-            at = around[first]
+    for of, size, direction in VECTORS[1:]:  # the wind follows
+        if logged(trial, size) and logged(trial, direction):
+            at = around[f"{of}_x"]
             series[:, at] = trial[size] * np.cos(trial[direction])
             series[:, at + 1] = trial[size] * np.sin(trial[direction])
     if wind is not None:
@@ -91,11 +90,11 @@ def replay(
     """Free-running prediction of `trial` from its own controls and wind, on its own rows.
 
     The integrator is the Runge-Kutta method or Euler's, in as many steps from row to row as the ship needs
-    (`approach.substeps`).  Every `restart` seconds the state is reset to the measured one (at the first
-    complete sample from there on).  Rows range from the first complete sample to the last.  Inputs are constant between
-    rows; uneven time is predicted on an even grid of the median step and interpolated at the rows.  The memory of a
-    network starts from the measured rows before; without any, as if the first had lasted.
-    With `smooth_start` each initial state is estimated from the last `smooth_start` seconds (`smoothed_starts`).
+    (`approach.substeps`).  Every `restart` seconds the state is reset to the measured one (at the first complete sample
+    from there on).  Rows range from the first complete sample to the last.  Inputs are constant between rows; uneven
+    time is predicted on an even grid of the median step and interpolated at the rows.  The memory of a network starts
+    from the measured rows before; without any, as if the first had lasted.  With `smooth_start` each initial state is
+    estimated from the last `smooth_start` seconds (`smoothed_starts`).
 
     Raises:
         DataError: a channel is missing, no row is complete, or there are fewer rows than a network looks back on.
@@ -136,8 +135,7 @@ def replay(
         if not np.isfinite(out[a:b]).all():
             failed = next(f for f in run.failures if f.lane == lane)
             raise SimulationError(
-                f"{trial.name}: {failed.state} = {failed.value:g} at t = {t[a] + failed.time:g} s; "
-                "the model blows up"
+                f"{trial.name}: {failed.state} = {failed.value:g} at t = {t[a] + failed.time:g} s; the model blows up"
             )
     meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
     return Trial(trial.name, t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
@@ -259,11 +257,7 @@ def _scatter(columns: Array, readings: Array) -> float:
     return max(float(np.sqrt(left @ left / freedom)), 1e-9 * size, 1e-12)
 
 
-VECTORS: Mapping[str, tuple[str, str]] = {
-    "wind_x": ("U_T", "gamma_T"), "current_x": ("U_C", "gamma_C"), "wave_x": ("H_S", "gamma_W"),
-}  # fmt: skip
-"""Logged size and direction of a channel of the environment and the one after it."""
-APPARENT = ("U_A", "gamma_A")
+_TRUE, _APPARENT = ("U_T", "gamma_T"), ("U_A", "gamma_A")
 
 
 def logged(trial: Trial, name: str) -> bool:
@@ -273,8 +267,8 @@ def logged(trial: Trial, name: str) -> bool:
 
 def from_apparent(trial: Trial) -> bool:
     """Whether the true wind follows only from the apparent one (U_A, gamma_A) and the measured motion."""
-    measured = all(logged(trial, name) for name in VECTORS["wind_x"])
-    return not measured and all(logged(trial, name) for name in (*APPARENT, "psi", "u", "v_m"))
+    measured = all(logged(trial, name) for name in _TRUE)
+    return not measured and all(logged(trial, name) for name in (*_APPARENT, "psi", "u", "v_m"))
 
 
 def wind_of(trial: Trial) -> tuple[Array, Array] | None:
@@ -284,7 +278,7 @@ def wind_of(trial: Trial) -> tuple[Array, Array] | None:
     mast, which is unknown, is left out.
     """
     if not from_apparent(trial):
-        if not all(logged(trial, name) for name in VECTORS["wind_x"]):
+        if not all(logged(trial, name) for name in _TRUE):
             return None
         return trial["U_T"] * np.cos(trial["gamma_T"]), trial["U_T"] * np.sin(trial["gamma_T"])
     ahead = trial["U_A"] * np.cos(trial["gamma_A"]) - trial["u"]
@@ -300,7 +294,7 @@ def wind_words(trial: Trial, felt: bool) -> str:
         felt: whether the model has a force of the wind.
     """
     blows = logged(trial, "U_A") and float(np.nanmax(np.abs(trial["U_A"]))) > 0.0
-    if not blows or all(logged(trial, name) for name in VECTORS["wind_x"]):
+    if not blows or all(logged(trial, name) for name in _TRUE):
         return ""
     if not felt:
         return "its apparent wind (U_A) is left out: the model has no force of wind"
@@ -313,7 +307,7 @@ def gaps(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
     """Rows that `inputs` fills in, shape (samples,), by channel."""
     steering = (name if name in trial else order for name, (order, _) in zip(
         model.controls, model.follows, strict=True))  # fmt: skip
-    pairs = (*VECTORS.values(), *((APPARENT,) if from_apparent(trial) else ()))
+    pairs = (*(pair for _, *pair in VECTORS), *((_APPARENT,) if from_apparent(trial) else ()))
     around = (name for pair in pairs if all(logged(trial, one) for one in pair) for name in pair)
     acting = [name for name in (*steering, *around, "T_W", "depth") if logged(trial, name)]
     missing = {name: np.asarray(~np.isfinite(trial[name])) for name in acting}

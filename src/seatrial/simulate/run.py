@@ -1,7 +1,7 @@
 """Closed-loop runs: a ship and a policy to a trial, or to many lanes at once.
 
-`simulate` runs policy, actuators and ship in one compiled step; `campaign` runs one
-manoeuvre over many lanes with parameters that differ from lane to lane.
+`simulate` runs policy, actuators and ship in one compiled step; `campaign` runs one manoeuvre over many lanes with
+parameters that differ from lane to lane.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..data import UNITS, Array, Trial
 from ..engine import Failure, Rollout, Scalars, SimulationError, System
 from ..engine.rollout import simulator
 from ..engine.trace import over_rows
-from ..environment import CHANNELS, Environment, Uniform, Weather, through_water
+from ..environment import CHANNELS, VECTORS, Environment, Uniform, Weather, through_water
 from ..manoeuvres import Policy, Scheduled
 from ..models import STATES, Sampled, unit
 from ..models.settled import settled
@@ -35,11 +35,7 @@ _ROWS = 2e6
 
 
 def surroundings(environment: Weather | Array | None, dt: float, steps: int) -> Array:
-    """Environment channels as series, shape (steps or 1, 8).
-
-    Raises:
-        ShipError: an array of another shape.
-    """
+    """Environment channels as series, shape (steps or 1, 8); ShipError: an array of another shape."""
     if isinstance(environment, np.ndarray):
         if environment.ndim != 2 or environment.shape[1] != len(CHANNELS) or len(environment) not in (1, steps):
             wanted = f"(1 or {steps}, {len(CHANNELS)})"
@@ -65,7 +61,7 @@ def campaign(
     """Run `policy` over many lanes at once, one compiled kernel for all.
 
     Args:
-        vary: value per lane of each parameter that differs, by the names of `systems.closed_loop`.
+        vary: value per lane of each parameter that differs, by the names of `loop.closed_loop`.
         speed: initial speed straight ahead through the water [m/s]; other arguments as in `simulate`.
 
     Returns:
@@ -84,7 +80,9 @@ def campaign(
     system = closed_loop(ship, policy, step)
     lanes = len(next(iter(vary.values()))) if vary else 1
     around = _series(policy, environment, step, steps)
-    six = _under_way(speed, around[0]) if start is None else start
+    here = Environment(*around[0, : len(CHANNELS)].tolist())
+    # under way, heading north at `speed` through the water, plus the current over ground
+    six = (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0) if start is None else start
     if len(six) != len(STATES):
         raise ShipError(f"start: {len(six)} numbers; give x, y, psi, u, v_m, r")
     rest = (*six, *([0.0] * (len(system.states) - 6)))
@@ -114,12 +112,6 @@ def _in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array
     return judged
 
 
-def _under_way(speed: float, around: Array) -> tuple[float, ...]:
-    """Initial state: heading north at `speed` through the water, plus the current over ground."""
-    here = Environment(*around[: len(CHANNELS)].tolist())
-    return (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0)
-
-
 def _settled(ship: Ship, system: System, state: tuple[float, ...], memory: Array, around: Array) -> Array:
     """Initial state per lane, shape (lanes or 1, states), a model's memory as after a long time in these conditions."""
     controls = memory[:, [system.memory.index(control) for control in ship.model.controls]]
@@ -127,14 +119,11 @@ def _settled(ship: Ship, system: System, state: tuple[float, ...], memory: Array
     return np.hstack([np.tile(state[: len(STATES)], (len(rest), 1)), rest])
 
 
-_VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
-
-
 def _surrounded(around: Array, rows: int) -> dict[str, Array]:
     """Wind, current, waves and depth as channels of a trial, those that are not zero."""
     columns = dict(zip(CHANNELS, np.broadcast_to(around, (rows, len(CHANNELS))).T, strict=True))
     found: dict[str, Array] = {}
-    for name, size, direction in _VECTORS:
+    for name, size, direction in VECTORS:
         north, east = columns[f"{name}_x"], columns[f"{name}_y"]
         if np.any(north) or np.any(east):
             found |= {size: np.hypot(north, east), direction: np.arctan2(east, north)}
@@ -221,9 +210,8 @@ def simulate(
         start: initial (x, y, psi, u, v_m, r) over ground, in place of `speed`.
 
     Returns:
-        The states, each control as it acts and as ordered (``<control>_cmd``), and the channels of the environment that
-        are not zero.  The environment, and a control without dynamics, is the mean from a row
-        to the next.
+        The states, each control as it acts and as ordered (``<control>_cmd``), and the channels of the environment
+        that are not zero.  The environment, and a control without dynamics, is the mean from a row to the next.
 
     Raises:
         SimulationError: the state blows up or leaves the ship's validity; names time and state.
@@ -247,9 +235,15 @@ def simulate(
         acted = np.clip(ordered, servo.low, servo.high)
         channels[control] = _averaged(acted, stride, angle=unit(control) == "rad")
     kind = policy.kind or type(policy).__name__.lower()
-    meta = {"schema": "manoeuvre-trial/1", "ship": ship.name, "L_pp": ship.L_pp, "kind": kind,
-            "set_points": dict(values(policy)), "source": SIMULATED,
-            **({"held": list(held)} if held else {})}  # fmt: skip
+    meta = {
+        "schema": "manoeuvre-trial/1",
+        "ship": ship.name,
+        "L_pp": ship.L_pp,
+        "kind": kind,
+        "set_points": dict(values(policy)),
+        "source": SIMULATED,
+        **({"held": list(held)} if held else {}),
+    }
     around, t = surroundings(environment, step, round(duration / step) + 1), run.t[::stride]
     channels |= _surrounded(_averaged(around, every), len(t))
     units = {n: unit(n) for n in kept if n not in UNITS}

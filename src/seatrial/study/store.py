@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from ..core.files import write_whole
+from ..core.files import plain, write_whole
 from ..core.parameters import read
 from ..data import DataError
 from ..identify import Fit, Problem, StudyError
@@ -52,7 +52,7 @@ def save_fit(
     write_whole(where / HISTORY, _history(fit))
     model = save(_sourced(fit, study), where / MODEL, provenance)
     summary = {**_summary(fit, study, text, provenance), "scale": None if scale is None else dict(scale)}
-    write_whole(where / SUMMARY, json.dumps(_plain(summary), indent=1) + "\n")
+    write_whole(where / SUMMARY, json.dumps(plain(summary), indent=1) + "\n")
     return model
 
 
@@ -202,12 +202,3 @@ def _summary(fit: Fit, study: str, text: str, provenance: Mapping[str, Any]) -> 
         "provenance": {k: v for k, v in provenance.items() if k not in ("sigma", "began")},
         "study_text": text,
     }  # fmt: skip
-
-
-def _plain(value: Any) -> Any:
-    """The same in what JSON knows; a number that is not finite becomes null."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

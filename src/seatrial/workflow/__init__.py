@@ -5,8 +5,8 @@ there are fits to watch, to a `Sink`; these return an `Outcome`.  A request that
 `RequestError`, raised before anything is written.
 
 `identify` from command to report: `cli.fits`, `identify` (the order of things), `plans` (a study or a table of fits, as
-`study.study` and `study.series` read them), `identify.lint`, the estimator, `study.store`, `reports` (which page),
-`comparing`, `report.report`, `report.sections`, and `shown` (the summary for a terminal).
+`study.study` and `study.series` read them), `identify.lint`, the estimator, `study.store`, `reports` (which page, and
+the summary for a terminal), `comparing`, and `report.report`.
 """
 
 from __future__ import annotations
@@ -61,11 +61,10 @@ class Outcome(Generic[Result]):
 
 
 class Sink(Protocol):
-    """Receives notes, and the progress of fits."""
+    """Receives notes, and the progress of fits; a class that names it as its base ignores what it does not define."""
 
     def note(self, line: str) -> None:
         """One line for the user."""
-        ...
 
     def fitting(
         self, title: str, files: Mapping[str, Path], before: Sequence[str]
@@ -77,7 +76,7 @@ class Sink(Protocol):
             files: the file that each fit leaves when it is done, by the name of the fit.
             before: names of the fits that an earlier run has done.
         """
-        ...
+        return nullcontext()
 
     def fit(self, name: str, problem: Problem, restart: float | None, *, several: bool) -> Progress | None:
         """A fit begins; returns what its estimator reports to.
@@ -88,31 +87,14 @@ class Sink(Protocol):
             restart: seconds between restarts where its predictions are drawn.
             several: its estimator makes several fits and reports each by itself (`identify.watch.part`).
         """
-        ...
-
-    def reporting(self, text: str) -> None:
-        """The fits have ended, `text` says how; the report is being written."""
-        ...
-
-
-class Silent:
-    """A `Sink` that drops everything."""
-
-    def note(self, line: str) -> None:
-        """Drops the line."""
-
-    def fitting(
-        self, title: str, files: Mapping[str, Path], before: Sequence[str]
-    ) -> AbstractContextManager[object]:  # fmt: skip
-        """Does nothing."""
-        return nullcontext()
-
-    def fit(self, name: str, problem: Problem, restart: float | None, *, several: bool) -> Progress | None:
-        """No progress is reported."""
         return None
 
     def reporting(self, text: str) -> None:
-        """Does nothing."""
+        """The fits have ended, `text` says how; the report is being written."""
+
+
+class Silent(Sink):
+    """A `Sink` that drops everything."""
 
 
 SILENT: Sink = Silent()

@@ -21,12 +21,7 @@ _LOOPS = 3
 
 
 def bench(names: Sequence[str] = (), out: Path | None = None, note: Note = silent) -> dict[str, Any]:
-    """Measure the peers of these names that are installed, or all.
-
-    Args:
-        names: of the peers; none for all.
-        out: folder for bench.json.
-        note: takes the peer that is being measured.
+    """Measure the peers of these names that are installed, or all, and write bench.json to the folder `out`.
 
     Returns:
         The rows with times and ratios, the peers that are not installed, and those that failed.

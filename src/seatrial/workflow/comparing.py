@@ -7,10 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from ..core.parameters import values
 from ..data import Trial
 from ..engine import SimulationError
 from ..ships import Ship
-from ..ships.files import load
+from ..ships.files import library, load
 from ..validate import Comparison
 from . import RequestError, Sink
 
@@ -111,9 +112,8 @@ def _models(ship: Ship, fitted_from: Ship | None) -> dict[str, Ship]:
     before = fitted_from or _began(ship, made)
     if before is None:  # fitted by a version that kept no start
         return {"fitted": ship} | ({"published": load(str(base))} if _of_the_library(ship, str(base)) else {})
-    if not before.model.trained:
-        return {"fitted": ship}
-    return {"fitted": ship, "published" if _published(before) else "untuned": before}
+    published = _of_the_library(before, before.name) and values(load(before.name).model) == values(before.model)
+    return {"fitted": ship} | ({"published" if published else "untuned": before} if before.model.trained else {})
 
 
 def _began(ship: Ship, made: Mapping[str, Any]) -> Ship | None:
@@ -124,18 +124,8 @@ def _began(ship: Ship, made: Mapping[str, Any]) -> Ship | None:
     return replace(ship.having({str(path): float(value) for path, value in began.items()}), name=str(made["ship"]))
 
 
-def _published(ship: Ship) -> bool:
-    """Whether this very ship is in the library: structure and every value."""
-    from ..core.parameters import values
-
-    return _of_the_library(ship, ship.name) and values(load(ship.name).model) == values(ship.model)
-
-
 def _of_the_library(ship: Ship, name: str) -> bool:
     """Whether the library's ship of this name is one of the same structure, not another model of that ship."""
-    from ..core.parameters import values
-    from ..ships.files import library
-
     if name not in library():
         return False
     held = load(name).model

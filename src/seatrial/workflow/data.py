@@ -51,12 +51,9 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None = Non
 
 def _damage(lines: Mapping[str, int]) -> str:
     """What is missing of a log of lines, in words; nothing where it is whole."""
-    parts: list[str] = []
-    if lines.get("invalid"):
-        parts.append(f"{lines['invalid']} of {lines['all']} lines are no valid sentence")
-    if lines.get("untimed"):
-        parts.append(f"{lines['untimed']} sentences have no time")
-    return " and ".join(parts) + " and are left out" if parts else ""
+    found = {"invalid": f"of {lines.get('all', 0)} lines are no valid sentence", "untimed": "sentences have no time"}
+    parts = [f"{lines[kind]} {text}" for kind, text in found.items() if lines.get(kind)]
+    return " and ".join([*parts, "are left out"]) if parts else ""
 
 
 def convert(trials: Sequence[Path], to: str, out: Path) -> list[Path]:

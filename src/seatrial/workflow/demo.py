@@ -1,8 +1,7 @@
-"""The whole story on embedded ships: a virtual sea trial, checks, a fit, validation, a report."""
+"""Complete worked example on built-in ships: a virtual sea trial, checks, a fit, validation, a report."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -25,18 +24,18 @@ from ..simulate.run import approach, simulate
 from ..study.store import MODEL, save_fit
 from .comparing import compared, scales
 from .plans import PAGE
+from .request import DEGREE
 
 SHIP, SEED = "kvlcc2_l7", 20
 # The hull is unstable on course: from a noisy start even the true ship drifts away within minutes.
 RESTART = 60.0
-DEGREE = math.pi / 180.0
 
 HIDDEN: Mapping[str, float] = MappingProxyType({
     "hull.R_0": 1.15, "hull.Y_v": 0.82, "hull.Y_r": 1.2, "hull.N_v": 1.15, "hull.N_r": 0.85,
     "hull.N_vvr": 1.2, "hull.X_vr": 0.8, "propeller.w_P0": 0.9, "rudder.epsilon": 0.88, "rudder.kappa": 1.15,
     "rudder.gamma_Rp": 1.18, "rudder.gamma_Rn": 0.85,
 })  # fmt: skip
-"""What differs between the ship at sea and its handbook, as factors; the fit is not told."""
+"""What differs between the ship at sea and its handbook, as factors; unknown to the fit."""
 
 NOISE: Mapping[str, float] = MappingProxyType({
     "x": 0.03, "y": 0.03, "psi": 0.1 * DEGREE, "u": 0.005, "v_m": 0.005, "r": 0.05 * DEGREE,
@@ -62,7 +61,8 @@ def tell(out: Path, say: Callable[[str], None]) -> dict[str, Any]:
     training, unseen = (tuple(_trial(truth, *m, rng) for m in part) for part in (_TRAINING, _UNSEEN))
     findings = [str(f) for trial in (*training, *unseen) for f in check(trial)]
     say("a fit from the handbook's values")
-    free = tuple(_free(handbook, path) for path in HIDDEN)
+    usual = {path: float(read(handbook.model, path)) for path in HIDDEN}
+    free = tuple(Free(path, value, prior=value, sigma=0.3 * abs(value)) for path, value in usual.items())
     # White sensor noise: every sample counts, and the start of each window is no better known than the rest.
     problem = Problem(handbook, training, free, Loss(NOISE, correlation=0.0), Nuisance(initial=NOISE))
     raise_on_errors(lint(problem))
@@ -93,11 +93,6 @@ def _with_approach(run: Trial, U: float, n_P: float) -> Trial:
     straight = np.zeros_like(before)
     channels = {n: np.concatenate([steady.get(n, straight), v]) for n, v in run.channels.items()}
     return replace(run, t=np.concatenate([before, run.t]), channels=channels)
-
-
-def _free(ship: Ship, path: str) -> Free:
-    value = float(read(ship.model, path))
-    return Free(path, value, prior=value, sigma=0.3 * abs(value))
 
 
 def _report(

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ..core.files import held_alone
+from ..data import DataError
 from ..identify import Fit, FitError, StudyError
 from ..identify.posterior.verdicts import overruled
 from ..identify.resume import forget
@@ -14,9 +15,8 @@ from ..identify.watch import start
 from ..study.series_run import swept
 from ..study.store import SUMMARY, kept, save_fit
 from . import SILENT, Outcome, RequestError, Sink
-from .advice import keep_members
 from .plans import Job, Plan, read_plan
-from .shown import shown
+from .reports import shown
 
 CHECKPOINT = "checkpoint.npz"
 
@@ -124,6 +124,26 @@ def _fit(plan: Plan, job: Job, sink: Sink) -> Fit:
     fit = overruled(fit, job.unidentified)
     start(progress, fit.ship)
     if job.spread is not None:
-        keep_members(fit, job.problem, job.estimator, job.where, job.spread, job.restart, sink)
+        _keep_members(job, fit, job.spread, sink)
     save_fit(fit, job.where, job.problem, study=job.study, text=job.text, scale=job.scale)
     return fit
+
+
+def _keep_members(job: Job, fit: Fit, sigma: Mapping[str, float], sink: Sink) -> None:
+    """Write the posterior members of a fitted hybrid to its folder; other families have none.
+
+    Args:
+        sigma: scale of each state.
+        sink: receives why there are none, where a hybrid has none.
+    """
+    from ..models.hybrid import Hybrid
+    from ..validate.spread import NAME, members, save_members
+
+    if not isinstance(fit.ship.model, Hybrid):
+        return
+    try:
+        found = members(fit, job.problem, job.estimator, sigma, restart=job.restart)
+    except DataError as error:
+        sink.note(f"warning: no members, so predictions cannot report their spread: {error}")
+        return
+    save_members(found, job.where / NAME)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..core.parameters import unknown
+from ..data import UNITS
 from ..models import STATES
 from ..ships import Ship
 from . import RequestError
@@ -16,6 +17,7 @@ from .request import DEGREE, PAGES, Note, check_output, positive, ship_of, silen
 if TYPE_CHECKING:
     from ..choosing.purposes import Advice, Purpose
     from ..identify.design.optimal import Plan
+    from ..report.page import Page
     from ..ships.estimate import Estimate
     from ..validate.imo import ImoTable
     from ..validate.requirements import Table
@@ -81,10 +83,7 @@ def design(
     Args:
         ship: a name of the library, a ship file or a ship.
         free: patterns of parameter paths, such as ``hull.*``.
-        budget: greatest dimensionless length T' = T V/L of the set.
-        noise: sensor noise as ``x=0.5,psi=0.1``: m, m/s, deg and deg/s; None assumes good sensors.
-        interval: time between independent readings [s].
-        repeats: how often one manoeuvre may be run.
+        budget, noise, interval, repeats: as the options of `seatrial design`; no noise assumes good sensors.
         note: takes assumptions, and manoeuvres that are left out.
 
     Raises:
@@ -129,9 +128,8 @@ def _noise(text: str) -> dict[str, float]:
 
 
 def _in_words(deviations: Mapping[str, float]) -> str:
-    units = {"x": "m", "y": "m", "psi": "deg", "u": "m/s", "v_m": "m/s", "r": "deg/s"}
     return ", ".join(
-        f"{name} {value / (DEGREE if name in ANGULAR else 1.0):.2g} {units[name]}"
+        f"{name} {value / (DEGREE if name in ANGULAR else 1.0):.2g} {UNITS[name].replace('rad', 'deg')}"
         for name, value in deviations.items()
     )
 
@@ -144,14 +142,11 @@ def imo(ship: str | Path | Ship, out: Path | None = None, note: Note = silent) -
         ShipError: a ship that cannot be read, or has no steady approach.
     """
     from ..report.imo import page
-    from ..report.page import write
     from ..validate.imo import imo_table
 
     check_output(out, PAGES, "the page of the criteria")
     table = imo_table(ship_of(ship))
-    if out is not None:
-        write(out, page(table))
-        note(f"wrote {out}")
+    _write(out, lambda: page(table), note)
     return table
 
 
@@ -164,7 +159,6 @@ def requirements(
         RequestError: an unknown scope, or an output that is no page or whose folder does not exist.
         ShipError: a ship that cannot be read.
     """
-    from ..report.page import write
     from ..report.requirements import page
     from ..validate.requirements.scopes import SCOPES, judge
 
@@ -172,7 +166,12 @@ def requirements(
         raise RequestError(f"--scope is '{scope}'; known: {', '.join(SCOPES)}")
     check_output(out, PAGES, "the page of the requirements")
     found = judge(ship_of(ship), scope)
-    if out is not None:
-        write(out, page(found))
-        note(f"wrote {out}")
+    _write(out, lambda: page(found), note)
     return found
+
+
+def _write(out: Path | None, page: Callable[[], Page], note: Note) -> None:
+    if out is not None:
+        from ..report.page import write
+
+        note(f"wrote {write(out, page())}")

@@ -6,7 +6,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol
 
 from .. import __version__
 from ..identify import Estimator, Fit, Issue, Problem, StudyError
@@ -53,74 +52,6 @@ class Job:
         return getattr(self.estimator, "several", False)
 
 
-class Plan(Protocol):
-    """A study file, read: its jobs and its report.
-
-    Attributes:
-        path: the file.
-        title: of the report.
-        out: folder of the run.
-        partial: the report shows the jobs that are done where others fail; if not, one that fails ends the run.
-        kept_back: the report judges the fit on trials that it has not seen.
-    """
-
-    @property
-    def path(self) -> Path: ...
-
-    @property
-    def title(self) -> str: ...
-
-    @property
-    def out(self) -> Path: ...
-
-    @property
-    def partial(self) -> bool: ...
-
-    @property
-    def kept_back(self) -> bool: ...
-
-    def jobs(self) -> Sequence[Job]:
-        """All that were asked for."""
-        ...
-
-    def left(self) -> Sequence[Job]:
-        """Those that are still to be fitted.
-
-        Raises:
-            StudyError: the folder holds the fit of another problem.
-        """
-        ...
-
-    def lint(self) -> Sequence[str]:
-        """Warnings on what is left.
-
-        Raises:
-            StudyError: a problem that cannot be fitted.
-        """
-        ...
-
-    def claim(self, job: Job) -> bool:
-        """Mark the folder of a job as its own; returns whether it was free.
-
-        Raises:
-            StudyError: the folder holds the fit of another problem.
-        """
-        ...
-
-    def report(self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink) -> None:
-        """Write the page and its numbers.
-
-        Args:
-            fits: made in this run, by the name of the job.
-            failed: a line for each job that failed.
-        """
-        ...
-
-    def document(self) -> Document:
-        """What a finished run has found, from its files."""
-        ...
-
-
 def read_plan(path: Path, out: Path, quick: bool = False, only: Sequence[str] = ()) -> Plan:
     """Read a study or a table of fits.
 
@@ -144,7 +75,11 @@ def read_plan(path: Path, out: Path, quick: bool = False, only: Sequence[str] = 
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """One study: one job, in the folder of the run itself."""
+    """One study: one job, in the folder of the run itself.
+
+    Attributes:
+        partial: the report shows the jobs that are done where others fail; if not, one that fails ends the run.
+    """
 
     study: Study
     out: Path
@@ -162,11 +97,11 @@ class StudyPlan:
 
     @property
     def kept_back(self) -> bool:
-        """Whether the study keeps any trials back."""
+        """Whether the report judges the fit on trials that it has not seen."""
         return bool(self.study.problem.validation or self.study.test)
 
     def jobs(self) -> Sequence[Job]:
-        """The one."""
+        """All that were asked for: one."""
         study = self.study
         problem, text = study.problem, study.path.read_text(encoding="utf-8")
         job = Job(study.name, study.name, problem, study.estimator, self.out, study.restart, text,
@@ -178,13 +113,21 @@ class StudyPlan:
         return (replace(job, scale=scales(judged_on(study), study.sigma), spread=scales(problem.trials, study.sigma)),)
 
     def left(self) -> Sequence[Job]:
-        """The one, unless its report is written."""
+        """Those that are still to be fitted: the one, unless its report is written.
+
+        Raises:
+            StudyError: the folder holds the fit of another problem.
+        """
         (job,) = self.jobs()
         done = (self.out / SUMMARY).exists() and (self.out / PAGE).exists()
         return () if done and not self.claim(job) else (job,)
 
     def lint(self) -> Sequence[str]:
-        """Notes of the study and warnings of the lint."""
+        """Notes of the study and warnings of the lint on what is left.
+
+        Raises:
+            StudyError: a problem that cannot be fitted.
+        """
         from ..identify.lint import lines, lint, raise_on_errors
 
         study = self.study
@@ -193,11 +136,20 @@ class StudyPlan:
         return (*study.notes, *lines(issues))
 
     def claim(self, job: Job) -> bool:
-        """Mark the folder of the run."""
+        """Mark the folder of a job as its own; returns whether it was free.
+
+        Raises:
+            StudyError: the folder holds the fit of another problem.
+        """
         return claim(job.where, self.study.digest, self.study.name)
 
     def report(self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink) -> None:
-        """The report that the estimator and the study ask for."""
+        """Write the page and its numbers that the estimator and the study ask for.
+
+        Args:
+            fits: made in this run, by the name of the job.
+            failed: a line for each job that failed.
+        """
         fit = fits[self.study.name]
         provenance = {
             "study": str(self.path), "digest": self.study.digest, "version": f"seatrial {__version__}",
@@ -206,7 +158,7 @@ class StudyPlan:
         report(details(self.study, fit, sink), self.study, fit, self.out / PAGE, provenance, sink)
 
     def document(self) -> Document:
-        """The numbers of the report; of a plain fit, `fit.json` with the errors and forecasts of its report."""
+        """What a finished run has found: the numbers of its report; of a plain fit, `fit.json` with its errors."""
         numbers = _numbers(self.out)
         if numbers["schema"] != "seatrial-report/1":
             return numbers
@@ -216,7 +168,7 @@ class StudyPlan:
 
 @dataclass(frozen=True)
 class TablePlan:
-    """A table of fits: a job for each model and seed, each in a folder of its own; see `study.series`."""
+    """A table of fits: a job for each model and seed, each in a folder of its own; methods as of `StudyPlan`."""
 
     series: Series
     out: Path
@@ -252,16 +204,19 @@ class TablePlan:
 
     def report(self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink) -> None:
         """The table, of all fits that are done."""
-        from ..report.series import write
+        from ..report.page import write
+        from ..report.series import covered, page
         from ..validate.series import judged
 
         quick = " --quick" if self.series.budget == QUICK else ""
         options = quick + "".join(f" --only {name}" for name in self.only)
-        write(self.out / PAGE, self.series, judged(self.series, self.out), failed=failed, provenance={
-            "study": str(self.path), "version": f"seatrial {__version__}",
-            "data": sources(self.series.tests.values()),
-            "command": f"seatrial identify {self.path}{options} -o {self.out}",
-        })  # fmt: skip
+        write(self.out / PAGE, page(
+            self.series, judged(self.series, self.out), covered(self.series), failed=failed, provenance={
+                "study": str(self.path), "version": f"seatrial {__version__}",
+                "data": sources(self.series.tests.values()),
+                "command": f"seatrial identify {self.path}{options} -o {self.out}",
+            },
+        ))  # fmt: skip
 
     def document(self) -> Document:
         """The numbers of the report."""
@@ -276,6 +231,10 @@ class TablePlan:
         scale, where = sigma(self.series), folder(self.out, row, cell)
         return Job(f"{row.key}, {cell.name}", f"{self.series.name}: {row.key}", cell.problem, cell.estimator, where,
                    self.series.restart, scale=scale, spread=scale)  # fmt: skip
+
+
+Plan = StudyPlan | TablePlan
+"""A study file, read: its jobs and its report."""
 
 
 def _numbers(out: Path) -> Mapping[str, object]:

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..core.files import write_whole
 from ..data import Array, DataError, Trial
 from ..data.table import lines_of, numbers, split_row
@@ -78,12 +80,8 @@ def export(
 
     Args:
         model: a name of the library, a ship file or a ship.
-        casadi: file of a CasADi function; its step and names go beside it.
-        c: folder of a C99 source file and its header.
-        python: Python file that needs the standard library only.
-        actuators: step [s] from orders through the actuators, in the three forms above.
-        fmu: co-simulation slave.
-        fmi, hull, dt: see `Slave`.
+        casadi, c, python, actuators: as the options of `seatrial export`.
+        fmu, fmi, hull, dt: see `Slave`.
         note: takes cautions and the files as they are written.
 
     Raises:
@@ -177,10 +175,7 @@ def thrust_map(
 
     Args:
         table: file with columns such as ``n [1/s],T_1 [N],T_2 [N]``.
-        out: tables of a ship file to write (.toml).
-        thrusters: names of the ship's thrusters, such as ``1,2``.
-        together: whether the one column of thrust is that of all of them.
-        order: highest power of n; chosen by cross-validation unless given.
+        out, thrusters, together, order: as the options of `seatrial thrust-map`.
         note: takes what was left out or assumed.
 
     Raises:
@@ -232,26 +227,20 @@ def read_pull(path: Path) -> dict[str, tuple[Array, Array]]:
         factors.append(KNOWN[match["unit"]][1])
     if len(lines) < 2:
         raise DataError(f"{path}: no rows below the heading; write revolutions and thrust of each level")
-    values, _ = numbers(path, lines, 1, heads, ",")
+    values = numbers(path, lines, 1, heads, ",")[0] * factors
     out: dict[str, tuple[Array, Array]] = {}
-    for (kind, name), k in found.items():
-        if kind == "T":
-            at = found.get(("n", name), found.get(("n", "")))
-            if at is None:
-                raise DataError(f"{path}: column '{heads[k]}': no revolutions; add n [1/s] or n_{name} [1/s]")
-            pair = values[:, [at, k]] * [factors[at], factors[k]]
-            out[name or "1"] = _filled(f"{path}: column '{heads[k]}'", pair)
+    for name, k in ((name, k) for (kind, name), k in found.items() if kind == "T"):
+        at = found.get(("n", name), found.get(("n", "")))
+        if at is None:
+            raise DataError(f"{path}: column '{heads[k]}': no revolutions; add n [1/s] or n_{name} [1/s]")
+        pair = values[:, [at, k]]
+        pair = pair[~np.isnan(pair).any(axis=1)]
+        if not len(pair):
+            raise DataError(f"{path}: column '{heads[k]}': no row has both revolutions and thrust")
+        out[name or "1"] = pair[:, 0], pair[:, 1]
     if not out:
         raise DataError(f"{path}: no thrust; add a column such as T_1 [N]")
     return out
-
-
-def _filled(where: str, pair: Array) -> tuple[Array, Array]:
-    """Revolutions and thrust of the rows that have both."""
-    lacking = (pair != pair).any(axis=1)
-    if lacking.all():
-        raise DataError(f"{where}: no row has both revolutions and thrust")
-    return pair[~lacking, 0], pair[~lacking, 1]
 
 
 def servo(
@@ -263,7 +252,6 @@ def servo(
         paths: trial files, or folders of them.
         controls: such as ``alpha_1``; all that have an order unless given.
         out: tables of a ship file to write (.toml).
-        note: takes cautions.
 
     Returns:
         The trials, and a fit for each control.
@@ -279,9 +267,8 @@ def servo(
     if not wanted:
         raise DataError("no trial has order and angle of a servo; such as alpha_1_cmd [rad] and alpha_1 [rad]")
     found = [fit_servo(trials, control) for control in wanted]
-    for one in found:
-        for line in one.cautions:
-            note(f"warning: {line}")
+    for line in (line for one in found for line in one.cautions):
+        note(f"warning: {line}")
     if out is not None:
         _write(out, "\n".join(_servo_toml(one) for one in found), note)
     return trials, found
@@ -315,8 +302,8 @@ def _write(out: Path, text: str, note: Note) -> None:
     note(f"wrote {out}")
 
 
-def _number(value: float, unit: str, source: str, sigma: float | None = None) -> str:
-    spread = "" if sigma is None or not math.isfinite(sigma) else f", sigma = {float(sigma)!r}"
+def _number(value: float, unit: str, source: str, sigma: float = math.nan) -> str:
+    spread = f", sigma = {float(sigma)!r}" if math.isfinite(sigma) else ""
     quantity = f', unit = "{unit}"' if unit else ""
     return f'{{ value = {float(value)!r}{quantity}{spread}, source = "{source}" }}'
 
@@ -346,7 +333,7 @@ def _servo_toml(one: ServoFit) -> str:
     lines += [f'type = "{kind}"'] if kind != "Actuator" else []
     units = {"rate": "rad/s", "lag": "s", "dead_time": "s"}
     lines += [
-        f"{key} = {_number(float(getattr(one.servo, key)), unit, source, one.sigma[key])}"
+        f"{key} = {_number(vars(one.servo)[key], unit, source, one.sigma[key])}"
         for key, unit in units.items() if key in one.sigma
     ]  # fmt: skip
     return "\n".join([*lines, ""])

@@ -6,10 +6,12 @@ import ipaddress
 import math
 import secrets
 import socket
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Unpack
 
+from ..data.geodesy import Datum
 from ..environment import Weather
 from ..manoeuvres import Manoeuvre
 from ..models import Sampled, unit
@@ -19,10 +21,11 @@ from ..realtime.bridge.view import OWN
 from ..realtime.conning import CourseKeeper
 from ..realtime.loop import Loop, LoopError
 from ..realtime.plant import Plant
+from ..realtime.recording import dated
 from ..ships import Ship
 from ..simulate.approach import time_step
 from . import RequestError
-from .request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
+from .request import DEGREE, Around, Note, numbers, obeyed, positive, ship_of, silent, speed_of, surroundings
 from .simulation import known, lacks, order
 
 HERE = "127.0.0.1"
@@ -56,15 +59,10 @@ def rate_of(ship: Ship, wanted: float) -> float:
 
 
 def plant_of(ship: Ship, rate: float, weather: Weather, start: Start, seed: int, through_water: bool = True) -> Plant:
-    """A ship at a time step that divides the tick and suits the ship.
+    """A ship at a time step that divides the tick, 1/`rate` [s], and suits the ship.
 
     Args:
-        ship: the ship.
-        rate: tick rate [Hz].
-        weather: what is around it.
-        start: initial state.
-        seed: of the weather.
-        through_water: whether the initial velocities are through water; over ground otherwise.
+        through_water: whether the velocities of `start` are through water; over ground otherwise.
     """
     fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
     dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
@@ -111,6 +109,27 @@ def _other(text: str) -> tuple[Ship, Start]:
     return ship, (north, east, heading * DEGREE, speed_of(ship, speed, f"--other {name}: speed"), 0.0, 0.0)
 
 
+def pair(option: str, text: str, form: str) -> tuple[float, float]:
+    """Two finite numbers of an option.
+
+    Raises:
+        RequestError: a text of another form than `form`, which describes it.
+    """
+    first, second = numbers(option, text, form)
+    if not (math.isfinite(first) and math.isfinite(second)):
+        raise RequestError(f"{option} is '{text}'; write {form}")
+    return first, second
+
+
+def datum_of(place: str | None) -> Datum | None:
+    """Where x and y are zero, from ``LAT,LON`` [deg]; None without it.
+
+    Raises:
+        RequestError: a text of another form.
+    """
+    return None if place is None else Datum(*pair("--place", place, "LAT,LON in degrees such as 35.1,139.7"))
+
+
 def listen(host: str, port: int, anywhere: bool) -> socket.socket:
     """Take the port of a page before any other work.
 
@@ -152,25 +171,18 @@ def address(listening: socket.socket, key: str = "") -> str:
 def bridge(
     ship: str | Path | Ship, *, host: str = HERE, port: int = 8020, anywhere: bool = False, factor: float = 1.0,
     speed: float | None = None, heading: float = 0.0, seed: int = 1, ghost: Path | None = None,
-    other: Sequence[str] = (), out: Path = Path(), hold: float = 5.0, note: Note = silent, **around: Unpack[Around],
+    other: Sequence[str] = (), place: str | None = None, out: Path = Path(), hold: float = 5.0, note: Note = silent,
+    **around: Unpack[Around],
 ) -> list[Path]:  # fmt: skip
     """Serve a page on which a ship is steered by hand, until Ctrl-C.
 
     Args:
         ship: a name of the library, a ship file or a ship.
-        host: address to serve at.
-        port: port to serve at; 0 takes a free one.
-        anywhere: whether addresses beyond this machine are allowed.
-        factor: ratio of simulated to real time.
-        speed: initial speed [m/s].
-        heading: initial heading [deg].
-        seed: of the gusts.
-        ghost: measured trial to replay beside the ship.
-        other: other ships, each ``SHIP@NORTH,EAST,DEG``.
-        out: folder for recordings.
-        hold: time after which a silent commander loses command [s].
+        place: initial ``LAT,LON`` [deg], for the recordings; a ghost gives its own.
         note: takes the address of the page and events.
         around: weather and depth, see `surroundings`.
+
+    The others are the options of `seatrial bridge`, whose help has their meaning and units.
 
     Returns:
         The recordings.
@@ -179,6 +191,9 @@ def bridge(
         RequestError: a request that cannot be carried out.
     """
     positive(speed=speed, hold=hold)
+    if place is not None and ghost is not None:
+        raise RequestError("--place and --ghost both set the position; leave out --place")
+    datum = datum_of(place)
     with listen(host, port, anywhere) as listening:
         serve = _server(anywhere)
         vessel = ship_of(ship)
@@ -195,7 +210,8 @@ def bridge(
             what = "a file" if out.exists() else "no such folder"
             raise RequestError(f"-o: {out}: {what}; recordings go into a folder")
         keep_course(loop, (name for name in loop.vessels if name != OWN), note)
-        deck = Deck(loop, Outfit(_drills(vessel), out, beside, hold, cannot(vessel)))
+        meta = dated(round(time.time()), datum if beside is None else beside.datum)
+        deck = Deck(loop, Outfit(_drills(vessel), out, beside, hold, cannot(vessel), meta))
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{vessel.name}: {address(listening, key)} (Ctrl-C ends it)")
         try:
@@ -207,7 +223,7 @@ def bridge(
 
 
 def _server(everywhere: bool) -> Callable[[Deck, Loop, socket.socket, str], None]:
-    """Serves the page to this machine, or to any address."""
+    """What serves the page, to this machine or to any address."""
     try:
         from ..realtime.bridge.server import serve
         from ..realtime.pages import LOCAL, anywhere
@@ -230,11 +246,8 @@ def _ghost(ship: Ship, path: Path | None, note: Note) -> Ghost | None:
 
 def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
     """The buttons."""
-
-    def made(kind: str, given: Mapping[str, Any]) -> Callable[[float], Manoeuvre]:
-        return lambda n_P: order(kind, ship, ship.speed, n_P, dict(given))
-
-    return {text: made(kind, given) for text, (kind, given) in _BUTTONS.items() if kind in known()}
+    return {text: lambda n_P, kind=kind, given=given: order(kind, ship, ship.speed, n_P, given)
+            for text, (kind, given) in _BUTTONS.items() if kind in known()}  # fmt: skip
 
 
 def cannot(ship: Ship) -> dict[str, str]:
@@ -243,8 +256,8 @@ def cannot(ship: Ship) -> dict[str, str]:
     turns = any(unit(name) == "rad" for name in steering)
     found: dict[str, str] = {}
     for text, (kind, _) in _BUTTONS.items():
-        engine = getattr(known()[kind], "by_engine", False)
-        why = lacks(ship, known()[kind]) if engine or turns else f"{ship.name} has nothing that is steered by an angle"
+        drill = known()[kind]
+        why = lacks(ship, drill) if drill.by_engine or turns else f"{ship.name} has nothing that is steered by an angle"
         if why is not None:
             found[text] = why
     return found

@@ -1,23 +1,32 @@
-"""Reports of studies: each kind of details that a fit or a study brings has its own page."""
+"""Reports of studies, a page for each kind of details of a fit or a study; and the summaries of runs for a terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import singledispatch
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..data import Trial
 from ..data.check import check
-from ..identify import Fit
+from ..identify import Fit, Problem
 from ..identify.nuisance import with_current
 from ..report.evidence import assumptions
+from ..report.page import Section, write
 from ..report.report import Report
 from ..ships.files import load
 from ..study.store import MODEL
 from ..study.study import Study
 from ..validate.foresight import foreseen
-from . import Sink
+from . import Document, Shown, Sink, Table, figure
 from .comparing import compared, scales
+from .request import DEGREE
+
+if TYPE_CHECKING:
+    from ..identify.tuning.fine_tuning import FineTuning
+    from ..identify.tuning.tuned import Tuning
+    from ..validate.rivals import Rivals
 
 Provenance = Mapping[str, str]
 
@@ -25,12 +34,15 @@ Provenance = Mapping[str, str]
 def details(study: Study, fit: Fit, sink: Sink) -> object:
     """What the report is about beside the fit: a rival in several weathers, or what the estimator has found."""
     if study.virtual is not None and study.rival:
-        from .pages import rivals
+        from ..validate.rivals import Rivals, judged
 
+        report.register(Rivals, _rivals)
         sink.note(f"{fit.status}; the rival, and both in other weathers")
-        return rivals(study, fit, study.virtual)
+        return judged(study, fit, study.virtual)
     if fit.details is not None:
-        from . import pages as pages  # registers those of the package
+        from ..identify.tuning.tuned import Tuning
+
+        report.register(Tuning, _tuned)
     return fit.details
 
 
@@ -62,6 +74,49 @@ def report(found: object, study: Study, fit: Fit, page: Path, provenance: Proven
     ).write(page)  # fmt: skip
 
 
+def _tuned(found: Tuning, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
+    """Of a fine-tuning: its ranges and methods, and what the data determine."""
+    from ..identify.tuning.fine_tuning import FineTuning
+    from ..report.tuning import page as page_of
+
+    estimator = study.estimator
+    if not isinstance(estimator, FineTuning):
+        raise TypeError(f"{type(estimator).__name__} makes no Tuning")
+    sink.note("what the data determine: profiles, repetitions, bands")
+    write(page, page_of(
+        found, title=study.title or f"{study.problem.ship.name}: fine-tuning", method=estimator.method,
+        provenance={**provenance, "data": sources(study.problem.trials)},
+        sections=_identifiability(fit, study.problem, found.tests, estimator),
+    ))  # fmt: skip
+
+
+def _identifiability(
+    fit: Fit, problem: Problem, tests: Sequence[Trial], estimator: FineTuning
+) -> list[Section]:  # fmt: skip
+    """Sections on the chosen fit: profiles, correlations, restarts, residuals, and bands on the test trials."""
+    from ..identify.posterior.ensemble import bands, ensemble
+    from ..identify.posterior.misfit import misfit
+    from ..identify.posterior.profile import profiles
+    from ..report.identifiability import sections
+    from ..validate.comparison import manoeuvre
+
+    settings, chosen = estimator.evolution(), replace(problem, free=fit.free)
+    group = ensemble(fit, chosen, settings)
+    return sections(
+        fit, profiles(fit, chosen, settings), group=group, left=misfit(fit, chosen, settings),
+        predicted=[bands(group, trial, manoeuvre(trial)) for trial in tests],
+    )  # fmt: skip
+
+
+def _rivals(found: Rivals, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
+    """Of a study with a rival on virtual trials: both beside the truth, in several weathers."""
+    from ..report.rivals import page as page_of
+
+    virtual = study.virtual
+    truth = {} if virtual is None else {"truth": f"{virtual.ship.name}, seed {virtual.seed}"}
+    write(page, page_of(found, provenance={**provenance, **truth}))
+
+
 def judged_on(study: Study) -> Sequence[Trial]:
     """The trials kept back; those of training, where none was."""
     return (*study.problem.validation, *study.test) or study.problem.trials
@@ -74,3 +129,111 @@ def sources(trials: Iterable[Trial]) -> str:
 
 def _counted(parts: Mapping[str, Sequence[Trial]]) -> str:
     return ", ".join(f"{len(trials)} {what}" for what, trials in parts.items() if trials)
+
+
+def shown(document: Document, out: Path, kept_back: bool) -> tuple[Shown, ...]:
+    """The summary of the run in `out`.
+
+    Args:
+        document: what `plans.Plan.document` returns.
+        kept_back: whether it is judged on trials that the fit has not seen.
+    """
+    of = "trials kept back" if kept_back else "the training trials (none was kept back)"
+    summary = _SUMMARIES.get(str(document["schema"]))
+    return (_wrote(out),) if summary is None else summary(document, out, of)
+
+
+def comparisons(report: Report) -> Table:
+    """Standardised errors by trial and label, the pooled ones last."""
+    labels = report.labels
+    rows = [
+        (name, *(figure(found[label].standardised) if label in found else "failed" for label in labels))
+        for name, found in report.trials.items()
+    ]
+    rows.append(("pooled", *(figure(report.pooled[label]) for label in labels)))
+    return Table(("standardised error", *labels), tuple(rows), tuple(range(1, len(labels) + 1)))
+
+
+def _fit(found: Mapping[str, Any], out: Path, of: str) -> tuple[Shown, ...]:
+    """Parameters, standardised errors and forecasts of one fit."""
+    status = {v["subject"]: v["status"] for v in found["verdicts"]}
+    rows = tuple(
+        (path, figure(p["start"]), figure(p["value"]), figure(p["sigma"], 2), figure(p["shrinkage"], 2),
+         "at bound" if p["at_bound"] else status.get(path, ""))
+        for path, p in found["parameters"].items()
+    )  # fmt: skip
+    head = ("parameter", "start", "fitted", "sigma", "from data", "verdict")
+    parameters = (Table(head, rows, (1, 2, 3, 4)),) if rows else ()  # a network has weights, no parameters
+    return (
+        *parameters,
+        *(f"standardised error on {of}, {label}: {figure(value)}" for label, value in found["standardised"].items()),
+        *(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
+          f"{figure(f['heading'] / DEGREE)} deg" for f in found["forecasts"]),
+        f"{found['status']}; {found['seconds']:.1f} s; {_wrote(out)}",
+    )  # fmt: skip
+
+
+def _tuning(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
+    """Losses of each range of a fine-tuning, and its findings."""
+    before = [figure(sum(found["untuned"][key].values())) for key in ("tune", "test")]
+    rows: list[tuple[str, ...]] = [("untuned", *before, "", "", "", "")]
+    for r in found["ranges"]:
+        totals = [figure(sum(r[key].values())) for key in ("tune", "test", "left_out")]
+        stuck = sum(p["at_bound"] for p in r["parameters"].values())
+        chosen = " chosen" if r["ratio"] == found["chosen"] else ""
+        seconds = " + ".join(f"{m['seconds']:.1f}" for m in r["methods"].values())
+        bounds = f"{stuck} of {len(r['parameters'])}"
+        rows.append((f"{r['ratio']:g}{chosen}", *totals, bounds, figure(r["apart"], 2), seconds))
+    head = ("a_r", "J tuning", "J test", "J left out", "at a bound", "methods apart", "seconds, CMA-ES + gradient")
+    findings = (f"{'warning: ' if f['severity'] == 'warning' else ''}{f['where']}: {f['text']}"
+                for f in found["findings"])  # fmt: skip
+    return Table(head, tuple(rows), (1, 2, 3, 4, 5, 6)), *findings, _wrote(out)
+
+
+def _shooting(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
+    """Relative errors of a model, its rival and the truth in each weather, and the servos."""
+    rows: list[tuple[str, ...]] = []
+    for name, case in found["cases"].items():
+        off = max(abs(z) for z in case["sigmas_off"].values())
+        for who, score in case["scores"].items():
+            errors = (_percent(score["relative"][v]) for v in ("u", "v_m", "r"))
+            label = f"{len(case['fits'][who]['parameters'])} parameters" if who in case["fits"] else who
+            full = (figure(max(case["model_over_truth"].values())), figure(off)) if who == "full" else ("", "")
+            rows.append((name, label, *errors, *full))
+    head = ("weather", "model", "surge", "sway", "yaw", "50 steps / truth", "sigma off at most")
+    servos = (f"{name}: {figure(servo['rate'], 5)} rad/s +- {figure(servo['sigma']['rate'], 2)}"
+              for name, servo in found["servos"].items())  # fmt: skip
+    return Table(head, tuple(rows), (2, 3, 4, 5, 6)), *servos, _wrote(out)
+
+
+def _table(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
+    """Errors of each model of a table of fits on each test, and its claims."""
+    tests = [*found["tests"], "together"]
+    rows = tuple(
+        (key, str(len(one["seeds"])), *(_error(one, test) for test in tests)) for key, one in found["models"].items()
+    )
+    claims = (f"{claim['says']}: " + ", ".join(f"{row['test']}: {row['verdict']}" for row in claim["rows"])
+              for claim in found["claims"])  # fmt: skip
+    table = Table(("standardised error", "seeds", *tests), rows, tuple(range(1, len(tests) + 2)))
+    return table, *claims, f"wrote {out}/report.html, {out}/report.json"
+
+
+def _wrote(out: Path) -> str:
+    return f"wrote {out}/model.toml, {out}/report.html"
+
+
+def _percent(share: float | None) -> str:
+    return "blows up" if share is None else f"{figure(100.0 * share)} %"
+
+
+def _error(one: Mapping[str, Any], test: str) -> str:
+    mean, spread = one["mean"][test], one["standard_deviation"][test]
+    if mean is None:
+        return "no number" if one["seeds"] else ""
+    return figure(mean, 3) + ("" if spread is None else f" +- {figure(spread, 2)}")
+
+
+_SUMMARIES = {
+    "seatrial-fit/1": _fit, "seatrial-tuning/1": _tuning, "seatrial-shooting/1": _shooting,
+    "seatrial-networks/1": _table,
+}  # fmt: skip

@@ -1,8 +1,4 @@
-"""Requests to a workflow: checks of settings, and conversion of text such as ``5,90`` to SI values.
-
-Every function of `workflow` returns values and prints nothing.  What a user should know while it runs goes to its
-argument `note`, a line at a time; a request that cannot be carried out is a `RequestError`.
-"""
+"""Requests to a workflow: checks of settings, and conversion of text such as ``5,90`` to SI values."""
 
 from __future__ import annotations
 
@@ -133,27 +129,14 @@ def _waves(text: str | None) -> tuple[float, float, float]:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Weather and depth around a ship.
-
-    Attributes:
-        weather: as a simulation takes it.
-        settings: the same in the units of the request, for output.
-    """
+    """Weather and depth around a ship as a simulation takes them, and in the units of the request, for output."""
 
     weather: Weather
     settings: Mapping[str, object]
 
 
 class Around(TypedDict, total=False):
-    """Weather and depth as a request gives them; each may be missing or None.
-
-    Attributes:
-        wind: true wind, ``M/S,DEG`` that it comes from.
-        gusts: spectrum of gusts about the wind.
-        current: ``M/S,DEG`` that it flows towards.
-        waves: ``M,S,DEG``: height, mean period, direction that they come from.
-        depth: of the water [m].
-    """
+    """Weather and depth as the options of these names give them; each may be missing or None."""
 
     wind: str | None
     gusts: str | None
@@ -200,10 +183,8 @@ def _check_depth(ship: Ship, depth: float | None, note: Note) -> None:
 
 def separate(folder: Path, sources: Iterable[Path]) -> None:
     """Refuse a folder of results that holds the trials they are made from."""
-    for source in sources:
-        at = source if source.is_dir() else source.parent
-        if at.resolve() == folder.resolve():
-            raise DataError(f"{folder}: holds the trials themselves; choose another folder with -o")
+    if any((source if source.is_dir() else source.parent).resolve() == folder.resolve() for source in sources):
+        raise DataError(f"{folder}: holds the trials themselves; choose another folder with -o")
 
 
 def make_folder(folder: Path) -> None:

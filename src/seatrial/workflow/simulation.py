@@ -39,7 +39,7 @@ def known() -> dict[str, type[Manoeuvre]]:
     for module in pkgutil.iter_modules(manoeuvres.__path__, f"{manoeuvres.__name__}."):
         members: list[tuple[str, Any]] = inspect.getmembers(importlib.import_module(module.name), inspect.isclass)
         for _, cls in members:
-            if cls.__module__ == module.name and getattr(cls, "kind", ""):
+            if cls.__module__ == module.name and issubclass(cls, Manoeuvre) and cls.kind:
                 found[cls.kind] = cls
     return dict(sorted(found.items()))
 
@@ -65,7 +65,7 @@ def rudder_limit(ship: Ship) -> float:
 
 def lacks(ship: Ship, cls: type[Manoeuvre]) -> str | None:
     """What a manoeuvre needs and the ship lacks; None where nothing is missing."""
-    if getattr(cls, "by_engine", False) and not driven(ship):
+    if cls.by_engine and not driven(ship):
         return f"no revolutions move {ship.name}; its model has no engine"
     return None
 
@@ -84,11 +84,12 @@ def order(name: str, ship: Ship, U: float, n_P: float, given: Mapping[str, Any])
         if option not in cls.takes:
             takes = ", ".join(f"--{one}" for one in cls.takes) or "none of " + ", ".join(f"--{o}" for o in _OPTIONS)
             raise RequestError(f"{name} takes no --{option}; it takes {takes}")
-    limit = rudder_limit(ship)
+    limit, highs = rudder_limit(ship), {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
     settings = Settings(
         n_P, U, ship.L_pp, limit, rudder=_angle("--rudder", given.get("rudder")),
         heading=_angle("--heading", given.get("heading")), side=_side(given.get("side", "starboard")),
-        seed=int(given.get("seed", 1)), controls=_greatest(ship),
+        seed=int(given.get("seed", 1)),
+        controls={name: high if math.isfinite(high) else 0.0 for name, high in highs.items()},
         astern=ship.validity.get("n_P", (-math.inf, 0.0))[0] < 0.0 and ship.validity.get("u", (-1.0, 0.0))[0] < 0.0,
     )  # fmt: skip
     if settings.rudder is not None and settings.rudder > limit * (1 + 1e-9):
@@ -96,11 +97,6 @@ def order(name: str, ship: Ship, U: float, n_P: float, given: Mapping[str, Any])
             f"--rudder is {given['rudder']:g} deg; the rudder of {ship.name} goes to {limit / DEGREE:g} deg"
         )
     return cls.ordered(settings)
-
-
-def _greatest(ship: Ship) -> dict[str, float]:
-    found = {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
-    return {name: high if math.isfinite(high) else 0.0 for name, high in found.items()}
 
 
 def _side(text: str) -> float:
@@ -152,17 +148,10 @@ def simulate(
     Args:
         ship: a name of the library, a ship file or a ship.
         manoeuvre: its kind, see `known`.
-        rudder: rudder angle, magnitude [deg].
-        heading: heading change, such as of a zigzag [deg].
-        side: first side, port or starboard.
-        seed: of a random manoeuvre and of the gusts.
-        speed: approach speed [m/s]; that of the ship's file unless given.
-        rps: propeller revolutions [1/s]; those that hold the speed unless given.
-        duration: length of the run [s].
-        dt: time step [s]; one that suits the ship unless given.
-        out: trial file to write (.csv).
         note: takes warnings.
         around: weather and depth, see `surroundings`.
+
+    The others are the options of `seatrial simulate`, whose help has their meaning and units.
 
     Raises:
         RequestError, ShipError: a request that cannot be carried out.
@@ -188,7 +177,11 @@ def simulate(
     for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run)):
         note(line)
     if out is not None:
-        write(run, out, note)
+        from ..data.trialfile import write_trial
+
+        make_folder(out.parent)
+        write_trial(run, out)
+        note(f"wrote {out}")
     settings = {"speed": U, "rps": n_P, **_set_points(policy, side), "duration": run.duration,
                 "dt": dt or time_step(vessel), **place.settings}  # fmt: skip
     return Simulated(vessel, policy, run, settings, reason is None, reason)
@@ -202,21 +195,16 @@ def _run(
 
     length = duration or _FIRST * ship.L_pp / max(speed, 1e-3)
     limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
-    begin = 0.0 if getattr(policy, "from_rest", False) else speed
+    begin = 0.0 if policy.from_rest else speed
     while True:
         try:
             run = run_once(ship, policy, speed=begin, duration=length, environment=around, dt=dt)
         except SimulationError as error:
             return _until(ship, policy, begin, around, dt, duration, error)
-        complete = policy.complete(run) or (duration is not None and _timed(policy))
+        complete = policy.complete(run) or (duration is not None and policy.timed)
         if complete or 2 * length > limit:
             return run, None if complete else f"not over after {run.duration:g} s"
         length *= 2
-
-
-def _timed(policy: Manoeuvre) -> bool:
-    """Whether the clock alone ends the manoeuvre, so that any length of it is whole."""
-    return bool(getattr(policy, "timed", False))
 
 
 def _until(
@@ -235,7 +223,7 @@ def _until(
     if end < 2.0 * step:
         raise error
     run = run_once(ship, policy, speed=speed, duration=end, environment=around, dt=dt)
-    whole = duration is None and not _timed(policy) and policy.complete(run)
+    whole = duration is None and not policy.timed and policy.complete(run)
     return run, None if whole else str(error)
 
 
@@ -268,19 +256,11 @@ def _check_revolutions(ship: Ship, rps: float | None) -> None:
             )
 
 
-def _set_points(policy: Any, side: str | None) -> dict[str, object]:
+def _set_points(policy: Manoeuvre, side: str | None) -> dict[str, object]:
+    rudder, heading = (vars(policy).get(name) for name in ("delta", "psi"))
     found: dict[str, object] = {}
-    if isinstance(getattr(policy, "delta", None), float):
-        found["rudder"] = abs(policy.delta / DEGREE)
-    if isinstance(getattr(policy, "psi", None), float):
-        found["heading"] = policy.psi / DEGREE
+    if isinstance(rudder, float):
+        found["rudder"] = abs(rudder / DEGREE)
+    if isinstance(heading, float):
+        found["heading"] = heading / DEGREE
     return {**found, "side": side or "starboard"} if "side" in policy.takes else found
-
-
-def write(run: Trial, out: Path, note: Note = silent) -> None:
-    """Write a trial file."""
-    from ..data.trialfile import write_trial
-
-    make_folder(out.parent)
-    write_trial(run, out)
-    note(f"wrote {out}")

@@ -11,34 +11,30 @@ import time
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
 from typing import BinaryIO, Unpack
 
 from ..core.parameters import unknown
 from ..data import DataError
-from ..data.geodesy import Datum
-from ..data.nmea.ship import Fittings
+from ..data.nmea.ship import NULL_ISLAND, Fittings
 from ..engine import SimulationError
 from ..environment import Weather
 from ..models import STATES
-from ..realtime.aboard import RATES, TRANSPONDER, TRANSPONDER_RATE
 from ..realtime.loop import Loop, LoopError
-from ..realtime.on_wire import OnWire, Speech, Targets
+from ..realtime.on_wire import RATES, TRANSPONDER, TRANSPONDER_RATE, OnWire, Speech, Targets
 from ..realtime.plant import Plant
-from ..realtime.recording import Recording
+from ..realtime.recording import Recording, dated
 from ..realtime.wire import Address, Authority, Wire, WireError
 from ..sensors.suite import Suite, draught, usual
 from ..ships import Ship
 from . import RequestError
-from .realtime import Start, keep_course, others_of, plant_of, rate_of
+from .realtime import Start, datum_of, keep_course, others_of, pair, plant_of, rate_of
 from .request import (
     DEGREE,
     Around,
     Note,
     finite,
-    numbers,
     obeyed,
     positive,
     ship_of,
@@ -90,31 +86,11 @@ def steer(
 
     Args:
         ship: a name of the library, a ship file or a ship.
-        nmea: address to listen at, such as ``udp://127.0.0.1:10110``.
-        to: further addresses to send to (udp).
-        anywhere: whether addresses beyond this machine are allowed.
-        framed: whether datagrams are those of IEC 61162-450.
-        only: sentences to send, such as ``HDT,ROT,RMC``.
-        place: initial ``LAT,LON`` [deg].
-        antenna: ``FORWARD,STARBOARD`` of midship [m].
-        rate: tick rate [Hz].
-        factor: ratio of simulated to real time.
-        duration: simulated time after which the run ends [s].
-        hold: time after which a silent commander loses command [s].
-        commander: ``HOST`` or ``HOST:PORT`` whose orders are obeyed; all unless given.
-        speed: initial speed [m/s].
-        heading: initial heading [deg].
-        other: other ships, each ``SHIP@NORTH,EAST,DEG``.
-        mmsi: of the transponder.
-        sensors: whether the sentences are those of the usual instruments with their errors.
-        seed: of instruments and gusts.
-        log: file for the sentences that are sent (.nmea).
-        out: trial file to record (.csv).
-        beside: program to run at the same time; ``{address}`` in it is the address.
-        simulator: whether the sentences are marked as those of a simulator.
         note: takes the address and events.
         printed: takes the standard output of the program beside the ship.
         around: weather and depth, see `surroundings`.
+
+    The others are the options of `seatrial steer`, whose help has their meaning and units.
 
     Raises:
         RequestError: a request that cannot be carried out.
@@ -124,7 +100,7 @@ def steer(
     finite(heading=heading)
     vessel = ship_of(ship)
     start = (0.0, 0.0, heading * DEGREE, speed_of(vessel, speed), 0.0, 0.0)
-    offset = None if antenna is None else _pair("--antenna", antenna, "FORWARD,STARBOARD in metres")
+    offset = None if antenna is None else pair("--antenna", antenna, "FORWARD,STARBOARD in metres")
     weather = surroundings(vessel, seed, note, **around).weather
     try:
         address, *targets = (Address.parse(one, anywhere) for one in (nmea, *to))
@@ -142,7 +118,9 @@ def steer(
         with _writing(log) as on_wire.log:
             note(f"{vessel.name} on {wire.address}, {loop.rate:g} Hz, time factor {factor:g}; Ctrl-C ends it")
             _run(loop, duration or math.inf, beside, wire.address, note, printed)
-            _end(record)
+            if record is not None:
+                with suppress(DataError):  # why the last row was not written is in its failure
+                    record.close()
     finally:
         wire.close()
     return Steered(loop, on_wire, tuple(record.paths) if record else (), _failure(vessel, loop, record))
@@ -158,13 +136,6 @@ def _loop(
     loop = Loop(fleet, ticks, factor, sensors=sensors)
     keep_course(loop, (name for name in fleet if name != OWN), note)
     return loop
-
-
-def _end(record: Recording | None) -> None:
-    """End a recording; why the last row was not written is in its failure."""
-    if record is not None:
-        with suppress(DataError):
-            record.close()
 
 
 def _failure(ship: Ship, loop: Loop, record: Recording | None) -> str | None:
@@ -241,7 +212,7 @@ def _hear_others(loop: Loop, on_wire: OnWire) -> None:
     """Report the other ships by AIS."""
     others = [name for name in loop.vessels if name != OWN]
     if others and find_spec("pyais") is None:
-        raise RequestError("--other is heard by AIS, which needs the extra 'nmea': pip install 'seatrial[nmea]'")
+        raise RequestError("--other is reported by AIS, which needs the extra 'nmea': pip install 'seatrial[nmea]'")
     if others:
         Targets(loop, others, on_wire)
 
@@ -249,22 +220,12 @@ def _hear_others(loop: Loop, on_wire: OnWire) -> None:
 def _fittings(
     ship: Ship, place: str | None, antenna: tuple[float, float] | None, mmsi: int | None, simulator: bool
 ) -> Fittings:
-    latitude, longitude = _pair("--place", place, "LAT,LON in degrees such as 35.1,139.7")
     if mmsi is not None and not 200_000_000 <= mmsi <= 799_999_999:
         raise RequestError(f"--mmsi is {mmsi}; that of a ship has nine digits, the first 2 to 7")
     return Fittings(
-        Datum(latitude, longitude), round(time.time()), antenna or (0.0, 0.0), stern=-0.5 * ship.L_pp,
+        datum_of(place) or NULL_ISLAND, round(time.time()), antenna or (0.0, 0.0), stern=-0.5 * ship.L_pp,
         transducer=draught(ship), simulator=simulator, mmsi=mmsi or 0,
     )  # fmt: skip
-
-
-def _pair(option: str, text: str | None, form: str) -> tuple[float, float]:
-    if text is None:
-        return 0.0, 0.0
-    first, second = numbers(option, text, form)
-    if not (math.isfinite(first) and math.isfinite(second)):
-        raise RequestError(f"{option} is '{text}'; write {form}")
-    return first, second
 
 
 def _rates(only: str | None) -> dict[str, float] | None:
@@ -298,9 +259,7 @@ def _writing(path: Path | None) -> Generator[BinaryIO | None]:
 
 
 def _recording(loop: Loop, out: Path, fittings: Fittings, placed: bool) -> Recording:
-    datum = {"datum": {"latitude": fittings.datum.latitude, "longitude": fittings.datum.longitude}}
-    start = datetime.fromtimestamp(fittings.epoch, UTC).isoformat()
-    plant = loop.vessels[OWN].plant
-    record = Recording(plant, out, kind="by wire", meta={"start": start, **(datum if placed else {})})
+    meta = dated(fittings.epoch, fittings.datum if placed else None)
+    record = Recording(loop.vessels[OWN].plant, out, kind="by wire", meta=meta)
     loop.witness(OWN, record)
     return record

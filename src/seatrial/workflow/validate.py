@@ -1,25 +1,100 @@
-"""Free-running predictions of trials by a model, and their comparison with the measurements and baselines."""
+"""Checks of trials; free-running predictions of trials by a model, and their comparison with the measurements."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from .. import __version__
 from ..data import DataError, Trial
-from ..data.check import check
+from ..data.check import Finding, check_folder, check_set
 from ..data.trialfile import read_trials, write_trial
 from ..engine import SimulationError
 from ..report.evidence import assumptions
 from ..report.report import Report
-from ..ships import Ship
+from ..ships import Ship, ShipError
+from ..ships.felt import feels
 from ..ships.files import load
-from ..simulate.replay import replay
+from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
 from ..validate.metrics import scale_words
-from . import SILENT, Outcome, RequestError, Sink
-from .advice import cautions, spread_numbers, spread_of, trained
+from . import SILENT, Document, Outcome, RequestError, Sink
 from .comparing import compared, in_found_currents, provenance, scales_asked
-from .shown import comparisons as table_of
+from .reports import comparisons as table_of
+from .request import PAGES, make_folder, separate
+
+if TYPE_CHECKING:
+    from ..validate.coverage import Coverage
+    from ..validate.spread import Spread
+
+_SEVERITIES = ("error", "warning", "info")
+# A time step above so many median steps of the trial gets a warning.
+_LEAP = 10
+
+
+def check(
+    paths: Sequence[Path], *, against: Sequence[Path] = (), out: Path | None = None, sink: Sink = SILENT
+) -> Outcome[Mapping[str, Sequence[Finding]]]:
+    """Findings of each trial; against a training set also overlap and coverage.
+
+    Args:
+        paths: trial files, or folders of them.
+        against: those of a training set.
+        out: page of the comparison to write (.html).
+
+    Returns:
+        The findings by trial; those of severity "error" are in `errors`.
+
+    Raises:
+        RequestError: a page is asked for without a training set, or is no .html.
+        DataError: a file cannot be read.
+    """
+    if out is not None and not against:
+        raise RequestError("-o: a page is written of a comparison; name the training files with --against")
+    if out is not None and out.suffix.lower() not in PAGES:
+        raise RequestError(f"{out}: a page ends in .html")
+    trials = read_trials(paths)
+    every = list(check_folder(trials))
+    covered: list[Coverage] = []
+    if against:
+        overlaps, covered = _compared(read_trials(against), trials, out, sink)
+        every += overlaps
+    found = {trial.name: [f for f in every if trial.name in _about(f)] for trial in trials}
+    counts = {s: sum(f.severity == s for f in every) for s in _SEVERITIES}
+    more = {"coverage": {c.name: c.numbers() for c in covered}} if against else {}
+    document = {"trials": {name: [asdict(f) for f in some] for name, some in found.items()}, "counts": counts, **more}
+    total = f"{len(found)} trials: {counts['error']} errors, {counts['warning']} warnings, {counts['info']} notes"
+    shown = (*map(str, every), *map(str, covered), total)
+    return Outcome(found, document, shown, tuple(str(f) for f in every if f.severity == "error"))
+
+
+def _about(finding: Finding) -> tuple[str, ...]:
+    """Names of the trials under which a finding is listed: of an overlap, the one under test."""
+    return finding.trials[-1:] if finding.kind == "overlap" else finding.trials
+
+
+def _compared(
+    train: Sequence[Trial], trials: Sequence[Trial], out: Path | None, sink: Sink
+) -> tuple[tuple[Finding, ...], list[Coverage]]:
+    """Recordings that both share, and how the training set covers each trial; the page where one is asked for."""
+    from ..data.prepare import drop_trailing_gaps
+    from ..validate.coverage import Reference, coverage, usual
+
+    overlaps = check_set(train, trials)
+    whole, ours = ([drop_trailing_gaps(t) for t in some] for some in (train, trials))
+    reference = Reference.of(whole, usual([*whole, *ours]))
+    covered = [coverage(reference, trial) for trial in ours]
+    if out is not None:
+        from ..report.coverage import page
+        from ..report.page import write
+
+        out.parent.mkdir(parents=True, exist_ok=True)
+        write(out, page(reference, whole, ours, covered, [str(f) for f in overlaps]))
+        sink.note(f"wrote {out}")
+    return overlaps, covered
 
 
 def validate(
@@ -32,9 +107,7 @@ def validate(
         model: a name of the library, or a ship file.
         paths: trial files, or folders of them.
         out: page to write, with its numbers beside it.
-        restart: seconds between restarts from the measured state; None for one free run.
-        smooth_start: estimate initial states from the last so many seconds of data.
-        scale: model.toml of a fit; errors are divided as where it was judged.
+        restart, smooth_start, scale: as the options of `seatrial validate`.
 
     Returns:
         The report; a prediction that blew up is in `errors`.
@@ -42,7 +115,7 @@ def validate(
     Raises:
         RequestError, ShipError, DataError: what is asked for cannot be done.
     """
-    if out is not None and out.suffix.lower() not in (".html", ".htm"):
+    if out is not None and out.suffix.lower() not in PAGES:
         raise RequestError(f"{out}: a report ends in .html; its numbers go beside it as .json")
     ship, trials = _read(model, paths, sink)
     sigma, origin = scales_asked(trials, scale)
@@ -54,7 +127,7 @@ def validate(
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),
         findings=(*(str(s) for s in spread if s.verdict != "inside"),
-                  *(str(f) for t in trials for f in check(t) if f.severity != "info")),
+                  *(str(f) for t in trials for f in findings_of(t) if f.severity != "info")),
         assumptions=assumptions(ship),
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
                     "errors divided by": scaled, "restart": "none" if restart is None else f"{restart:g} s",
@@ -87,7 +160,7 @@ def predict(
             predictions.append(replay(ship, trial, restart=restart, smooth_start=smooth_start))
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
-    _make_folder(out)
+    make_folder(out)
     for prediction in predictions:
         write_trial(prediction, out / f"{prediction.name}.csv")
     written = tuple(str(out / f"{one.name}.csv") for one in predictions)
@@ -99,16 +172,79 @@ def predict(
 def _read(model: str, paths: Sequence[Path], sink: Sink, out: Path | None = None) -> tuple[Ship, Sequence[Trial]]:
     """Ship and trials, whose cautions are noted."""
     ship, trials = trained(load(model), model), read_trials(paths)
-    for source in paths:
-        if out is not None and (source if source.is_dir() else source.parent).resolve() == out.resolve():
-            raise DataError(f"{out}: holds the trials themselves; choose another folder with -o")
+    if out is not None:
+        separate(out, paths)
     for line in cautions(ship, trials):
         sink.note(line)
     return ship, trials
 
 
-def _make_folder(out: Path) -> None:
+def trained(ship: Ship, name: str) -> Ship:
+    """The ship, if its network is trained or it has none; `name` is how the user named it.
+
+    Raises:
+        RequestError: its network is untrained.
+    """
+    if ship.model.trained:
+        return ship
+    remedy = f'train it: seatrial identify STUDY.toml -o DIR, with ship = "{name}" in the study'
+    raise RequestError(f"{name}: the network of {ship.name} is untrained (its file names no weights); {remedy}")
+
+
+def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
+    """Warnings and notes on predicting these trials with this ship, one line each."""
+    return [line for trial in trials for line in _of_trial(ship, trial)]
+
+
+def _of_trial(ship: Ship, trial: Trial) -> Iterator[str]:
+    from ..identify.lint import untested
+
+    yield from (f"warning: {trial.name}: {text}; extrapolated" for text in untested(ship, trial))
+    leap = float(np.diff(trial.t).max()) if len(trial) > 2 else 0.0
+    if leap > _LEAP * trial.dt:
+        yield f"warning: {trial.name} leaps over {leap:.3g} s; the controls are not known in that time"
+    length = trial.meta.get("L_pp")
+    if isinstance(length, int | float) and abs(length / ship.L_pp - 1) > 0.02:
+        yield f"warning: {trial.name} is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m"
+    windy = feels(ship, "wind_x")
+    if no_wind(trial, ship.model) and windy:
+        yield f"warning: {trial.name} has no wind (U_T, gamma_T); predicted in still air"
+    if words := wind_words(trial, windy):
+        yield f"note: {trial.name}: {words}"
+    part = trial.rows(predicted(trial))
+    if found := gaps(part, ship.model):
+        first = ", or the first after it at the start" if any(rows[0] for rows in found.values()) else ""
+        yield f"warning: {trial.name}: {gap_words(part, found)}; the last value before is held{first}"
+    if len(part) < len(trial):
+        yield f"note: {trial.name}: {len(trial) - len(part)} rows outside of the complete ones are left out"
+
+
+def spread_of(model: str, ship: Ship, trials: Sequence[Trial], sink: Sink) -> list[Spread]:
+    """Whether each trial leaves the training data of a saved hybrid, noted too; empty where no members are saved.
+
+    Advice only: where it cannot be had, a note says why, and the prediction stands.
+    """
+    from ..validate.spread import NAME, load_members, spreads
+
+    beside = Path(model).with_name(NAME)
+    if Path(model).suffix != ".toml" or not beside.is_file():
+        return []
     try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RequestError(f"{out}: not a folder that can be made: {error.strerror}") from None
+        found = load_members(beside, ship)
+    except ShipError as error:
+        sink.note(f"warning: not known whether these trials leave the training data: {error}")
+        return []
+    out: list[Spread] = []
+    for trial in trials:
+        try:
+            out += spreads(found, ship, [trial])
+        except (DataError, SimulationError) as error:
+            sink.note(f"warning: {trial.name}: not known whether it leaves the training data: {error}")
+            continue
+        sink.note(f"{'warning' if out[-1].verdict == 'leaves' else 'note'}: {out[-1]}")
+    return out
+
+
+def spread_numbers(found: Sequence[Spread]) -> Document:
+    """The spread for a JSON document, under "spread" by trial; empty where there is none."""
+    return {"spread": {one.name: one.numbers() for one in found}} if found else {}

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from seatrial.realtime.bridge.gear import Order, gear
+from seatrial.realtime.bridge.view import Order, gear
 from seatrial.realtime.helm import clipped, ranges
 from seatrial.realtime.plant import Plant
 from seatrial.ships.felt import idle

@@ -7,7 +7,9 @@ import json
 import math
 import os
 import re
+import socket
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,8 @@ from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant
 from seatrial.ships.files import load
 from seatrial.simulate.approach import time_step
+from seatrial.workflow import RequestError
+from seatrial.workflow import realtime as workflow
 
 HARD = math.radians(10.0)
 
@@ -120,6 +124,28 @@ def test_a_recording_that_ended_by_itself_is_told_as_one(tmp_path: Path, monkeyp
 
 def len_of(path: Path) -> int:
     return path.stat().st_size
+
+
+def test_a_recording_has_the_start_instant_and_the_datum_of_the_bridge_or_of_its_ghost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def serve(deck: Deck, loop: Loop, listening: socket.socket, key: str) -> None:
+        deck.command.come("A", 0.0)
+        assert ask(deck, "record") == ""
+        ticks(loop, 1.0)
+
+    monkeypatch.setattr(workflow, "_server", lambda everywhere: serve)
+    began = datetime.now(UTC)
+    (path,) = workflow.bridge("kvlcc2_l7", port=0, place="35,139.5", out=tmp_path)
+    meta = read_trial(path).meta
+    assert -1.0 < (datetime.fromisoformat(meta["start"]) - began).total_seconds() < 60.0
+    assert meta["datum"] == {"latitude": 35.0, "longitude": 139.5}
+    (beside,) = workflow.bridge("kvlcc2_l7", port=0, ghost=path, out=tmp_path)
+    assert read_trial(beside).meta["datum"] == meta["datum"]
+    (without,) = workflow.bridge("kvlcc2_l7", port=0, out=tmp_path)
+    assert "datum" not in read_trial(without).meta
+    with pytest.raises(RequestError, match="--place and --ghost"):
+        workflow.bridge("kvlcc2_l7", port=0, place="35,139.5", ghost=path, out=tmp_path)
 
 
 @pytest.mark.parametrize("name", ["../../sec/X", "/abs/X", "..", "a\\b\n\x1b[31m", ".hidden", "\x00"])

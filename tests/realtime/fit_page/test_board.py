@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.cli.page import Words
+from seatrial.cli.fits import Words
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Problem

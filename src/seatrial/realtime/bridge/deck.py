@@ -23,29 +23,24 @@ from ..helm import CommandError
 from ..loop import Loop
 from ..recording import Recording, orders_path
 from .drill import Drill
-from .gear import bells, gear
 from .ghost import Ghost
-from .view import OWN, Moment, Trail, indices_json, motion, order_json, outline
+from .view import OWN, Moment, Trail, bells, gear, indices_json, motion, order_json, outline
 
 PERIOD = 0.05
 """Time between two pictures [s]."""
 
 _TOLD = 6
+_KEPT = ("wave_x", "wave_y", "wave_T", "per_depth")
 _FELT = {"wind": "wind_x", "current": "current_x"}
 Orderer = Callable[[float], Manoeuvre]
 """Makes a manoeuvre for the present revolutions [1/s]."""
-
 
 Request = Mapping[str, Any]
 """A request: the action ("do") and its arguments by name."""
 
 
 def number(said: Request, name: str) -> float:
-    """A number of a request.
-
-    Raises:
-        RefusalError: it is missing, or not a finite number.
-    """
+    """A number of a request; RefusalError: it is missing, or not a finite number."""
     value = said.get(name)
     if not isinstance(value, bool) and isinstance(value, int | float):
         with suppress(OverflowError):  # an integer with hundreds of digits
@@ -64,6 +59,7 @@ class Outfit:
         ghost: a measured trial to show beside the ship, if any.
         hold: longest silence of the commander [s of the clock].
         cannot: manoeuvres that the ship cannot perform, with the reason.
+        meta: further sidecar entries of the recordings, such as `recording.dated`.
     """
 
     drills: Mapping[str, Orderer] = field(default_factory=dict[str, Orderer])
@@ -71,6 +67,7 @@ class Outfit:
     ghost: Ghost | None = None
     hold: float = 5.0
     cannot: Mapping[str, str] = field(default_factory=dict[str, str])
+    meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
 
 class Deck:
@@ -95,14 +92,14 @@ class Deck:
         self._trail = Trail(self._vessel.plant, self._speed)
         self._drill: Drill | None = None
         self._drill_name, self._drill_turns = "", 0.0
-        self._recorder = Recorder(loop, outfit.folder)
+        self._recorder = Recorder(loop, outfit.folder, outfit.meta)
         self._kept: tuple[float, bytes, tuple[Moment, ...]] | None = None
         self.leaps = 0
         self._following = self._was_stale = False
         self._due = -math.inf
         self._seen = motion(loop, self._gear)
         self._doing: Mapping[str, Callable[[Request], None]] = {
-            "order": self._order, "around": self._around, "drill": self._begin, "end": self._end,
+            "order": self._order, "around": self._around, "drill": self._begin, "end": lambda _: self._let_go(),
             "record": lambda _: self._recorder.start(), "unrecord": self._stop_recording, "ghost": self._lay_ghost,
             "pause": lambda _: loop.pause(), "resume": lambda _: loop.resume(), "step": self._step, "pace": self._pace,
             "reset": lambda _: loop.reset(), "save": self._save, "back": self._back,
@@ -120,8 +117,7 @@ class Deck:
             return "" if self.command.give(who, now) else "nobody asks for command, or you do not have it"
         if what == "keep":
             self.command.keep(who)
-            return ""
-        if what == "beat":
+        if what in ("keep", "beat"):
             return ""
         do = self._doing.get(what) if isinstance(what, str) else None
         if do is None:
@@ -206,11 +202,10 @@ class Deck:
         rudder = self._rudder
         self._trail.see(loop.t, rudder.actual(plant) if rudder else 0.0)
         now = self._clock()
-        if now < self._due - 0.2 * PERIOD:
-            return
-        self._due = max(self._due + PERIOD, now)
-        self._look(self._seen)
-        self.fresh()
+        if now >= self._due - 0.2 * PERIOD:
+            self._due = max(self._due + PERIOD, now)
+            self._look(self._seen)
+            self.fresh()
 
     def _look(self, before: Mapping[str, Any] | None) -> None:
         seen = motion(self._loop, self._gear, before)
@@ -251,8 +246,7 @@ class Deck:
         new = Uniform(U_T, number(said, "gamma_T"), U_C, number(said, "gamma_C")).now()
         for name, vessel in self._loop.vessels.items():
             plant = vessel.plant
-            self._loop.surround(name, new._replace(wave_x=plant["wave_x"], wave_y=plant["wave_y"],
-                                                   wave_T=plant["wave_T"], per_depth=plant["per_depth"]))  # fmt: skip
+            self._loop.surround(name, new._replace(**{kept: plant[kept] for kept in _KEPT}))
             if U_T and not feels(plant.ship, "wind_x"):
                 self._loop.tell(name, "calm", f"{plant.ship.name} has no force of wind and is not affected")
 
@@ -270,9 +264,6 @@ class Deck:
         self._drill_name, self._drill_turns = name, turns
         self._drill = Drill(policy, self._vessel.plant, self._speed)
         return self._drill
-
-    def _end(self, _: Request) -> None:
-        self._let_go()
 
     def _let_go(self) -> None:
         """End automatic steering; a manual order does so."""
@@ -407,8 +398,8 @@ class Recorder:
         record: the recording in progress, if any.
     """
 
-    def __init__(self, loop: Loop, folder: Path) -> None:
-        self._loop, self._folder = loop, folder
+    def __init__(self, loop: Loop, folder: Path, meta: Mapping[str, Any]) -> None:
+        self._loop, self._folder, self._meta = loop, folder, meta
         self.record: Recording | None = None
 
     @property
@@ -420,18 +411,16 @@ class Recorder:
         return str(record.paths[-1]) if record.paths else "", record.rows, record.failure
 
     def start(self) -> None:
-        """Start a recording.
-
-        Raises:
-            RefusalError: one is in progress.
-            DataError: the file cannot be written.
-        """
+        """Start a recording; RefusalError: one is in progress. DataError: the file cannot be written."""
         if self.record is not None and not self.record.failure:
             raise RefusalError("a recording is already in progress")
         self.stop()
         plant = self._loop.vessels[OWN].plant
         stem = f"{plain(plant.ship.name)}_{datetime.now():%Y%m%d_%H%M%S}"
-        self.record = Recording(plant, self._free(stem), kind="bridge")
+        # a second recording in the same second gets the number 2
+        paths = (self._folder / f"{stem}{'' if n == 1 else f'_{n}'}.csv" for n in count(1))
+        free = next(path for path in paths if not (path.exists() or orders_path(path).exists()))
+        self.record = Recording(plant, free, kind="bridge", meta=self._meta)
         self._loop.witness(OWN, self.record)
 
     def stop(self) -> list[Path]:
@@ -446,8 +435,3 @@ class Recorder:
         if record.failure != before:
             self._loop.tell(OWN, "dropped", f"the recording lacks its last row: {record.failure}")
         return record.paths
-
-    def _free(self, stem: str) -> Path:
-        """An unused path: a second recording in the same second gets the number 2."""
-        paths = (self._folder / f"{stem}{'' if n == 1 else f'_{n}'}.csv" for n in count(1))
-        return next(path for path in paths if not (path.exists() or orders_path(path).exists()))

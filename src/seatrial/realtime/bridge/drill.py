@@ -30,13 +30,7 @@ class Drill:
     """
 
     def __init__(self, policy: Manoeuvre, plant: Plant, speed: float) -> None:
-        """Begin from the present state.
-
-        Args:
-            policy: the manoeuvre.
-            plant: the ship.
-            speed: speed that sets its greatest duration [m/s].
-        """
+        """Begin a manoeuvre from the present state; `speed` [m/s] sets its greatest duration."""
         self.kind, self.over, self.complete = policy.kind, False, False
         self.indices: Mapping[str, Index] = {}
         self._policy, self._begun = policy, plant.t

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...data import Array, DataError, Trial
+from ...data.geodesy import Datum
 from ...models import STATES
 
 _POSE = ("x", "y", "psi")
@@ -19,16 +20,13 @@ class Ghost:
     Attributes:
         name: of the trial.
         ship: ship of the trial; empty if the sidecar does not name it.
+        datum: where x and y of the trial are zero, if the sidecar gives it.
         start: first recorded (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s]; velocities without a record are zero.
         duration: of the trial [s].
     """
 
     def __init__(self, trial: Trial, controls: Sequence[str]) -> None:
-        """A ghost of a trial.
-
-        Args:
-            trial: with x, y and psi.
-            controls: of the own ship; `orders` returns those that were recorded.
+        """A ghost of a trial with x, y and psi; `controls` of the own ship are those that `orders` returns.
 
         Raises:
             DataError: fewer than two rows with position and heading.
@@ -39,9 +37,12 @@ class Ghost:
         run = trial.rows(known)
         self.name, self._t = trial.name, run.t - run.t[0]
         self.ship = str(trial.meta.get("ship") or "")
+        said = trial.meta.get("datum")
+        self.datum = None if said is None else Datum(float(said["latitude"]), float(said["longitude"]))
         self.duration = float(self._t[-1])
         self._x, self._y, self._psi = run["x"], run["y"], np.unwrap(run["psi"])
-        self.start = tuple(_first(run, name) for name in STATES)
+        first = (float(run[name][0]) if name in run else 0.0 for name in STATES)
+        self.start = tuple(value if math.isfinite(value) else 0.0 for value in first)
         columns = {name: f"{name}_cmd" if f"{name}_cmd" in run else name for name in controls}
         self._orders = {name: run[column] for name, column in columns.items() if column in run}
         self.lay((0.0, *(self.start[:3])))
@@ -85,8 +86,3 @@ class Ghost:
 
     def _at(self, values: Array, since: float) -> float:
         return float(np.interp(since, self._t, values))
-
-
-def _first(run: Trial, name: str) -> float:
-    value = float(run[name][0]) if name in run else 0.0
-    return value if math.isfinite(value) else 0.0

@@ -1,7 +1,4 @@
-"""State of running fits for the live page: fits write, the page reads, without network or lock; tracks of some trials.
-
-Tracks are those of a few training trials, measured and predicted with the present parameters of the search.
-"""
+"""State of running fits for the live page, without network or lock: fits write, the page reads; tracks of trials."""
 
 from __future__ import annotations
 
@@ -92,7 +89,7 @@ class Part:
             "trials": len(problem.trials), "validation": len(problem.validation),
             "free": [_parameter(f, *((meant[f.path].unit, meant[f.path].about) if f.path in meant else ("", "")))
                      for f in problem.free],
-            "measured": [measured(trial) for trial in self.trials],
+            "measured": [{"name": trial.name, "track": _track(trial, None)} for trial in self.trials],
         }  # fmt: skip
 
     def found(self) -> list[float | None]:
@@ -200,11 +197,9 @@ class Board:
 
 
 class Parts:
-    """Several fits of a run, each reported separately; see `identify.watch.part`.
+    """Several fits of a run, each reported separately (see `identify.watch.part`).
 
-    Args:
-        told: further receiver of the progress of the run.
-        beside: further receiver of the progress of a fit, by its name.
+    Rows of the whole run go to `told`, those of a fit to the receiver that `beside` has for its name.
     """
 
     def __init__(
@@ -264,11 +259,6 @@ def shown(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:
         kinds.setdefault(re.split(r"[^A-Za-z]", trial.name, maxsplit=1)[0].lower(), trial)
     some = list(kinds.values())[:_TRIALS]
     return (*some, *(t for t in trials if all(t is not one for one in some)))[:_TRIALS]
-
-
-def measured(trial: Trial) -> dict[str, Any]:
-    """Name and measured track [m] of a trial; gaps are null."""
-    return {"name": trial.name, "track": _track(trial, None)}
 
 
 def predicted(ship: Ship, trial: Trial, restart: float | None) -> dict[str, Any]:

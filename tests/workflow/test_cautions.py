@@ -20,7 +20,7 @@ from seatrial.models.neural import Neural
 from seatrial.ships.files import load, save
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import simulate
-from seatrial.workflow.advice import cautions
+from seatrial.workflow.validate import cautions
 
 SHIP = load("esso_osaka_3m")
 RUN = simulate(
