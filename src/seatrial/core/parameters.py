@@ -20,6 +20,8 @@ from .errors import ParameterError as ParameterError
 
 Scalar = Any
 """A Python float or a CasADi symbol: the one deliberate `Any` of the package."""
+Scalars = tuple[Scalar, ...]
+"""Several of them, such as a state, the controls or a memory."""
 
 # Prefixes by which a primed number becomes dimensional; see `ships.files`.
 PRIME = "'"

@@ -15,7 +15,7 @@ import math
 from abc import ABC, abstractmethod
 from typing import ClassVar, NamedTuple, Protocol
 
-from ..core.parameters import Scalar
+from ..core.parameters import Scalar, Scalars
 
 
 class Force(NamedTuple):
@@ -128,10 +128,10 @@ class ThrusterModule(ABC):
         """Range of the first control for which the thrust is known; infinite without a limit."""
         return -math.inf, math.inf
 
-    def loss(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
+    def loss(self, flow: Flow, control: Scalars) -> tuple[Scalar, Scalar, Scalar]:
         """Surge, sway and yaw force lost per velocity ahead [N s/m, N s/m, N s]; by default none."""
         return 0.0, 0.0, 0.0
 
     @abstractmethod
-    def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
+    def force(self, flow: Flow, control: Scalars) -> Force:
         """Force of the thruster under its own actual controls."""

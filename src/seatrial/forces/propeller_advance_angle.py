@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import atan2, clip, exp, where
 from . import Flow, Force, Slipstream
 from .propeller import inflow_angle
@@ -58,7 +58,7 @@ class AdvanceAngle:
         force = Force((1.0 - self.t_P) * unit * C_T, unit * C_Y, unit * flow.L_pp * C_N)  # (16)
         return force, Slipstream(u_P, 0.125 * pi * square * C_T, self.D_P)
 
-    def _coefficients(self, u_P: Scalar, blade: Scalar) -> tuple[Scalar, ...]:
+    def _coefficients(self, u_P: Scalar, blade: Scalar) -> Scalars:
         """(C_T, C_PY, C_PN) all round: printed quadrant, its opposite, and straight lines between them."""
         angle = atan2(u_P, blade) * _DEG
         turned = where(angle < 0, -1.0, 1.0)
@@ -66,8 +66,7 @@ class AdvanceAngle:
         inside, beyond = clip(angle, 0.0, 90.0), clip(angle - 90.0, 0.0, 90.0) / 90.0
         C = zip(self._printed(inside), self._printed(90.0), self._printed(0.0), strict=True)
         return tuple(
-            turned * where(beyond > 0, stopped - beyond * (stopped + bollard), here)
-            for here, stopped, bollard in C
+            turned * where(beyond > 0, stopped - beyond * (stopped + bollard), here) for here, stopped, bollard in C
         )
 
     def _printed(self, phi: Scalar) -> tuple[Scalar, Scalar, Scalar]:

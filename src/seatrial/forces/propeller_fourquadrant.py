@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import both, clip, magnitude, speed, where
 from . import Flow, Force, Slipstream
 
@@ -79,7 +79,7 @@ class FourQuadrant:
         ahead = 1.0 - self.w_P0 + self.tau * magnitude(drift) + self.C_P * drift * drift  # (40)
         return where(flow.u > 0, clip(ahead, 0.0, 1.0), 1.0)  # (42)
 
-    def _side(self, nD: Scalar, u: Scalar, c: tuple[Scalar, ...]) -> Scalar:
+    def _side(self, nD: Scalar, u: Scalar, c: Scalars) -> Scalar:
         """(n_P D_P)^2 times the side-force polynomial of the quadrant at work [m^2/s^2]."""
         square, cross = nD * nD, nD * u
         middle = c[0] * square + c[1] * cross

@@ -54,8 +54,6 @@ class LowSpeed:
         outside = self.epsilon * u_P  # (60)
         inside = outside + self.k_xPR * sign(flow.n_P) * root(magnitude(pull))  # (59)
         square = (
-            self.eta * inside * magnitude(inside)
-            + (1.0 - self.eta) * outside * outside
-            + self.C_PR * flow.u * flow.u
+            self.eta * inside * magnitude(inside) + (1.0 - self.eta) * outside * outside + self.C_PR * flow.u * flow.u
         )  # (58)
         return where(pushing, ahead, where(flow.u >= 0, signed_root(square), flow.u))  # (57)

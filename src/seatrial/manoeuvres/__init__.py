@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol, Self, runtime_checkable
 
-from ..core.parameters import Scalar
+from ..core.parameters import Scalar, Scalars
 from ..data import Array, Trial
 from ..models import STEERING
 
@@ -91,14 +91,12 @@ class Policy(ABC):
         """
         return STEERING
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """Memory at the execute point, from the initial (x, y, psi, u, v_m, r)."""
         return ()
 
     @abstractmethod
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Orders for the actuators, as `orders` names them, and the memory of the next step."""
 
 

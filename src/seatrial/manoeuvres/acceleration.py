@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, own, spec
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import at, complete_rows, in_lengths, path_length, reached, track, turned
@@ -43,9 +43,7 @@ class Acceleration(Manoeuvre):
         """From a shaft at rest to the revolutions of the approach."""
         return cls(0.0, settings.n_P)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """The revolutions ordered [1/s], rudder midships."""
         return (self.n_ahead, 0.0), memory
 

@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, own, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, own, spec
 from ..core.symbolic import atan2, clip, cos, magnitude, sin, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -98,13 +98,11 @@ class CourseKeeping(Manoeuvre):
         change = settings.side * settings.heading_or(math.radians(10.0))
         return cls(settings.n_P, change, *usual_gains(settings), limit)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The course of the approach [rad], no integral [rad s], and t = 0."""
         return (state[2], 0.0, 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; the integral waits while the rudder is at its limit."""
         psi_0, integral, t_last = memory
         error = wrapped(psi_0 + self.change - state[2])

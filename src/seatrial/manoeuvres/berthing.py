@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, root, sin, smaller
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
@@ -68,13 +68,11 @@ class Berthing(Manoeuvre):
             _AHEAD * L, _FIRMER * K_p, _FIRMER * K_d, _BRAKE * n / U, n, limit,
         )  # fmt: skip
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The pose from which the berth is counted [m, m, rad]."""
         return state[:3]
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]."""
         x_0, y_0, psi_0 = memory
         c, s = cos(psi_0), sin(psi_0)

@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, magnitude, root, sign, sin, where
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
@@ -94,13 +94,11 @@ class Crabbing(Manoeuvre):
         angles = (self.bow_angle, self.stern_angle) if self.bow_angle else ()
         return (self.bow, self.stern, *angles)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The pose at the start [m, m, rad], no integral [rad s], and t = 0."""
         return (*state[:3], 0.0, 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Orders of the thrusters, and 90 deg for azimuths."""
         x_0, y_0, psi_0, integral, t_last = memory
         error = wrapped(psi_0 - state[2])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.parameters import Scalar
+from ..core.parameters import Scalar, Scalars
 from ..data import Array
 from . import Policy
 
@@ -15,7 +15,6 @@ from . import Policy
 class Given(Policy):
     """A policy that passes on the orders given to each step, one for each name in `given`."""
 
-
     given: tuple[str, ...] = ()
 
     @property
@@ -23,9 +22,7 @@ class Given(Policy):
         """What it orders: what it is given."""
         return self.given
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...], given: tuple[Scalar, ...] = ()
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars, given: Scalars = ()) -> tuple[Scalars, Scalars]:
         """The orders as given."""
         return given, memory
 

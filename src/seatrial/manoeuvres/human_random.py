@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, own, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, own, spec
 from ..core.symbolic import larger, smaller
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -90,9 +90,8 @@ class HumanRandom(Manoeuvre):
         return times, places
 
     def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...],
-        given: tuple[Scalar, ...] = (0.0, 0.0),
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        self, t: Scalar, state: Scalars, memory: Scalars, given: Scalars = (0.0, 0.0)
+    ) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad] where the sticks are."""
         rudder, lever = given
         return (self.n_P * (larger(lever, 0.0) + self.astern * smaller(lever, 0.0)), self.delta * rudder), memory

@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, own, spec
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import after, at, in_lengths, path_length, reached, track, turned
@@ -41,9 +41,7 @@ class InitialTurning(Manoeuvre):
         """10 deg of rudder to starboard until 10 deg of heading by default."""
         return cls(settings.n_P, settings.rudder_or(_TEN), settings.heading_or(_TEN), settings.side)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Constant revolutions [1/s] and rudder [rad] from t = 0 on."""
         return (self.n_P, self.side * self.delta), memory
 

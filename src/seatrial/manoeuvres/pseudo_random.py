@@ -16,7 +16,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, own, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, own, spec
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import in_lengths
@@ -92,9 +92,8 @@ class PseudoRandom(Manoeuvre):
         return np.column_stack([sequence[at % size], sequence[(at + later) % size]])
 
     def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...],
-        given: tuple[Scalar, ...] = (0.0, 0.0),
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        self, t: Scalar, state: Scalars, memory: Scalars, given: Scalars = (0.0, 0.0)
+    ) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad] at the given levels."""
         rudder, revolutions = given
         return (self.n_P * (1.0 + self.spread * revolutions), self.delta * rudder), memory

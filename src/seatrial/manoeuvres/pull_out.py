@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, own, spec
 from ..core.symbolic import smaller, where
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
@@ -51,13 +51,11 @@ class PullOut(Manoeuvre):
         turn = settings.rudder_or(math.radians(20.0))
         return cls(settings.n_P, turn, WINDOW * clock, TOLERANCE / clock, settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The first of the four stages: turn, midships, turn, midships."""
         return (0.0, 0.0, state[5], 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; the next stage once the yaw rate is steady."""
         steady, wait = waited(t, state[5], memory[1:], self.window, self.tolerance)
         stage = where(steady, smaller(memory[0] + 1.0, 3.0), memory[0])

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import both, clip, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -131,13 +131,11 @@ class Recovery(Manoeuvre):
         swing = settings.heading_or(cls.usual_swing)
         return cls(settings.n_P, hard_over, DAMPING * clock, SLOW / clock, swing, side=settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The first stage, and the heading at execute [rad]."""
         return (0.0, state[2])
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad] of the stage that the heading has come to."""
         change, rate = self.side * (state[2] - memory[1]), self.side * state[5]
         stage = staged(change, rate, memory[0], self.swing, self.goal, self.short, self.slow)

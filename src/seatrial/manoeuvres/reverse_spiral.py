@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, own, spec
 from ..core.symbolic import clip, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -61,13 +61,11 @@ class ReverseSpiral(Manoeuvre):
             min(settings.rudder_limit, 0.5 * math.pi), settings.side,
         )  # fmt: skip
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The first yaw rate [rad/s], no rudder held yet [rad], and the time [s]."""
         return (self.side * self.rate, 0.0, 0.0, 0.0, state[5], 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad] of the feedback; the next yaw rate once the turn is steady."""
         target, held, then = memory[:3]
         missing = target - state[5]

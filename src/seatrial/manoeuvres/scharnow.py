@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, own, spec
 from ..core.symbolic import larger, where
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
@@ -55,13 +55,11 @@ class SingleTurn(Manoeuvre):
         swing = settings.heading_or(250.0 * _DEGREE)
         return cls(settings.n_P, settings.rudder_or(35.0 * _DEGREE), swing, settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """Whether the turn is over (0 or 1), and the heading at execute [rad]."""
         return (0.0, state[2])
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; neither from the set heading change on."""
         over = larger(memory[0], where(self.side * (state[2] - memory[1]) >= self.swing, 1.0, 0.0))
         return ((1.0 - over) * self.n_P, (1.0 - over) * self.side * self.delta), (over, memory[1])

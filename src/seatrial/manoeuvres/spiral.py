@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, own, spec
 from ..core.symbolic import both, clip, smaller, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -57,13 +57,11 @@ class Spiral(Manoeuvre):
         greatest = settings.rudder_or(20.0 * _DEGREE)
         return cls(settings.n_P, greatest, WINDOW * clock, TOLERANCE / clock, side=settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """Rudder over to the first side [rad], on its way to the other."""
         return (self.side * self.delta, -self.side, 0.0, state[5], 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]: the next angle once the yaw rate is steady."""
         order, way = memory[:2]
         steady, wait = waited(t, state[5], memory[2:], self.window, self.tolerance)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..core.parameters import Scalar
+from ..core.parameters import Scalar, Scalars
 from ..core.symbolic import magnitude, where
 from . import Settings
 
@@ -26,9 +26,7 @@ def pace(settings: Settings) -> float:
     return settings.L_pp / max(settings.speed, _SLOWEST)
 
 
-def waited(
-    t: Scalar, r: Scalar, memory: tuple[Scalar, ...], window: Scalar, tolerance: Scalar
-) -> tuple[Scalar, tuple[Scalar, ...]]:
+def waited(t: Scalar, r: Scalar, memory: Scalars, window: Scalar, tolerance: Scalar) -> tuple[Scalar, Scalars]:
     """Whether the yaw rate has become steady, and the memory of the next step.
 
     It is when `r` [rad/s] has changed by `tolerance` or less over each of two windows of `window`

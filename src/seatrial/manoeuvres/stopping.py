@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import larger, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -44,9 +44,7 @@ class Stopping(Manoeuvre):
         """From the approach."""
         return cls(settings.n_P)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """No revolutions, rudder midships."""
         return (0.0 * self.n_P, 0.0), memory
 
@@ -86,13 +84,11 @@ class CrashAstern(Manoeuvre):
         """Full astern is taken as the revolutions of the approach, reversed."""
         return cls(settings.n_P, -abs(settings.n_P))
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """Whether the ship has stopped (0 or 1), and the speed of the approach [m/s]."""
         return (0.0, state[3])
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] astern until the ship has stopped, rudder midships."""
         stopped = larger(memory[0], where(state[3] <= self.end * memory[1], 1.0, 0.0))
         return (where(stopped > 0, 0.0, self.n_astern), 0.0), (stopped, memory[1])

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, own, spec
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, in_lengths, path_length, track, turned
@@ -33,9 +33,7 @@ class Straight(Manoeuvre):
         """Rudder midships."""
         return cls(settings.n_P)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Constant revolutions [1/s] and rudder [rad]."""
         return (self.n_P, self.delta), memory
 

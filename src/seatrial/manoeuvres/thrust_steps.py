@@ -14,7 +14,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import atan2, speed
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -96,7 +96,7 @@ class ThrustSteps(Manoeuvre):
         """Thrust and direction of both thrusters."""
         return tuple(f"{what}_{name}" for name in (self.first, self.second) for what in ("f", "alpha"))
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The heading to hold [rad]."""
         return (state[2],)
 
@@ -116,9 +116,8 @@ class ThrustSteps(Manoeuvre):
         return np.array(kept)[np.searchsorted(starts, second, "right") - 1]
 
     def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...],
-        given: tuple[Scalar, ...] = (0.0, 0.0, 0.0),
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        self, t: Scalar, state: Scalars, memory: Scalars, given: Scalars = (0.0, 0.0, 0.0)
+    ) -> tuple[Scalars, Scalars]:
         """Thrust [N] and direction [rad] of both thrusters, and the heading to hold."""
         surge, sway, yaw = given
         ahead = 0.5 * (self.X_mean + self.X * surge)

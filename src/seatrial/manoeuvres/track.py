@@ -15,7 +15,7 @@ from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import atan2, both, clip, cos, sin, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -109,13 +109,11 @@ class TrackFollowing(Manoeuvre):
         limit = settings.rudder_or(settings.rudder_limit)
         return cls(settings.n_P, K_p, K_d, _AHEAD * L, _TURN * L, delta_max=limit, path=path)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """On the first leg, no integral [m s/m], t = 0."""
         return (0.0, 0.0, 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; the next leg is taken within `radius` of its waypoint."""
         number, integral, t_last = memory
         number = self._number(number, state)
@@ -134,7 +132,7 @@ class TrackFollowing(Manoeuvre):
         numbers = self.path.numbers
         return legs(list(zip(numbers[::2], numbers[1::2], strict=True)))
 
-    def _number(self, number: Scalar, state: tuple[Scalar, ...]) -> Scalar:
+    def _number(self, number: Scalar, state: Scalars) -> Scalar:
         """Number of the leg to follow, the first being 0."""
         for k, leg in enumerate(self.legs[:-1]):
             along, _ = leg.along_across(state[0], state[1])

@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, own, spec
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import after, at, in_lengths, reached, through_water, track, turned
@@ -42,9 +42,7 @@ class Turning(Manoeuvre):
         """35 deg to starboard by default."""
         return cls(settings.n_P, settings.side * settings.rudder_or(math.radians(35.0)))
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Constant revolutions [1/s] and rudder [rad] from t = 0 on."""
         return (self.n_P, self.delta), memory
 

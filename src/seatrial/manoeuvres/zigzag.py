@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, own, spec
 from ..core.symbolic import where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -47,13 +47,11 @@ class Zigzag(Manoeuvre):
         ten = math.radians(10.0)
         return cls(settings.n_P, settings.rudder_or(ten), settings.heading_or(ten), settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The first side, and the heading at execute [rad]."""
         return (self.side, state[2])
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; reversed at the first sample at or beyond psi."""
         side, psi_0 = memory
         side = where(side * (state[2] - psi_0) >= self.psi, -side, side)

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
-from ..core.parameters import PRIME, ParameterError, Scalar, Spec, Terms, choice, spec, terms
+from ..core.parameters import PRIME, ParameterError, Scalar, Scalars, Spec, Terms, choice, spec, terms
 from ..core.symbolic import larger, speed
 from ..environment import Environment
 from . import Model
@@ -124,10 +124,7 @@ class Abkowitz(Model):
         """Paths of the numbers that make port and starboard differ; all zero, the ship is its own mirror image."""
         return tuple(f"derivatives.{name}" for name in self.derivatives.names if name[:3] in ("Y_0", "N_0"))
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         u, v, r = around.u_r, around.v_r, around.r * self.body.L_pp
         return around.rates(self.body.acceleration(self.force(u, v, r, control[1]), u, v, r))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ..core.parameters import PRIME, Scalar, spec
+from ..core.parameters import PRIME, Scalar, Scalars, spec
 from ..core.symbolic import larger, magnitude, root, sign, speed
 from ..environment import Environment
 from . import Model
@@ -104,18 +104,13 @@ class ModifiedAbkowitz(Model):
         """The bias of a single screw."""
         return "derivatives.Y_0", "derivatives.N_0"
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         u, v, r = around.u_r, around.v_r, around.r * self.body.L_pp
         n_P, delta = control
         return around.rates(self.body.acceleration(self.force(u, v, r, n_P * self.body.L_pp, delta), u, v, r))
 
-    def force(
-        self, u: Scalar, v: Scalar, r: Scalar, n: Scalar, delta: Scalar
-    ) -> tuple[Scalar, Scalar, Scalar]:
+    def force(self, u: Scalar, v: Scalar, r: Scalar, n: Scalar, delta: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """X, Y, N over 0.5 rho L^2, 0.5 rho L^2, 0.5 rho L^3 [m^2/s^2]; r and n are times L_pp [m/s]."""
         at, c, u_Ainf = self.derivatives, *self.race.flow(u, n / self.body.L_pp)
         U = larger(speed(u, v), magnitude(r) / _TURNING)

@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import cos, sin
 from ..environment import Environment, to_body
 from . import STATES, STEERING, UNITS, Sampled
@@ -93,7 +93,7 @@ class Arx(Sampled):
         """
         return tuple(f"{name}_back_{k}" for name, longest in self.lags.items() for k in range(1, longest))
 
-    def begin(self, state: tuple[Scalar, ...], control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars, control: Scalars) -> Scalars:
         """Memory as if the ship had been in this state, under these controls, for ever."""
         out: list[Scalar] = []
         for name, longest in self.lags.items():
@@ -101,9 +101,8 @@ class Arx(Sampled):
         return tuple(out)
 
     def advance(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment,
-        memory: tuple[Scalar, ...],
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        self, state: Scalars, control: Scalars, environment: Environment, memory: Scalars
+    ) -> tuple[Scalars, Scalars]:
         """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample."""
         around = Surroundings.of(state, environment)
         values = (around.u_r, around.v_r, around.r, *control)
@@ -122,7 +121,7 @@ class Arx(Sampled):
         rates = tuple((b - a) / self.dt for a, b in zip(state[3:6], ground, strict=True))
         return rates, self._remembered(now, after, memory)
 
-    def _past(self, now: dict[str, Scalar], memory: tuple[Scalar, ...]) -> dict[str, list[Scalar]]:
+    def _past(self, now: dict[str, Scalar], memory: Scalars) -> dict[str, list[Scalar]]:
         """Values of each velocity and control, this sample's first."""
         out: dict[str, list[Scalar]] = {}
         at = 0
@@ -134,9 +133,7 @@ class Arx(Sampled):
             at += longest - 1
         return out
 
-    def _remembered(
-        self, now: dict[str, Scalar], after: dict[str, Scalar], memory: tuple[Scalar, ...]
-    ) -> tuple[Scalar, ...]:
+    def _remembered(self, now: dict[str, Scalar], after: dict[str, Scalar], memory: Scalars) -> Scalars:
         out: list[Scalar] = []
         at = 0
         for name, longest in self.lags.items():

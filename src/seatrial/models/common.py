@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
 
-from ..core.parameters import Parts, Scalar
+from ..core.parameters import Parts, Scalar, Scalars
 from ..core.symbolic import cos, sin
 from ..environment import Environment, through_water, to_body, to_earth
 from ..forces import Flow, Force, ForceModule, ThrusterModule
@@ -51,7 +51,7 @@ class Surroundings(NamedTuple):
     environment: Environment
 
     @classmethod
-    def of(cls, state: tuple[Scalar, ...], environment: Environment) -> Surroundings:
+    def of(cls, state: Scalars, environment: Environment) -> Surroundings:
         """What a ship in `state` meets."""
         _, _, psi, u, v_m, r = state[:6]
         c, s = cos(psi), sin(psi)
@@ -68,7 +68,7 @@ class Surroundings(NamedTuple):
             wave_u, wave_v, around.wave_T, body.d * around.per_depth,
         )  # fmt: skip
 
-    def rates(self, acceleration: tuple[Scalar, Scalar, Scalar]) -> tuple[Scalar, ...]:
+    def rates(self, acceleration: tuple[Scalar, Scalar, Scalar]) -> Scalars:
         """Rates of the six states, from rates of the velocities through the water.
 
         The body turns within a uniform current, whose ship-fixed components turn the other way:
@@ -78,7 +78,6 @@ class Surroundings(NamedTuple):
         north, east = to_earth(self.u, self.v_m, self.cos_psi, self.sin_psi)
         u_C, v_C = self.u - self.u_r, self.v_m - self.v_r
         return north, east, self.r, du + self.r * v_C, dv - self.r * u_C, dr
-
 
 
 class Composed(Model):
@@ -134,7 +133,7 @@ class Composed(Model):
         """Whether the family has a wind force."""
         return self.wind is not None
 
-    def thrust(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
+    def thrust(self, flow: Flow, control: Scalars) -> Force:
         """Sum of the thrusters' forces under their own controls, in the order of `controls`."""
         total, at = Force(0.0, 0.0, 0.0), 0
         for part in self.thrusters.components:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ..core.parameters import ParameterError, Parts, Scalar, choice, parts, spec
+from ..core.parameters import ParameterError, Parts, Scalar, Scalars, choice, parts, spec
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from .common import Composed, Surroundings
@@ -120,8 +120,8 @@ class Affine(NamedTuple):
         D_loss: three rows [SI]; only the first column, of u_r, differs from zero.
     """
 
-    B: tuple[tuple[Scalar, ...], ...]
-    u: tuple[Scalar, ...]
+    B: tuple[Scalars, ...]
+    u: Scalars
     D_loss: tuple[Row, ...]
 
 
@@ -154,16 +154,13 @@ class Fossen(Composed):
         """What is physically doubtful about the mass matrix, a sentence each; L_pp [m] is that of the ship."""
         return self.inertia.doubts(float(self.displaced), L_pp)
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around, fixed = Surroundings.of(state, environment), len(self.conventional)
         flow = around.flow(self.body, *control[:fixed])
         force = self.force(flow, control[fixed:])
         return around.rates(self.inertia.acceleration(force, flow.u, flow.v_m, flow.r))
 
-    def force(self, flow: Flow, control: tuple[Scalar, ...] = ()) -> Force:
+    def force(self, flow: Flow, control: Scalars = ()) -> Force:
         """Damping and all external forces; `control` holds those of the thrusters."""
         total = self.damping.force(flow)
         if self.propeller is not None:
@@ -173,7 +170,7 @@ class Fossen(Composed):
             total = total if module is None else total + module.force(flow)
         return total + self.thrust(flow, control) if control else total
 
-    def affine(self, flow: Flow, control: tuple[Scalar, ...]) -> Affine:
+    def affine(self, flow: Flow, control: Scalars) -> Affine:
         """The thrusters, affine in their inputs (Sawada 2024 Eqs. 26-28), for control design.
 
         Args:

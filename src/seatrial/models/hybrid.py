@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.signal import lfilter
 
-from ..core.parameters import Scalar, Terms, spec, terms
+from ..core.parameters import Scalar, Scalars, Terms, spec, terms
 from ..data import Array
 from ..environment import Environment
 from ..forces import Flow, Force
@@ -65,10 +65,7 @@ class Hybrid(Mmg):
             wrong += [f"residual_{axis}.{name}" for name in given.names if not odd(name)]
         return (*wrong, "drift_across")
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         wind_x, wind_y, slow_n = state[6:9]
         # The wind is where it comes from; the water goes the other way.
         north = self.drift_across * wind_y - self.drift_along * wind_x

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import is_symbol
 from ..data import Array
 from ..environment import CHANNELS, Environment
@@ -72,7 +72,7 @@ class Neural(Stepped):
         back = range(net.look_back, 0, -1)
         return ("begun", *(f"{name}_back_{k}" for k in back for name in INPUTS[: net.inputs]))
 
-    def begin(self, state: tuple[Scalar, ...], control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars, control: Scalars) -> Scalars:
         """Memory that lets the first sample, wind and all, have held over the look-back."""
         return (0.0,) * len(self.memory)
 
@@ -101,9 +101,8 @@ class Neural(Stepped):
         return Flight(self, memory)
 
     def advance(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment,
-        memory: tuple[Scalar, ...],
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        self, state: Scalars, control: Scalars, environment: Environment, memory: Scalars
+    ) -> tuple[Scalars, Scalars]:
         """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample.
 
         Raises:

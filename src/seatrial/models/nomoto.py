@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import clip, magnitude
 from ..environment import Environment
 from . import Model
@@ -43,10 +43,7 @@ class Nomoto(Model):
     n_1: Scalar = spec("-", "factor of the linear term: 1, or -1 for an unstable ship", default=1.0)
     delta_r: Scalar = spec("rad", "residual rudder: the angle that the ship feels amidships", default=0.0)
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         ratio = around.u_r / self.U
         held = self.n_1 * around.r + self.alpha * around.r * around.r * around.r
@@ -97,10 +94,7 @@ class NomotoTable(Model):
             time = time + share * (here[2] - before[2])
         return gain, time
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         gain, time = self.at(around.u_r)
         # Below the slowest speed of the table the rudder loses its hold in proportion to the speed.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..core.parameters import PRIME, Scalar, spec
+from ..core.parameters import PRIME, Scalar, Scalars, spec
 from ..core.symbolic import atan2, larger, magnitude, smaller, where
 from ..environment import Environment
 from . import Model
@@ -109,10 +109,7 @@ class Tanker(Model):
         """Draught [m]."""
         return self.body.d
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around, body = Surroundings.of(state, environment), self.body
         L = body.L_pp
         q = smaller(body.d * environment.per_depth, _SHALLOWEST)

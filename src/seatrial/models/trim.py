@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, unknown
+from ..core.parameters import ParameterError, Scalar, Scalars, unknown
 from ..data import Array
 from ..environment import CALM, Environment
 from . import STATES, STEERING, Model, Sampled, Stepped, unit
@@ -99,9 +99,7 @@ def trim(
     return max(steady, key=lambda one: one.orders.get("n_P", 0.0) * one.speed >= 0.0)
 
 
-def point(
-    model: Model, state: Sequence[float], orders: Mapping[str, float], environment: Environment = CALM
-) -> Trim:
+def point(model: Model, state: Sequence[float], orders: Mapping[str, float], environment: Environment = CALM) -> Trim:
     """Any point, steady or not: its states (those behind the first six settled where left out), and orders.
 
     Raises:
@@ -118,9 +116,7 @@ def point(
     return search.told((*given, *whole[len(given) :]), dict(orders))
 
 
-def next_sample(
-    model: Sampled, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-) -> tuple[Scalar, ...]:
+def next_sample(model: Sampled, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
     """State of the next sample, memory behind it; heading by the mean of r, position by the rates now."""
     n = len(model.states)
     x, memory = state[:n], state[n:]
@@ -158,7 +154,7 @@ class _Search:
             first = [{"u": u} for u in (5.0, 1.0, 0.2, 20.0, -1.0)]
         return [np.array([guess.get(name, 0.0) for name in self.unknowns]) for guess in first]
 
-    def split(self, values: Sequence[Scalar]) -> tuple[tuple[Scalar, ...], dict[str, Scalar]]:
+    def split(self, values: Sequence[Scalar]) -> tuple[Scalars, dict[str, Scalar]]:
         """State and orders that a vector of unknowns means."""
         found = dict(zip(self.unknowns, values, strict=True))
         own = tuple(found[name] for name in self.model.states[len(STATES) :])
@@ -166,7 +162,7 @@ class _Search:
         orders = {**self.given, **{name: found[name] for name in self.wanted}}
         return (0.0, 0.0, self.heading, u, found["v_m"], 0.0, *own), orders
 
-    def rates(self, state: tuple[Scalar, ...], orders: Mapping[str, Scalar]) -> tuple[Scalar, ...]:
+    def rates(self, state: Scalars, orders: Mapping[str, Scalar]) -> Scalars:
         """Rates of u, v_m, r and the model's own states; a control without an order rests."""
         control = tuple(factor * orders.get(name, 0.0) for name, factor in self.model.follows)
         slow = self.model.derivative(state, control, self.environment)[3:]

@@ -33,6 +33,8 @@ PARTICULARS = {
     "C_b": Spec("", "block coefficient", 0.0, 1.0),
     "volume": Spec("m^3", "displaced volume", 0.0),
 }
+
+
 @dataclass(frozen=True)
 class Yardsticks:
     """What makes a primed number dimensional: 0.5 rho L d for a mass, 0.5 rho L^4 d for an inertia."""
@@ -64,7 +66,7 @@ def number(
         raise ShipError(f"{where}: give either value or prime" + (", not both" if "value" in table else ""))
     entry = _entry(table, where)
     if not entry.prime and not entry.unit and meaning.unit not in ("", "-", PRIME):
-        raise ShipError(f"{where}: no unit; say in what the number is given (unit = \"{meaning.unit}\", ...)")
+        raise ShipError(f'{where}: no unit; say in what the number is given (unit = "{meaning.unit}", ...)')
     found = resolve(entry, meaning.unit, scale)
     if found is None:
         raise ShipError(f"{where}: {_unusable(entry, meaning, scale)}")

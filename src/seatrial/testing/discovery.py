@@ -301,4 +301,3 @@ def compiled(f: Callable[[Any], tuple[Any, ...]], n: int) -> tuple[ca.Function, 
     x = ca.SX.sym("x", n)
     y = ca.vertcat(*(ca.SX(e) for e in f(tuple(x[i] for i in range(n)))))
     return ca.Function("f", [x], [y]), ca.Function("j", [x], [ca.densify(ca.jacobian(y, x))])
-
