@@ -80,31 +80,28 @@ class Slipstream(NamedTuple):
 class ForceModule(Protocol):
     """A force that depends on the flow alone (hull, wind, waves)."""
 
-    mirror_symmetric: ClassVar[bool]
+    mirror_symmetric: ClassVar[bool] = True
 
     def force(self, flow: Flow) -> Force:
         """Force of this effect on the ship."""
-        ...
 
 
 class PropellerModule(Protocol):
     """A propeller: its force and the slipstream it leaves."""
 
-    mirror_symmetric: ClassVar[bool]
+    mirror_symmetric: ClassVar[bool] = True
 
     def force(self, flow: Flow) -> tuple[Force, Slipstream]:
         """Force of the propeller, and what it leaves for the rudder."""
-        ...
 
 
 class RudderModule(Protocol):
     """A rudder in a slipstream."""
 
-    mirror_symmetric: ClassVar[bool]
+    mirror_symmetric: ClassVar[bool] = True
 
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
         """Force of the rudder, hull interaction included."""
-        ...
 
 
 class ThrusterModule(ABC):

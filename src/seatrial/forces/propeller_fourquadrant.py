@@ -7,11 +7,11 @@ from typing import ClassVar
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import both, clip, magnitude, speed, where
-from . import Flow, Force, Slipstream
+from . import Flow, Force, PropellerModule, Slipstream
 
 
 @dataclass(frozen=True, kw_only=True)
-class FourQuadrant:
+class FourQuadrant(PropellerModule):
     """Propeller of Miyauchi et al. (2022), Sawada 2024 Eqs. 39-47.
 
     Ahead (n_P > 0) the open-water polynomial; reversed (n_P < 0) the thrust of Hasegawa and Fukutomi
@@ -56,7 +56,6 @@ class FourQuadrant:
     J_syn0: Scalar = spec("", "J_s above which the reversed side force is constant", (-10.0, 0.0))
 
     def force(self, flow: Flow) -> tuple[Force, Slipstream]:
-        """Force of the propeller, and what it leaves for the rudder."""
         u_P = self._wake(flow) * flow.u
         nD, ud = flow.n_P * self.D_P, flow.u
         ahead = self.k_0 * nD * nD + self.k_1 * nD * u_P + self.k_2 * u_P * u_P

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, cos, magnitude, root, sign, sin, speed, where
-from . import Flow, Force, Slipstream
+from . import Flow, Force, RudderModule, Slipstream
 
 
 def signed_root(square: Scalar) -> Scalar:
@@ -36,15 +35,13 @@ def on_hull(F_N: Scalar, delta: Scalar, t_R: Scalar, a_H: Scalar, x_R: Scalar, x
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standard:
+class Standard(RudderModule):
     """Rudder of Yasukawa and Yoshimura (2015).
 
     u_R = epsilon sqrt(eta {u_P + kappa (sqrt(u_P^2 + 8 K_T (nD)^2/pi) - u_P)}^2 + (1 - eta) u_P^2) and
     v_R = U gamma_R (beta - l_R' r').  Astern both parts of u_R keep the sign of their own stream, and
     the drift angle is counted from the stern.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     A_R: Scalar = spec("m^2", "movable area", (0.0, 1e4))
     f_alpha: Scalar = spec("", "slope of the normal force over the angle of attack", (0.0, 10.0))
@@ -60,7 +57,6 @@ class Standard:
     gamma_Rn: Scalar = spec("", "flow straightening for beta_R < 0", (0.0, 5.0))
 
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
-        """Force of the rudder, hull interaction included."""
         u_R, v_R = self._inflow(flow, slipstream)
         F_N = normal_force(flow, self.A_R * self.f_alpha, u_R, v_R)
         return on_hull(F_N, flow.delta, self.t_R, self.a_H, self.x_R, self.x_H)

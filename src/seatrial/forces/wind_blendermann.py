@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar
 
 from ..core.parameters import ParameterError, Scalar, spec, unknown
 from ..core.symbolic import atan2, magnitude, speed, where
-from . import Flow, Force
+from . import Flow, Force, ForceModule
 
 _NAMES = ("C_Dt", "C_Dl_bow", "C_Dl_stern", "delta")
 _SHIP_TYPES = {
@@ -33,14 +32,12 @@ _SHIP_TYPES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Blendermann:
+class Blendermann(ForceModule):
     """Wind forces of Blendermann (1994), J. Wind Eng. Ind. Aerodyn. 51, 339-351; Fossen (2021) 10.1.2.
 
     The side force acts at the centroid of the lateral area in a beam wind and moves towards the end
     that faces the wind, 0.18 L_OA for each radian off the beam.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     rho_air: Scalar = spec("kg/m^3", "density of the air", (0.5, 2.0))
     A_T: Scalar = spec("m^2", "frontal area above water", (1e-6, 1e5))
@@ -53,7 +50,6 @@ class Blendermann:
     delta: Scalar = spec("", "cross-force parameter", (0.0, 1.0))
 
     def force(self, flow: Flow) -> Force:
-        """Force of the apparent wind."""
         U_A = speed(flow.u_A, flow.v_A)
         c, s = flow.u_A / U_A, flow.v_A / U_A
         C_Dl_AF = where(flow.u_A < 0, self.C_Dl_stern, self.C_Dl_bow)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, larger, magnitude, sign
-from . import Flow, Force
+from . import Flow, Force, ForceModule
 
 # Rows: angle of the wind off the bow, 0 to 180 deg in steps of ten; columns: the regressors named below.
 _C_X = (
@@ -94,14 +94,12 @@ class WindRow(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Isherwood:
+class Isherwood(ForceModule):
     """Wind forces of merchant ships, Isherwood (1972), RINA 115, 327-338.
 
     Between the nineteen angles of the tables each coefficient runs straight, so that it is exact at
     the printed angles and continuous across bow and stern.  Wind from port is the mirror image.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     rho_air: Scalar = spec("kg/m^3", "density of the air", (0.5, 2.0))
     A_T: Scalar = spec("m^2", "frontal area above water", (1e-6, 1e5))
@@ -114,7 +112,6 @@ class Isherwood:
     A_SS: Scalar = spec("m^2", "lateral area of the superstructure", (0.0, 1e5))
 
     def force(self, flow: Flow) -> Force:
-        """Force of the apparent wind."""
         off_bow = atan2(magnitude(flow.v_A), flow.u_A) / _STEP
         near = [larger(0.0, 1.0 - magnitude(off_bow - i)) for i in range(len(_C_X))]
         C_X, C_Y, C_N = self.coefficients(near)
