@@ -82,6 +82,7 @@ class ForceModule(Protocol):
 
     mirror_symmetric: ClassVar[bool] = True
 
+    @abstractmethod
     def force(self, flow: Flow) -> Force:
         """Force of this effect on the ship."""
 
@@ -91,6 +92,7 @@ class PropellerModule(Protocol):
 
     mirror_symmetric: ClassVar[bool] = True
 
+    @abstractmethod
     def force(self, flow: Flow) -> tuple[Force, Slipstream]:
         """Force of the propeller, and what it leaves for the rudder."""
 
@@ -100,6 +102,7 @@ class RudderModule(Protocol):
 
     mirror_symmetric: ClassVar[bool] = True
 
+    @abstractmethod
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
         """Force of the rudder, hull interaction included."""
 

@@ -2,33 +2,14 @@
 
 from __future__ import annotations
 
+from csv import DictReader
 from dataclasses import dataclass
+from importlib.resources import files
 from math import pi
 
 from ..core.parameters import ParameterError, Scalar, spec, unknown
 from ..core.symbolic import atan2, magnitude, speed, where
 from . import Flow, Force, ForceModule
-
-_NAMES = ("C_Dt", "C_Dl_bow", "C_Dl_stern", "delta")
-_SHIP_TYPES = {
-    "car carrier": (0.95, 0.55, 0.60, 0.80),
-    "cargo vessel, loaded": (0.85, 0.65, 0.55, 0.40),
-    "cargo vessel, container on deck": (0.85, 0.55, 0.50, 0.40),
-    "container ship, loaded": (0.90, 0.55, 0.55, 0.40),
-    "destroyer": (0.85, 0.60, 0.65, 0.65),
-    "diving support vessel": (0.90, 0.60, 0.80, 0.55),
-    "drilling vessel": (1.00, 0.85, 0.925, 0.10),
-    "ferry": (0.90, 0.45, 0.50, 0.80),
-    "fishing vessel": (0.95, 0.70, 0.70, 0.40),
-    "lng tanker": (0.70, 0.60, 0.65, 0.50),
-    "offshore supply vessel": (0.90, 0.55, 0.80, 0.55),
-    "passenger liner": (0.90, 0.40, 0.40, 0.80),
-    "research vessel": (0.85, 0.55, 0.65, 0.60),
-    "speed boat": (0.90, 0.55, 0.60, 0.60),
-    "tanker, loaded": (0.70, 0.90, 0.55, 0.40),
-    "tanker, in ballast": (0.70, 0.75, 0.55, 0.40),
-    "tender": (0.85, 0.55, 0.55, 0.65),
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +52,9 @@ def blendermann1994(ship_type: str) -> dict[str, float]:
     Raises:
         ParameterError: no such type; names the near ones.
     """
+    with (files("seatrial.forces") / "wind_blendermann.csv").open() as table:
+        types = {row.pop("ship type"): row for row in DictReader(table)}
     kind = ship_type.strip().lower()
-    if kind not in _SHIP_TYPES:
-        raise ParameterError(unknown(ship_type, _SHIP_TYPES, "ship type of Blendermann"))
-    return dict(zip(_NAMES, _SHIP_TYPES[kind], strict=True))
+    if kind not in types:
+        raise ParameterError(unknown(ship_type, types, "ship type of Blendermann"))
+    return {name: float(number) for name, number in types[kind].items()}
