@@ -205,12 +205,6 @@ def possible(known: Mapping[str, Spec], given: Mapping[str, Any]) -> None:
             )
 
 
-def own(thing: Any) -> None:
-    """Apply `possible` to the numbers that a dataclass declares by `spec`."""
-    known = {f.name: f.metadata["spec"] for f in fields(thing) if "spec" in f.metadata}
-    possible(known, {name: getattr(thing, name) for name in known})
-
-
 def read(model: Any, path: str) -> Any:
     """Value of the parameter at `path`."""
     known = values(model)

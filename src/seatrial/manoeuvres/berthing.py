@@ -52,7 +52,7 @@ class Berthing(Manoeuvre):
     K_d: Scalar = spec("s", "rudder against yaw rate")
     K_u: Scalar = spec("1/m", "revolutions per speed error")
     n_max: Scalar = spec("1/s", "greatest revolutions, ahead and astern", (0.0, math.inf))
-    delta_max: Scalar = spec("rad", "greatest rudder that is ordered", (0.0, math.inf), default=math.inf)
+    delta_max: Scalar = spec("rad", "greatest rudder that is ordered", (0.0, math.pi), default=math.inf)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
@@ -73,7 +73,6 @@ class Berthing(Manoeuvre):
         return state[:3]
 
     def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
-        """Revolutions [1/s] and rudder [rad]."""
         x_0, y_0, psi_0 = memory
         c, s = cos(psi_0), sin(psi_0)
         alpha = psi_0 + self.turn

@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, Scalars, own, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import larger, smaller
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -53,7 +53,7 @@ class HumanRandom(Manoeuvre):
     seed: int = 1
 
     def __post_init__(self) -> None:
-        own(self)
+        super().__post_init__()
         for name in ("hold", "travel", "length"):
             value = getattr(self, name)
             if not 0 < value < math.inf:
@@ -62,7 +62,7 @@ class HumanRandom(Manoeuvre):
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """Up to 35 deg of rudder, the approach's revolutions ahead and (where the ship's file holds) astern."""
-        delta, unit = settings.side * settings.rudder_or(math.radians(35.0)), settings.L_pp / settings.speed
+        delta, unit = settings.side * settings.rudder_or(math.radians(35.0)), settings.clock
         astern = 1.0 if settings.astern else 0.0
         return cls(settings.n_P, delta, astern, _HOLD * unit, _TRAVEL * unit, _LENGTH * unit, settings.seed)
 

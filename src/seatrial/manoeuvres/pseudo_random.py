@@ -16,10 +16,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, Scalars, own, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
-from .reading import in_lengths
+from .reading import in_lengths, rms
 
 LEVELS = (2, 3, 5, 7)
 # The longest sequence looked for; a longer one is longer than any trial.
@@ -59,7 +59,7 @@ class PseudoRandom(Manoeuvre):
     seed: int = 1
 
     def __post_init__(self) -> None:
-        own(self)
+        super().__post_init__()
         if self.levels not in LEVELS:
             raise ParameterError(f"levels is {self.levels}; a maximal-length sequence has 2, 3, 5 or 7")
         if not (self.degree >= 2 and self.levels**self.degree - 1 <= _LONGEST):
@@ -124,14 +124,10 @@ def m_sequence(levels: int, degree: int) -> Array:
     found = list(itertools.islice(_recurrence(coefficients, levels), levels**degree - 1))
     half = levels // 2
     if levels == LEVELS[0]:
-        return _fixed(2.0 * np.array(found, dtype=np.float64) - 1.0)
-    # Residues about zero: 3 of 5 is -2, so that the other sign of a residue is the other side.
-    return _fixed((np.mod(np.array(found) + half, levels) - half).astype(np.float64) / half)
-
-
-def _fixed(sequence: Array) -> Array:
-    """The sequence, which is kept for the next caller, against writing."""
-    sequence.setflags(write=False)
+        sequence = 2.0 * np.array(found, dtype=np.float64) - 1.0
+    else:  # residues about zero: 3 of 5 is -2, so that the other sign of a residue is the other side
+        sequence = (np.mod(np.array(found) + half, levels) - half).astype(np.float64) / half
+    sequence.setflags(write=False)  # kept for the next caller
     return sequence
 
 
@@ -166,9 +162,9 @@ def liveliness(trial: Trial, L_pp: float) -> Mapping[str, Index]:
     """
     out: dict[str, Index] = {}
     if "delta" in trial:
-        out["rudder_rms"] = Index(_rms(trial["delta"]), "rad")
+        out["rudder_rms"] = Index(rms(trial["delta"]), "rad")
     if "r" in trial:
-        out["yaw_rate_rms"] = Index(_rms(trial["r"]), "rad/s")
+        out["yaw_rate_rms"] = Index(rms(trial["r"]), "rad/s")
     if "u" in trial and "v_m" in trial:
         U = np.hypot(trial["u"], trial["v_m"])
         out["speed_min"], out["speed_max"] = Index(float(np.nanmin(U)), "m/s"), Index(float(np.nanmax(U)), "m/s")
@@ -179,10 +175,6 @@ def liveliness(trial: Trial, L_pp: float) -> Mapping[str, Index]:
         visited = np.unique(_CELLS * cells[0][both] + cells[1][both]).size
         out["coverage"] = Index(visited / _CELLS**2, "-")
     return out
-
-
-def _rms(values: Array) -> float:
-    return math.sqrt(float(np.nanmean(values**2)))
 
 
 def _cell(values: Array) -> Array:

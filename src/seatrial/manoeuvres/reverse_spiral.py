@@ -13,12 +13,12 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, Scalars, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
-from .steady import MEMORY, WINDOW, pace, waited
+from .steady import MEMORY, WINDOW, waited
 
 # A yaw rate within this fraction of the increment is still held.
 _HELD = 0.3
@@ -46,16 +46,13 @@ class ReverseSpiral(Manoeuvre):
     tolerance: Scalar = spec("rad/s", "change within the window of a steady turn", (0.0, math.inf))
     k_P: Scalar = spec("s", "rudder per yaw rate that is missing", (0.0, math.inf))
     k_I: Scalar = spec("-", "rudder per heading that is missing", (0.0, math.inf))
-    limit: Scalar = spec("rad", "greatest rudder angle", (0.0, math.inf))
+    limit: Scalar = spec("rad", "greatest rudder angle", (0.0, math.pi))
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
-
-    def __post_init__(self) -> None:
-        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """From r L/U = 0.2 to starboard by default."""
-        clock = pace(settings)
+        clock = settings.clock
         return cls(
             settings.n_P, _RATE / clock, _STEP / clock, WINDOW * clock, _TOLERANCE / clock, _GAIN * clock, _INTEGRAL,
             min(settings.rudder_limit, 0.5 * math.pi), settings.side,
@@ -94,8 +91,7 @@ class ReverseSpiral(Manoeuvre):
     def complete(self, trial: Trial) -> bool:
         """Whether the last yaw rate on the other side was held."""
         run = complete_rows(trial, (rudder_channel(trial), "psi"))
-        r = self.side * yaw_rate(run)
-        there = np.flatnonzero(np.abs(r + self.rate) > _HELD * self.step)
+        there = np.flatnonzero(np.abs(self.side * yaw_rate(run) + self.rate) > _HELD * self.step)
         first = int(there[-1]) + 1 if there.size else 0
         return bool(first < len(run) and run.t[-1] - run.t[first] >= _LAST * self.window)
 
@@ -107,9 +103,6 @@ class ReverseSpiral(Manoeuvre):
         from one turning point of the curve to the other, and as high as the outer of the yaw rates
         with the rudder midships lie apart; both are zero where the curve only climbs.  A figure whose
         part of the curve the run does not hold is left out.
-
-        Raises:
-            DataError: rudder or heading is absent.
         """
         delta, r = self.curve(trial)
         order = np.argsort(r)

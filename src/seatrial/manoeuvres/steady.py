@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ..core.parameters import Scalar, Scalars
 from ..core.symbolic import magnitude, where
-from . import Settings
 
 MEMORY = ("since", "level", "calm")
 """Start of the window [s], yaw rate there [rad/s], windows in a row in which it hardly changed."""
@@ -15,15 +14,8 @@ WINDOW, TOLERANCE = 2.0, 1e-4
 What is left to come may be ten times that: in a turn the speed settles slowly, and the yaw rate with it.
 """
 
-# Slower than this [m/s] a ship gives no sensible L/U.
-_SLOWEST = 1e-3
 # One window alone may lie across the peak of an overshoot.
 _CALM = 2
-
-
-def pace(settings: Settings) -> float:
-    """L/U of the approach [s], the clock of a ship."""
-    return settings.L_pp / max(settings.speed, _SLOWEST)
 
 
 def waited(t: Scalar, r: Scalar, memory: Scalars, window: Scalar, tolerance: Scalar) -> tuple[Scalar, Scalars]:

@@ -56,9 +56,6 @@ class Stopping(Manoeuvre):
         """Track reach, head reach, lateral deviation [m], time [s] and heading change [rad] to the end.
 
         Empty where the run is over before; positive deviation and heading change are to starboard.
-
-        Raises:
-            DataError: u, position or heading is absent.
         """
         return _reaches(_from_order(trial, self.n_P, 0.0), self.end, L_pp)
 
@@ -101,9 +98,6 @@ class CrashAstern(Manoeuvre):
         """Track reach, head reach, lateral deviation [m], time [s] and heading change [rad] to the stop.
 
         Empty where the run is over before; positive deviation and heading change are to starboard.
-
-        Raises:
-            DataError: u, position or heading is absent.
         """
         return _reaches(_from_order(trial, self.n_P, self.n_astern), self.end, L_pp)
 

@@ -65,6 +65,7 @@ class ThrustSteps(Manoeuvre):
     x_second: float = -1.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name in ("hold", "length"):
             if not 0 < getattr(self, name) < math.inf:
                 raise ParameterError(f"{name} is {getattr(self, name):g} s; it must be above zero")
@@ -84,7 +85,7 @@ class ThrustSteps(Manoeuvre):
         if len(limits) < 2:
             raise ParameterError("thrust-steps drives two thrusters by f_NAME; give [actuators] with limits of two")
         first, second = ("bow", "stern") if {"bow", "stern"} <= set(limits) else tuple(limits)[:2]
-        unit, x = settings.L_pp / settings.speed, 0.4 * settings.L_pp
+        unit, x = settings.clock, 0.4 * settings.L_pp
         force = _SHARE * min(limits[first], limits[second])
         return cls(
             force, force, force * x, hold=_HOLD * unit, length=_LENGTH * unit, seed=settings.seed,

@@ -92,10 +92,11 @@ class TrackFollowing(Manoeuvre):
     ahead: Scalar = spec("m", "look-ahead distance Delta", (1e-6, math.inf))
     radius: Scalar = spec("m", "distance from a waypoint at which the next leg is taken", (0.0, math.inf))
     sigma: Scalar = spec("m/s", "integral action on the cross-track error; 0 for none", (0.0, math.inf), default=0.0)
-    delta_max: Scalar = spec("rad", "greatest rudder that is ordered", (0.0, math.inf), default=math.inf)
+    delta_max: Scalar = spec("rad", "greatest rudder that is ordered", (0.0, math.pi), default=math.inf)
     path: Terms = terms(_meaning)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if len(self.path.names) < 4 or len(self.path.names) % 2:
             raise ParameterError("path: a track has two waypoints or more, x_1, y_1, x_2, y_2, ...")
 

@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, Scalars, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -37,9 +37,6 @@ class Zigzag(Manoeuvre):
     delta: Scalar = spec("rad", "rudder angle, magnitude", (0.0, math.pi))
     psi: Scalar = spec("rad", "heading change at which the rudder is reversed, magnitude", (0.0, math.pi))
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
-
-    def __post_init__(self) -> None:
-        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
@@ -71,9 +68,6 @@ class Zigzag(Manoeuvre):
         so on are times since the first execute; a measured run without `delta_cmd` shows them where
         its heading first passes psi.  Initial turning is from the first execute until the heading
         has changed by psi, time and distance along the track.
-
-        Raises:
-            DataError: the rudder never leaves its initial angle, or the heading is absent.
         """
         run = after(trial, self.side * self.delta)
         heading = self.side * turned(run)
