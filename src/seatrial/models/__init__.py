@@ -170,7 +170,6 @@ class Sampled(Model):
         """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample."""
 
     def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
-        """Kinematics with held velocities: rates of `state` [SI/s] between samples."""
         return (*kinematics(*state[2:6]), *(0.0 * x for x in state[3:6]))
 
 

@@ -121,7 +121,6 @@ class Abkowitz(Model):
 
     @property
     def asymmetries(self) -> tuple[str, ...]:
-        """Paths of the numbers that make port and starboard differ; all zero, the ship is its own mirror image."""
         return tuple(f"derivatives.{name}" for name in self.derivatives.names if name[:3] in ("Y_0", "N_0"))
 
     def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple, Protocol
 
 from ..core.parameters import Parts, Scalar, Scalars
@@ -16,19 +16,13 @@ class Afloat(Protocol):
     """Density of the water [kg/m^3], length [m] and draught [m] of a ship."""
 
     @property
-    def rho(self) -> Scalar:
-        """Density of the water [kg/m^3]."""
-        ...
+    def rho(self) -> Scalar: ...
 
     @property
-    def L_pp(self) -> Scalar:
-        """Length between perpendiculars [m]."""
-        ...
+    def L_pp(self) -> Scalar: ...
 
     @property
-    def d(self) -> Scalar:
-        """Draught [m]."""
-        ...
+    def d(self) -> Scalar: ...
 
 
 class Surroundings(NamedTuple):
@@ -96,7 +90,7 @@ class Composed(Model):
     def controls(self) -> tuple[str, ...]:
         """The conventional controls, then those of the thrusters: prefix and part, such as n_bow, alpha_1."""
         own = (f"{prefix}_{name}" for name, part in self.thrusters.items() for prefix in part.prefixes)
-        return (*(control for control, _ in self.conventional), *own)
+        return (*dict(self.conventional), *own)
 
     @property
     def follows(self) -> tuple[tuple[str, float], ...]:
@@ -110,33 +104,33 @@ class Composed(Model):
 
     @property
     def draught(self) -> Scalar:
-        """Draught [m]; 0 where unknown."""
         return self.body.d
 
     @property
     def breadth(self) -> Scalar:
-        """Breadth [m]; 0 where unknown."""
         return self.body.B
 
     @property
     def displaced(self) -> Scalar:
-        """Mass of the displaced water [kg]; 0 where unknown."""
         return self.body.m
 
     @property
     def thrusters_by_name(self) -> Mapping[str, ThrusterModule]:
-        """Thrusters by the name of the part, in the order of their controls."""
         return dict(self.thrusters.items())
 
     @property
     def feels_wind(self) -> bool:
-        """Whether the family has a wind force."""
         return self.wind is not None
 
     def thrust(self, flow: Flow, control: Scalars) -> Force:
         """Sum of the thrusters' forces under their own controls, in the order of `controls`."""
-        total, at = Force(0.0, 0.0, 0.0), 0
-        for part in self.thrusters.components:
-            total = total + part.force(flow, control[at : at + len(part.prefixes)])
-            at += len(part.prefixes)
+        total = Force(0.0, 0.0, 0.0)
+        for part, own in self.steered(control):
+            total = total + part.force(flow, own)
         return total
+
+    def steered(self, control: Scalars) -> Iterator[tuple[Any, Scalars]]:
+        """Each thruster with its own controls, from those of all."""
+        for part in self.thrusters.components:
+            own, control = control[: len(part.prefixes)], control[len(part.prefixes) :]
+            yield part, own

@@ -19,9 +19,8 @@ from . import STEERING, Stepped
 from .network import INPUTS, Network, recurrent
 from .network_pass import Pass
 
-CONTROLS = STEERING
 _TRUE_WIND, _CURRENT = (
-    slice(len(CONTROLS) + CHANNELS.index(name), len(CONTROLS) + CHANNELS.index(name) + 2)
+    slice(len(STEERING) + CHANNELS.index(name), len(STEERING) + CHANNELS.index(name) + 2)
     for name in ("wind_x", "current_x")
 )
 
@@ -42,22 +41,18 @@ class Neural(Stepped):
 
     @property
     def learned(self) -> Network:
-        """The network."""
         return self.network
 
     @property
     def feels_wind(self) -> bool:
-        """Whether the apparent wind is among the inputs."""
         return self.network.wind
 
     @property
     def needed(self) -> tuple[str, ...]:
-        """Channels that a trial must have besides states and controls."""
         return ("U_T", "gamma_T") if self.network.wind else ()
 
     @property
     def look_back(self) -> int:
-        """Samples before a start that its memory depends on."""
         return self.network.look_back
 
     @property
@@ -103,11 +98,7 @@ class Neural(Stepped):
     def advance(
         self, state: Scalars, control: Scalars, environment: Environment, memory: Scalars
     ) -> tuple[Scalars, Scalars]:
-        """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample.
-
-        Raises:
-            ParameterError: symbols instead of numbers.
-        """
+        """The contract's; symbols instead of numbers are a ParameterError."""
         if any(map(is_symbol, (*state, *control, *environment, *memory))):
             cannot = "cannot be linearised, traced or exported as symbols"
             raise ParameterError(f"a network of {self.network.count} weights {cannot}; ask for numbers")
@@ -163,11 +154,11 @@ class Flight:
 
     def _begin(self, memory: Array, x: Array) -> None:
         self._start = None
-        if not recurrent(self.network.kind):
+        remembers = recurrent(self.network.kind)
+        if not remembers or not (memory[:, 0] > 0).all():
             self.through.run_in(self._past(memory, x))
+        if not remembers:
             return
-        if not (memory[:, 0] > 0).all():
-            self.through.run_in(self._past(memory, x))
         latent = np.where(memory[:, :1] > 0, memory[:, 1:], self.through.cell.latent)
         self.through.cell.latent = latent.astype(self.through.precision)
 

@@ -51,18 +51,6 @@ class Nomoto(Model):
         return around.rates((0.0, 0.0, magnitude(ratio) * (steady - held) / self.T))  # (8)
 
 
-def _speed(name: str) -> Spec:
-    return Spec("m/s", f"the speed called {name}", 1e-3, 100.0)
-
-
-def _K(name: str) -> Spec:
-    return Spec("1/s", f"steady yaw rate over rudder angle at the speed called {name}")
-
-
-def _T(name: str) -> Spec:
-    return Spec("s", f"time constant of the answer to the rudder at the speed called {name}")
-
-
 @dataclass(frozen=True, kw_only=True)
 class NomotoTable(Model):
     """`Nomoto` with K and T tabulated over speed: linear in between, held beyond the ends.
@@ -70,9 +58,9 @@ class NomotoTable(Model):
     The three tables name the same speeds, slowest first, such as [speed] slow, full.
     """
 
-    speed: Terms = terms(_speed)
-    K: Terms = terms(_K)
-    T: Terms = terms(_T)
+    speed: Terms = terms(lambda name: Spec("m/s", f"the speed called {name}", 1e-3, 100.0))
+    K: Terms = terms(lambda name: Spec("1/s", f"steady yaw rate over rudder angle at the speed called {name}"))
+    T: Terms = terms(lambda name: Spec("s", f"time constant of the answer to the rudder at the speed called {name}"))
     alpha: Scalar = spec("s^2", "Norrbin's cubic term, per rad^2", default=0.0)
     n_1: Scalar = spec("-", "factor of the linear term: 1, or -1 for an unstable ship", default=1.0)
     delta_r: Scalar = spec("rad", "residual rudder: the angle that the ship feels amidships", default=0.0)

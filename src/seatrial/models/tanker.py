@@ -106,7 +106,6 @@ class Tanker(Model):
 
     @property
     def draught(self) -> Scalar:
-        """Draught [m]."""
         return self.body.d
 
     def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:

@@ -71,9 +71,7 @@ class TwinMmg(Composed):
 
 def mirrored_flow(flow: Flow) -> Flow:
     """The flow in the mirror image about the centre plane."""
-    return flow._replace(
-        v_m=-flow.v_m, r=-flow.r, delta=-flow.delta, v_A=-flow.v_A, wave_v=-flow.wave_v
-    )  # fmt: skip
+    return flow._replace(v_m=-flow.v_m, r=-flow.r, delta=-flow.delta, v_A=-flow.v_A, wave_v=-flow.wave_v)
 
 
 def mirrored(force: Force) -> Force:
