@@ -99,8 +99,7 @@ def estimate(path: str | Path) -> Estimate:
     Raises:
         ShipError: a file that cannot be used, or a formula that gives an impossible number.
     """
-    work = _Work(Path(path), read_particulars(path))
-    return work.run()
+    return _Work(Path(path), read_particulars(path)).run()
 
 
 @dataclass
@@ -115,11 +114,17 @@ class _Work:
 
     def run(self) -> Estimate:
         parts = {name: cls for name, cls in PARTS.items() if name != "wind" or self.known.ship.air}
-        specs = {f"{part}.{name}": meaning for part, cls in parts.items() for name, meaning in _specs(cls)}
+        specs = {f"{part}.{f.name}": f.metadata["spec"]
+                 for part, cls in parts.items() for f in fields(cls) if "spec" in f.metadata}  # fmt: skip
         self.refuse_unknown(specs)
         found = self.candidates()
         for path, meaning in specs.items():
-            self.settle(path, meaning, found.get(path, []))
+            if path in self.known.given:
+                self.take_given(path, meaning, found.get(path, []))
+            elif path in found:
+                self.take_formula(path, meaning, found[path])
+            else:
+                self.take_particular(path, meaning)
         made = {part: cls(**_below(self.values, part)) for part, cls in parts.items()}
         cautions = tuple(self.cautions())
         return Estimate(self.ship(Mmg(**made), cautions), tuple(self.numbers), cautions)
@@ -138,14 +143,6 @@ class _Work:
             for path, value in formula.gives(self.known.ship).items():
                 found.setdefault(path, []).append((formula, value))
         return found
-
-    def settle(self, path: str, meaning: Spec, found: list[tuple[Formula, float]]) -> None:
-        if path in self.known.given:
-            self.take_given(path, meaning, found)
-        elif found:
-            self.take_formula(path, meaning, found)
-        else:
-            self.take_particular(path, meaning)
 
     def take_given(self, path: str, meaning: Spec, found: list[tuple[Formula, float]]) -> None:
         given = as_table(self.known.given[path], meaning.unit, self.path)
@@ -223,27 +220,19 @@ class _Work:
 
     def ship(self, model: Model, cautions: tuple[str, ...]) -> Ship:
         values, entries = self.known.values, self.known.entries
-        U, L, limit = values["speed"], values["L_pp"], values["delta_max"]
-        self.entries |= {f"particulars.{key}": entries[key] for key in ("C_b", "volume")}
-        self.entries["approach.speed"] = entries["speed"]
-        low = entries["delta_max"]
-        self.entries["actuators.rudder.low"] = Entry(low.source, -low.given, unit=low.unit)
-        self.entries["actuators.rudder.high"] = low
-        self.entries["actuators.rudder.rate"] = entries["delta_rate"]
-        if "n_P" in entries:
-            self.entries["approach.n_P"] = entries["n_P"]
+        U, L, limit, most = values["speed"], values["L_pp"], values["delta_max"], entries["delta_max"]
+        self.entries |= {
+            "particulars.C_b": entries["C_b"], "particulars.volume": entries["volume"],
+            "approach.speed": entries["speed"], "actuators.rudder.low": Entry(most.source, -most.given, unit=most.unit),
+            "actuators.rudder.high": most, "actuators.rudder.rate": entries["delta_rate"],
+            **({"approach.n_P": entries["n_P"]} if "n_P" in entries else {}),
+        }  # fmt: skip
         return Ship(
             name=self.known.name, model=model, L_pp=L, speed=U, n_P=values.get("n_P"), entries=self.entries,
             actuators=Actuators({"rudder": Actuator(low=-limit, high=limit, rate=values["delta_rate"])}),
             validity={"u": (0.0, 1.2 * U), "v_m": (-0.5 * U, 0.5 * U), "r": (-U / L, U / L), "delta": (-limit, limit)},
             notes={"title": self.known.title, "cautions": list(cautions), **self.known.notes},
         )  # fmt: skip
-
-
-def _specs(cls: type) -> Iterator[tuple[str, Spec]]:
-    for f in fields(cls):
-        if "spec" in f.metadata:
-            yield f.name, f.metadata["spec"]
 
 
 def _below(values: Mapping[str, float], part: str) -> dict[str, float]:

@@ -112,7 +112,8 @@ class _Reading:
         particulars = self.numbers("particulars", PARTICULARS, set())
         scale = self.yardsticks(particulars)
         model = self.model(family, scale)
-        speed, n_P = self.approach()
+        known = {"speed": Spec("m/s", "approach speed", 1e-3, 100.0), "n_P": Spec("1/s", "revolutions", -1e3, 1e3)}
+        start = self.numbers("approach", known, {"speed"})
         length = values(model).get("body.L_pp", particulars.get("L_pp"))
         if length is None:
             raise ShipError(f"{self.path}: particulars.L_pp is missing; every report is in lengths")
@@ -123,7 +124,7 @@ class _Reading:
                 raise ShipError(f"{self.path}: {error}") from None
         return Ship(
             name=self.text("name", self.path.stem), model=model, actuators=read_actuators(self, model), L_pp=length,
-            speed=speed, n_P=n_P, validity=self.validity(model), entries=self.entries,
+            speed=start["speed"], n_P=start.get("n_P"), validity=self.validity(model), entries=self.entries,
             notes=self.table("notes"), of=self.text("of", "") if "of" in self.document else "",
         )  # fmt: skip
 
@@ -231,20 +232,12 @@ class _Reading:
             for key in self.table("model"):
                 text = f"{cls.__name__} has no numbers of its own; leave [model] out"
                 raise ShipError(f"{self.path}: model: no number '{key}'; {text}")
-            return {}
         chosen = {key: self.table(dotted)[key] for key in choices if key in self.table(dotted)}
         for key, value in chosen.items():
             if value not in choices[key][1]:
                 spot = f"{self.path}: {dotted}.{key}: '{value}'"
                 raise ShipError(f"{spot} is not one of {', '.join(choices[key][1])}")
         return {**self.numbers(dotted, known, required, scale, prefix, tuple(choices)), **chosen}
-
-    def approach(self) -> tuple[float, float | None]:
-        known = {"speed": Spec("m/s", "approach speed", 1e-3, 100.0), "n_P": Spec("1/s", "revolutions", -1e3, 1e3)}
-        found = self.numbers("approach", known, set())
-        if "speed" not in found:
-            raise ShipError(f"{self.path}: approach: missing speed")
-        return found["speed"], found.get("n_P")
 
     def validity(self, model: Any) -> dict[str, tuple[float, float]]:
         found: dict[str, tuple[float, float]] = {}
