@@ -21,34 +21,31 @@ _SLOWEST, _AT_ONCE = 1e-9, 1e300
 
 
 class Servo(Protocol):
-    """One actuator.  Its memory is the actual value first, then what `extra` names."""
+    """One actuator.  Its memory is the actual value first, then what `extra` names.
+
+    Attributes:
+        low, high: least and greatest value; infinite without a limit.
+        rate: greatest rate of change; infinite without a limit.
+        dead_time: time before an order begins to act [s].
+        at_once: whether it obeys within the step of the order.
+    """
 
     extra: ClassVar[tuple[str, ...]]
 
     @property
-    def low(self) -> Scalar:
-        """Least value; minus infinity without a limit."""
-        ...
+    def low(self) -> Scalar: ...
 
     @property
-    def high(self) -> Scalar:
-        """Greatest value; infinite without a limit."""
-        ...
+    def high(self) -> Scalar: ...
 
     @property
-    def rate(self) -> Scalar:
-        """Greatest rate of change; infinite without a limit."""
-        ...
+    def rate(self) -> Scalar: ...
 
     @property
-    def dead_time(self) -> Scalar:
-        """Time before an order begins to act [s]."""
-        ...
+    def dead_time(self) -> Scalar: ...
 
     @property
-    def at_once(self) -> bool:
-        """Whether it obeys within the step of the order."""
-        ...
+    def at_once(self) -> bool: ...
 
     def advance(self, memory: Scalars, order: Scalar, dt: Scalar) -> tuple[Scalar, Scalars]:
         """Mean value that acts over the next `dt` seconds, and the memory at their end."""

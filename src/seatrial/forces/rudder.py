@@ -15,6 +15,14 @@ def signed_root(square: Scalar) -> Scalar:
     return sign(square) * root(magnitude(square))
 
 
+def stream(slipstream: Slipstream, eta: Scalar, kappa: Scalar) -> Scalar:
+    """Square of the flow along the rudder over epsilon^2 [m^2/s^2], each part with the sign of its own stream."""
+    u_P = slipstream.u_P
+    gain = root(u_P * u_P + 8.0 / pi * slipstream.K_T_nD2) - magnitude(u_P)
+    behind = u_P + kappa * gain
+    return eta * behind * magnitude(behind) + (1.0 - eta) * u_P * magnitude(u_P)
+
+
 def normal_force(flow: Flow, area: Scalar, u_R: Scalar, v_R: Scalar) -> Scalar:
     """Normal force 0.5 rho A_R f_alpha U_R^2 sin(delta - atan2(v_R, u_R)) [N], `area` being A_R f_alpha.
 
@@ -62,10 +70,7 @@ class Standard(RudderModule):
         return on_hull(F_N, flow.delta, self.t_R, self.a_H, self.x_R, self.x_H)
 
     def _inflow(self, flow: Flow, slipstream: Slipstream) -> tuple[Scalar, Scalar]:
-        u_P = slipstream.u_P
-        gain = root(u_P * u_P + 8.0 / pi * slipstream.K_T_nD2) - magnitude(u_P)
-        behind = u_P + self.kappa * gain
-        square = self.eta * behind * magnitude(behind) + (1.0 - self.eta) * u_P * magnitude(u_P)
+        square = stream(slipstream, self.eta, self.kappa)
         beta = atan2(-flow.v_m, magnitude(flow.u))
         across = speed(flow.u, flow.v_m) * beta - self.l_R * flow.r  # U beta_R
         gamma_R = where(across > 0, self.gamma_Rp, self.gamma_Rn)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
 
 from ..core.parameters import Scalar, spec
-from ..core.symbolic import magnitude, root
 from . import Flow, Force, RudderModule, Slipstream
+from .rudder import stream
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,11 +29,7 @@ class Linear(RudderModule):
 
     def factors(self, flow: Flow, slipstream: Slipstream) -> tuple[Scalar, Scalar, Scalar]:
         """X_dd [N/rad^2], Y_d [N/rad] and N_d [N m/rad] of Sawada 2024 Eq. 31, in this stream."""
-        u_P = slipstream.u_P
-        gain = root(u_P * u_P + 8.0 / pi * slipstream.K_T_nD2) - magnitude(u_P)
-        behind = u_P + self.kappa * gain
-        # (32), its square with the sign of the stream
-        square = self.eta * behind * magnitude(behind) + (1.0 - self.eta) * u_P * magnitude(u_P)
+        square = stream(slipstream, self.eta, self.kappa)  # (32)
         half = 0.5 * flow.rho * self.A_R * self.f_alpha * self.epsilon * self.epsilon * square
         # (31): sin^2 delta = delta^2 and sin(2 delta) = 2 delta
         return (1.0 - self.t_R) * half, (1.0 + self.a_H) * half, (self.x_R + self.a_H * self.x_H) * half

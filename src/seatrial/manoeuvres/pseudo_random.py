@@ -31,8 +31,29 @@ _ROUNDING = 1e-9
 _CELLS = 5
 
 
+class Excitation(Manoeuvre):
+    """A random manoeuvre: complete after `length` seconds, to within a sample, and judged by how it moved the ship."""
+
+    timed: ClassVar[bool] = True  # whatever its length, it is whole
+    length: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("hold", "travel", "length"):
+            if not 0 < (time := vars(self).get(name, 1.0)) < math.inf:
+                raise ParameterError(f"{name} is {time:g} s; it must be above zero")
+
+    def complete(self, trial: Trial) -> bool:
+        """Whether the run is as long as ordered, to within a sample."""
+        return trial.duration + trial.dt >= self.length * (1 - _ROUNDING)
+
+    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
+        """How much the run moved the ship; see `liveliness`."""
+        return liveliness(trial, L_pp)
+
+
 @dataclass(frozen=True)
-class PseudoRandom(Manoeuvre):
+class PseudoRandom(Excitation):
     """Rudder, and if wanted revolutions, held at random levels for `hold` seconds each.
 
     Switches fall on multiples of `hold`, whatever the time step.  The revolutions run through the same
@@ -47,7 +68,6 @@ class PseudoRandom(Manoeuvre):
 
     kind: ClassVar[str] = "pseudo-random"
     takes: ClassVar[tuple[str, ...]] = ("rudder", "side", "seed")
-    timed: ClassVar[bool] = True  # whatever its length, it is whole
     given: ClassVar[tuple[str, ...]] = ("rudder_level", "revolution_level")
 
     n_P: Scalar = spec("1/s", "propeller revolutions about which they vary")
@@ -67,8 +87,6 @@ class PseudoRandom(Manoeuvre):
                 f"degree is {self.degree}; with {self.levels} levels it is from 2 to "
                 f"{int(math.log(_LONGEST + 1, self.levels))}"
             )
-        if not 0 < self.hold < math.inf:
-            raise ParameterError(f"hold is {self.hold:g} s; a level must last for some time")
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
@@ -101,10 +119,6 @@ class PseudoRandom(Manoeuvre):
     def complete(self, trial: Trial) -> bool:
         """Whether a whole period was run, to within a sample."""
         return trial.duration + trial.dt >= self.period * (1 - _ROUNDING)
-
-    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """How much the run moved the ship; see `liveliness`."""
-        return liveliness(trial, L_pp)
 
 
 @cache

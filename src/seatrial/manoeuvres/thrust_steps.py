@@ -8,7 +8,6 @@ along, which is what underactuated means here.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -16,10 +15,10 @@ import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import atan2, speed
-from ..data import Array, Trial
-from . import Index, Manoeuvre, Settings
+from ..data import Array
+from . import Settings
 from .autopilot import wrapped
-from .pseudo_random import liveliness
+from .pseudo_random import Excitation
 
 _LEVELS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 # A level lasts for so many L/U on the mean; the same as share of the mean that every level lasts at least.
@@ -30,7 +29,7 @@ _SHARE = 0.4
 
 
 @dataclass(frozen=True)
-class ThrustSteps(Manoeuvre):
+class ThrustSteps(Excitation):
     """Forces held at random levels; the heading is held where `K_p` or `K_d` are above zero.
 
     Switches fall on whole seconds, whatever the time step.
@@ -46,7 +45,6 @@ class ThrustSteps(Manoeuvre):
     kind: ClassVar[str] = "thrust-steps"
     from_rest: ClassVar[bool] = True
     takes: ClassVar[tuple[str, ...]] = ("seed",)
-    timed: ClassVar[bool] = True  # whatever its length, it is whole
     memory: ClassVar[tuple[str, ...]] = ("psi_0",)
     given: ClassVar[tuple[str, ...]] = ("surge", "sway", "yaw")
 
@@ -66,9 +64,6 @@ class ThrustSteps(Manoeuvre):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("hold", "length"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise ParameterError(f"{name} is {getattr(self, name):g} s; it must be above zero")
         if self.x_first == self.x_second == 0:
             raise ParameterError("x_first, x_second: both thrusters stand at midship and cannot turn the ship")
 
@@ -131,11 +126,3 @@ class ThrustSteps(Manoeuvre):
             first = second = 0.5 * (self.Y * sway + moment / self.x_first)
         pushes = ((ahead, first), (ahead, second))
         return tuple(one for X, Y in pushes for one in (speed(X, Y), atan2(Y, X))), memory
-
-    def complete(self, trial: Trial) -> bool:
-        """Whether the run is as long as ordered, to within a sample."""
-        return trial.duration + trial.dt >= self.length * (1 - 1e-9)
-
-    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """How much the run moved the ship; see `pseudo_random.liveliness`."""
-        return liveliness(trial, L_pp)

@@ -12,7 +12,6 @@ from . import Model
 from .abkowitz import Body
 from .common import Surroundings
 
-INFINITE = float("inf")
 # Bounds of r' and of the drift angle at the rudder [rad] beyond which a division by U or c no longer grows.
 _TURNING, _DRIFTING = 5.0, 3.0
 # Least flow past the rudder that divides [m/s].
@@ -54,8 +53,8 @@ class Derivatives:
     eta_1: Scalar = spec(PRIME, "thrust by u^2")
     eta_2: Scalar = spec(PRIME, "thrust by n u L")
     eta_3: Scalar = spec(PRIME, "thrust by n^2 L^2")
-    C_R: Scalar = spec(PRIME, "resistance over 0.5 rho S u^2", (0.0, INFINITE))
-    S: Scalar = spec(PRIME, "wetted surface over L^2", (0.0, INFINITE))
+    C_R: Scalar = spec(PRIME, "resistance over 0.5 rho S u^2", (0.0, math.inf))
+    S: Scalar = spec(PRIME, "wetted surface over L^2", (0.0, math.inf))
     X_vv: Scalar = spec(PRIME, "surge force by v_m^2")
     X_ee: Scalar = spec(PRIME, "surge force by c^2 e^2")
     X_rr: Scalar = spec(PRIME, "surge force by r^2")
@@ -97,7 +96,7 @@ class ModifiedAbkowitz(Model):
     body: Body
     race: Race
     derivatives: Derivatives
-    c_0: Scalar = spec(PRIME, "c over U in a steady straight run", (0.0, INFINITE))
+    c_0: Scalar = spec(PRIME, "c over U in a steady straight run", (0.0, math.inf))
 
     @property
     def asymmetries(self) -> tuple[str, ...]:
