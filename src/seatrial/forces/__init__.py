@@ -134,4 +134,4 @@ class ThrusterModule(ABC):
 
     @abstractmethod
     def force(self, flow: Flow, control: Scalars) -> Force:
-        """Force of the thruster under its own actual controls."""
+        """Force of the thruster under its own actual controls, in the units of their prefixes."""

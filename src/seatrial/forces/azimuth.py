@@ -96,7 +96,6 @@ class Azimuth(ThrusterModule):
         return along * c, along * s, along * (self.x * s - self.y * c)
 
     def force(self, flow: Flow, control: Scalars) -> Force:
-        """Force of the thruster under its revolutions [1/s] and direction [rad]."""
         u_1, u_2 = self.inputs(flow, control)
         d_X, d_Y, d_N = self.loss(flow, control)
         lever = self.x * u_2 - self.y * u_1
@@ -132,6 +131,5 @@ class ThrustAzimuth(ThrusterModule):
         return f * cos(alpha), f * sin(alpha)
 
     def force(self, flow: Flow, control: Scalars) -> Force:
-        """Force of the thruster under its thrust [N] and direction [rad]."""
         u_1, u_2 = self.inputs(flow, control)
         return Force(u_1, u_2, self.x * u_2 - self.y * u_1)

@@ -83,7 +83,6 @@ class Tunnel(ThrusterModule):
         return T * side, self.x * T * turn
 
     def force(self, flow: Flow, control: Scalars) -> Force:
-        """Force of the thruster under its revolutions [1/s]."""
         Y, N = self.inputs(flow, control)
         return Force(0.0, Y, N)
 
@@ -114,5 +113,4 @@ class Direct(ThrusterModule):
         return control
 
     def force(self, flow: Flow, control: Scalars) -> Force:
-        """The forces as ordered [N, N, N m]."""
         return Force(*control)

@@ -56,6 +56,5 @@ class Fixed(ThrusterModule):
         return (self.thrust(control[0]),)
 
     def force(self, flow: Flow, control: Scalars) -> Force:
-        """Force of the thruster under its command."""
         T = self.thrust(control[0])
         return Force(T, 0.0, -self.y * T)

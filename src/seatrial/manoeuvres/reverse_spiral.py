@@ -112,7 +112,9 @@ class ReverseSpiral(Manoeuvre):
         middle = int(np.clip(np.argmin(np.abs(r)), 1, r.size - 2))
         slope = float((delta[middle + 1] - delta[middle - 1]) / (r[middle + 1] - r[middle - 1]))
         out = {"neutral_rudder": Index(float(np.interp(0.0, r, delta)), "rad"), "slope": Index(slope, "s")}
-        top, bottom = _fall(delta)
+        # The points between which the rudder falls furthest; one point twice where it only climbs.
+        bottom = int(np.argmax(np.maximum.accumulate(delta) - delta))
+        top = int(np.argmax(delta[: bottom + 1]))
         width = _turning_point(r, delta, top) - _turning_point(r, delta, bottom) if bottom > top else 0.0
         out["loop_width"] = Index(width, "rad")
         through = np.flatnonzero(np.signbit(delta[:-1]) != np.signbit(delta[1:]))
@@ -120,13 +122,6 @@ class ReverseSpiral(Manoeuvre):
             low, high = (_midships(delta, r, int(k)) for k in through[[0, -1]])
             out["loop_height"] = Index(high - low, "rad/s")
         return out
-
-
-def _fall(delta: Array) -> tuple[int, int]:
-    """The points between which `delta` falls furthest; one point twice where it only climbs."""
-    highest = np.maximum.accumulate(delta)
-    bottom = int(np.argmax(highest - delta))
-    return int(np.argmax(delta[: bottom + 1])), bottom
 
 
 def _turning_point(r: Array, delta: Array, k: int) -> float:

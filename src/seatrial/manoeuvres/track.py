@@ -17,7 +17,7 @@ import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import atan2, both, clip, cos, sin, where
-from ..data import Array, Trial
+from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .autopilot import usual_gains, wrapped
 from .reading import in_lengths
@@ -42,13 +42,12 @@ class Leg(NamedTuple):
 
 def legs(points: Sequence[tuple[Scalar, Scalar]]) -> tuple[Leg, ...]:
     """The legs between waypoints (x, y) [m]."""
-    return tuple(_between(*a, *b) for a, b in pairwise(points))
-
-
-def _between(x: Scalar, y: Scalar, x_end: Scalar, y_end: Scalar) -> Leg:
-    north, east = x_end - x, y_end - y
-    alpha = atan2(east, north)
-    return Leg(x, y, alpha, cos(alpha) * north + sin(alpha) * east)
+    found: list[Leg] = []
+    for (x, y), (x_end, y_end) in pairwise(points):
+        north, east = x_end - x, y_end - y
+        alpha = atan2(east, north)
+        found.append(Leg(x, y, alpha, cos(alpha) * north + sin(alpha) * east))
+    return tuple(found)
 
 
 def los_heading(alpha: Scalar, across: Scalar, ahead: Scalar) -> Scalar:
@@ -166,8 +165,12 @@ class TrackFollowing(Manoeuvre):
         swing = 0.0
         for k, (leg, first, last) in enumerate(zip(self.legs, [0, *rows[:-1]], ends, strict=True)):
             part = slice(first, last)
-            across = _across(leg, trial, part)
-            before = np.abs(_across(self.legs[k - 1], trial, part)) if k else np.full_like(across, math.inf)
+            across = leg.along_across(trial["x"][part], trial["y"][part])[1]
+            before = (
+                np.abs(self.legs[k - 1].along_across(trial["x"][part], trial["y"][part])[1])
+                if k
+                else np.full_like(across, math.inf)
+            )
             error[part] = np.where(before < np.abs(across), before, across)
             if k and across.size:
                 swing = max(swing, float(np.max(-math.copysign(1.0, across[0]) * across)))
@@ -185,15 +188,7 @@ class TrackFollowing(Manoeuvre):
         row, out = 0, list[int]()
         for k, leg in enumerate(self.legs):
             reach = leg.length - (self.radius if k < len(self.legs) - 1 else 0.0)
-            done = np.flatnonzero(_along(leg, trial, slice(row, None)) >= reach)
+            done = np.flatnonzero(leg.along_across(trial["x"][row:], trial["y"][row:])[0] >= reach)
             row = row + int(done[0]) if done.size else len(trial)
             out.append(row)
         return out
-
-
-def _along(leg: Leg, trial: Trial, part: slice) -> Array:
-    return (trial["x"][part] - leg.x) * math.cos(leg.alpha) + (trial["y"][part] - leg.y) * math.sin(leg.alpha)
-
-
-def _across(leg: Leg, trial: Trial, part: slice) -> Array:
-    return (trial["y"][part] - leg.y) * math.cos(leg.alpha) - (trial["x"][part] - leg.x) * math.sin(leg.alpha)

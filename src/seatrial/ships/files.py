@@ -75,11 +75,6 @@ def _find(name_or_path: str | Path) -> Path:
 ROLES = {"ForceModule": "force", "PropellerModule": "propeller", "RudderModule": "rudder"}
 
 
-def _one(hint: Any) -> Any:
-    """The protocol of a field, whether or not it may be absent."""
-    return next((a for a in typing.get_args(hint) if a is not type(None)), hint)
-
-
 def role_of(cls: type) -> str:
     """What a class of the forces room is, by what its `force` takes and gives; "" where it has none."""
     force = getattr(cls, "force", None)
@@ -195,7 +190,8 @@ class _Reading:
             role = f.metadata["parts"]
             self.made(Parts, {"names": names}, name)  # before a component of such a name is read
             return Parts(names, tuple(self.component(f"{name}.{part}", None, scale, role) for part in names))
-        return self.component(name, hint, scale, ROLES.get(str(getattr(_one(hint), "__name__", "")), ""))
+        wanted = next((a for a in typing.get_args(hint) if a is not type(None)), hint)  # with or without `| None`
+        return self.component(name, hint, scale, ROLES.get(str(getattr(wanted, "__name__", "")), ""))
 
     def terms(self, dotted: str, meaning: Any, scale: Yardsticks) -> Terms:
         known: dict[str, Spec] = {}

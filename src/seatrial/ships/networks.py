@@ -41,18 +41,16 @@ def read_network(path: Path, table: Mapping[str, Any]) -> Network:
     limits = table.get("limits")
     if limits is not None:
         _check(f"{path}: network.limits", limits, _LIMITS, ("low", "high", "acceleration"))
-    form = {key: table[key] for key in ("kind", "wind", "memory") if key in table}
+    form: dict[str, Any] = {key: table[key] for key in ("kind", "wind", "memory") if key in table}
     form |= {key: tuple(table[key]) for key in ("layers", "scale") if key in table}
     try:
-        network = Network(**form, limits=None if limits is None else _limits(limits))
+        if limits is not None:
+            low, high, most = (tuple(map(float, limits[key])) for key in ("low", "high", "acceleration"))
+            form["limits"] = Limits(low, high, most, float(limits.get("rate", Limits.rate)))
+        network = Network(**form)
         return _weighted(path, table, network) if "weights" in table else network
     except ParameterError as error:
         raise ShipError(f"{path}: network: {error}") from None
-
-
-def _limits(table: Mapping[str, Any]) -> Limits:
-    low, high, acceleration = (tuple(map(float, table[key])) for key in ("low", "high", "acceleration"))
-    return Limits(low, high, acceleration, float(table.get("rate", Limits.rate)))
 
 
 def _check(where: str, table: Mapping[str, Any], known: Mapping[str, Any], required: tuple[str, ...]) -> None:

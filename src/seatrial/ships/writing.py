@@ -52,7 +52,11 @@ def to_toml(ship: Ship, provenance: Mapping[str, Any] | None = None, weights: st
         *([f"of = {_text(ship.of)}"] if ship.of else []),
         f"family = {_text(_type(ship.model, 'models'))}",
     ]
-    lines += [*_particulars(ship), *_model(ship, _scale(ship), weights), *_approach(ship), *_actuators(ship)]
+    lines += [*_particulars(ship), *_model(ship, _scale(ship), weights)]
+    lines += ["", "[approach]", f"speed = {_number(ship, 'approach.speed', ship.speed, 'm/s', None)}"]
+    if ship.n_P is not None:
+        lines.append(f"n_P = {_number(ship, 'approach.n_P', ship.n_P, '1/s', None)}")
+    lines += _actuators(ship)
     if ship.validity:
         lines += ["", "[validity]"]
         lines += [f"{key} = [{float(a)!r}, {float(b)!r}]" for key, (a, b) in ship.validity.items()]
@@ -151,12 +155,6 @@ def _declared(ship: Ship, prefix: str, thing: Any, scale: Yardsticks) -> Iterato
         value, path = getattr(thing, f.name), prefix + f.name
         if "spec" in f.metadata and (path in ship.entries or f.default is MISSING or value != f.default):
             yield f"{f.name} = {_number(ship, path, value, f.metadata['spec'].unit, scale)}"
-
-
-def _approach(ship: Ship) -> Iterator[str]:
-    yield from ("", "[approach]", f"speed = {_number(ship, 'approach.speed', ship.speed, 'm/s', None)}")
-    if ship.n_P is not None:
-        yield f"n_P = {_number(ship, 'approach.n_P', ship.n_P, '1/s', None)}"
 
 
 def _actuators(ship: Ship) -> Iterator[str]:

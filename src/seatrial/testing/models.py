@@ -47,12 +47,6 @@ def situations(ship: Ship) -> Array:
     return x
 
 
-def _measured(ship: Ship, count: int) -> Array:
-    """What the outputs of `flat` are measured by: rates, then changes and memory of a sampled model."""
-    own = rate_size(ship)
-    return np.array([*own, *own[3:6], *([own[5]] * count)])[:count]
-
-
 def untried_families() -> list[str]:
     """Families of the package that neither a ship nor an example has."""
     flown = {type(ship.model) for ship in discovery.ships().values()}
@@ -91,7 +85,9 @@ def finite_and_equal_on_symbols(ship: Ship) -> str | None:
     direct = np.array([rates(tuple(row)) for row in x.tolist()], dtype=float)
     require(np.isfinite(direct).all(), "a rate is not finite")
     require(np.isfinite(j(x.T).full()).all(), "a derivative is not finite")
-    measure = _measured(ship, direct.shape[1])
+    # What the outputs are measured by: rates, then changes and memory of a sampled model.
+    own = rate_size(ship)
+    measure = np.array([*own, *own[3:6], *([own[5]] * direct.shape[1])])[: direct.shape[1]]
     scale = np.abs(direct / measure).max(axis=1, keepdims=True)
     off = np.abs(f(x.T).full().T - direct) / measure
     require((off <= 1e-12 * scale + 1e-300).all(), "floats and symbols differ")

@@ -89,7 +89,11 @@ def read_particulars(path: str | Path) -> Known:
     if missing:
         raise ShipError(f"{path}: particulars: missing {', '.join(missing)}")
     assumed = tuple(rule[0] for rule in ASSUMED if rule[0] not in values)
-    _complete(values, entries)
+    for name, rule, source, share in ASSUMED:
+        if name not in values:
+            values[name] = rule(values)
+            sigma = None if share is None else share * abs(values[name])
+            entries[name] = Entry(source=source, given=values[name], sigma=sigma)
     _check(path, values)
     given = dict(_flat(_table(path, document, "given")))
     made: dict[str, Any] = {f.name: values[f.name] for f in fields(Particulars) if f.name in values}
@@ -134,14 +138,6 @@ def as_table(raw: Any, unit: str, path: Path) -> Any:
         given = cast("Mapping[str, Any]", raw)
         return {"source": source, **({} if "prime" in given else inside), **given}
     return {"value": raw, "source": source, **inside}
-
-
-def _complete(values: dict[str, float], entries: dict[str, Entry]) -> None:
-    for name, rule, source, share in ASSUMED:
-        if name not in values:
-            values[name] = rule(values)
-            sigma = None if share is None else share * abs(values[name])
-            entries[name] = Entry(source=source, given=values[name], sigma=sigma)
 
 
 def _check(path: Path, values: Mapping[str, float]) -> None:
