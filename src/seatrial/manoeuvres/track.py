@@ -164,14 +164,10 @@ class TrackFollowing(Manoeuvre):
         error = np.zeros(ends[-1])
         swing = 0.0
         for k, (leg, first, last) in enumerate(zip(self.legs, [0, *rows[:-1]], ends, strict=True)):
-            part = slice(first, last)
-            across = leg.along_across(trial["x"][part], trial["y"][part])[1]
-            before = (
-                np.abs(self.legs[k - 1].along_across(trial["x"][part], trial["y"][part])[1])
-                if k
-                else np.full_like(across, math.inf)
-            )
-            error[part] = np.where(before < np.abs(across), before, across)
+            x, y = trial["x"][first:last], trial["y"][first:last]
+            across = leg.along_across(x, y)[1]
+            before = np.abs(self.legs[k - 1].along_across(x, y)[1]) if k else np.full_like(across, math.inf)
+            error[first:last] = np.where(before < np.abs(across), before, across)
             if k and across.size:
                 swing = max(swing, float(np.max(-math.copysign(1.0, across[0]) * across)))
         out = {
