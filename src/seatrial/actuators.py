@@ -14,45 +14,40 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
-from .core.parameters import Scalar, spec
+from .core.parameters import Scalar, Scalars, spec
 from .core.symbolic import atan2, both, clip, cos, exp, is_symbol, larger, magnitude, sign, sin, where
 
 _SLOWEST, _AT_ONCE = 1e-9, 1e300
 
 
 class Servo(Protocol):
-    """One actuator.  Its memory is the actual value first, then what `extra` names."""
+    """One actuator.  Its memory is the actual value first, then what `extra` names.
+
+    Attributes:
+        low, high: least and greatest value; infinite without a limit.
+        rate: greatest rate of change; infinite without a limit.
+        dead_time: time before an order begins to act [s].
+        at_once: whether it obeys within the step of the order.
+    """
 
     extra: ClassVar[tuple[str, ...]]
 
     @property
-    def low(self) -> Scalar:
-        """Least value; minus infinity without a limit."""
-        ...
+    def low(self) -> Scalar: ...
 
     @property
-    def high(self) -> Scalar:
-        """Greatest value; infinite without a limit."""
-        ...
+    def high(self) -> Scalar: ...
 
     @property
-    def rate(self) -> Scalar:
-        """Greatest rate of change; infinite without a limit."""
-        ...
+    def rate(self) -> Scalar: ...
 
     @property
-    def dead_time(self) -> Scalar:
-        """Time before an order begins to act [s]."""
-        ...
+    def dead_time(self) -> Scalar: ...
 
     @property
-    def at_once(self) -> bool:
-        """Whether it obeys within the step of the order."""
-        ...
+    def at_once(self) -> bool: ...
 
-    def advance(
-        self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
-    ) -> tuple[Scalar, tuple[Scalar, ...]]:
+    def advance(self, memory: Scalars, order: Scalar, dt: Scalar) -> tuple[Scalar, Scalars]:
         """Mean value that acts over the next `dt` seconds, and the memory at their end."""
         ...
 
@@ -94,9 +89,7 @@ class Paced:
         """Where an order sends it from its actual value."""
         return order
 
-    def advance(
-        self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
-    ) -> tuple[Scalar, tuple[Scalar, ...]]:
+    def advance(self, memory: Scalars, order: Scalar, dt: Scalar) -> tuple[Scalar, Scalars]:
         """Mean value that acts over the next `dt` seconds, and the value at their end."""
         mean, end = approach(memory[0], self.target(memory[0], order), self.rate, self.lag, dt)
         return mean, (end,)
@@ -160,9 +153,7 @@ class Shaft:
         """Whether it has neither rates nor pause nor dead time."""
         return math.isinf(self.rate) and math.isinf(self.rate_down) and self.pause == self.dead_time == 0.0
 
-    def advance(
-        self, memory: tuple[Scalar, ...], order: Scalar, dt: Scalar
-    ) -> tuple[Scalar, tuple[Scalar, ...]]:
+    def advance(self, memory: Scalars, order: Scalar, dt: Scalar) -> tuple[Scalar, Scalars]:
         """Mean revolutions over the next `dt` seconds, and revolutions, pause left and last side at their end."""
         n, left, last = memory
         wanted = clip(order, self.low, self.high)
@@ -177,8 +168,8 @@ class Shaft:
 
 
 def queued(
-    orders: tuple[Scalar, ...], order: Scalar, dead_time: float, dt: float
-) -> tuple[tuple[tuple[float, Scalar], ...], tuple[Scalar, ...]]:
+    orders: Scalars, order: Scalar, dead_time: float, dt: float
+) -> tuple[tuple[tuple[float, Scalar], ...], Scalars]:
     """Which order acts over which share of the step, after the dead time; and the queue of the next step.
 
     Args:

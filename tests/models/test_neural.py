@@ -265,7 +265,7 @@ def test_limits_change_nothing_within_them() -> None:
 def test_a_network_refuses_symbols() -> None:
     ship = sailing(network())
     count = ship.model.network.count  # type: ignore[attr-defined]
-    with pytest.raises(ParameterError, match=f"network of {count} weights cannot be linearised"):
+    with pytest.raises(ParameterError, match=f"{count} weights"):
         straight(ship.model, 0.4)
     with pytest.raises(ParameterError, match="no symbolic right-hand side"):
         sensitivity(open_loop(ship), ())
@@ -275,14 +275,14 @@ def test_trials_that_it_cannot_predict() -> None:
     ship = sailing(network(memory=8))
     trial = simulate(ship, ZIGZAG, speed=0.4, duration=20.0, environment=WIND)
     bare = Trial("bare", trial.t, {n: trial[n] for n in (*STATES, "n_P", "delta")}, meta={})
-    with pytest.raises(DataError, match="bare: no values of U_T, gamma_T; the network takes the wind"):
+    with pytest.raises(DataError, match=r"^bare: .*U_T, gamma_T"):
         replay(ship, bare)
     assert len(replay(sailing(network(wind=False)), bare)) == len(bare)
     every = Trial("slow", 2 * trial.t, trial.channels, meta=trial.meta)
-    with pytest.raises(DataError, match=r"every 0.2 s; net runs at 0.1 s only; .*resample FILE --dt 0.1"):
+    with pytest.raises(DataError, match=r"0.2 s; net\b.*--dt 0.1"):
         replay(ship, every)
     short = Trial("short", trial.t[:8], {n: c[:8] for n, c in trial.channels.items()}, meta=trial.meta)
-    with pytest.raises(DataError, match=r"short: 8 rows are too short a record; net looks 0.7 s back and needs 9"):
+    with pytest.raises(DataError, match=r"^short: 8 rows\b.*\bneeds 9"):
         replay(ship, short)
 
 

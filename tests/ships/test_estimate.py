@@ -17,11 +17,10 @@ from seatrial.core.parameters import values
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships import Ship, ShipError
-from seatrial.ships.estimate import FORMULAS, Estimate, Number, estimate
+from seatrial.ships.estimate import FORMULAS, SCATTER, Estimate, Number, estimate
 from seatrial.ships.files import load, save
 from seatrial.ships.formulas import Particulars, added_mass, hull, propeller, resistance, rudder
 from seatrial.ships.formulas.reading import read_particulars
-from seatrial.ships.formulas.scatter import SCATTER
 from seatrial.simulate.run import approach, simulate
 from seatrial.workflow import RequestError
 

@@ -20,6 +20,8 @@ from .errors import ParameterError as ParameterError
 
 Scalar = Any
 """A Python float or a CasADi symbol: the one deliberate `Any` of the package."""
+Scalars = tuple[Scalar, ...]
+"""Several of them, such as a state, the controls or a memory."""
 
 # Prefixes by which a primed number becomes dimensional; see `ships.files`.
 PRIME = "'"
@@ -201,12 +203,6 @@ def possible(known: Mapping[str, Spec], given: Mapping[str, Any]) -> None:
             raise ParameterError(
                 f"{name} is {float(value):g}{unit}; it can be {meaning.low:g} to {meaning.high:g}{unit}{degrees}"
             )
-
-
-def own(thing: Any) -> None:
-    """Apply `possible` to the numbers that a dataclass declares by `spec`."""
-    known = {f.name: f.metadata["spec"] for f in fields(thing) if "spec" in f.metadata}
-    possible(known, {name: getattr(thing, name) for name in known})
 
 
 def read(model: Any, path: str) -> Any:

@@ -15,7 +15,7 @@ from ..core.parameters import Spec, walk
 from ..core.symbolic import Function
 from ..engine.trace import preparation, right_hand_side
 from ..environment import CHANNELS
-from ..manoeuvres.given import Given
+from ..manoeuvres import Given
 from ..models import Sampled, Stepped, unit
 from ..ships import Ship, ShipError
 from ..simulate.loop import closed_loop, loop_values, open_loop

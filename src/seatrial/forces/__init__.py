@@ -15,7 +15,7 @@ import math
 from abc import ABC, abstractmethod
 from typing import ClassVar, NamedTuple, Protocol
 
-from ..core.parameters import Scalar
+from ..core.parameters import Scalar, Scalars
 
 
 class Force(NamedTuple):
@@ -80,31 +80,31 @@ class Slipstream(NamedTuple):
 class ForceModule(Protocol):
     """A force that depends on the flow alone (hull, wind, waves)."""
 
-    mirror_symmetric: ClassVar[bool]
+    mirror_symmetric: ClassVar[bool] = True
 
+    @abstractmethod
     def force(self, flow: Flow) -> Force:
         """Force of this effect on the ship."""
-        ...
 
 
 class PropellerModule(Protocol):
     """A propeller: its force and the slipstream it leaves."""
 
-    mirror_symmetric: ClassVar[bool]
+    mirror_symmetric: ClassVar[bool] = True
 
+    @abstractmethod
     def force(self, flow: Flow) -> tuple[Force, Slipstream]:
         """Force of the propeller, and what it leaves for the rudder."""
-        ...
 
 
 class RudderModule(Protocol):
     """A rudder in a slipstream."""
 
-    mirror_symmetric: ClassVar[bool]
+    mirror_symmetric: ClassVar[bool] = True
 
+    @abstractmethod
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
         """Force of the rudder, hull interaction included."""
-        ...
 
 
 class ThrusterModule(ABC):
@@ -128,10 +128,10 @@ class ThrusterModule(ABC):
         """Range of the first control for which the thrust is known; infinite without a limit."""
         return -math.inf, math.inf
 
-    def loss(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
+    def loss(self, flow: Flow, control: Scalars) -> tuple[Scalar, Scalar, Scalar]:
         """Surge, sway and yaw force lost per velocity ahead [N s/m, N s/m, N s]; by default none."""
         return 0.0, 0.0, 0.0
 
     @abstractmethod
-    def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
-        """Force of the thruster under its own actual controls."""
+    def force(self, flow: Flow, control: Scalars) -> Force:
+        """Force of the thruster under its own actual controls, in the units of their prefixes."""

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, magnitude, sin, tanh, where
 from . import Flow, Force, ThrusterModule
 
@@ -82,21 +82,20 @@ class Azimuth(ThrusterModule):
         ahead = k * (self.c_1 + a * (self.c_2 + a * (self.c_3 + a * (self.c_4 + a * self.c_5))))  # You 2023 (20)
         return where(k < 0, self.astern, 1.0) * (ahead + self.c_0 * tanh(k / _FADE))
 
-    def inputs(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def inputs(self, flow: Flow, control: Scalars) -> Scalars:
         """u_1 and u_2 [N] of Sawada 2024 Eq. 26."""
         n, alpha = control
         T = (1.0 - self.t) * self.thrust(n)
         return T * cos(alpha), T * sin(alpha)  # Sawada 2024 (26)
 
-    def loss(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
+    def loss(self, flow: Flow, control: Scalars) -> tuple[Scalar, Scalar, Scalar]:
         """d_loss(n, alpha) of Sawada 2024 Eq. 25 [N s/m, N s/m, N s]: what u_r along the shaft takes."""
         n, alpha = control
         c, s = cos(alpha), sin(alpha)
         along = (1.0 - self.t) * self.T_nu * magnitude(n) * c
         return along * c, along * s, along * (self.x * s - self.y * c)
 
-    def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
-        """Force of the thruster under its revolutions [1/s] and direction [rad]."""
+    def force(self, flow: Flow, control: Scalars) -> Force:
         u_1, u_2 = self.inputs(flow, control)
         d_X, d_Y, d_N = self.loss(flow, control)
         lever = self.x * u_2 - self.y * u_1
@@ -126,12 +125,11 @@ class ThrustAzimuth(ThrusterModule):
         """Columns of B (Sawada 2024 Eq. 28)."""
         return columns(self.x, self.y)
 
-    def inputs(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def inputs(self, flow: Flow, control: Scalars) -> Scalars:
         """Force ahead and to starboard [N]."""
         f, alpha = control
         return f * cos(alpha), f * sin(alpha)
 
-    def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
-        """Force of the thruster under its thrust [N] and direction [rad]."""
+    def force(self, flow: Flow, control: Scalars) -> Force:
         u_1, u_2 = self.inputs(flow, control)
         return Force(u_1, u_2, self.x * u_2 - self.y * u_1)

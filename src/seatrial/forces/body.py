@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 from ..core.parameters import Scalar, spec
 from . import Force
-
-INFINITE = float("inf")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,12 +17,12 @@ class Body:
     L_pp: Scalar = spec("m", "length between perpendiculars", (1e-3, 1e3))
     B: Scalar = spec("m", "breadth", (1e-3, 1e3))
     d: Scalar = spec("m", "draught", (1e-4, 100.0))
-    m: Scalar = spec("kg", "mass of the displaced water", (1e-6, INFINITE))
+    m: Scalar = spec("kg", "mass of the displaced water", (1e-6, inf))
     x_G: Scalar = spec("m", "centre of gravity ahead of midship")
-    I_zG: Scalar = spec("kg m^2", "moment of inertia in yaw about the centre of gravity", (1e-9, INFINITE))
-    m_x: Scalar = spec("kg", "added mass in surge", (0.0, INFINITE))
-    m_y: Scalar = spec("kg", "added mass in sway", (0.0, INFINITE))
-    J_z: Scalar = spec("kg m^2", "added moment of inertia in yaw", (0.0, INFINITE))
+    I_zG: Scalar = spec("kg m^2", "moment of inertia in yaw about the centre of gravity", (1e-9, inf))
+    m_x: Scalar = spec("kg", "added mass in surge", (0.0, inf))
+    m_y: Scalar = spec("kg", "added mass in sway", (0.0, inf))
+    J_z: Scalar = spec("kg m^2", "added moment of inertia in yaw", (0.0, inf))
 
     def acceleration(self, force: Force, u: Scalar, v_m: Scalar, r: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """Rates of u, v_m [m/s^2] and r [rad/s^2] under `force`, at velocities through the water."""

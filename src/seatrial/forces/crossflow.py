@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, magnitude, sign, speed, where
-from . import Flow, Force
+from . import Flow, Force, ForceModule
 
 
 @dataclass(frozen=True, kw_only=True)
-class CrossFlow:
+class CrossFlow(ForceModule):
     """Unified harbour and ocean hull model of Yoshimura et al. (2009), as in Sawada 2024 Eq. 38.
 
     Misprints of that equation are corrected: the strip integrals run from -L_pp/2 to +L_pp/2, and the
     drift angle that blends the resistances ahead and astern enters by its magnitude.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     X_0F: Scalar = spec("'", "resistance coefficient ahead (negative)", (-1.0, 1.0))
     X_0A: Scalar = spec("'", "resistance coefficient astern (negative)", (-1.0, 1.0))
@@ -33,7 +30,6 @@ class CrossFlow:
     C_rN: Scalar = spec("", "weight of the yaw rate in the cross flow of the yaw moment", (0.0, 100.0))
 
     def force(self, flow: Flow) -> Force:
-        """Force on the bare hull."""
         u, v, r, L = flow.u, flow.v_m, flow.r * flow.L_pp, flow.L_pp
         drift = atan2(magnitude(v), u) / pi
         X_0 = self.X_0F + (self.X_0A - self.X_0F) * drift

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ..core.parameters import Scalar, choice, spec
 from ..core.symbolic import magnitude
-from . import Flow, Force
+from . import Flow, Force, ForceModule
 from .crossflow import drag_force, drag_moment
 
 Rows = tuple[tuple[Scalar, Scalar, Scalar], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Polynomial:
+class Polynomial(ForceModule):
     """D(nu) of You et al. (2023) Eq. 4: linear, |.| quadratic and cubic terms; negative numbers damp.
 
     Only X_u, Y_v and N_r given, it is the diagonal damping of the model with six parameters (Eq. 6).  The
@@ -23,8 +22,6 @@ class Polynomial:
     not at hand: that these are its eight couplings is our reading of the count).  They break the symmetry
     of port and starboard; the others keep it.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     order: str = choice(
         "terms that act: linear alone, with |.| u as well, or all",
@@ -79,14 +76,12 @@ class Polynomial:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CrossFlowDrag:
+class CrossFlowDrag(ForceModule):
     """Linear damping with cross-flow drag across a hull of even draught (Fossen 2011; Sawada 2024, section 4.2).
 
     The drag of each strip is that of its own lateral velocity v + x r, integrated from stern to bow in
     closed form; a ship without draught in its file has none.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     X_u: Scalar = spec("kg/s", "surge force by u")
     X_uu: Scalar = spec("kg/m", "surge force by |u| u", default=0.0)
@@ -97,7 +92,6 @@ class CrossFlowDrag:
     C_D: Scalar = spec("", "cross-flow drag coefficient", (0.0, 10.0))
 
     def force(self, flow: Flow) -> Force:
-        """Damping force on the hull."""
         u, v, r, half = flow.u, flow.v_m, flow.r, 0.5 * flow.L_pp
         strip = 0.5 * flow.rho * flow.d * self.C_D
         return Force(

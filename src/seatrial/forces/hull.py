@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import speed, where
-from . import Flow, Force
+from . import Flow, Force, ForceModule
 
 
 @dataclass(frozen=True, kw_only=True)
-class Polynomial:
+class Polynomial(ForceModule):
     """Bare-hull forces of Yasukawa and Yoshimura (2015), with respect to midship.
 
     X' = -R_0' + X_vv' v'^2 + X_vr' v'r' + X_rr' r'^2 + X_vvvv' v'^4, Y' and N' cubic in v' and r';
@@ -19,8 +18,6 @@ class Polynomial:
     Written with velocities, so that a square needs no U and a cubic term one.  Astern, where the
     model was never fitted, the resistance turns round with the surge velocity.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     R_0: Scalar = spec("'", "resistance in straight motion", (0.0, 1.0))
     X_vv: Scalar = spec("'", "surge force by v'^2")
@@ -41,7 +38,6 @@ class Polynomial:
     N_rrr: Scalar = spec("'", "yaw moment by r'^3")
 
     def force(self, flow: Flow) -> Force:
-        """Force on the bare hull."""
         u, v, r = flow.u, flow.v_m, flow.r * flow.L_pp
         U = speed(u, v)
         vv, vr, rr = v * v, v * r, r * r

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, magnitude, smaller
-from . import Flow, Force
+from . import Flow, Force, ForceModule
 
 
 @dataclass(frozen=True, kw_only=True)
-class DriftAngle:
+class DriftAngle(ForceModule):
     """Bare-hull forces of Yoshimura, Ueno and Tsukada (2008), with respect to midship.
 
     X' = X_0 u'^2 + X_bb b^2 + X_br b r' + X_rr r'^2 + X_bbbb b^4, Y' and N' cubic in b and r'; b is the
@@ -23,8 +22,6 @@ class DriftAngle:
     grow with the square of the speed and silent at rest; above it nothing is changed.  Astern, where the
     model was never fitted, the angle is counted from the stern and the resistance turns round.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     U_ref: Scalar = spec("m/s", "speed that makes velocities and forces non-dimensional", (1e-3, 100.0))
     U_low: Scalar = spec("m/s", "speed below which the drift angle counts by the square of the speed", (1e-6, 100.0))
@@ -47,7 +44,6 @@ class DriftAngle:
     N_rrr: Scalar = spec("'", "yaw moment by r'^3")
 
     def force(self, flow: Flow) -> Force:
-        """Force on the bare hull."""
         share = smaller(1.0, (flow.u * flow.u + flow.v_m * flow.v_m) / (self.U_low * self.U_low))
         b = share * atan2(-flow.v_m, magnitude(flow.u))
         u, r = flow.u / self.U_ref, flow.r * flow.L_pp / self.U_ref

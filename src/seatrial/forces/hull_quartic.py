@@ -17,7 +17,6 @@ class QuarticSurge(Polynomial):
     X_vvvr: Scalar = spec("'", "surge force by v'^3 r'")
 
     def force(self, flow: Flow) -> Force:
-        """Force on the bare hull."""
         U, v, r = speed(flow.u, flow.v_m), flow.v_m, flow.r * flow.L_pp
         area = 0.5 * flow.rho * flow.L_pp * flow.d
         return super().force(flow) + Force(area * self.X_vvvr * (v * v / U) * (v * r / U), 0.0, 0.0)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, exp, magnitude, speed, where
-from . import Flow, Force, Slipstream
+from . import Flow, Force, PropellerModule, Slipstream
 
 
 def race(n_P: Scalar, u_P: Scalar, D_P: Scalar, k_0: Scalar, k_1: Scalar, k_2: Scalar) -> Scalar:
@@ -32,13 +31,11 @@ def thrust(flow: Flow, t_P: Scalar, D_P: Scalar, u_P: Scalar, K_T_nD2: Scalar) -
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standard:
+class Standard(PropellerModule):
     """Propeller of Yasukawa and Yoshimura (2015), with their wake in manoeuvring motion.
 
     (1 - w_P)/(1 - w_P0) = 1 + {1 - exp(-C_1 |beta_P|)} (C_2 - 1), beta_P = beta - x_P' r'.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     D_P: Scalar = spec("m", "diameter", (1e-4, 50.0))
     t_P: Scalar = spec("", "thrust deduction factor", (-0.5, 1.0))
@@ -52,7 +49,6 @@ class Standard:
     k_2: Scalar = spec("", "curvature of the thrust coefficient over J")
 
     def force(self, flow: Flow) -> tuple[Force, Slipstream]:
-        """Force of the propeller, and what it leaves for the rudder."""
         beta_P = inflow_angle(flow, self.x_P)
         C_2 = where(beta_P > 0, self.C_2p, self.C_2n)
         change = 1.0 + (1.0 - exp(-self.C_1 * magnitude(beta_P))) * (C_2 - 1.0)
@@ -62,10 +58,8 @@ class Standard:
 
 
 @dataclass(frozen=True, kw_only=True)
-class KoseWake:
+class KoseWake(PropellerModule):
     """The same propeller in the older wake w_P = w_P0 exp(-4 beta_P^2) (Kose; used by ShipMMG)."""
-
-    mirror_symmetric: ClassVar[bool] = True
 
     D_P: Scalar = spec("m", "diameter", (1e-4, 50.0))
     t_P: Scalar = spec("", "thrust deduction factor", (-0.5, 1.0))
@@ -76,7 +70,6 @@ class KoseWake:
     k_2: Scalar = spec("", "curvature of the thrust coefficient over J")
 
     def force(self, flow: Flow) -> tuple[Force, Slipstream]:
-        """Force of the propeller, and what it leaves for the rudder."""
         beta_P = inflow_angle(flow, self.x_P)
         u_P = (1.0 - self.w_P0 * exp(-4.0 * beta_P * beta_P)) * flow.u
         pull = race(flow.n_P, u_P, self.D_P, self.k_0, self.k_1, self.k_2)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import atan2, clip, exp, where
-from . import Flow, Force, Slipstream
+from . import Flow, Force, PropellerModule, Slipstream
 from .propeller import inflow_angle
 
 _DEG = 180.0 / pi
@@ -16,7 +16,7 @@ _BLADE = 0.7 * pi
 
 
 @dataclass(frozen=True, kw_only=True)
-class AdvanceAngle:
+class AdvanceAngle(PropellerModule):
     """Propeller of Okuda et al. (2023), as printed in Suyama 2023 Eqs. 16-24.
 
     Coefficients over 0.5 rho S_P V_r^2 are polynomials in phi = atan(u_P/(0.7 pi n_P D_P)) [deg], with
@@ -47,7 +47,6 @@ class AdvanceAngle:
     N_3: Scalar = spec("", "moment coefficient of the second branch, by phi in degrees")
 
     def force(self, flow: Flow) -> tuple[Force, Slipstream]:
-        """Force of the propeller, and what it leaves for the rudder."""
         beta_P = inflow_angle(flow, self.x_P)  # (24)
         u_P = (1.0 - self.w_P0 * exp(self.C_w * beta_P * beta_P)) * flow.u  # (23)
         blade = _BLADE * flow.n_P * self.D_P
@@ -58,7 +57,7 @@ class AdvanceAngle:
         force = Force((1.0 - self.t_P) * unit * C_T, unit * C_Y, unit * flow.L_pp * C_N)  # (16)
         return force, Slipstream(u_P, 0.125 * pi * square * C_T, self.D_P)
 
-    def _coefficients(self, u_P: Scalar, blade: Scalar) -> tuple[Scalar, ...]:
+    def _coefficients(self, u_P: Scalar, blade: Scalar) -> Scalars:
         """(C_T, C_PY, C_PN) all round: printed quadrant, its opposite, and straight lines between them."""
         angle = atan2(u_P, blade) * _DEG
         turned = where(angle < 0, -1.0, 1.0)
@@ -66,8 +65,7 @@ class AdvanceAngle:
         inside, beyond = clip(angle, 0.0, 90.0), clip(angle - 90.0, 0.0, 90.0) / 90.0
         C = zip(self._printed(inside), self._printed(90.0), self._printed(0.0), strict=True)
         return tuple(
-            turned * where(beyond > 0, stopped - beyond * (stopped + bollard), here)
-            for here, stopped, bollard in C
+            turned * where(beyond > 0, stopped - beyond * (stopped + bollard), here) for here, stopped, bollard in C
         )
 
     def _printed(self, phi: Scalar) -> tuple[Scalar, Scalar, Scalar]:

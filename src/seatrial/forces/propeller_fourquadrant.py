@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import both, clip, magnitude, speed, where
-from . import Flow, Force, Slipstream
+from . import Flow, Force, PropellerModule, Slipstream
 
 
 @dataclass(frozen=True, kw_only=True)
-class FourQuadrant:
+class FourQuadrant(PropellerModule):
     """Propeller of Miyauchi et al. (2022), Sawada 2024 Eqs. 39-47.
 
     Ahead (n_P > 0) the open-water polynomial; reversed (n_P < 0) the thrust of Hasegawa and Fukutomi
@@ -56,7 +56,6 @@ class FourQuadrant:
     J_syn0: Scalar = spec("", "J_s above which the reversed side force is constant", (-10.0, 0.0))
 
     def force(self, flow: Flow) -> tuple[Force, Slipstream]:
-        """Force of the propeller, and what it leaves for the rudder."""
         u_P = self._wake(flow) * flow.u
         nD, ud = flow.n_P * self.D_P, flow.u
         ahead = self.k_0 * nD * nD + self.k_1 * nD * u_P + self.k_2 * u_P * u_P
@@ -79,7 +78,7 @@ class FourQuadrant:
         ahead = 1.0 - self.w_P0 + self.tau * magnitude(drift) + self.C_P * drift * drift  # (40)
         return where(flow.u > 0, clip(ahead, 0.0, 1.0), 1.0)  # (42)
 
-    def _side(self, nD: Scalar, u: Scalar, c: tuple[Scalar, ...]) -> Scalar:
+    def _side(self, nD: Scalar, u: Scalar, c: Scalars) -> Scalar:
         """(n_P D_P)^2 times the side-force polynomial of the quadrant at work [m^2/s^2]."""
         square, cross = nD * nD, nD * u
         middle = c[0] * square + c[1] * cross

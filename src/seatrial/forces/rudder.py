@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, cos, magnitude, root, sign, sin, speed, where
-from . import Flow, Force, Slipstream
+from . import Flow, Force, RudderModule, Slipstream
 
 
 def signed_root(square: Scalar) -> Scalar:
     """Velocity whose signed square is given: sgn(q) sqrt|q|."""
     return sign(square) * root(magnitude(square))
+
+
+def stream(slipstream: Slipstream, eta: Scalar, kappa: Scalar) -> Scalar:
+    """Square of the flow along the rudder over epsilon^2 [m^2/s^2], each part with the sign of its own stream."""
+    u_P = slipstream.u_P
+    gain = root(u_P * u_P + 8.0 / pi * slipstream.K_T_nD2) - magnitude(u_P)
+    behind = u_P + kappa * gain
+    return eta * behind * magnitude(behind) + (1.0 - eta) * u_P * magnitude(u_P)
 
 
 def normal_force(flow: Flow, area: Scalar, u_R: Scalar, v_R: Scalar) -> Scalar:
@@ -36,15 +43,13 @@ def on_hull(F_N: Scalar, delta: Scalar, t_R: Scalar, a_H: Scalar, x_R: Scalar, x
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standard:
+class Standard(RudderModule):
     """Rudder of Yasukawa and Yoshimura (2015).
 
     u_R = epsilon sqrt(eta {u_P + kappa (sqrt(u_P^2 + 8 K_T (nD)^2/pi) - u_P)}^2 + (1 - eta) u_P^2) and
     v_R = U gamma_R (beta - l_R' r').  Astern both parts of u_R keep the sign of their own stream, and
     the drift angle is counted from the stern.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     A_R: Scalar = spec("m^2", "movable area", (0.0, 1e4))
     f_alpha: Scalar = spec("", "slope of the normal force over the angle of attack", (0.0, 10.0))
@@ -60,16 +65,12 @@ class Standard:
     gamma_Rn: Scalar = spec("", "flow straightening for beta_R < 0", (0.0, 5.0))
 
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
-        """Force of the rudder, hull interaction included."""
         u_R, v_R = self._inflow(flow, slipstream)
         F_N = normal_force(flow, self.A_R * self.f_alpha, u_R, v_R)
         return on_hull(F_N, flow.delta, self.t_R, self.a_H, self.x_R, self.x_H)
 
     def _inflow(self, flow: Flow, slipstream: Slipstream) -> tuple[Scalar, Scalar]:
-        u_P = slipstream.u_P
-        gain = root(u_P * u_P + 8.0 / pi * slipstream.K_T_nD2) - magnitude(u_P)
-        behind = u_P + self.kappa * gain
-        square = self.eta * behind * magnitude(behind) + (1.0 - self.eta) * u_P * magnitude(u_P)
+        square = stream(slipstream, self.eta, self.kappa)
         beta = atan2(-flow.v_m, magnitude(flow.u))
         across = speed(flow.u, flow.v_m) * beta - self.l_R * flow.r  # U beta_R
         gamma_R = where(across > 0, self.gamma_Rp, self.gamma_Rn)

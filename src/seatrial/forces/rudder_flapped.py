@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar
 
 from ..core.parameters import Scalar, choice, spec
 from ..core.symbolic import TINY, atan2, clip, cos, larger, magnitude, root, sin, smaller, speed, where
-from . import Flow, Force, Slipstream
+from . import Flow, Force, RudderModule, Slipstream
 from .rudder import on_hull
 
 _BLADE = 0.7 * pi
@@ -18,7 +17,7 @@ _HENSEN = 35.0 * pi / 180.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Flapped:
+class Flapped(RudderModule):
     """Flapped rudder of Okuda et al. (2023), as printed in Suyama 2023 Eqs. 25-36.
 
     F_N = 0.5 rho A_R U_R^2 {f_alpha(delta_f) sin(alpha_R) + C_l0(delta_f)}, delta_f [rad] relative to the
@@ -32,8 +31,6 @@ class Flapped:
 
     Astern the floor of Eq. 29 counts from the velocity of the stream, so that u_R is continuous.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     flap: str = choice("flap angle by rudder angle", ("none", "equal", "double", "hensen"), "equal")
     slipstream: str = choice("reading of Suyama 2023 Eq. 30", ("consistent", "literal"), "consistent")
@@ -56,7 +53,6 @@ class Flapped:
     delta_f_max: Scalar = spec("rad", "greatest flap angle relative to the rudder", (0.0, 0.5 * pi))
 
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
-        """Force of the rudder, hull interaction included."""
         u_R, v_R = self._along(flow, slipstream), self._across(flow)
         delta_f = self.flap_angle(flow.delta)
         f_alpha = self.f_0 + self.f_2 * delta_f * delta_f  # (35)

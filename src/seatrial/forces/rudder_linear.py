@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
-from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
-from ..core.symbolic import magnitude, root
-from . import Flow, Force, Slipstream
+from . import Flow, Force, RudderModule, Slipstream
+from .rudder import stream
 
 
 @dataclass(frozen=True, kw_only=True)
-class Linear:
+class Linear(RudderModule):
     """Rudder with U_R = u_R and alpha_R = delta (Sawada 2024 Eqs. 30-32): small angles, no drift or yaw.
 
     X = -X_dd delta^2, Y = -Y_d delta, N = -N_d delta, whose factors grow with the square of the stream u_R.
     Astern both parts of u_R keep the sign of their own stream, as in the standard MMG rudder.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     A_R: Scalar = spec("m^2", "movable area", (0.0, 1e4))
     f_alpha: Scalar = spec("", "slope of the normal force over the angle of attack (C_N there)", (0.0, 10.0))
@@ -33,16 +29,11 @@ class Linear:
 
     def factors(self, flow: Flow, slipstream: Slipstream) -> tuple[Scalar, Scalar, Scalar]:
         """X_dd [N/rad^2], Y_d [N/rad] and N_d [N m/rad] of Sawada 2024 Eq. 31, in this stream."""
-        u_P = slipstream.u_P
-        gain = root(u_P * u_P + 8.0 / pi * slipstream.K_T_nD2) - magnitude(u_P)
-        behind = u_P + self.kappa * gain
-        # (32), its square with the sign of the stream
-        square = self.eta * behind * magnitude(behind) + (1.0 - self.eta) * u_P * magnitude(u_P)
+        square = stream(slipstream, self.eta, self.kappa)  # (32)
         half = 0.5 * flow.rho * self.A_R * self.f_alpha * self.epsilon * self.epsilon * square
         # (31): sin^2 delta = delta^2 and sin(2 delta) = 2 delta
         return (1.0 - self.t_R) * half, (1.0 + self.a_H) * half, (self.x_R + self.a_H * self.x_H) * half
 
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
-        """Force of the rudder, hull interaction included."""
         X_dd, Y_d, N_d = self.factors(flow, slipstream)
         return Force(-X_dd * flow.delta * flow.delta, -Y_d * flow.delta, -N_d * flow.delta)  # Sawada 2024 (30)

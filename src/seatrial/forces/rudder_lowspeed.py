@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import both, magnitude, root, sign, where
-from . import Flow, Force, Slipstream
+from . import Flow, Force, RudderModule, Slipstream
 from .rudder import normal_force, on_hull, signed_root
 
 
 @dataclass(frozen=True, kw_only=True)
-class LowSpeed:
+class LowSpeed(RudderModule):
     """Rudder of Miyauchi et al. (2022), Sawada 2024 Eqs. 48-60.
 
     Three inflows: a propeller that pushes ahead (Yoshimura and Nomoto), one that stands or is reversed
     while the ship moves ahead (Kitagawa), and the ship's own velocity astern.  Misprints corrected:
     the root of Eq. 56, C_PR u^2 in Eq. 58, whose second term has no sign in the authors' code.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     A_R: Scalar = spec("m^2", "movable area", (0.0, 1e4))
     f_alpha: Scalar = spec("", "slope of the normal force over the angle of attack", (0.0, 10.0))
@@ -39,7 +36,6 @@ class LowSpeed:
     gamma_N: Scalar = spec("", "flow straightening for v_m + x_R r < 0", (0.0, 5.0))
 
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
-        """Force of the rudder, hull interaction included."""
         gamma = where(flow.v_m + self.x_R * flow.r >= 0, self.gamma_P, self.gamma_N)
         v_R = -gamma * (flow.v_m + self.l_R * flow.r)  # (55)
         F_N = normal_force(flow, self.A_R * self.f_alpha, self._along(flow, slipstream), v_R)
@@ -54,8 +50,6 @@ class LowSpeed:
         outside = self.epsilon * u_P  # (60)
         inside = outside + self.k_xPR * sign(flow.n_P) * root(magnitude(pull))  # (59)
         square = (
-            self.eta * inside * magnitude(inside)
-            + (1.0 - self.eta) * outside * outside
-            + self.C_PR * flow.u * flow.u
+            self.eta * inside * magnitude(inside) + (1.0 - self.eta) * outside * outside + self.C_PR * flow.u * flow.u
         )  # (58)
         return where(pushing, ahead, where(flow.u >= 0, signed_root(square), flow.u))  # (57)

@@ -26,5 +26,4 @@ class OffCentre(Standard):
     delta_0: Scalar = spec("rad", "rudder angle added to the one measured", (-0.2, 0.2))
 
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
-        """Force of the rudder, hull interaction included."""
         return super().force(flow._replace(delta=flow.delta + self.delta_0), slipstream)

@@ -9,7 +9,7 @@ critical depth Froude number are not in them; nor are wake, thrust deduction and
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from ..core.parameters import Scalar, choice, spec
 from ..core.symbolic import clip, exp, log, smaller
@@ -110,8 +110,6 @@ class ShallowPolynomial(Polynomial):
     run both, and take the spread for what is not known.
     """
 
-    mirror_symmetric: ClassVar[bool] = True
-
     B: Scalar = spec("m", "breadth", (1e-3, 1e3))
     C_b: Scalar = spec("", "block coefficient", (0.1, 1.0))
     form: str = choice("factors of the linear derivatives", ("ankudinov1990", "kijima1990"), "ankudinov1990")
@@ -122,7 +120,6 @@ class ShallowPolynomial(Polynomial):
         return form(flow.d_over_h, flow.L_pp, self.B, flow.d, self.C_b)
 
     def force(self, flow: Flow) -> Force:
-        """Force on the bare hull."""
         k = self.factors(flow)
         s = clip(flow.d_over_h, 0.0, 1.0 / SHALLOWEST)
         here = Polynomial(

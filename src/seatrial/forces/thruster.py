@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
-from ..core.parameters import ParameterError, Scalar, choice, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, choice, spec
 from ..core.symbolic import exp, is_symbol, larger, magnitude, root, where
 from . import Flow, Force, ThrusterModule
 
@@ -76,14 +76,13 @@ class Tunnel(ThrusterModule):
             return larger(1.0 + side, 0.0), larger(1.0 + turn, 0.0)
         return 1.0, 1.0
 
-    def inputs(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def inputs(self, flow: Flow, control: Scalars) -> Scalars:
         """Side force [N] and moment about midship [N m]; their loss with speed is in them."""
         T = self.thrust(flow.rho, control[0])
         side, turn = self.left(flow, control[0])
         return T * side, self.x * T * turn
 
-    def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
-        """Force of the thruster under its revolutions [1/s]."""
+    def force(self, flow: Flow, control: Scalars) -> Force:
         Y, N = self.inputs(flow, control)
         return Force(0.0, Y, N)
 
@@ -109,10 +108,9 @@ class Direct(ThrusterModule):
         yaw = ("delta", self.N_per_delta) if self.N_per_delta else ("", 0.0)
         return surge, ("", 0.0), yaw
 
-    def inputs(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def inputs(self, flow: Flow, control: Scalars) -> Scalars:
         """The forces themselves."""
         return control
 
-    def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
-        """The forces as ordered [N, N, N m]."""
+    def force(self, flow: Flow, control: Scalars) -> Force:
         return Force(*control)

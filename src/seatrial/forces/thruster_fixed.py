@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..core.parameters import ParameterError, Scalar, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import clip, is_symbol, magnitude, where
 from . import Flow, Force, ThrusterModule
 from .azimuth import columns
@@ -51,11 +51,10 @@ class Fixed(ThrusterModule):
         s = clip(command, self.low, self.high)
         return where(s < 0, self.astern, 1.0) * s * (self.T_1 + self.T_2 * magnitude(s))
 
-    def inputs(self, flow: Flow, control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def inputs(self, flow: Flow, control: Scalars) -> Scalars:
         """Thrust ahead [N]."""
         return (self.thrust(control[0]),)
 
-    def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
-        """Force of the thruster under its command."""
+    def force(self, flow: Flow, control: Scalars) -> Force:
         T = self.thrust(control[0])
         return Force(T, 0.0, -self.y * T)

@@ -8,14 +8,14 @@ from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import clip, magnitude, root, speed, where
-from . import Flow, Force
+from . import Flow, Force, ForceModule
 
 GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeanDrift:
+class MeanDrift(ForceModule):
     """Mean drift force and moment by cubics in wavelength over ship length.
 
     The numbers come from one public code (wavesSet.m by W. Guang, 2025), which calls them
@@ -36,7 +36,6 @@ class MeanDrift:
     short waves as an upper estimate.  Speed of the ship and encounter frequency do not enter.
     """
 
-    mirror_symmetric: ClassVar[bool] = True
     shortest: ClassVar[float] = 0.3
     longest: ClassVar[float] = 0.95
 
@@ -54,7 +53,6 @@ class MeanDrift:
     N_3: Scalar = spec("", "drift moment, by (lambda/L)^3", default=0.21)
 
     def force(self, flow: Flow) -> Force:
-        """Mean force of the waves."""
         wavelength = GRAVITY / (2.0 * pi) * flow.wave_T * flow.wave_T
         x = clip(wavelength / flow.L_pp, self.shortest, self.longest)
         C_X = ((self.X_3 * x + self.X_2) * x + self.X_1) * x + self.X_0
@@ -67,7 +65,7 @@ class MeanDrift:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HeadSea:
+class HeadSea(ForceModule):
     """Added resistance in mild head seas, STAWAVE-1 of ISO 15016:2015 and ITTC 7.5-04-01-01.1.
 
     R_AW = rho g H_S^2 B sqrt(B / L_BWL) / 16, by reflection at the bow alone, for waves from within
@@ -76,13 +74,10 @@ class HeadSea:
     which this formula cannot know.
     """
 
-    mirror_symmetric: ClassVar[bool] = True
-
     B: Scalar = spec("m", "breadth", (1e-3, 1e3))
     L_BWL: Scalar = spec("m", "from the stem along the waterline to 95 % of the breadth", (1e-3, 1e3))
 
     def force(self, flow: Flow) -> Force:
-        """Mean force of the waves."""
         ahead = where(flow.wave_u >= magnitude(flow.wave_v), 1.0, 0.0)
         square = flow.wave_u * flow.wave_u + flow.wave_v * flow.wave_v
         square = clip(square, 0.0, 2.25 * 2.25 * flow.L_pp / 100.0)

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import speed
-from . import Flow, Force
+from . import Flow, Force, ForceModule
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fujiwara:
+class Fujiwara(ForceModule):
     """Wind forces by the series of Fujiwara, Ueno and Nimura (1998), Sawada 2024 Eqs. 61-62.
 
     The series run over psi = 2 pi - gamma_A, whose sine and cosine come straight from the components
     of the apparent wind; multiples of the angle are polynomials in them.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     rho_air: Scalar = spec("kg/m^3", "density of the air", (0.5, 2.0))
     A_T: Scalar = spec("m^2", "frontal area above water", (0.0, 1e5))
@@ -36,7 +33,6 @@ class Fujiwara:
     N_3: Scalar = spec("", "yaw moment, sin 3 psi")
 
     def force(self, flow: Flow) -> Force:
-        """Force of the apparent wind."""
         U_A = speed(flow.u_A, flow.v_A)
         c, s = flow.u_A / U_A, -flow.v_A / U_A
         cc = c * c

@@ -2,45 +2,23 @@
 
 from __future__ import annotations
 
+from csv import DictReader
 from dataclasses import dataclass
+from importlib.resources import files
 from math import pi
-from typing import ClassVar
 
 from ..core.parameters import ParameterError, Scalar, spec, unknown
 from ..core.symbolic import atan2, magnitude, speed, where
-from . import Flow, Force
-
-_NAMES = ("C_Dt", "C_Dl_bow", "C_Dl_stern", "delta")
-_SHIP_TYPES = {
-    "car carrier": (0.95, 0.55, 0.60, 0.80),
-    "cargo vessel, loaded": (0.85, 0.65, 0.55, 0.40),
-    "cargo vessel, container on deck": (0.85, 0.55, 0.50, 0.40),
-    "container ship, loaded": (0.90, 0.55, 0.55, 0.40),
-    "destroyer": (0.85, 0.60, 0.65, 0.65),
-    "diving support vessel": (0.90, 0.60, 0.80, 0.55),
-    "drilling vessel": (1.00, 0.85, 0.925, 0.10),
-    "ferry": (0.90, 0.45, 0.50, 0.80),
-    "fishing vessel": (0.95, 0.70, 0.70, 0.40),
-    "lng tanker": (0.70, 0.60, 0.65, 0.50),
-    "offshore supply vessel": (0.90, 0.55, 0.80, 0.55),
-    "passenger liner": (0.90, 0.40, 0.40, 0.80),
-    "research vessel": (0.85, 0.55, 0.65, 0.60),
-    "speed boat": (0.90, 0.55, 0.60, 0.60),
-    "tanker, loaded": (0.70, 0.90, 0.55, 0.40),
-    "tanker, in ballast": (0.70, 0.75, 0.55, 0.40),
-    "tender": (0.85, 0.55, 0.55, 0.65),
-}
+from . import Flow, Force, ForceModule
 
 
 @dataclass(frozen=True, kw_only=True)
-class Blendermann:
+class Blendermann(ForceModule):
     """Wind forces of Blendermann (1994), J. Wind Eng. Ind. Aerodyn. 51, 339-351; Fossen (2021) 10.1.2.
 
     The side force acts at the centroid of the lateral area in a beam wind and moves towards the end
     that faces the wind, 0.18 L_OA for each radian off the beam.
     """
-
-    mirror_symmetric: ClassVar[bool] = True
 
     rho_air: Scalar = spec("kg/m^3", "density of the air", (0.5, 2.0))
     A_T: Scalar = spec("m^2", "frontal area above water", (1e-6, 1e5))
@@ -53,7 +31,6 @@ class Blendermann:
     delta: Scalar = spec("", "cross-force parameter", (0.0, 1.0))
 
     def force(self, flow: Flow) -> Force:
-        """Force of the apparent wind."""
         U_A = speed(flow.u_A, flow.v_A)
         c, s = flow.u_A / U_A, flow.v_A / U_A
         C_Dl_AF = where(flow.u_A < 0, self.C_Dl_stern, self.C_Dl_bow)
@@ -75,7 +52,9 @@ def blendermann1994(ship_type: str) -> dict[str, float]:
     Raises:
         ParameterError: no such type; names the near ones.
     """
+    with (files("seatrial.forces") / "wind_blendermann.csv").open() as table:
+        types = {row.pop("ship type"): row for row in DictReader(table)}
     kind = ship_type.strip().lower()
-    if kind not in _SHIP_TYPES:
-        raise ParameterError(unknown(ship_type, _SHIP_TYPES, "ship type of Blendermann"))
-    return dict(zip(_NAMES, _SHIP_TYPES[kind], strict=True))
+    if kind not in types:
+        raise ParameterError(unknown(ship_type, types, "ship type of Blendermann"))
+    return {name: float(number) for name, number in types[kind].items()}

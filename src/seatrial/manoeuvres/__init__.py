@@ -9,16 +9,23 @@ To add a manoeuvre, write a module here: the command line finds every `Manoeuvre
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import ClassVar, Protocol, Self, runtime_checkable
+from dataclasses import dataclass, field, fields
+from numbers import Real
+from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
-from ..core.parameters import Scalar
+import numpy as np
+
+from ..core.parameters import ParameterError, Scalar, Scalars, possible
 from ..data import Array, Trial
 from ..models import STEERING
 
-__all__ = ["Index", "Manoeuvre", "Policy", "Scheduled", "Settings"]
+__all__ = ["Given", "Index", "Manoeuvre", "Policy", "Scheduled", "Settings"]
+
+# Slower than this [m/s] a ship gives no sensible L/U.
+_SLOWEST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,11 @@ class Settings:
         """The rudder of the user, else the usual one within the limit of the ship [rad]."""
         return min(usual, self.rudder_limit) if self.rudder is None else self.rudder
 
+    @property
+    def clock(self) -> float:
+        """L/U of the approach [s]."""
+        return self.L_pp / max(self.speed, _SLOWEST)
+
     def heading_or(self, usual: float) -> float:
         """The heading change of the user, else the usual one [rad]."""
         return usual if self.heading is None else self.heading
@@ -91,14 +103,12 @@ class Policy(ABC):
         """
         return STEERING
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """Memory at the execute point, from the initial (x, y, psi, u, v_m, r)."""
         return ()
 
     @abstractmethod
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Orders for the actuators, as `orders` names them, and the memory of the next step."""
 
 
@@ -122,11 +132,25 @@ class Scheduled(Protocol):
 class Manoeuvre(Policy):
     """A policy with a purpose: it determines when it is over and which figures it yields.
 
-    Its `kind` is the name on the command line.
+    Its `kind` is the name on the command line.  Its numbers are checked as it is made.
+
+    Raises:
+        ParameterError: a number outside the range of its `spec`, such as an angle in degrees, or an angle that is NaN.
     """
 
     takes: ClassVar[tuple[str, ...]] = ()
     """Which of rudder, heading, side, seed a user can set."""
+
+    def __post_init__(self) -> None:
+        mine: Any = self
+        for f in fields(mine):
+            value, meaning = vars(self)[f.name], f.metadata.get("spec")
+            # The default may lie outside the range: no limit.
+            if meaning is None or not isinstance(value, Real) or value == f.default:
+                continue
+            if meaning.unit == "rad" and math.isnan(value):
+                raise ParameterError(f"{f.name} is nan; it is an angle in rad")
+            possible({f.name: meaning}, {f.name: value})
 
     @classmethod
     @abstractmethod
@@ -139,4 +163,27 @@ class Manoeuvre(Policy):
 
     @abstractmethod
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """Figures of the run by their standard names, SI units and radians."""
+        """Figures of the run by their standard names, SI units and radians; those that it does not reach are left out.
+
+        Raises:
+            DataError: a channel that they need is absent, or the rudder never leaves its initial angle.
+        """
+
+
+@dataclass(frozen=True)
+class Given(Policy):
+    """A policy that passes on the orders given to each step from outside, one for each name in `given`."""
+
+    given: tuple[str, ...] = ()
+
+    @property
+    def orders(self) -> tuple[str, ...]:
+        """What it orders: what it is given."""
+        return self.given
+
+    def command(self, t: Scalar, state: Scalars, memory: Scalars, given: Scalars = ()) -> tuple[Scalars, Scalars]:
+        return given, memory
+
+    def schedule(self, dt: float, steps: int) -> Array:
+        """Nothing fixed beforehand; shape (steps, orders)."""
+        return np.zeros((steps, len(self.given)))

@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import at, complete_rows, in_lengths, path_length, reached, track, turned
@@ -35,18 +35,12 @@ class Acceleration(Manoeuvre):
     n_ahead: Scalar = spec("1/s", "propeller revolutions ordered")
     fraction: Scalar = spec("-", "speed over the final one at which time and way are read", (0.0, 1.0), default=0.9)
 
-    def __post_init__(self) -> None:
-        own(self)
-
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """From a shaft at rest to the revolutions of the approach."""
         return cls(0.0, settings.n_P)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-        """The revolutions ordered [1/s], rudder midships."""
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         return (self.n_ahead, 0.0), memory
 
     def complete(self, trial: Trial) -> bool:
@@ -61,9 +55,6 @@ class Acceleration(Manoeuvre):
 
         The final speed is the mean over the last twentieth of the run; deviation (to starboard) and
         heading change are those at its end.  Time and way count from the first sample.
-
-        Raises:
-            DataError: u is absent.
         """
         run = complete_rows(trial, [n for n in ("u", "x", "y", "psi") if n == "u" or n in trial])
         u = run["u"]

@@ -9,11 +9,11 @@ from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, own, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import atan2, clip, cos, magnitude, sin, where
-from ..data import Array, Trial
+from ..data import Trial
 from . import Index, Manoeuvre, Settings
-from .reading import at, reached, turned
+from .reading import at, reached, rms, turned
 
 # A middling merchant ship (K' 1.3-2.5, T' 1.5-6): assumed where those of the ship are unknown.
 K_PRIME, T_PRIME = 1.8, 2.5
@@ -83,10 +83,7 @@ class CourseKeeping(Manoeuvre):
     K_p: Scalar = spec("-", "rudder per heading error")
     K_d: Scalar = spec("s", "rudder against yaw rate")
     K_i: Scalar = spec("1/s", "rudder per integral of the heading error", default=0.0)
-    delta_max: Scalar = spec("rad", "greatest rudder that the autopilot orders", (0.0, math.inf), default=math.inf)
-
-    def __post_init__(self) -> None:
-        own(self)
+    delta_max: Scalar = spec("rad", "greatest rudder that the autopilot orders", (0.0, math.pi), default=math.inf)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
@@ -98,13 +95,11 @@ class CourseKeeping(Manoeuvre):
         change = settings.side * settings.heading_or(math.radians(10.0))
         return cls(settings.n_P, change, *usual_gains(settings), limit)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The course of the approach [rad], no integral [rad s], and t = 0."""
         return (state[2], 0.0, 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; the integral waits while the rudder is at its limit."""
         psi_0, integral, t_last = memory
         error = wrapped(psi_0 + self.change - state[2])
@@ -140,9 +135,9 @@ class CourseKeeping(Manoeuvre):
         rest = slice(len(trial) // 2 if settled is None else settled, None)
         error = heading[rest] - self.change
         out["final_error"] = Index(float(error[-1]), "rad")
-        out["heading_rms"] = Index(_rms(error), "rad")
+        out["heading_rms"] = Index(rms(error), "rad")
         if "delta" in trial:
-            out["rudder_rms"] = Index(_rms(trial["delta"][rest]), "rad")
+            out["rudder_rms"] = Index(rms(trial["delta"][rest]), "rad")
         return out
 
     def _settled(self, trial: Trial) -> int | None:
@@ -152,7 +147,3 @@ class CourseKeeping(Manoeuvre):
         away = np.flatnonzero(np.abs(turned(trial) - self.change) > _BAND * abs(self.change))
         row = int(away[-1]) + 1 if away.size else 0
         return row if row < len(trial) else None
-
-
-def _rms(values: Array) -> float:
-    return math.sqrt(float(np.nanmean(values**2)))

@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, root, sin, smaller
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
@@ -52,7 +52,7 @@ class Berthing(Manoeuvre):
     K_d: Scalar = spec("s", "rudder against yaw rate")
     K_u: Scalar = spec("1/m", "revolutions per speed error")
     n_max: Scalar = spec("1/s", "greatest revolutions, ahead and astern", (0.0, math.inf))
-    delta_max: Scalar = spec("rad", "greatest rudder that is ordered", (0.0, math.inf), default=math.inf)
+    delta_max: Scalar = spec("rad", "greatest rudder that is ordered", (0.0, math.pi), default=math.inf)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
@@ -68,14 +68,11 @@ class Berthing(Manoeuvre):
             _AHEAD * L, _FIRMER * K_p, _FIRMER * K_d, _BRAKE * n / U, n, limit,
         )  # fmt: skip
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The pose from which the berth is counted [m, m, rad]."""
         return state[:3]
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-        """Revolutions [1/s] and rudder [rad]."""
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         x_0, y_0, psi_0 = memory
         c, s = cos(psi_0), sin(psi_0)
         alpha = psi_0 + self.turn

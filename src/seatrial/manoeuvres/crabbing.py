@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, magnitude, root, sign, sin, where
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
@@ -57,6 +57,7 @@ class Crabbing(Manoeuvre):
     stern_angle: str = ""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if bool(self.bow_angle) != bool(self.stern_angle):
             raise ParameterError("bow_angle, stern_angle: give both (azimuths) or none (tunnel thrusters)")
 
@@ -82,31 +83,28 @@ class Crabbing(Manoeuvre):
         bow, stern = next((pair for pair in pairs if all(name in controls for name in pair)), pairs[-1])
         most = {name: _greatest(name, controls, settings) for name in (bow, stern)}
         azimuths = "alpha_bow" in controls and "alpha_stern" in controls
-        unit = settings.L_pp / settings.speed
         return cls(
-            most[bow], most[stern], 2.0 * settings.L_pp, settings.side, _DRIVE, _HOLD, _DAMP * unit, _TRIM / unit,
+            most[bow], most[stern], 2.0 * settings.L_pp, settings.side, _DRIVE, _HOLD, _DAMP * settings.clock,
+            _TRIM / settings.clock,
             bow, stern, *(("alpha_bow", "alpha_stern") if azimuths else ()),
         )  # fmt: skip
 
     @property
     def orders(self) -> tuple[str, ...]:
         """What it orders: the thrusters, and their angles where they have any."""
-        angles = (self.bow_angle, self.stern_angle) if self.bow_angle else ()
-        return (self.bow, self.stern, *angles)
+        return (self.bow, self.stern, *((self.bow_angle, self.stern_angle) if self.bow_angle else ()))
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The pose at the start [m, m, rad], no integral [rad s], and t = 0."""
         return (*state[:3], 0.0, 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Orders of the thrusters, and 90 deg for azimuths."""
         x_0, y_0, psi_0, integral, t_last = memory
         error = wrapped(psi_0 - state[2])
         yaw = self.K_p * error - self.K_d * state[5] + self.K_i * integral
         integral = where(magnitude(yaw) <= 1.0, integral + (t - t_last) * error, integral)
-        gone = _sideways(state[0] - x_0, state[1] - y_0, psi_0)
+        gone = cos(psi_0) * (state[1] - y_0) - sin(psi_0) * (state[0] - x_0)  # to starboard of the first heading
         way = where(self.side * gone >= self.distance, 0.0, self.side * self.drive)
         orders = (
             self.bow_max * _order(self.bow, clip(way + yaw, -1.0, 1.0)),
@@ -150,11 +148,6 @@ def _greatest(name: str, controls: Mapping[str, float], settings: Settings) -> f
     if not name.startswith("n"):
         raise ParameterError(f"{name} has no limit; give one in [actuators.{name}], or bow_max and stern_max here")
     return settings.n_P
-
-
-def _sideways(north: Scalar, east: Scalar, psi: Scalar) -> Scalar:
-    """Component to starboard of the heading `psi`."""
-    return cos(psi) * east - sin(psi) * north
 
 
 def _order(control: str, thrust: Scalar) -> Scalar:

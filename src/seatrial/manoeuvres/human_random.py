@@ -9,17 +9,16 @@ stick is left alone for a random time, then moved, at the pace of a hand, to a n
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import larger, smaller
-from ..data import Array, Trial
-from . import Index, Manoeuvre, Settings
-from .pseudo_random import liveliness
+from ..data import Array
+from . import Settings
+from .pseudo_random import Excitation
 
 # Shares of the moves that end at zero and at a limit, after the heaps of Wakita 2022 Fig. 3.
 _ZERO, _LIMIT = 0.15, 0.2
@@ -29,7 +28,7 @@ _LENGTH = 100.0
 
 
 @dataclass(frozen=True)
-class HumanRandom(Manoeuvre):
+class HumanRandom(Excitation):
     """Random rudder and revolutions, each stick on its own, from the run's seed.
 
     Attributes:
@@ -41,7 +40,6 @@ class HumanRandom(Manoeuvre):
 
     kind: ClassVar[str] = "random"
     takes: ClassVar[tuple[str, ...]] = ("rudder", "side", "seed")
-    timed: ClassVar[bool] = True  # whatever its length, it is whole
     given: ClassVar[tuple[str, ...]] = ("rudder_level", "revolution_level")
 
     n_P: Scalar = spec("1/s", "greatest propeller revolutions ahead")
@@ -52,17 +50,10 @@ class HumanRandom(Manoeuvre):
     length: float = 600.0
     seed: int = 1
 
-    def __post_init__(self) -> None:
-        own(self)
-        for name in ("hold", "travel", "length"):
-            value = getattr(self, name)
-            if not 0 < value < math.inf:
-                raise ParameterError(f"{name} is {value:g} s; it must be above zero")
-
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """Up to 35 deg of rudder, the approach's revolutions ahead and (where the ship's file holds) astern."""
-        delta, unit = settings.side * settings.rudder_or(math.radians(35.0)), settings.L_pp / settings.speed
+        delta, unit = settings.side * settings.rudder_or(math.radians(35.0)), settings.clock
         astern = 1.0 if settings.astern else 0.0
         return cls(settings.n_P, delta, astern, _HOLD * unit, _TRAVEL * unit, _LENGTH * unit, settings.seed)
 
@@ -90,17 +81,8 @@ class HumanRandom(Manoeuvre):
         return times, places
 
     def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...],
-        given: tuple[Scalar, ...] = (0.0, 0.0),
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        self, t: Scalar, state: Scalars, memory: Scalars, given: Scalars = (0.0, 0.0)
+    ) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad] where the sticks are."""
         rudder, lever = given
         return (self.n_P * (larger(lever, 0.0) + self.astern * smaller(lever, 0.0)), self.delta * rudder), memory
-
-    def complete(self, trial: Trial) -> bool:
-        """Whether the run is as long as ordered, to within a sample."""
-        return trial.duration + trial.dt >= self.length * (1 - 1e-9)
-
-    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """How much the run moved the ship; see `pseudo_random.liveliness`."""
-        return liveliness(trial, L_pp)

@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import after, at, in_lengths, path_length, reached, track, turned
@@ -30,21 +30,15 @@ class InitialTurning(Manoeuvre):
 
     n_P: Scalar = spec("1/s", "propeller revolutions, held")
     delta: Scalar = spec("rad", "rudder angle, magnitude", (0.0, math.pi))
-    psi: Scalar = spec("rad", "heading change, magnitude", (0.0, math.inf))
+    psi: Scalar = spec("rad", "heading change, magnitude", (0.0, 2.0 * math.pi))
     side: Scalar = spec("-", "+1 starboard, -1 port", (-1.0, 1.0), default=1.0)
-
-    def __post_init__(self) -> None:
-        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """10 deg of rudder to starboard until 10 deg of heading by default."""
         return cls(settings.n_P, settings.rudder_or(_TEN), settings.heading_or(_TEN), settings.side)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-        """Constant revolutions [1/s] and rudder [rad] from t = 0 on."""
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         return (self.n_P, self.side * self.delta), memory
 
     def complete(self, trial: Trial) -> bool:
@@ -57,9 +51,6 @@ class InitialTurning(Manoeuvre):
 
         `turning_quality` is Norrbin's P: heading change over rudder angle after one ship length of
         way.  A figure that the run does not reach is left out.
-
-        Raises:
-            DataError: the rudder never leaves its initial angle, or a channel is absent.
         """
         run = after(trial, self.side * self.delta)
         change, way = self.side * turned(run), path_length(run)

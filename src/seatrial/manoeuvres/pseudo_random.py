@@ -16,10 +16,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, own, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
-from .reading import in_lengths
+from .reading import in_lengths, rms
 
 LEVELS = (2, 3, 5, 7)
 # The longest sequence looked for; a longer one is longer than any trial.
@@ -31,8 +31,29 @@ _ROUNDING = 1e-9
 _CELLS = 5
 
 
+class Excitation(Manoeuvre):
+    """A random manoeuvre: complete after `length` seconds, to within a sample, and judged by how it moved the ship."""
+
+    timed: ClassVar[bool] = True  # whatever its length, it is whole
+    length: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("hold", "travel", "length"):
+            if not 0 < (time := vars(self).get(name, 1.0)) < math.inf:
+                raise ParameterError(f"{name} is {time:g} s; it must be above zero")
+
+    def complete(self, trial: Trial) -> bool:
+        """Whether the run is as long as ordered, to within a sample."""
+        return trial.duration + trial.dt >= self.length * (1 - _ROUNDING)
+
+    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
+        """How much the run moved the ship; see `liveliness`."""
+        return liveliness(trial, L_pp)
+
+
 @dataclass(frozen=True)
-class PseudoRandom(Manoeuvre):
+class PseudoRandom(Excitation):
     """Rudder, and if wanted revolutions, held at random levels for `hold` seconds each.
 
     Switches fall on multiples of `hold`, whatever the time step.  The revolutions run through the same
@@ -47,7 +68,6 @@ class PseudoRandom(Manoeuvre):
 
     kind: ClassVar[str] = "pseudo-random"
     takes: ClassVar[tuple[str, ...]] = ("rudder", "side", "seed")
-    timed: ClassVar[bool] = True  # whatever its length, it is whole
     given: ClassVar[tuple[str, ...]] = ("rudder_level", "revolution_level")
 
     n_P: Scalar = spec("1/s", "propeller revolutions about which they vary")
@@ -59,7 +79,7 @@ class PseudoRandom(Manoeuvre):
     seed: int = 1
 
     def __post_init__(self) -> None:
-        own(self)
+        super().__post_init__()
         if self.levels not in LEVELS:
             raise ParameterError(f"levels is {self.levels}; a maximal-length sequence has 2, 3, 5 or 7")
         if not (self.degree >= 2 and self.levels**self.degree - 1 <= _LONGEST):
@@ -67,8 +87,6 @@ class PseudoRandom(Manoeuvre):
                 f"degree is {self.degree}; with {self.levels} levels it is from 2 to "
                 f"{int(math.log(_LONGEST + 1, self.levels))}"
             )
-        if not 0 < self.hold < math.inf:
-            raise ParameterError(f"hold is {self.hold:g} s; a level must last for some time")
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
@@ -92,9 +110,8 @@ class PseudoRandom(Manoeuvre):
         return np.column_stack([sequence[at % size], sequence[(at + later) % size]])
 
     def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...],
-        given: tuple[Scalar, ...] = (0.0, 0.0),
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        self, t: Scalar, state: Scalars, memory: Scalars, given: Scalars = (0.0, 0.0)
+    ) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad] at the given levels."""
         rudder, revolutions = given
         return (self.n_P * (1.0 + self.spread * revolutions), self.delta * rudder), memory
@@ -102,10 +119,6 @@ class PseudoRandom(Manoeuvre):
     def complete(self, trial: Trial) -> bool:
         """Whether a whole period was run, to within a sample."""
         return trial.duration + trial.dt >= self.period * (1 - _ROUNDING)
-
-    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """How much the run moved the ship; see `liveliness`."""
-        return liveliness(trial, L_pp)
 
 
 @cache
@@ -125,14 +138,10 @@ def m_sequence(levels: int, degree: int) -> Array:
     found = list(itertools.islice(_recurrence(coefficients, levels), levels**degree - 1))
     half = levels // 2
     if levels == LEVELS[0]:
-        return _fixed(2.0 * np.array(found, dtype=np.float64) - 1.0)
-    # Residues about zero: 3 of 5 is -2, so that the other sign of a residue is the other side.
-    return _fixed((np.mod(np.array(found) + half, levels) - half).astype(np.float64) / half)
-
-
-def _fixed(sequence: Array) -> Array:
-    """The sequence, which is kept for the next caller, against writing."""
-    sequence.setflags(write=False)
+        sequence = 2.0 * np.array(found, dtype=np.float64) - 1.0
+    else:  # residues about zero: 3 of 5 is -2, so that the other sign of a residue is the other side
+        sequence = (np.mod(np.array(found) + half, levels) - half).astype(np.float64) / half
+    sequence.setflags(write=False)  # kept for the next caller
     return sequence
 
 
@@ -167,9 +176,9 @@ def liveliness(trial: Trial, L_pp: float) -> Mapping[str, Index]:
     """
     out: dict[str, Index] = {}
     if "delta" in trial:
-        out["rudder_rms"] = Index(_rms(trial["delta"]), "rad")
+        out["rudder_rms"] = Index(rms(trial["delta"]), "rad")
     if "r" in trial:
-        out["yaw_rate_rms"] = Index(_rms(trial["r"]), "rad/s")
+        out["yaw_rate_rms"] = Index(rms(trial["r"]), "rad/s")
     if "u" in trial and "v_m" in trial:
         U = np.hypot(trial["u"], trial["v_m"])
         out["speed_min"], out["speed_max"] = Index(float(np.nanmin(U)), "m/s"), Index(float(np.nanmax(U)), "m/s")
@@ -180,10 +189,6 @@ def liveliness(trial: Trial, L_pp: float) -> Mapping[str, Index]:
         visited = np.unique(_CELLS * cells[0][both] + cells[1][both]).size
         out["coverage"] = Index(visited / _CELLS**2, "-")
     return out
-
-
-def _rms(values: Array) -> float:
-    return math.sqrt(float(np.nanmean(values**2)))
 
 
 def _cell(values: Array) -> Array:

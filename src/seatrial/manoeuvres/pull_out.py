@@ -13,12 +13,12 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import smaller, where
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
-from .steady import MEMORY, TOLERANCE, WINDOW, pace, waited
+from .steady import MEMORY, TOLERANCE, WINDOW, waited
 
 # A rudder within this fraction of the set angle of a hold belongs to it.
 _HELD = 0.2
@@ -41,23 +41,17 @@ class PullOut(Manoeuvre):
     tolerance: Scalar = spec("rad/s", "change of a steady yaw rate within the window", (0.0, math.inf))
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
 
-    def __post_init__(self) -> None:
-        own(self)
-
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """20 deg, to starboard first by default."""
-        clock = pace(settings)
         turn = settings.rudder_or(math.radians(20.0))
-        return cls(settings.n_P, turn, WINDOW * clock, TOLERANCE / clock, settings.side)
+        return cls(settings.n_P, turn, WINDOW * settings.clock, TOLERANCE / settings.clock, settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The first of the four stages: turn, midships, turn, midships."""
         return (0.0, 0.0, state[5], 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; the next stage once the yaw rate is steady."""
         steady, wait = waited(t, state[5], memory[1:], self.window, self.tolerance)
         stage = where(steady, smaller(memory[0] + 1.0, 3.0), memory[0])
@@ -74,9 +68,6 @@ class PullOut(Manoeuvre):
 
         Positive rates turn to starboard.  The difference is zero for a ship that is stable on course.
         A side that the run does not hold is left out.
-
-        Raises:
-            DataError: rudder or heading is absent.
         """
         found = {side: rate for side, (rate, _) in self._midships(trial).items()}
         out = {f"residual_rate_{_SIDES[side]}": Index(rate, "rad/s") for side, rate in found.items()}

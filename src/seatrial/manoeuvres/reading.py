@@ -89,6 +89,11 @@ def at(values: Array, row: float) -> float:
     return float(values[i] + (row - i) * (values[j] - values[i]))
 
 
+def rms(values: Array) -> float:
+    """Root mean square of what is known."""
+    return math.sqrt(float(np.nanmean(values**2)))
+
+
 def in_lengths(value: float, L_pp: float) -> Index:
     """A length [m], in ship lengths too."""
     return Index(value, "m", value / L_pp)

@@ -9,19 +9,15 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import both, clip, where
-from ..data import Array, Trial
+from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import after, in_lengths, track, turned
-from .steady import pace
 
-_DEGREE = math.radians(1.0)
+_DEGREE, TURN = math.radians(1.0), 2.0 * math.pi
 GAIN, DAMPING, SLOW = 1.0, 2.0, 0.05
 """Steering on the reciprocal course: rudder per heading, per r L/U; r L/U at which a free swing is over."""
-
-MEMORY = ("stage", "psi_0")
-"""0 first rudder, 1 opposite rudder, 2 midships, 3 steered; heading at the execute [rad]."""
 
 # Heading error within which a ship counts as on the reciprocal course, and for what share of the run so far.
 _ON_COURSE, _KEPT = math.radians(2.0), 0.1
@@ -62,43 +58,15 @@ def on_course(run: Trial, side: float, goal: float) -> int | None:
     return row if row < len(run) else None
 
 
-def returned(trial: Trial, delta: float, side: float, goal: float) -> bool:
-    """Whether the ship is back on the reciprocal course and has kept it for a while."""
-    run = after(trial, side * delta)
-    row = on_course(run, side, goal)
-    return row is not None and bool(run.t[-1] - run.t[row] >= _KEPT * (run.t[row] - run.t[0]))
-
-
-def way_back(trial: Trial, delta: float, side: float, goal: float, swing: float, L_pp: float) -> dict[str, Index]:
-    """Figures of a turn back, from its execute: lengths [m] positive to the first side and ahead."""
-    run = after(trial, side * delta)
-    along, across = track(run)
-    across = side * across
-    out = {"greatest_advance": in_lengths(float(np.nanmax(along)), L_pp),
-           "greatest_transfer": in_lengths(_furthest(across), L_pp)}  # fmt: skip
-    row = on_course(run, side, goal)
-    if row is not None:
-        out["time_to_reciprocal"] = Index(float(run.t[row] - run.t[0]), "s")
-        out["lateral_offset"] = in_lengths(float(across[row]), L_pp)
-        out["along_track"] = in_lengths(float(along[row]), L_pp)
-    return {**out, **miss(run, side, swing, L_pp)}
-
-
 def miss(run: Trial, side: float, swing: float, L_pp: float) -> dict[str, Index]:
     """Least distance to the execute point on the way back, after the heading has changed by `swing`."""
     back = np.flatnonzero(side * turned(run) >= swing)
     if not back.size:
         return {}
-    along, across = track(run)
-    distance = np.hypot(along, across)[int(back[0]) :]
+    distance = np.hypot(*track(run))[int(back[0]) :]
     nearest = int(np.nanargmin(distance))
     return {"miss_distance": in_lengths(float(distance[nearest]), L_pp),
             "miss_time": Index(float(run.t[int(back[0]) + nearest] - run.t[0]), "s")}  # fmt: skip
-
-
-def _furthest(across: Array) -> float:
-    """The greatest transfer to either side, with its sign [m]."""
-    return float(across[int(np.nanargmax(np.abs(across)))])
 
 
 @dataclass(frozen=True)
@@ -111,7 +79,8 @@ class Recovery(Manoeuvre):
     """
 
     takes: ClassVar[tuple[str, ...]] = ("rudder", "heading", "side")
-    memory: ClassVar[tuple[str, ...]] = MEMORY
+    memory: ClassVar[tuple[str, ...]] = ("stage", "psi_0")
+    """0 first rudder, 1 opposite rudder, 2 midships, 3 steered; heading at the execute [rad]."""
     goal: ClassVar[float]
     usual_swing: ClassVar[float]
 
@@ -119,7 +88,7 @@ class Recovery(Manoeuvre):
     delta: Scalar = spec("rad", "rudder hard over, magnitude", (0.0, math.pi))
     k_D: Scalar = spec("s", "rudder per yaw rate on the reciprocal course", (0.0, math.inf))
     slow: Scalar = spec("rad/s", "yaw rate at which the free swing is over", (0.0, math.inf))
-    swing: Scalar = spec("rad", "heading change at which the rudder is reversed", (0.0, math.inf))
+    swing: Scalar = spec("rad", "heading change at which the rudder is reversed", (0.0, TURN))
     short: Scalar = spec("rad", "heading left when the rudder goes midships", (0.0, math.pi), 20.0 * _DEGREE)
     k_P: Scalar = spec("-", "rudder per heading error on the reciprocal course", (0.0, math.inf), GAIN)
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
@@ -127,17 +96,15 @@ class Recovery(Manoeuvre):
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """35 deg, to starboard first, reversed after the usual swing by default."""
-        clock, hard_over = pace(settings), settings.rudder_or(35.0 * _DEGREE)
+        hard_over = settings.rudder_or(35.0 * _DEGREE)
         swing = settings.heading_or(cls.usual_swing)
-        return cls(settings.n_P, hard_over, DAMPING * clock, SLOW / clock, swing, side=settings.side)
+        return cls(settings.n_P, hard_over, DAMPING * settings.clock, SLOW / settings.clock, swing, side=settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The first stage, and the heading at execute [rad]."""
         return (0.0, state[2])
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad] of the stage that the heading has come to."""
         change, rate = self.side * (state[2] - memory[1]), self.side * state[5]
         stage = staged(change, rate, memory[0], self.swing, self.goal, self.short, self.slow)
@@ -145,8 +112,10 @@ class Recovery(Manoeuvre):
         return (self.n_P, self.side * order), (stage, memory[1])
 
     def complete(self, trial: Trial) -> bool:
-        """Whether the ship keeps the reciprocal course."""
-        return returned(trial, self.delta, self.side, self.goal)
+        """Whether the ship is back on the reciprocal course and has kept it for a while."""
+        run = after(trial, self.side * self.delta)
+        row = on_course(run, self.side, self.goal)
+        return row is not None and bool(run.t[-1] - run.t[row] >= _KEPT * (run.t[row] - run.t[0]))
 
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
         """Time [s] to the reciprocal course (within 2 deg for good) and where the ship is then [m].
@@ -154,8 +123,16 @@ class Recovery(Manoeuvre):
         `lateral_offset` is the distance from the original track line, positive to the first side,
         `along_track` that ahead of the execute point; `miss_distance` the least distance to the execute
         point on the way back, at `miss_time`.
-
-        Raises:
-            DataError: the rudder never leaves its initial angle, or position or heading is absent.
         """
-        return way_back(trial, self.delta, self.side, self.goal, self.swing, L_pp)
+        run = after(trial, self.side * self.delta)
+        along, across = track(run)
+        across = self.side * across
+        furthest = float(across[int(np.nanargmax(np.abs(across)))])
+        out = {"greatest_advance": in_lengths(float(np.nanmax(along)), L_pp),
+               "greatest_transfer": in_lengths(furthest, L_pp)}  # fmt: skip
+        row = on_course(run, self.side, self.goal)
+        if row is not None:
+            out["time_to_reciprocal"] = Index(float(run.t[row] - run.t[0]), "s")
+            out["lateral_offset"] = in_lengths(float(across[row]), L_pp)
+            out["along_track"] = in_lengths(float(along[row]), L_pp)
+        return {**out, **miss(run, self.side, self.swing, L_pp)}

@@ -13,12 +13,12 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
-from .steady import MEMORY, WINDOW, pace, waited
+from .steady import MEMORY, WINDOW, waited
 
 # A yaw rate within this fraction of the increment is still held.
 _HELD = 0.3
@@ -46,28 +46,23 @@ class ReverseSpiral(Manoeuvre):
     tolerance: Scalar = spec("rad/s", "change within the window of a steady turn", (0.0, math.inf))
     k_P: Scalar = spec("s", "rudder per yaw rate that is missing", (0.0, math.inf))
     k_I: Scalar = spec("-", "rudder per heading that is missing", (0.0, math.inf))
-    limit: Scalar = spec("rad", "greatest rudder angle", (0.0, math.inf))
+    limit: Scalar = spec("rad", "greatest rudder angle", (0.0, math.pi))
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
-
-    def __post_init__(self) -> None:
-        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """From r L/U = 0.2 to starboard by default."""
-        clock = pace(settings)
+        clock = settings.clock
         return cls(
             settings.n_P, _RATE / clock, _STEP / clock, WINDOW * clock, _TOLERANCE / clock, _GAIN * clock, _INTEGRAL,
             min(settings.rudder_limit, 0.5 * math.pi), settings.side,
         )  # fmt: skip
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The first yaw rate [rad/s], no rudder held yet [rad], and the time [s]."""
         return (self.side * self.rate, 0.0, 0.0, 0.0, state[5], 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad] of the feedback; the next yaw rate once the turn is steady."""
         target, held, then = memory[:3]
         missing = target - state[5]
@@ -96,8 +91,7 @@ class ReverseSpiral(Manoeuvre):
     def complete(self, trial: Trial) -> bool:
         """Whether the last yaw rate on the other side was held."""
         run = complete_rows(trial, (rudder_channel(trial), "psi"))
-        r = self.side * yaw_rate(run)
-        there = np.flatnonzero(np.abs(r + self.rate) > _HELD * self.step)
+        there = np.flatnonzero(np.abs(self.side * yaw_rate(run) + self.rate) > _HELD * self.step)
         first = int(there[-1]) + 1 if there.size else 0
         return bool(first < len(run) and run.t[-1] - run.t[first] >= _LAST * self.window)
 
@@ -109,9 +103,6 @@ class ReverseSpiral(Manoeuvre):
         from one turning point of the curve to the other, and as high as the outer of the yaw rates
         with the rudder midships lie apart; both are zero where the curve only climbs.  A figure whose
         part of the curve the run does not hold is left out.
-
-        Raises:
-            DataError: rudder or heading is absent.
         """
         delta, r = self.curve(trial)
         order = np.argsort(r)
@@ -121,7 +112,9 @@ class ReverseSpiral(Manoeuvre):
         middle = int(np.clip(np.argmin(np.abs(r)), 1, r.size - 2))
         slope = float((delta[middle + 1] - delta[middle - 1]) / (r[middle + 1] - r[middle - 1]))
         out = {"neutral_rudder": Index(float(np.interp(0.0, r, delta)), "rad"), "slope": Index(slope, "s")}
-        top, bottom = _fall(delta)
+        # The points between which the rudder falls furthest; one point twice where it only climbs.
+        bottom = int(np.argmax(np.maximum.accumulate(delta) - delta))
+        top = int(np.argmax(delta[: bottom + 1]))
         width = _turning_point(r, delta, top) - _turning_point(r, delta, bottom) if bottom > top else 0.0
         out["loop_width"] = Index(width, "rad")
         through = np.flatnonzero(np.signbit(delta[:-1]) != np.signbit(delta[1:]))
@@ -129,13 +122,6 @@ class ReverseSpiral(Manoeuvre):
             low, high = (_midships(delta, r, int(k)) for k in through[[0, -1]])
             out["loop_height"] = Index(high - low, "rad/s")
         return out
-
-
-def _fall(delta: Array) -> tuple[int, int]:
-    """The points between which `delta` falls furthest; one point twice where it only climbs."""
-    highest = np.maximum.accumulate(delta)
-    bottom = int(np.argmax(highest - delta))
-    return int(np.argmax(delta[: bottom + 1])), bottom
 
 
 def _turning_point(r: Array, delta: Array, k: int) -> float:

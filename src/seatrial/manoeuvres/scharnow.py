@@ -14,12 +14,12 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import larger, where
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import after, at, in_lengths, reached, track, turned
-from .recovery import Recovery, miss
+from .recovery import TURN, Recovery, miss
 
 _DEGREE = math.radians(1.0)
 
@@ -43,11 +43,8 @@ class SingleTurn(Manoeuvre):
 
     n_P: Scalar = spec("1/s", "propeller revolutions until the turn is over")
     delta: Scalar = spec("rad", "rudder hard over, magnitude", (0.0, math.pi))
-    swing: Scalar = spec("rad", "heading change at which the rudder goes midships", (0.0, math.inf), 250.0 * _DEGREE)
+    swing: Scalar = spec("rad", "heading change at which the rudder goes midships", (0.0, TURN), 250.0 * _DEGREE)
     side: Scalar = spec("-", "+1 starboard, -1 port", (-1.0, 1.0), default=1.0)
-
-    def __post_init__(self) -> None:
-        own(self)
 
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
@@ -55,13 +52,11 @@ class SingleTurn(Manoeuvre):
         swing = settings.heading_or(250.0 * _DEGREE)
         return cls(settings.n_P, settings.rudder_or(35.0 * _DEGREE), swing, settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """Whether the turn is over (0 or 1), and the heading at execute [rad]."""
         return (0.0, state[2])
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; neither from the set heading change on."""
         over = larger(memory[0], where(self.side * (state[2] - memory[1]) >= self.swing, 1.0, 0.0))
         return ((1.0 - over) * self.n_P, (1.0 - over) * self.side * self.delta), (over, memory[1])
@@ -72,16 +67,11 @@ class SingleTurn(Manoeuvre):
         moment = reached(self.side * turned(run), self.swing)
         if moment is None:
             return False
-        along, across = track(run)
-        distance = np.hypot(along, across)[int(moment) :]
+        distance = np.hypot(*track(run))[int(moment) :]
         return int(np.nanargmin(distance)) < 0.9 * distance.size
 
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """Time to the set heading change [s], where the ship is then, and its miss of the execute point [m].
-
-        Raises:
-            DataError: the rudder never leaves its initial angle, or position or heading is absent.
-        """
+        """Time to the set heading change [s], where the ship is then, and its miss of the execute point [m]."""
         run = after(trial, self.side * self.delta)
         moment = reached(self.side * turned(run), self.swing)
         if moment is None:

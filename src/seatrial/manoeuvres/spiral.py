@@ -14,12 +14,12 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import both, clip, smaller, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate
-from .steady import MEMORY, TOLERANCE, WINDOW, pace, waited
+from .steady import MEMORY, TOLERANCE, WINDOW, waited
 
 _DEGREE = math.radians(1.0)
 # A rudder within this fraction of the smallest increment is still held.
@@ -47,23 +47,17 @@ class Spiral(Manoeuvre):
     fine: Scalar = spec("rad", "increment of the rudder near midships", (0.0, math.pi), default=_DEGREE)
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
 
-    def __post_init__(self) -> None:
-        own(self)
-
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """From 20 deg starboard by default; windows and tolerance by the ship's L/U."""
-        clock = pace(settings)
         greatest = settings.rudder_or(20.0 * _DEGREE)
-        return cls(settings.n_P, greatest, WINDOW * clock, TOLERANCE / clock, side=settings.side)
+        return cls(settings.n_P, greatest, WINDOW * settings.clock, TOLERANCE / settings.clock, side=settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """Rudder over to the first side [rad], on its way to the other."""
         return (self.side * self.delta, -self.side, 0.0, state[5], 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]: the next angle once the yaw rate is steady."""
         order, way = memory[:2]
         steady, wait = waited(t, state[5], memory[2:], self.window, self.tolerance)
@@ -110,9 +104,6 @@ class Spiral(Manoeuvre):
         down and coming up, lie apart; zero (to the creep of the steady turns) where they are one.
         Its height is the difference between the yaw rates at rudder midships.  A figure whose part
         of the curve the run does not hold is left out.
-
-        Raises:
-            DataError: rudder or heading is absent.
         """
         delta, r = self.curve(trial)
         if delta.size < 3:

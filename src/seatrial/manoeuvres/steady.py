@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from ..core.parameters import Scalar
+from ..core.parameters import Scalar, Scalars
 from ..core.symbolic import magnitude, where
-from . import Settings
 
 MEMORY = ("since", "level", "calm")
 """Start of the window [s], yaw rate there [rad/s], windows in a row in which it hardly changed."""
@@ -15,20 +14,11 @@ WINDOW, TOLERANCE = 2.0, 1e-4
 What is left to come may be ten times that: in a turn the speed settles slowly, and the yaw rate with it.
 """
 
-# Slower than this [m/s] a ship gives no sensible L/U.
-_SLOWEST = 1e-3
 # One window alone may lie across the peak of an overshoot.
 _CALM = 2
 
 
-def pace(settings: Settings) -> float:
-    """L/U of the approach [s], the clock of a ship."""
-    return settings.L_pp / max(settings.speed, _SLOWEST)
-
-
-def waited(
-    t: Scalar, r: Scalar, memory: tuple[Scalar, ...], window: Scalar, tolerance: Scalar
-) -> tuple[Scalar, tuple[Scalar, ...]]:
+def waited(t: Scalar, r: Scalar, memory: Scalars, window: Scalar, tolerance: Scalar) -> tuple[Scalar, Scalars]:
     """Whether the yaw rate has become steady, and the memory of the next step.
 
     It is when `r` [rad/s] has changed by `tolerance` or less over each of two windows of `window`

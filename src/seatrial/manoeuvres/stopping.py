@@ -7,13 +7,14 @@ that across it, all from the order to the stop (IMO MSC.137(76) 4.2.9 and 5.3.4;
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import larger, where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -25,8 +26,43 @@ _DEPARTURE = 0.05
 _COASTED, _DEAD = 0.2, 0.01
 
 
+class _Halt(Manoeuvre):
+    """A run from the order to the engine on until the speed has fallen to the fraction `end` of the approach."""
+
+    by_engine: ClassVar[bool] = True
+    n_P: Scalar
+    end: Scalar
+
+    @property
+    @abstractmethod
+    def n_after(self) -> Scalar:
+        """Revolutions that the order asks for [1/s]."""
+
+    def complete(self, trial: Trial) -> bool:
+        """Whether the speed has fallen to its end."""
+        return _moment(_from_order(trial, self.n_P, self.n_after), self.end) is not None
+
+    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
+        """Track reach, head reach, lateral deviation [m], time [s] and heading change [rad] to the end.
+
+        Empty where the run is over before; positive deviation and heading change are to starboard.
+        """
+        run = _from_order(trial, self.n_P, self.n_after)
+        moment = _moment(run, self.end)
+        if moment is None:
+            return {}
+        along, across = track(run)
+        return {
+            "track_reach": in_lengths(at(path_length(run), moment), L_pp),
+            "head_reach": in_lengths(at(along, moment), L_pp),
+            "lateral_deviation": in_lengths(at(across, moment), L_pp),
+            "stopping_time": Index(at(run.t, moment) - float(run.t[0]), "s"),
+            "heading_change": Index(at(turned(run), moment), "rad"),
+        }
+
+
 @dataclass(frozen=True)
-class Stopping(Manoeuvre):
+class Stopping(_Halt):
     """Engine stopped at t = 0; the run is over at the fraction `end` of the approach speed.
 
     The resistance fades with the speed, so a coasting ship never comes to rest: the trial ends at a
@@ -34,7 +70,6 @@ class Stopping(Manoeuvre):
     """
 
     kind: ClassVar[str] = "stopping"
-    by_engine: ClassVar[bool] = True
 
     n_P: Scalar = spec("1/s", "propeller revolutions of the approach")
     end: Scalar = spec("-", "speed over that of the approach at which the run is over", (0.0, 1.0), default=_COASTED)
@@ -44,29 +79,17 @@ class Stopping(Manoeuvre):
         """From the approach."""
         return cls(settings.n_P)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """No revolutions, rudder midships."""
         return (0.0 * self.n_P, 0.0), memory
 
-    def complete(self, trial: Trial) -> bool:
-        """Whether the speed has fallen to its end."""
-        return _moment(_from_order(trial, self.n_P, 0.0), self.end) is not None
-
-    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """Track reach, head reach, lateral deviation [m], time [s] and heading change [rad] to the end.
-
-        Empty where the run is over before; positive deviation and heading change are to starboard.
-
-        Raises:
-            DataError: u, position or heading is absent.
-        """
-        return _reaches(_from_order(trial, self.n_P, 0.0), self.end, L_pp)
+    @property
+    def n_after(self) -> float:
+        return 0.0
 
 
 @dataclass(frozen=True)
-class CrashAstern(Manoeuvre):
+class CrashAstern(_Halt):
     """Engine reversed at t = 0 until the ship lies dead in the water, then stopped.
 
     Dead in the water is the fraction `end` of the approach speed: under reverse thrust hardly any way
@@ -75,7 +98,6 @@ class CrashAstern(Manoeuvre):
 
     kind: ClassVar[str] = "crash-astern"
     memory: ClassVar[tuple[str, ...]] = ("stopped", "u_0")
-    by_engine: ClassVar[bool] = True
 
     n_P: Scalar = spec("1/s", "propeller revolutions of the approach")
     n_astern: Scalar = spec("1/s", "revolutions astern, as a negative number", (-math.inf, 0.0))
@@ -86,30 +108,18 @@ class CrashAstern(Manoeuvre):
         """Full astern is taken as the revolutions of the approach, reversed."""
         return cls(settings.n_P, -abs(settings.n_P))
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """Whether the ship has stopped (0 or 1), and the speed of the approach [m/s]."""
         return (0.0, state[3])
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] astern until the ship has stopped, rudder midships."""
         stopped = larger(memory[0], where(state[3] <= self.end * memory[1], 1.0, 0.0))
         return (where(stopped > 0, 0.0, self.n_astern), 0.0), (stopped, memory[1])
 
-    def complete(self, trial: Trial) -> bool:
-        """Whether the ship has stopped."""
-        return _moment(_from_order(trial, self.n_P, self.n_astern), self.end) is not None
-
-    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """Track reach, head reach, lateral deviation [m], time [s] and heading change [rad] to the stop.
-
-        Empty where the run is over before; positive deviation and heading change are to starboard.
-
-        Raises:
-            DataError: u, position or heading is absent.
-        """
-        return _reaches(_from_order(trial, self.n_P, self.n_astern), self.end, L_pp)
+    @property
+    def n_after(self) -> Scalar:
+        return self.n_astern
 
 
 def _from_order(trial: Trial, approach: float, order: float) -> Trial:
@@ -139,17 +149,3 @@ def _moment(run: Trial, end: float) -> float | None:
         return None
     i = int(below[0])
     return i - float((end * u[0] - u[i]) / (u[i - 1] - u[i]))
-
-
-def _reaches(run: Trial, end: float, L_pp: float) -> dict[str, Index]:
-    moment = _moment(run, end)
-    if moment is None:
-        return {}
-    along, across = track(run)
-    return {
-        "track_reach": in_lengths(at(path_length(run), moment), L_pp),
-        "head_reach": in_lengths(at(along, moment), L_pp),
-        "lateral_deviation": in_lengths(at(across, moment), L_pp),
-        "stopping_time": Index(at(run.t, moment) - float(run.t[0]), "s"),
-        "heading_change": Index(at(turned(run), moment), "rad"),
-    }

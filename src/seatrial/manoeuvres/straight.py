@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, in_lengths, path_length, track, turned
@@ -25,18 +25,12 @@ class Straight(Manoeuvre):
     n_P: Scalar = spec("1/s", "propeller revolutions, held")
     delta: Scalar = spec("rad", "rudder angle, held", (-math.pi, math.pi), default=0.0)
 
-    def __post_init__(self) -> None:
-        own(self)
-
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """Rudder midships."""
         return cls(settings.n_P)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-        """Constant revolutions [1/s] and rudder [rad]."""
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         return (self.n_P, self.delta), memory
 
     def complete(self, trial: Trial) -> bool:
@@ -48,9 +42,6 @@ class Straight(Manoeuvre):
 
         The mean speed is the distance between the ends over the time between them, as on a measured
         mile; deviation and heading change are positive to starboard, at the end of the run.
-
-        Raises:
-            DataError: position or heading is absent.
         """
         run = complete_rows(trial, ("x", "y", "psi"))
         along, across = track(run)

@@ -8,18 +8,17 @@ along, which is what underactuated means here.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import atan2, speed
-from ..data import Array, Trial
-from . import Index, Manoeuvre, Settings
+from ..data import Array
+from . import Settings
 from .autopilot import wrapped
-from .pseudo_random import liveliness
+from .pseudo_random import Excitation
 
 _LEVELS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 # A level lasts for so many L/U on the mean; the same as share of the mean that every level lasts at least.
@@ -30,7 +29,7 @@ _SHARE = 0.4
 
 
 @dataclass(frozen=True)
-class ThrustSteps(Manoeuvre):
+class ThrustSteps(Excitation):
     """Forces held at random levels; the heading is held where `K_p` or `K_d` are above zero.
 
     Switches fall on whole seconds, whatever the time step.
@@ -46,7 +45,6 @@ class ThrustSteps(Manoeuvre):
     kind: ClassVar[str] = "thrust-steps"
     from_rest: ClassVar[bool] = True
     takes: ClassVar[tuple[str, ...]] = ("seed",)
-    timed: ClassVar[bool] = True  # whatever its length, it is whole
     memory: ClassVar[tuple[str, ...]] = ("psi_0",)
     given: ClassVar[tuple[str, ...]] = ("surge", "sway", "yaw")
 
@@ -65,9 +63,7 @@ class ThrustSteps(Manoeuvre):
     x_second: float = -1.0
 
     def __post_init__(self) -> None:
-        for name in ("hold", "length"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise ParameterError(f"{name} is {getattr(self, name):g} s; it must be above zero")
+        super().__post_init__()
         if self.x_first == self.x_second == 0:
             raise ParameterError("x_first, x_second: both thrusters stand at midship and cannot turn the ship")
 
@@ -84,7 +80,7 @@ class ThrustSteps(Manoeuvre):
         if len(limits) < 2:
             raise ParameterError("thrust-steps drives two thrusters by f_NAME; give [actuators] with limits of two")
         first, second = ("bow", "stern") if {"bow", "stern"} <= set(limits) else tuple(limits)[:2]
-        unit, x = settings.L_pp / settings.speed, 0.4 * settings.L_pp
+        unit, x = settings.clock, 0.4 * settings.L_pp
         force = _SHARE * min(limits[first], limits[second])
         return cls(
             force, force, force * x, hold=_HOLD * unit, length=_LENGTH * unit, seed=settings.seed,
@@ -96,7 +92,7 @@ class ThrustSteps(Manoeuvre):
         """Thrust and direction of both thrusters."""
         return tuple(f"{what}_{name}" for name in (self.first, self.second) for what in ("f", "alpha"))
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The heading to hold [rad]."""
         return (state[2],)
 
@@ -116,9 +112,8 @@ class ThrustSteps(Manoeuvre):
         return np.array(kept)[np.searchsorted(starts, second, "right") - 1]
 
     def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...],
-        given: tuple[Scalar, ...] = (0.0, 0.0, 0.0),
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        self, t: Scalar, state: Scalars, memory: Scalars, given: Scalars = (0.0, 0.0, 0.0)
+    ) -> tuple[Scalars, Scalars]:
         """Thrust [N] and direction [rad] of both thrusters, and the heading to hold."""
         surge, sway, yaw = given
         ahead = 0.5 * (self.X_mean + self.X * surge)
@@ -131,11 +126,3 @@ class ThrustSteps(Manoeuvre):
             first = second = 0.5 * (self.Y * sway + moment / self.x_first)
         pushes = ((ahead, first), (ahead, second))
         return tuple(one for X, Y in pushes for one in (speed(X, Y), atan2(Y, X))), memory
-
-    def complete(self, trial: Trial) -> bool:
-        """Whether the run is as long as ordered, to within a sample."""
-        return trial.duration + trial.dt >= self.length * (1 - 1e-9)
-
-    def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """How much the run moved the ship; see `pseudo_random.liveliness`."""
-        return liveliness(trial, L_pp)

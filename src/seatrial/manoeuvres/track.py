@@ -15,9 +15,9 @@ from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import atan2, both, clip, cos, sin, where
-from ..data import Array, Trial
+from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .autopilot import usual_gains, wrapped
 from .reading import in_lengths
@@ -42,13 +42,12 @@ class Leg(NamedTuple):
 
 def legs(points: Sequence[tuple[Scalar, Scalar]]) -> tuple[Leg, ...]:
     """The legs between waypoints (x, y) [m]."""
-    return tuple(_between(*a, *b) for a, b in pairwise(points))
-
-
-def _between(x: Scalar, y: Scalar, x_end: Scalar, y_end: Scalar) -> Leg:
-    north, east = x_end - x, y_end - y
-    alpha = atan2(east, north)
-    return Leg(x, y, alpha, cos(alpha) * north + sin(alpha) * east)
+    found: list[Leg] = []
+    for (x, y), (x_end, y_end) in pairwise(points):
+        north, east = x_end - x, y_end - y
+        alpha = atan2(east, north)
+        found.append(Leg(x, y, alpha, cos(alpha) * north + sin(alpha) * east))
+    return tuple(found)
 
 
 def los_heading(alpha: Scalar, across: Scalar, ahead: Scalar) -> Scalar:
@@ -92,10 +91,11 @@ class TrackFollowing(Manoeuvre):
     ahead: Scalar = spec("m", "look-ahead distance Delta", (1e-6, math.inf))
     radius: Scalar = spec("m", "distance from a waypoint at which the next leg is taken", (0.0, math.inf))
     sigma: Scalar = spec("m/s", "integral action on the cross-track error; 0 for none", (0.0, math.inf), default=0.0)
-    delta_max: Scalar = spec("rad", "greatest rudder that is ordered", (0.0, math.inf), default=math.inf)
+    delta_max: Scalar = spec("rad", "greatest rudder that is ordered", (0.0, math.pi), default=math.inf)
     path: Terms = terms(_meaning)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if len(self.path.names) < 4 or len(self.path.names) % 2:
             raise ParameterError("path: a track has two waypoints or more, x_1, y_1, x_2, y_2, ...")
 
@@ -109,13 +109,11 @@ class TrackFollowing(Manoeuvre):
         limit = settings.rudder_or(settings.rudder_limit)
         return cls(settings.n_P, K_p, K_d, _AHEAD * L, _TURN * L, delta_max=limit, path=path)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """On the first leg, no integral [m s/m], t = 0."""
         return (0.0, 0.0, 0.0)
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; the next leg is taken within `radius` of its waypoint."""
         number, integral, t_last = memory
         number = self._number(number, state)
@@ -134,7 +132,7 @@ class TrackFollowing(Manoeuvre):
         numbers = self.path.numbers
         return legs(list(zip(numbers[::2], numbers[1::2], strict=True)))
 
-    def _number(self, number: Scalar, state: tuple[Scalar, ...]) -> Scalar:
+    def _number(self, number: Scalar, state: Scalars) -> Scalar:
         """Number of the leg to follow, the first being 0."""
         for k, leg in enumerate(self.legs[:-1]):
             along, _ = leg.along_across(state[0], state[1])
@@ -166,10 +164,10 @@ class TrackFollowing(Manoeuvre):
         error = np.zeros(ends[-1])
         swing = 0.0
         for k, (leg, first, last) in enumerate(zip(self.legs, [0, *rows[:-1]], ends, strict=True)):
-            part = slice(first, last)
-            across = _across(leg, trial, part)
-            before = np.abs(_across(self.legs[k - 1], trial, part)) if k else np.full_like(across, math.inf)
-            error[part] = np.where(before < np.abs(across), before, across)
+            x, y = trial["x"][first:last], trial["y"][first:last]
+            across = leg.along_across(x, y)[1]
+            before = np.abs(self.legs[k - 1].along_across(x, y)[1]) if k else np.full_like(across, math.inf)
+            error[first:last] = np.where(before < np.abs(across), before, across)
             if k and across.size:
                 swing = max(swing, float(np.max(-math.copysign(1.0, across[0]) * across)))
         out = {
@@ -186,15 +184,7 @@ class TrackFollowing(Manoeuvre):
         row, out = 0, list[int]()
         for k, leg in enumerate(self.legs):
             reach = leg.length - (self.radius if k < len(self.legs) - 1 else 0.0)
-            done = np.flatnonzero(_along(leg, trial, slice(row, None)) >= reach)
+            done = np.flatnonzero(leg.along_across(trial["x"][row:], trial["y"][row:])[0] >= reach)
             row = row + int(done[0]) if done.size else len(trial)
             out.append(row)
         return out
-
-
-def _along(leg: Leg, trial: Trial, part: slice) -> Array:
-    return (trial["x"][part] - leg.x) * math.cos(leg.alpha) + (trial["y"][part] - leg.y) * math.sin(leg.alpha)
-
-
-def _across(leg: Leg, trial: Trial, part: slice) -> Array:
-    return (trial["y"][part] - leg.y) * math.cos(leg.alpha) - (trial["x"][part] - leg.x) * math.sin(leg.alpha)

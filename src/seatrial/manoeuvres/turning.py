@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import after, at, in_lengths, reached, through_water, track, turned
@@ -34,18 +34,12 @@ class Turning(Manoeuvre):
     n_P: Scalar = spec("1/s", "propeller revolutions, held")
     delta: Scalar = spec("rad", "rudder angle, positive to starboard", (-math.pi, math.pi))
 
-    def __post_init__(self) -> None:
-        own(self)
-
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """35 deg to starboard by default."""
         return cls(settings.n_P, settings.side * settings.rudder_or(math.radians(35.0)))
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
-        """Constant revolutions [1/s] and rudder [rad] from t = 0 on."""
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         return (self.n_P, self.delta), memory
 
     def complete(self, trial: Trial) -> bool:
@@ -59,9 +53,6 @@ class Turning(Manoeuvre):
         A figure whose heading the run never reaches, or whose channels it lacks, is left out.
         Lengths are positive towards the side of the rudder; the drift angle is positive with the
         bow inside the circle.
-
-        Raises:
-            DataError: the rudder never leaves its initial angle, or position or heading is absent.
         """
         run = after(trial, self.delta)
         change = self._change(run)

@@ -13,7 +13,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ..core.parameters import Scalar, own, spec
+from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
@@ -38,22 +38,17 @@ class Zigzag(Manoeuvre):
     psi: Scalar = spec("rad", "heading change at which the rudder is reversed, magnitude", (0.0, math.pi))
     side: Scalar = spec("-", "first side: +1 starboard, -1 port", (-1.0, 1.0), default=1.0)
 
-    def __post_init__(self) -> None:
-        own(self)
-
     @classmethod
     def ordered(cls, settings: Settings) -> Self:
         """10/10 to starboard first by default; the modified zigzags take another heading."""
         ten = math.radians(10.0)
         return cls(settings.n_P, settings.rudder_or(ten), settings.heading_or(ten), settings.side)
 
-    def begin(self, state: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars) -> Scalars:
         """The first side, and the heading at execute [rad]."""
         return (self.side, state[2])
 
-    def command(
-        self, t: Scalar, state: tuple[Scalar, ...], memory: tuple[Scalar, ...]
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def command(self, t: Scalar, state: Scalars, memory: Scalars) -> tuple[Scalars, Scalars]:
         """Revolutions [1/s] and rudder [rad]; reversed at the first sample at or beyond psi."""
         side, psi_0 = memory
         side = where(side * (state[2] - psi_0) >= self.psi, -side, side)
@@ -73,9 +68,6 @@ class Zigzag(Manoeuvre):
         so on are times since the first execute; a measured run without `delta_cmd` shows them where
         its heading first passes psi.  Initial turning is from the first execute until the heading
         has changed by psi, time and distance along the track.
-
-        Raises:
-            DataError: the rudder never leaves its initial angle, or the heading is absent.
         """
         run = after(trial, self.side * self.delta)
         heading = self.side * turned(run)

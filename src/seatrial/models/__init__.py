@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..core.parameters import Scalar
+from ..core.parameters import Scalar, Scalars
 from ..core.symbolic import cos, sin
 from ..data import Array
 from ..engine import Plant
@@ -57,9 +57,7 @@ class Model(ABC):
     """Whether the model is physical at rest; a family with False gives the reason in its docstring."""
 
     @abstractmethod
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         """Time derivative of `state` [SI/s] under the actual controls and the environment."""
 
     @property
@@ -162,20 +160,16 @@ class Sampled(Model):
         """Names of what it remembers (lagged values, network memory)."""
 
     @abstractmethod
-    def begin(self, state: tuple[Scalar, ...], control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars, control: Scalars) -> Scalars:
         """Memory as if the ship had been in this state, under these controls, for ever."""
 
     @abstractmethod
     def advance(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment,
-        memory: tuple[Scalar, ...],
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
+        self, state: Scalars, control: Scalars, environment: Environment, memory: Scalars
+    ) -> tuple[Scalars, Scalars]:
         """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample."""
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Kinematics with held velocities: rates of `state` [SI/s] between samples."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         return (*kinematics(*state[2:6]), *(0.0 * x for x in state[3:6]))
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cache
+from math import inf
 
-from ..core.parameters import PRIME, ParameterError, Scalar, Spec, Terms, choice, spec, terms
+from ..core.parameters import PRIME, ParameterError, Scalar, Scalars, Spec, Terms, choice, spec, terms
 from ..core.symbolic import larger, speed
 from ..environment import Environment
 from . import Model
 from .common import Surroundings
 
-INFINITE = float("inf")
 _FACTORS = {"u": "u'", "v": "v'", "r": "r'", "d": "delta"}
 _FORCES = {"X": "surge force", "Y": "sway force", "N": "yaw moment"}
 _GRAMMAR = re.compile(r"([XYN])_(0?)([uvrd]*)")
@@ -61,14 +61,14 @@ class Body:
     """
 
     L_pp: Scalar = spec("m", "length between perpendiculars", (1e-3, 1e3))
-    m: Scalar = spec(PRIME, "mass", (1e-9, INFINITE))
-    I_z: Scalar = spec(PRIME, "moment of inertia in yaw about midship", (1e-9, INFINITE))
+    m: Scalar = spec(PRIME, "mass", (1e-9, inf))
+    I_z: Scalar = spec(PRIME, "moment of inertia in yaw about midship", (1e-9, inf))
     x_G: Scalar = spec(PRIME, "centre of gravity ahead of midship, over L_pp")
-    X_udot: Scalar = spec(PRIME, "surge force by surge acceleration: minus the added mass", (-INFINITE, 0.0))
-    Y_vdot: Scalar = spec(PRIME, "sway force by sway acceleration: minus the added mass", (-INFINITE, 0.0))
+    X_udot: Scalar = spec(PRIME, "surge force by surge acceleration: minus the added mass", (-inf, 0.0))
+    Y_vdot: Scalar = spec(PRIME, "sway force by sway acceleration: minus the added mass", (-inf, 0.0))
     Y_rdot: Scalar = spec(PRIME, "sway force by yaw acceleration")
     N_vdot: Scalar = spec(PRIME, "yaw moment by sway acceleration")
-    N_rdot: Scalar = spec(PRIME, "yaw moment by yaw acceleration: minus the added inertia", (-INFINITE, 0.0))
+    N_rdot: Scalar = spec(PRIME, "yaw moment by yaw acceleration: minus the added inertia", (-inf, 0.0))
     coriolis: str = choice("terms of the turning axes", ("explicit", "absorbed"), "explicit")
 
     def acceleration(
@@ -121,13 +121,9 @@ class Abkowitz(Model):
 
     @property
     def asymmetries(self) -> tuple[str, ...]:
-        """Paths of the numbers that make port and starboard differ; all zero, the ship is its own mirror image."""
         return tuple(f"derivatives.{name}" for name in self.derivatives.names if name[:3] in ("Y_0", "N_0"))
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         u, v, r = around.u_r, around.v_r, around.r * self.body.L_pp
         return around.rates(self.body.acceleration(self.force(u, v, r, control[1]), u, v, r))

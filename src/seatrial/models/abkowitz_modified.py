@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ..core.parameters import PRIME, Scalar, spec
+from ..core.parameters import PRIME, Scalar, Scalars, spec
 from ..core.symbolic import larger, magnitude, root, sign, speed
 from ..environment import Environment
 from . import Model
 from .abkowitz import Body
 from .common import Surroundings
 
-INFINITE = float("inf")
 # Bounds of r' and of the drift angle at the rudder [rad] beyond which a division by U or c no longer grows.
 _TURNING, _DRIFTING = 5.0, 3.0
 # Least flow past the rudder that divides [m/s].
@@ -54,8 +53,8 @@ class Derivatives:
     eta_1: Scalar = spec(PRIME, "thrust by u^2")
     eta_2: Scalar = spec(PRIME, "thrust by n u L")
     eta_3: Scalar = spec(PRIME, "thrust by n^2 L^2")
-    C_R: Scalar = spec(PRIME, "resistance over 0.5 rho S u^2", (0.0, INFINITE))
-    S: Scalar = spec(PRIME, "wetted surface over L^2", (0.0, INFINITE))
+    C_R: Scalar = spec(PRIME, "resistance over 0.5 rho S u^2", (0.0, math.inf))
+    S: Scalar = spec(PRIME, "wetted surface over L^2", (0.0, math.inf))
     X_vv: Scalar = spec(PRIME, "surge force by v_m^2")
     X_ee: Scalar = spec(PRIME, "surge force by c^2 e^2")
     X_rr: Scalar = spec(PRIME, "surge force by r^2")
@@ -97,25 +96,20 @@ class ModifiedAbkowitz(Model):
     body: Body
     race: Race
     derivatives: Derivatives
-    c_0: Scalar = spec(PRIME, "c over U in a steady straight run", (0.0, INFINITE))
+    c_0: Scalar = spec(PRIME, "c over U in a steady straight run", (0.0, math.inf))
 
     @property
     def asymmetries(self) -> tuple[str, ...]:
         """The bias of a single screw."""
         return "derivatives.Y_0", "derivatives.N_0"
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         u, v, r = around.u_r, around.v_r, around.r * self.body.L_pp
         n_P, delta = control
         return around.rates(self.body.acceleration(self.force(u, v, r, n_P * self.body.L_pp, delta), u, v, r))
 
-    def force(
-        self, u: Scalar, v: Scalar, r: Scalar, n: Scalar, delta: Scalar
-    ) -> tuple[Scalar, Scalar, Scalar]:
+    def force(self, u: Scalar, v: Scalar, r: Scalar, n: Scalar, delta: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """X, Y, N over 0.5 rho L^2, 0.5 rho L^2, 0.5 rho L^3 [m^2/s^2]; r and n are times L_pp [m/s]."""
         at, c, u_Ainf = self.derivatives, *self.race.flow(u, n / self.body.L_pp)
         U = larger(speed(u, v), magnitude(r) / _TURNING)

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import islice
 from typing import ClassVar, NamedTuple
 
-from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import cos, sin
 from ..environment import Environment, to_body
 from . import STATES, STEERING, UNITS, Sampled
@@ -93,25 +94,19 @@ class Arx(Sampled):
         """
         return tuple(f"{name}_back_{k}" for name, longest in self.lags.items() for k in range(1, longest))
 
-    def begin(self, state: tuple[Scalar, ...], control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
-        """Memory as if the ship had been in this state, under these controls, for ever."""
-        out: list[Scalar] = []
-        for name, longest in self.lags.items():
-            out += [control[INPUTS.index(name)] if name in INPUTS else 0.0] * (longest - 1)
-        return tuple(out)
+    def begin(self, state: Scalars, control: Scalars) -> Scalars:
+        held = {**dict.fromkeys(OUTPUTS, 0.0), **dict(zip(INPUTS, control, strict=True))}
+        return tuple(held[name] for name, longest in self.lags.items() for _ in range(1, longest))
 
     def advance(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment,
-        memory: tuple[Scalar, ...],
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
-        """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample."""
+        self, state: Scalars, control: Scalars, environment: Environment, memory: Scalars
+    ) -> tuple[Scalars, Scalars]:
         around = Surroundings.of(state, environment)
         values = (around.u_r, around.v_r, around.r, *control)
         now: dict[str, Scalar] = dict(zip((*OUTPUTS, *INPUTS), values, strict=True))
         past = self._past(now, memory)
-        after = {name: now[name] for name in OUTPUTS}
-        for name in dict.fromkeys(lag_of(n).output for n in self.coefficients.names):
-            after[name] = 0.0
+        ruled = {lag_of(name).output for name in self.coefficients.names}
+        after = {name: 0.0 if name in ruled else now[name] for name in OUTPUTS}
         for name, number in self.coefficients.items():
             output, of, lag = lag_of(name)
             after[output] = after[output] + number * (1.0 if of == CONSTANT else past[of][lag - 1])  # (9)
@@ -122,25 +117,18 @@ class Arx(Sampled):
         rates = tuple((b - a) / self.dt for a, b in zip(state[3:6], ground, strict=True))
         return rates, self._remembered(now, after, memory)
 
-    def _past(self, now: dict[str, Scalar], memory: tuple[Scalar, ...]) -> dict[str, list[Scalar]]:
+    def _past(self, now: dict[str, Scalar], memory: Scalars) -> dict[str, list[Scalar]]:
         """Values of each velocity and control, this sample's first."""
-        out: dict[str, list[Scalar]] = {}
-        at = 0
+        out, kept = dict[str, list[Scalar]](), iter(memory)
         for name, longest in self.lags.items():
-            values = [now[name]]
-            for kept in memory[at : at + longest - 1]:
-                values.append(kept if name in INPUTS else values[-1] + kept)
-            out[name] = values
-            at += longest - 1
+            out[name] = [now[name]]
+            for back in islice(kept, longest - 1):
+                out[name].append(back if name in INPUTS else out[name][-1] + back)
         return out
 
-    def _remembered(
-        self, now: dict[str, Scalar], after: dict[str, Scalar], memory: tuple[Scalar, ...]
-    ) -> tuple[Scalar, ...]:
-        out: list[Scalar] = []
-        at = 0
+    def _remembered(self, now: dict[str, Scalar], after: dict[str, Scalar], memory: Scalars) -> Scalars:
+        out, kept = list[Scalar](), iter(memory)
         for name, longest in self.lags.items():
             first = now[name] if name in INPUTS else now[name] - after[name]
-            out += [first, *memory[at : at + longest - 1]][: longest - 1]
-            at += longest - 1
+            out += [first, *islice(kept, longest - 1)][: longest - 1]
         return tuple(out)

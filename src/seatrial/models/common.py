@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple, Protocol
 
-from ..core.parameters import Parts, Scalar
+from ..core.parameters import Parts, Scalar, Scalars
 from ..core.symbolic import cos, sin
 from ..environment import Environment, through_water, to_body, to_earth
 from ..forces import Flow, Force, ForceModule, ThrusterModule
@@ -16,19 +16,13 @@ class Afloat(Protocol):
     """Density of the water [kg/m^3], length [m] and draught [m] of a ship."""
 
     @property
-    def rho(self) -> Scalar:
-        """Density of the water [kg/m^3]."""
-        ...
+    def rho(self) -> Scalar: ...
 
     @property
-    def L_pp(self) -> Scalar:
-        """Length between perpendiculars [m]."""
-        ...
+    def L_pp(self) -> Scalar: ...
 
     @property
-    def d(self) -> Scalar:
-        """Draught [m]."""
-        ...
+    def d(self) -> Scalar: ...
 
 
 class Surroundings(NamedTuple):
@@ -51,7 +45,7 @@ class Surroundings(NamedTuple):
     environment: Environment
 
     @classmethod
-    def of(cls, state: tuple[Scalar, ...], environment: Environment) -> Surroundings:
+    def of(cls, state: Scalars, environment: Environment) -> Surroundings:
         """What a ship in `state` meets."""
         _, _, psi, u, v_m, r = state[:6]
         c, s = cos(psi), sin(psi)
@@ -68,7 +62,7 @@ class Surroundings(NamedTuple):
             wave_u, wave_v, around.wave_T, body.d * around.per_depth,
         )  # fmt: skip
 
-    def rates(self, acceleration: tuple[Scalar, Scalar, Scalar]) -> tuple[Scalar, ...]:
+    def rates(self, acceleration: tuple[Scalar, Scalar, Scalar]) -> Scalars:
         """Rates of the six states, from rates of the velocities through the water.
 
         The body turns within a uniform current, whose ship-fixed components turn the other way:
@@ -78,7 +72,6 @@ class Surroundings(NamedTuple):
         north, east = to_earth(self.u, self.v_m, self.cos_psi, self.sin_psi)
         u_C, v_C = self.u - self.u_r, self.v_m - self.v_r
         return north, east, self.r, du + self.r * v_C, dv - self.r * u_C, dr
-
 
 
 class Composed(Model):
@@ -97,7 +90,7 @@ class Composed(Model):
     def controls(self) -> tuple[str, ...]:
         """The conventional controls, then those of the thrusters: prefix and part, such as n_bow, alpha_1."""
         own = (f"{prefix}_{name}" for name, part in self.thrusters.items() for prefix in part.prefixes)
-        return (*(control for control, _ in self.conventional), *own)
+        return (*dict(self.conventional), *own)
 
     @property
     def follows(self) -> tuple[tuple[str, float], ...]:
@@ -111,33 +104,33 @@ class Composed(Model):
 
     @property
     def draught(self) -> Scalar:
-        """Draught [m]; 0 where unknown."""
         return self.body.d
 
     @property
     def breadth(self) -> Scalar:
-        """Breadth [m]; 0 where unknown."""
         return self.body.B
 
     @property
     def displaced(self) -> Scalar:
-        """Mass of the displaced water [kg]; 0 where unknown."""
         return self.body.m
 
     @property
     def thrusters_by_name(self) -> Mapping[str, ThrusterModule]:
-        """Thrusters by the name of the part, in the order of their controls."""
         return dict(self.thrusters.items())
 
     @property
     def feels_wind(self) -> bool:
-        """Whether the family has a wind force."""
         return self.wind is not None
 
-    def thrust(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
+    def thrust(self, flow: Flow, control: Scalars) -> Force:
         """Sum of the thrusters' forces under their own controls, in the order of `controls`."""
-        total, at = Force(0.0, 0.0, 0.0), 0
-        for part in self.thrusters.components:
-            total = total + part.force(flow, control[at : at + len(part.prefixes)])
-            at += len(part.prefixes)
+        total = Force(0.0, 0.0, 0.0)
+        for part, own in self.steered(control):
+            total = total + part.force(flow, own)
         return total
+
+    def steered(self, control: Scalars) -> Iterator[tuple[Any, Scalars]]:
+        """Each thruster with its own controls, from those of all."""
+        for part in self.thrusters.components:
+            own, control = control[: len(part.prefixes)], control[len(part.prefixes) :]
+            yield part, own

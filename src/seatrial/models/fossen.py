@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ..core.parameters import ParameterError, Parts, Scalar, choice, parts, spec
+from ..core.parameters import ParameterError, Parts, Scalar, Scalars, choice, parts, spec
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from .common import Composed, Surroundings
@@ -55,11 +55,8 @@ class Inertia:
     @property
     def matrix(self) -> tuple[Row, Row, Row]:
         """Rows of M."""
-        return (
-            (self.m_11, self.m_12, self.m_13),
-            (self.m_21, self.m_22, self.m_23),
-            (self.m_31, self.m_32, self.m_33),
-        )
+        first, second = (self.m_11, self.m_12, self.m_13), (self.m_21, self.m_22, self.m_23)
+        return first, second, (self.m_31, self.m_32, self.m_33)
 
     def coriolis_matrix(self, u: Scalar, v: Scalar, r: Scalar) -> tuple[Row, Row, Row]:
         """Rows of C at velocities through the water."""
@@ -80,9 +77,7 @@ class Inertia:
         first, second, third = self.matrix
         minors = (_cross(second, third), _cross(third, first), _cross(first, second))
         over = 1.0 / _dot(first, minors[0])
-        surge, sway, yaw = (
-            over * (right[0] * a + right[1] * b + right[2] * c) for a, b, c in zip(*minors, strict=True)
-        )
+        surge, sway, yaw = (over * _dot(right, row) for row in zip(*minors, strict=True))
         return surge, sway, yaw
 
     def doubts(self, displaced: float = 0.0, L_pp: float = 0.0) -> tuple[str, ...]:
@@ -120,8 +115,8 @@ class Affine(NamedTuple):
         D_loss: three rows [SI]; only the first column, of u_r, differs from zero.
     """
 
-    B: tuple[tuple[Scalar, ...], ...]
-    u: tuple[Scalar, ...]
+    B: tuple[Scalars, ...]
+    u: Scalars
     D_loss: tuple[Row, ...]
 
 
@@ -151,19 +146,15 @@ class Fossen(Composed):
         return super().conventional[: (self.propeller is not None) + (self.rudder is not None)]
 
     def mass_doubts(self, L_pp: float) -> tuple[str, ...]:
-        """What is physically doubtful about the mass matrix, a sentence each; L_pp [m] is that of the ship."""
         return self.inertia.doubts(float(self.displaced), L_pp)
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around, fixed = Surroundings.of(state, environment), len(self.conventional)
         flow = around.flow(self.body, *control[:fixed])
         force = self.force(flow, control[fixed:])
         return around.rates(self.inertia.acceleration(force, flow.u, flow.v_m, flow.r))
 
-    def force(self, flow: Flow, control: tuple[Scalar, ...] = ()) -> Force:
+    def force(self, flow: Flow, control: Scalars = ()) -> Force:
         """Damping and all external forces; `control` holds those of the thrusters."""
         total = self.damping.force(flow)
         if self.propeller is not None:
@@ -173,19 +164,15 @@ class Fossen(Composed):
             total = total if module is None else total + module.force(flow)
         return total + self.thrust(flow, control) if control else total
 
-    def affine(self, flow: Flow, control: tuple[Scalar, ...]) -> Affine:
+    def affine(self, flow: Flow, control: Scalars) -> Affine:
         """The thrusters, affine in their inputs (Sawada 2024 Eqs. 26-28), for control design.
 
         Args:
             flow: what the ship feels; only its velocities matter, and only to side thrusters.
             control: the controls of the thrusters.
         """
-        columns: list[Row] = []
-        inputs: list[Scalar] = []
-        loss, at = (0.0, 0.0, 0.0), 0
-        for part in self.thrusters.components:
-            own = control[at : at + len(part.prefixes)]
-            at += len(part.prefixes)
+        columns, inputs, loss = list[Row](), list[Scalar](), (0.0, 0.0, 0.0)
+        for part, own in self.steered(control):
             columns.extend(part.effect)
             inputs.extend(part.inputs(flow, own))
             a, b, c = part.loss(flow, own)

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.signal import lfilter
 
-from ..core.parameters import Scalar, Terms, spec, terms
+from ..core.parameters import Scalar, Scalars, Terms, spec, terms
 from ..data import Array
 from ..environment import Environment
 from ..forces import Flow, Force
@@ -54,28 +54,23 @@ class Hybrid(Mmg):
 
     @property
     def sides(self) -> tuple[int, ...]:
-        """Sign in the mirror image of each state beyond the six."""
         return 1, -1, 1
 
     @property
     def asymmetries(self) -> tuple[str, ...]:
         """Terms that make port and starboard differ, as those of a single screw do."""
-        wrong = [f"residual_X.{name}" for name in self.residual_X.names if odd(name)]
-        for axis, given in (("Y", self.residual_Y), ("N", self.residual_N)):
-            wrong += [f"residual_{axis}.{name}" for name in given.names if not odd(name)]
+        given = {"X": self.residual_X, "Y": self.residual_Y, "N": self.residual_N}
+        wrong = [
+            f"residual_{axis}.{name}" for axis in given for name in given[axis].names if odd(name) == (axis == "X")
+        ]
         return (*wrong, "drift_across")
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         wind_x, wind_y, slow_n = state[6:9]
         # The wind is where it comes from; the water goes the other way.
         north = self.drift_across * wind_y - self.drift_along * wind_x
         east = -self.drift_across * wind_x - self.drift_along * wind_y
-        drifting = environment._replace(
-            current_x=environment.current_x + north, current_y=environment.current_y + east
-        )  # fmt: skip
+        drifting = environment._replace(current_x=environment.current_x + north, current_y=environment.current_y + east)
         around = Surroundings.of(state, drifting)
         flow = around.flow(self.body, control[0], control[1])
         force = self.force(flow, control[2:])
@@ -97,15 +92,7 @@ class Hybrid(Mmg):
         return force + self.scale.sized(network(self.unit_in, self.unit_out, factors))
 
     def recall(self, series: Array, dt: float) -> Array:
-        """The three remembered states at each row, from the rows before it; settled at the first.
-
-        Args:
-            series: controls and environment per row, shape (rows, controls + 8), without gaps.
-            dt: time between the rows [s].
-
-        Returns:
-            shape (rows, 3).
-        """
+        """The three remembered states at each row, shape (rows, 3), from the rows before it; settled at the first."""
         around = series[:, len(self.controls) :]
         # Over the water: where the wind comes from, plus where the current goes.
         given = ((around[:, 0] + around[:, 2], self.tau_wind), (around[:, 1] + around[:, 3], self.tau_wind),

@@ -194,9 +194,7 @@ class Linear:
         return _control().ss(*arguments, states=self.states, inputs=self.controls, outputs=self.states)
 
 
-def linearise(
-    model: Model, at: Trim, states: Sequence[str] | None = None, side: float | None = None
-) -> Linear:
+def linearise(model: Model, at: Trim, states: Sequence[str] | None = None, side: float | None = None) -> Linear:
     """Jacobians of a model at a trim point, by automatic differentiation.
 
     Some models have a kink at zero drift (a flow straightening of the rudder that differs from side to side):
@@ -230,9 +228,7 @@ def linearise(
     return full.reduced(states or [name for name in at.states if name not in ("x", "y", "psi")])
 
 
-def straight(
-    model: Model, speed: float, environment: Environment = CALM, side: float | None = None
-) -> Linear:
+def straight(model: Model, speed: float, environment: Environment = CALM, side: float | None = None) -> Linear:
     """`linearise` at the straight run of `trim` at a speed [m/s]."""
     return linearise(model, trim(model, speed=speed, environment=environment), side=side)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..core.parameters import Parts, Scalar, choice, parts
+from ..core.parameters import Parts, Scalars, choice, parts
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body
@@ -39,17 +39,14 @@ class Mmg(Composed):
         ("wind", "resistance"), "wind",
     )  # fmt: skip
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         flow = around.flow(self.body, control[0], control[1])
         force = self.force(flow, control[2:])
         body = afloat(self.body, self.hull, flow)
         return around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
 
-    def force(self, flow: Flow, control: tuple[Scalar, ...] = ()) -> Force:
+    def force(self, flow: Flow, control: Scalars = ()) -> Force:
         """Sum of all external forces; `control` holds those of the thrusters."""
         pull, slipstream = self.propeller.force(flow)
         total = self.hull.force(flow) + pull + self.rudder.force(flow, slipstream)

@@ -156,10 +156,8 @@ class Pass:
         self.precision = np.float32 if max(network.layers) >= _WIDE else np.float64
         w = prepared(network, self.precision)
         self.network, self.cell, self.head = network, _cell(network, w, lanes), Head(network, w)
-        self._bounds: tuple[Array, Array, Array, float] | None = None
-        if network.limits is not None:
-            on = network.limits
-            self._bounds = np.array(on.low), np.array(on.high), np.array(on.acceleration), on.rate
+        on = network.limits
+        self._bounds = on and (np.array(on.low), np.array(on.high), np.array(on.acceleration), on.rate)
 
     def run_in(self, past: Array) -> None:
         """Go through samples (lanes, samples, inputs) without an answer."""

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import is_symbol
 from ..data import Array
 from ..environment import CHANNELS, Environment
@@ -19,9 +19,8 @@ from . import STEERING, Stepped
 from .network import INPUTS, Network, recurrent
 from .network_pass import Pass
 
-CONTROLS = STEERING
 _TRUE_WIND, _CURRENT = (
-    slice(len(CONTROLS) + CHANNELS.index(name), len(CONTROLS) + CHANNELS.index(name) + 2)
+    slice(len(STEERING) + CHANNELS.index(name), len(STEERING) + CHANNELS.index(name) + 2)
     for name in ("wind_x", "current_x")
 )
 
@@ -42,22 +41,18 @@ class Neural(Stepped):
 
     @property
     def learned(self) -> Network:
-        """The network."""
         return self.network
 
     @property
     def feels_wind(self) -> bool:
-        """Whether the apparent wind is among the inputs."""
         return self.network.wind
 
     @property
     def needed(self) -> tuple[str, ...]:
-        """Channels that a trial must have besides states and controls."""
         return ("U_T", "gamma_T") if self.network.wind else ()
 
     @property
     def look_back(self) -> int:
-        """Samples before a start that its memory depends on."""
         return self.network.look_back
 
     @property
@@ -72,7 +67,7 @@ class Neural(Stepped):
         back = range(net.look_back, 0, -1)
         return ("begun", *(f"{name}_back_{k}" for k in back for name in INPUTS[: net.inputs]))
 
-    def begin(self, state: tuple[Scalar, ...], control: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
+    def begin(self, state: Scalars, control: Scalars) -> Scalars:
         """Memory that lets the first sample, wind and all, have held over the look-back."""
         return (0.0,) * len(self.memory)
 
@@ -101,14 +96,9 @@ class Neural(Stepped):
         return Flight(self, memory)
 
     def advance(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment,
-        memory: tuple[Scalar, ...],
-    ) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:  # fmt: skip
-        """Rates of (u, v_m, r) that hold until the next sample, and the memory of the next sample.
-
-        Raises:
-            ParameterError: symbols instead of numbers.
-        """
+        self, state: Scalars, control: Scalars, environment: Environment, memory: Scalars
+    ) -> tuple[Scalars, Scalars]:
+        """The contract's; symbols instead of numbers are a ParameterError."""
         if any(map(is_symbol, (*state, *control, *environment, *memory))):
             cannot = "cannot be linearised, traced or exported as symbols"
             raise ParameterError(f"a network of {self.network.count} weights {cannot}; ask for numbers")
@@ -164,11 +154,11 @@ class Flight:
 
     def _begin(self, memory: Array, x: Array) -> None:
         self._start = None
-        if not recurrent(self.network.kind):
+        remembers = recurrent(self.network.kind)
+        if not remembers or not (memory[:, 0] > 0).all():
             self.through.run_in(self._past(memory, x))
+        if not remembers:
             return
-        if not (memory[:, 0] > 0).all():
-            self.through.run_in(self._past(memory, x))
         latent = np.where(memory[:, :1] > 0, memory[:, 1:], self.through.cell.latent)
         self.through.cell.latent = latent.astype(self.through.precision)
 

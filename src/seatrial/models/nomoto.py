@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec, terms
+from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import clip, magnitude
 from ..environment import Environment
 from . import Model
@@ -43,27 +43,12 @@ class Nomoto(Model):
     n_1: Scalar = spec("-", "factor of the linear term: 1, or -1 for an unstable ship", default=1.0)
     delta_r: Scalar = spec("rad", "residual rudder: the angle that the ship feels amidships", default=0.0)
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         ratio = around.u_r / self.U
         held = self.n_1 * around.r + self.alpha * around.r * around.r * around.r
         steady = self.K * ratio * (control[1] + self.delta_r)
         return around.rates((0.0, 0.0, magnitude(ratio) * (steady - held) / self.T))  # (8)
-
-
-def _speed(name: str) -> Spec:
-    return Spec("m/s", f"the speed called {name}", 1e-3, 100.0)
-
-
-def _K(name: str) -> Spec:
-    return Spec("1/s", f"steady yaw rate over rudder angle at the speed called {name}")
-
-
-def _T(name: str) -> Spec:
-    return Spec("s", f"time constant of the answer to the rudder at the speed called {name}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,9 +58,9 @@ class NomotoTable(Model):
     The three tables name the same speeds, slowest first, such as [speed] slow, full.
     """
 
-    speed: Terms = terms(_speed)
-    K: Terms = terms(_K)
-    T: Terms = terms(_T)
+    speed: Terms = terms(lambda name: Spec("m/s", f"the speed called {name}", 1e-3, 100.0))
+    K: Terms = terms(lambda name: Spec("1/s", f"steady yaw rate over rudder angle at the speed called {name}"))
+    T: Terms = terms(lambda name: Spec("s", f"time constant of the answer to the rudder at the speed called {name}"))
     alpha: Scalar = spec("s^2", "Norrbin's cubic term, per rad^2", default=0.0)
     n_1: Scalar = spec("-", "factor of the linear term: 1, or -1 for an unstable ship", default=1.0)
     delta_r: Scalar = spec("rad", "residual rudder: the angle that the ship feels amidships", default=0.0)
@@ -97,10 +82,7 @@ class NomotoTable(Model):
             time = time + share * (here[2] - before[2])
         return gain, time
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         gain, time = self.at(around.u_r)
         # Below the slowest speed of the table the rudder loses its hold in proportion to the speed.

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from ..core.parameters import ParameterError, Scalar, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import magnitude
 from ..environment import Environment
 from . import STATES, Model
@@ -117,10 +117,7 @@ class Nomoto2(Model):
         """K, T_1, T_2, T_3 at the speed U."""
         return SecondOrder(self.K, self.T_1, self.T_2, self.T_3)
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         r, lead = around.r, state[6]
         ratio = around.u_r / self.U

@@ -54,11 +54,8 @@ def meaning(name: str) -> Spec:
         raise ParameterError(f"'{name}' has {len(factors)} factors; a term has {_HIGHEST} at most")
     if set(name.lower()) <= {"d", "_"}:
         raise ParameterError(f"'{name}' is a force of the rudder at rest; give it a velocity or revolutions too")
-    return Spec("", "weight of " + " x ".join(_word(f) for f in factors))
-
-
-def _word(factor: str) -> str:
-    return FACTORS[factor] if factor in FACTORS else f"|{FACTORS[factor.lower()]}|"
+    words = (FACTORS[f] if f in FACTORS else f"|{FACTORS[f.lower()]}|" for f in factors)
+    return Spec("", f"weight of {' x '.join(words)}")
 
 
 def odd(name: str) -> bool:
@@ -167,4 +164,4 @@ def network(inwards: Terms, outwards: Terms, factors: Mapping[str, Scalar]) -> F
             weight = outwards.get(f"{unit}_{axis}")
             given = 0.5 * (one + other) - tanh(bias) if axis == "X" else 0.5 * (one - other)
             total[axis] = total[axis] + weight * given
-    return Force(total["X"], total["Y"], total["N"])
+    return Force(**total)

@@ -11,14 +11,7 @@ from . import STATES, Model
 
 
 def unseen(model: Model, series: Array, dt: float) -> Array:
-    """States beyond the six at each row of a log, as the rows before it leave them; shape (rows, states - 6).
-
-    A model that remembers has its own `recall`, as `Hybrid` does; states without it begin at rest.
-
-    Args:
-        series: controls and environment per row, shape (rows, controls + 8), without gaps.
-        dt: time between the rows [s].
-    """
+    """`Model.recall` of a log: states beyond the six at each row, shape (rows, states - 6)."""
     return np.asarray(model.recall(series, dt), dtype=np.float64)
 
 

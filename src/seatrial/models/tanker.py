@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
-from ..core.parameters import PRIME, Scalar, spec
+from ..core.parameters import PRIME, Scalar, Scalars, spec
 from ..core.symbolic import atan2, larger, magnitude, smaller, where
 from ..environment import Environment
 from . import Model
 from .common import Surroundings
 
-INFINITE = float("inf")
 # Draught over depth from which on the water is held to be no shallower: z = d/(h - d) is then 19.
 _SHALLOWEST = 0.95
 
@@ -21,9 +21,9 @@ class Body:
 
     L_pp: Scalar = spec("m", "length between perpendiculars", (1e-3, 1e3))
     d: Scalar = spec("m", "draught", (1e-4, 100.0))
-    m_11: Scalar = spec(PRIME, "mass in surge, 1 - X_udot", (1e-3, INFINITE))
-    m_22: Scalar = spec(PRIME, "mass in sway, 1 - Y_vdot", (1e-3, INFINITE))
-    m_33: Scalar = spec(PRIME, "inertia in yaw over m L^2, k_z^2 - N_rdot", (1e-6, INFINITE))
+    m_11: Scalar = spec(PRIME, "mass in surge, 1 - X_udot", (1e-3, inf))
+    m_22: Scalar = spec(PRIME, "mass in sway, 1 - Y_vdot", (1e-3, inf))
+    m_33: Scalar = spec(PRIME, "inertia in yaw over m L^2, k_z^2 - N_rdot", (1e-6, inf))
     X_udotz: Scalar = spec(PRIME, "surge force by surge acceleration and z", default=0.0)
     Y_vdotz: Scalar = spec(PRIME, "sway force by sway acceleration and z", default=0.0)
     N_rdotz: Scalar = spec(PRIME, "yaw moment by yaw acceleration and z", default=0.0)
@@ -92,7 +92,7 @@ class Tanker(Model):
     Y_urz: Scalar = spec(PRIME, "sway force by u r z", default=0.0)
     Y_vvz: Scalar = spec(PRIME, "sway force by v_m |v_m| z", default=0.0)
     Y_uvz: Scalar = spec(PRIME, "sway force by u v_m z in very shallow water, times 1 - z_uv/z", default=0.0)
-    z_uv: Scalar = spec(PRIME, "z above which Y_uvz acts", (1e-3, INFINITE), default=0.8)
+    z_uv: Scalar = spec(PRIME, "z above which Y_uvz acts", (1e-3, inf), default=0.8)
     Y_ccbbdz: Scalar = spec(PRIME, "sway force by c^2 beta |beta| |delta| z", default=0.0)
     N_urz: Scalar = spec(PRIME, "yaw moment by u r z", default=0.0)
     N_uvz: Scalar = spec(PRIME, "yaw moment by u v_m z", default=0.0)
@@ -106,13 +106,9 @@ class Tanker(Model):
 
     @property
     def draught(self) -> Scalar:
-        """Draught [m]."""
         return self.body.d
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around, body = Surroundings.of(state, environment), self.body
         L = body.L_pp
         q = smaller(body.d * environment.per_depth, _SHALLOWEST)

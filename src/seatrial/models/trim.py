@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, unknown
+from ..core.parameters import ParameterError, Scalar, Scalars, unknown
 from ..data import Array
 from ..environment import CALM, Environment
 from . import STATES, STEERING, Model, Sampled, Stepped, unit
@@ -76,51 +76,51 @@ def trim(
         ParameterError: an unknown order, neither speed nor orders, or no steady run there.
     """
     given = dict(orders or {})
-    known = tuple(dict.fromkeys(name for name, _ in model.follows))
+    known = _known(model, (*given, *(vary or ())))
     usual = [name for name in known if name in STEERING] or list(known)
     wanted = [name for name in (usual if vary is None else vary) if name not in given]
-    for name in (*given, *wanted):
-        if name not in known:
-            raise ParameterError(unknown(name, known, "order"))
     if speed is None and not given:
         raise ParameterError("a steady run needs a speed, or orders such as n_P")
-    search = _Search(model, known, given, tuple(wanted), speed, heading, environment)
+    search = _Search(model, given, tuple(wanted), speed, heading, environment)
     found = [search.solve(start) for start in search.starts()]
     small = _STEADY_SINGLE if isinstance(model, Stepped) else _STEADY
     steady = [one for one in found if one.residual <= small]
     if not steady and speed is not None:
-        near = replace(search, speed=None).solve_near(speed)
+        free = replace(search, speed=None)  # the balance nearest to the speed
+        near = free.solve(np.array([speed if name == "u" else 0.0 for name in free.unknowns]))
         steady = [near] if near.residual <= small and abs(near.speed - speed) <= _NEAR * abs(speed) else []
     if not steady:
         least = min(one.residual for one in found)
-        told = f"at {speed:g} m/s" if speed is not None else "under the orders given"
-        raise ParameterError(f"no steady straight run {told}: an acceleration of {least:.3g} m/s^2 is left")
+        where = f"at {speed:g} m/s" if speed is not None else "under the orders given"
+        raise ParameterError(f"no steady straight run {where}: an acceleration of {least:.3g} m/s^2 is left")
     # Of several balances the one with the propeller turning the way the ship goes.
     return max(steady, key=lambda one: one.orders.get("n_P", 0.0) * one.speed >= 0.0)
 
 
-def point(
-    model: Model, state: Sequence[float], orders: Mapping[str, float], environment: Environment = CALM
-) -> Trim:
+def point(model: Model, state: Sequence[float], orders: Mapping[str, float], environment: Environment = CALM) -> Trim:
     """Any point, steady or not: its states (those behind the first six settled where left out), and orders.
 
     Raises:
         ParameterError: an unknown order.
     """
-    known = tuple(dict.fromkeys(name for name, _ in model.follows))
-    for name in orders:
-        if name not in known:
-            raise ParameterError(unknown(name, known, "order"))
-    search = _Search(model, known, dict(orders), (), state[3], state[2], environment)
+    _known(model, orders)
+    search = _Search(model, dict(orders), (), state[3], state[2], environment)
     given = tuple(float(x) for x in state)
     control = tuple(factor * orders.get(order, 0.0) for order, factor in search.model.follows)
     whole = begun(search.model, given[: len(STATES)], control, environment)
-    return search.told((*given, *whole[len(given) :]), dict(orders))
+    return search.point((*given, *whole[len(given) :]), dict(orders))
 
 
-def next_sample(
-    model: Sampled, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-) -> tuple[Scalar, ...]:
+def _known(model: Model, names: Iterable[str]) -> tuple[str, ...]:
+    """The orders that a model obeys; those named are among them."""
+    known = tuple(dict.fromkeys(name for name, _ in model.follows))
+    for name in names:
+        if name not in known:
+            raise ParameterError(unknown(name, known, "order"))
+    return known
+
+
+def next_sample(model: Sampled, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
     """State of the next sample, memory behind it; heading by the mean of r, position by the rates now."""
     n = len(model.states)
     x, memory = state[:n], state[n:]
@@ -138,7 +138,6 @@ class _Search:
     """Newton's method on the accelerations; unknown are v_m, the model's own states, orders, and u where it is free."""
 
     model: Model
-    known: tuple[str, ...]
     given: Mapping[str, float]
     wanted: tuple[str, ...]
     speed: float | None
@@ -158,7 +157,7 @@ class _Search:
             first = [{"u": u} for u in (5.0, 1.0, 0.2, 20.0, -1.0)]
         return [np.array([guess.get(name, 0.0) for name in self.unknowns]) for guess in first]
 
-    def split(self, values: Sequence[Scalar]) -> tuple[tuple[Scalar, ...], dict[str, Scalar]]:
+    def split(self, values: Sequence[Scalar]) -> tuple[Scalars, dict[str, Scalar]]:
         """State and orders that a vector of unknowns means."""
         found = dict(zip(self.unknowns, values, strict=True))
         own = tuple(found[name] for name in self.model.states[len(STATES) :])
@@ -166,7 +165,7 @@ class _Search:
         orders = {**self.given, **{name: found[name] for name in self.wanted}}
         return (0.0, 0.0, self.heading, u, found["v_m"], 0.0, *own), orders
 
-    def rates(self, state: tuple[Scalar, ...], orders: Mapping[str, Scalar]) -> tuple[Scalar, ...]:
+    def rates(self, state: Scalars, orders: Mapping[str, Scalar]) -> Scalars:
         """Rates of u, v_m, r and the model's own states; a control without an order rests."""
         control = tuple(factor * orders.get(name, 0.0) for name, factor in self.model.follows)
         slow = self.model.derivative(state, control, self.environment)[3:]
@@ -174,10 +173,6 @@ class _Search:
             memory = self.model.begin(state, control)
             return (*self.model.advance(state, control, self.environment, memory)[0], *slow[3:])
         return slow
-
-    def solve_near(self, speed: float) -> Trim:
-        """The balance nearest to a speed that is free to change."""
-        return self.solve(np.array([speed if name == "u" else 0.0 for name in self.unknowns]))
 
     def solve(self, start: Array) -> Trim:
         """The nearest balance, or as near as it gets."""
@@ -202,7 +197,7 @@ class _Search:
             here = within
         if self.speed is None and not np.any(slopes(here)[:, 0]):
             raise ParameterError("the model keeps whatever speed it starts with; give the speed")
-        return self.told(*self.split(here.tolist()))
+        return self.point(*self.split(here.tolist()))
 
     def traced(self, start: Array) -> tuple[Function, Function, list[bool]]:
         """Rates and their Jacobian as functions of the unknowns, and which unknowns bear on a rate."""
@@ -227,7 +222,7 @@ class _Search:
 
         return f, slopes, np.any(slopes(start) != 0.0, axis=0).tolist()
 
-    def told(self, state: tuple[float, ...], orders: Mapping[str, float]) -> Trim:
+    def point(self, state: tuple[float, ...], orders: Mapping[str, float]) -> Trim:
         """The trim point, memory of a sampled model included."""
         control = tuple(float(factor * orders.get(name, 0.0)) for name, factor in self.model.follows)
         names, full = tuple(self.model.states), tuple(float(x) for x in state)

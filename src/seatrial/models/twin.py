@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..core.parameters import Parts, Scalar, choice, parts, spec
+from ..core.parameters import Parts, Scalar, Scalars, choice, parts, spec
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body
@@ -41,17 +41,14 @@ class TwinMmg(Composed):
         """n_P [1/s] and delta [rad] of port (1) and starboard (2)."""
         return ("n_P_1", "n_P"), ("n_P_2", "n_P"), ("delta_1", "delta"), ("delta_2", "delta")
 
-    def derivative(
-        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
-    ) -> tuple[Scalar, ...]:
-        """Time derivative of `state` [SI/s] under the actual controls and the environment."""
+    def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         around = Surroundings.of(state, environment)
         flow = around.flow(self.body)
         force = self.force(flow, control)
         body = afloat(self.body, self.hull, flow)
         return around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
 
-    def force(self, flow: Flow, control: tuple[Scalar, ...]) -> Force:
+    def force(self, flow: Flow, control: Scalars) -> Force:
         """Sum of all external forces under the controls of `controls`."""
         n_1, n_2, delta_1, delta_2 = control[:4]
         port = self._side(flow._replace(n_P=n_1, delta=delta_1), -1.0)
@@ -74,9 +71,7 @@ class TwinMmg(Composed):
 
 def mirrored_flow(flow: Flow) -> Flow:
     """The flow in the mirror image about the centre plane."""
-    return flow._replace(
-        v_m=-flow.v_m, r=-flow.r, delta=-flow.delta, v_A=-flow.v_A, wave_v=-flow.wave_v
-    )  # fmt: skip
+    return flow._replace(v_m=-flow.v_m, r=-flow.r, delta=-flow.delta, v_A=-flow.v_A, wave_v=-flow.wave_v)
 
 
 def mirrored(force: Force) -> Force:

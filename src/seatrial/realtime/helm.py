@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 from ..core.errors import CommandError as CommandError
 from ..core.parameters import Scalar, spec
-from ..manoeuvres.given import Given
+from ..manoeuvres import Given
 from ..models import unit
 from ..ships import Ship, ShipError
 from ..ships.felt import idle

@@ -21,13 +21,9 @@ class Reading(Protocol):
 
     path: Any
 
-    def table(self, dotted: str) -> Mapping[str, Any]:
-        """A table of the file."""
-        ...
+    def table(self, dotted: str) -> Mapping[str, Any]: ...
 
-    def numbers(self, dotted: str, known: Mapping[str, Spec], required: set[str]) -> dict[str, float]:
-        """The numbers of one table."""
-        ...
+    def numbers(self, dotted: str, known: Mapping[str, Spec], required: set[str]) -> dict[str, float]: ...
 
 
 def meanings(kind: type, control: str) -> dict[str, Spec]:

@@ -19,8 +19,7 @@ def feels(ship: Ship, channel: str) -> bool:
         return False
     around = _about(ship)
     draught = float(ship.model.draught) or 0.05 * ship.L_pp
-    size = {"per_depth": 0.5 / draught}
-    other = around._replace(**{channel: size.get(channel, 0.01 * ship.L_pp)})
+    other = around._replace(**{channel: 0.5 / draught if channel == "per_depth" else 0.01 * ship.L_pp})
     control = tuple(0.1 for _ in ship.model.controls)
     return _rates(ship, control, around)[: len(STATES)] != _rates(ship, control, other)[: len(STATES)]
 

@@ -7,14 +7,13 @@ The file is a table a component; see docs/extending.md for the keys.  A componen
 from __future__ import annotations
 
 import inspect
-import tomllib
+import math
 import typing
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from ..core.files import read_toml
 from ..core.parameters import ParameterError, Parts, Spec, Terms, unknown, values
 from ..forces import ThrusterModule
 from ..models import Model, unit
@@ -22,8 +21,7 @@ from . import Entry, Ship, ShipError
 from .actuation import read_actuators
 from .classes import Trust, find_class, trusting
 from .networks import read_network
-from .numbers import PARTICULARS, Yardsticks, number
-from .plausible import plausible
+from .numbers import PARTICULARS, Yardsticks, number, read_document
 from .writing import save, to_toml
 
 __all__ = ["library", "load", "save", "to_toml"]
@@ -31,6 +29,15 @@ __all__ = ["library", "load", "save", "to_toml"]
 SCHEMA = "seatrial-ship/1"
 FOLDER = Path(__file__).parent
 TOP = ("schema", "name", "of", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
+
+# Ships displace .3 to .9 of the box around them, pontoons all of it; a slip of unit is a factor of a thousand.
+_BLOCK = (0.1, 1.3)
+# Radius of gyration in yaw over length: .2 to .3 for ships, .29 for a box, .33 with added inertia.
+_GYRATION = (0.1, 0.6)
+# Nothing on board is farther from midship than this share of the length.
+_REACH = 0.75
+# Least share of the length ahead of midship at which a rudder is at the bow.
+_BOW = 0.05
 
 
 def library() -> tuple[str, ...]:
@@ -48,12 +55,7 @@ def load(name_or_path: str | Path, *, trust: Trust = False) -> Ship:
         ShipError: no such ship; a key, unit, type or number that cannot be used, in one line.
     """
     path = _find(name_or_path)
-    try:
-        document = read_toml(path)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ShipError(f"{path}: cannot be read as TOML: {error}") from None
-    if document.get("schema") != SCHEMA:
-        raise ShipError(f"{path}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
+    document = read_document(path, SCHEMA)
     with trusting(trust):
         return _Reading(path, document).ship()
 
@@ -71,11 +73,6 @@ def _find(name_or_path: str | Path) -> Path:
 
 
 ROLES = {"ForceModule": "force", "PropellerModule": "propeller", "RudderModule": "rudder"}
-
-
-def _one(hint: Any) -> Any:
-    """The protocol of a field, whether or not it may be absent."""
-    return next((a for a in typing.get_args(hint) if a is not type(None)), hint)
 
 
 def role_of(cls: type) -> str:
@@ -110,7 +107,8 @@ class _Reading:
         particulars = self.numbers("particulars", PARTICULARS, set())
         scale = self.yardsticks(particulars)
         model = self.model(family, scale)
-        speed, n_P = self.approach()
+        known = {"speed": Spec("m/s", "approach speed", 1e-3, 100.0), "n_P": Spec("1/s", "revolutions", -1e3, 1e3)}
+        start = self.numbers("approach", known, {"speed"})
         length = values(model).get("body.L_pp", particulars.get("L_pp"))
         if length is None:
             raise ShipError(f"{self.path}: particulars.L_pp is missing; every report is in lengths")
@@ -121,7 +119,7 @@ class _Reading:
                 raise ShipError(f"{self.path}: {error}") from None
         return Ship(
             name=self.text("name", self.path.stem), model=model, actuators=read_actuators(self, model), L_pp=length,
-            speed=speed, n_P=n_P, validity=self.validity(model), entries=self.entries,
+            speed=start["speed"], n_P=start.get("n_P"), validity=self.validity(model), entries=self.entries,
             notes=self.table("notes"), of=self.text("of", "") if "of" in self.document else "",
         )  # fmt: skip
 
@@ -192,7 +190,8 @@ class _Reading:
             role = f.metadata["parts"]
             self.made(Parts, {"names": names}, name)  # before a component of such a name is read
             return Parts(names, tuple(self.component(f"{name}.{part}", None, scale, role) for part in names))
-        return self.component(name, hint, scale, ROLES.get(str(getattr(_one(hint), "__name__", "")), ""))
+        wanted = next((a for a in typing.get_args(hint) if a is not type(None)), hint)  # with or without `| None`
+        return self.component(name, hint, scale, ROLES.get(str(getattr(wanted, "__name__", "")), ""))
 
     def terms(self, dotted: str, meaning: Any, scale: Yardsticks) -> Terms:
         known: dict[str, Spec] = {}
@@ -229,20 +228,12 @@ class _Reading:
             for key in self.table("model"):
                 text = f"{cls.__name__} has no numbers of its own; leave [model] out"
                 raise ShipError(f"{self.path}: model: no number '{key}'; {text}")
-            return {}
         chosen = {key: self.table(dotted)[key] for key in choices if key in self.table(dotted)}
         for key, value in chosen.items():
             if value not in choices[key][1]:
                 spot = f"{self.path}: {dotted}.{key}: '{value}'"
                 raise ShipError(f"{spot} is not one of {', '.join(choices[key][1])}")
         return {**self.numbers(dotted, known, required, scale, prefix, tuple(choices)), **chosen}
-
-    def approach(self) -> tuple[float, float | None]:
-        known = {"speed": Spec("m/s", "approach speed", 1e-3, 100.0), "n_P": Spec("1/s", "revolutions", -1e3, 1e3)}
-        found = self.numbers("approach", known, set())
-        if "speed" not in found:
-            raise ShipError(f"{self.path}: approach: missing speed")
-        return found["speed"], found.get("n_P")
 
     def validity(self, model: Any) -> dict[str, tuple[float, float]]:
         found: dict[str, tuple[float, float]] = {}
@@ -258,3 +249,33 @@ class _Reading:
                 raise ShipError(f"{spot}: [{low:g}, {high:g}] has no width")
             found[key] = (low, high)
         return found
+
+
+def plausible(model: Model, L_pp: float) -> None:
+    """Refuse masses, inertias, places and dampings that belong to no ship.
+
+    Raises:
+        ShipError: names the number and what would be right; the caller adds the file.
+    """
+    known = {path: float(v) for path, v in values(model).items()}
+    _mass(known, L_pp)
+    for path, value in known.items():
+        last = path.rpartition(".")[2]
+        if last in ("x_R", "x_P", "x") and path.count(".") and abs(value) > _REACH * L_pp:
+            raise ShipError(f"{path} is {value:g} m, off a ship of {L_pp:g} m: it counts from midship, ahead positive")
+        if last == "x_R" and value > _BOW * L_pp:
+            raise ShipError(f"{path} is {value:g} m: a rudder at the bow; aft of midship x is negative")
+        if path in ("damping.X_u", "derivatives.X_u") and value > 0.0:
+            raise ShipError(f"{path} is {value:g}: it drives the ship ahead; the force by u is negative, d_11 = -X_u")
+
+
+def _mass(known: dict[str, float], L_pp: float) -> None:
+    m, box = known.get("body.m", 0.0), math.prod(known.get(f"body.{key}", 0.0) for key in ("rho", "L_pp", "B", "d"))
+    if m and box and not _BLOCK[0] <= m / box <= _BLOCK[1]:
+        raise ShipError(f"body.m is {m:g} kg, {m / box:.2g} of the box L_pp B d full of water; ships have .4 to .9")
+    inertia = known.get("body.I_zG", 0.0)
+    if m and inertia:
+        radius = math.sqrt(inertia / m) / L_pp
+        if not _GYRATION[0] <= radius <= _GYRATION[1]:
+            said = f"body.I_zG is {inertia:g} kg m^2, a radius of gyration of {radius:.2g} L_pp"
+            raise ShipError(f"{said}; ships have some .25")

@@ -41,18 +41,16 @@ def read_network(path: Path, table: Mapping[str, Any]) -> Network:
     limits = table.get("limits")
     if limits is not None:
         _check(f"{path}: network.limits", limits, _LIMITS, ("low", "high", "acceleration"))
-    form = {key: table[key] for key in ("kind", "wind", "memory") if key in table}
+    form: dict[str, Any] = {key: table[key] for key in ("kind", "wind", "memory") if key in table}
     form |= {key: tuple(table[key]) for key in ("layers", "scale") if key in table}
     try:
-        network = Network(**form, limits=None if limits is None else _limits(limits))
+        if limits is not None:
+            low, high, most = (tuple(map(float, limits[key])) for key in ("low", "high", "acceleration"))
+            form["limits"] = Limits(low, high, most, float(limits.get("rate", Limits.rate)))
+        network = Network(**form)
         return _weighted(path, table, network) if "weights" in table else network
     except ParameterError as error:
         raise ShipError(f"{path}: network: {error}") from None
-
-
-def _limits(table: Mapping[str, Any]) -> Limits:
-    low, high, acceleration = (tuple(map(float, table[key])) for key in ("low", "high", "acceleration"))
-    return Limits(low, high, acceleration, float(table.get("rate", Limits.rate)))
 
 
 def _check(where: str, table: Mapping[str, Any], known: Mapping[str, Any], required: tuple[str, ...]) -> None:
@@ -72,9 +70,7 @@ def _check(where: str, table: Mapping[str, Any], known: Mapping[str, Any], requi
 
 def _numeric(value: Any) -> bool:
     """Whether it is no list, or a list of numbers."""
-    if not isinstance(value, list):
-        return True
-    return all(type(x) in (int, float) for x in value)  # type: ignore[misc]
+    return not isinstance(value, list) or all(type(x) in (int, float) for x in value)  # type: ignore[misc]
 
 
 def _weighted(path: Path, table: Mapping[str, Any], network: Network) -> Network:
@@ -113,16 +109,11 @@ def _arrays(file: Path) -> dict[str, Any]:
 def network_lines(network: Network, name: str) -> Iterator[str]:
     """The [network] table of a ship file whose weights are in `name`."""
     yield from ("", f"# inputs: {', '.join(INPUTS[: network.inputs])}, in SI units", "[network]")
-    yield f'kind = "{network.kind}"'
-    yield f"layers = {list(network.layers)}"
-    yield f"wind = {str(network.wind).lower()}"
-    yield f"scale = {list(network.scale)}"
-    yield f"memory = {network.memory}"
+    yield from (f'kind = "{network.kind}"', f"layers = {list(network.layers)}", f"wind = {str(network.wind).lower()}")
+    yield from (f"scale = {list(network.scale)}", f"memory = {network.memory}")
     if network.trained:
-        yield f'weights = "{name}"'
-        yield f'sha256 = "{network.digest}"'
-    if network.limits is not None:
-        on = network.limits
+        yield from (f'weights = "{name}"', f'sha256 = "{network.digest}"')
+    if (on := network.limits) is not None:
         yield from ("", "[network.limits]", f"low = {list(map(float, on.low))}", f"high = {list(map(float, on.high))}",
                     f"acceleration = {list(map(float, on.acceleration))}", f"rate = {float(on.rate)!r}")  # fmt: skip
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from ..core.files import read_toml
 from ..core.parameters import PRIME, Spec, unknown
 from . import Entry, ShipError
 
@@ -33,6 +36,23 @@ PARTICULARS = {
     "C_b": Spec("", "block coefficient", 0.0, 1.0),
     "volume": Spec("m^3", "displaced volume", 0.0),
 }
+
+
+def read_document(path: Path, schema: str) -> dict[str, Any]:
+    """The TOML document of a file of this schema.
+
+    Raises:
+        ShipError: it cannot be read, or has another schema.
+    """
+    try:
+        document = read_toml(path)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ShipError(f"{path}: cannot be read as TOML: {error}") from None
+    if document.get("schema") != schema:
+        raise ShipError(f"{path}: schema is {document.get('schema')!r}; this version reads '{schema}'")
+    return document
+
+
 @dataclass(frozen=True)
 class Yardsticks:
     """What makes a primed number dimensional: 0.5 rho L d for a mass, 0.5 rho L^4 d for an inertia."""
@@ -64,7 +84,7 @@ def number(
         raise ShipError(f"{where}: give either value or prime" + (", not both" if "value" in table else ""))
     entry = _entry(table, where)
     if not entry.prime and not entry.unit and meaning.unit not in ("", "-", PRIME):
-        raise ShipError(f"{where}: no unit; say in what the number is given (unit = \"{meaning.unit}\", ...)")
+        raise ShipError(f'{where}: no unit; say in what the number is given (unit = "{meaning.unit}", ...)')
     found = resolve(entry, meaning.unit, scale)
     if found is None:
         raise ShipError(f"{where}: {_unusable(entry, meaning, scale)}")

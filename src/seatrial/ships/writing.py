@@ -52,15 +52,21 @@ def to_toml(ship: Ship, provenance: Mapping[str, Any] | None = None, weights: st
         *([f"of = {_text(ship.of)}"] if ship.of else []),
         f"family = {_text(_type(ship.model, 'models'))}",
     ]
-    lines += _particulars(ship)
-    lines += _model(ship, _scale(ship), weights)
-    lines += _approach(ship)
+    lines += [*_particulars(ship), *_model(ship, _scale(ship), weights)]
+    lines += ["", "[approach]", f"speed = {_number(ship, 'approach.speed', ship.speed, 'm/s', None)}"]
+    if ship.n_P is not None:
+        lines.append(f"n_P = {_number(ship, 'approach.n_P', ship.n_P, '1/s', None)}")
     lines += _actuators(ship)
     if ship.validity:
         lines += ["", "[validity]"]
         lines += [f"{key} = [{float(a)!r}, {float(b)!r}]" for key, (a, b) in ship.validity.items()]
     notes = dict(ship.notes) | ({"provenance": dict(provenance)} if provenance else {})
-    return "\n".join(lines) + "\n" + _notes(notes)
+    text = "\n".join(lines) + "\n"
+    if not notes:
+        return text
+    import tomlkit
+
+    return f"{text}\n{tomlkit.dumps({'notes': _plain(notes)})}"
 
 
 def _type(thing: Any, room: str) -> str:
@@ -74,17 +80,13 @@ def _text(value: str) -> str:
 
 
 def _scale(ship: Ship) -> Yardsticks:
-    found = {
-        key: ship.entries[f"{table}.{key}"]
-        for table in ("particulars", "body")
-        for key in ("rho", "L_pp", "d")
-        if f"{table}.{key}" in ship.entries
-    }
-    units = {"rho": "kg/m^3", "L_pp": "m", "d": "m"}
-    values = {key: resolve(entry, units[key], None) for key, entry in found.items()}
-    body = parameters(ship.model)
-    values |= {key: body[f"body.{key}"] for key in values if f"body.{key}" in body}
-    return Yardsticks(**{key: float(value) for key, value in values.items() if value is not None})
+    body, values = parameters(ship.model), dict[str, float]()
+    for key, unit in (("rho", "kg/m^3"), ("L_pp", "m"), ("d", "m")):
+        entry = ship.entries.get(f"body.{key}", ship.entries.get(f"particulars.{key}"))
+        value = entry and body.get(f"body.{key}", resolve(entry, unit, None))
+        if value is not None:
+            values[key] = float(value)
+    return Yardsticks(**values)
 
 
 def _number(ship: Ship, path: str, value: float, unit: str, scale: Yardsticks | None) -> str:
@@ -107,11 +109,9 @@ def _number(ship: Ship, path: str, value: float, unit: str, scale: Yardsticks | 
 
 
 def _particulars(ship: Ship) -> Iterator[str]:
-    known = {
-        key: resolve(ship.entries[f"particulars.{key}"], meaning.unit, None)
-        for key, meaning in PARTICULARS.items()
-        if f"particulars.{key}" in ship.entries
-    }
+    given = ship.entries
+    known = {key: resolve(given[path], meaning.unit, None) for key, meaning in PARTICULARS.items()
+             if (path := f"particulars.{key}") in given}  # fmt: skip
     if not ship.model.takes("body"):
         known["L_pp"] = ship.L_pp
     if known:
@@ -125,9 +125,7 @@ def _model(ship: Ship, scale: Yardsticks, weights: str) -> Iterator[str]:
     model: Any = ship.model
     own = [f for f in fields(model) if "spec" in f.metadata or "choice" in f.metadata]
     if own:
-        yield from ("", "[model]")
-        yield from _choices(model)
-        yield from _numbers(ship, "", model, scale)
+        yield from ("", "[model]", *_declared(ship, "", model, scale))
     for f in fields(model):
         part = getattr(model, f.name)
         if f in own or part is None:
@@ -147,28 +145,16 @@ def _model(ship: Ship, scale: Yardsticks, weights: str) -> Iterator[str]:
 
 def _component(ship: Ship, dotted: str, part: Any, scale: Yardsticks) -> Iterator[str]:
     yield from ("", f"[{dotted}]", f"type = {_text(_type(part, 'forces'))}")
-    yield from _choices(part)
-    yield from _numbers(ship, f"{dotted}.", part, scale)
+    yield from _declared(ship, f"{dotted}.", part, scale)
 
 
-def _numbers(ship: Ship, prefix: str, thing: Any, scale: Yardsticks) -> Iterator[str]:
-    """The declared numbers of one class, without those that the file did not give and that did not change."""
+def _declared(ship: Ship, prefix: str, thing: Any, scale: Yardsticks) -> Iterator[str]:
+    """Choices and numbers of one class, without the numbers that the file did not give and that did not change."""
+    yield from (f"{f.name} = {_text(getattr(thing, f.name))}" for f in fields(thing) if "choice" in f.metadata)
     for f in fields(thing):
         value, path = getattr(thing, f.name), prefix + f.name
         if "spec" in f.metadata and (path in ship.entries or f.default is MISSING or value != f.default):
             yield f"{f.name} = {_number(ship, path, value, f.metadata['spec'].unit, scale)}"
-
-
-def _choices(thing: Any) -> Iterator[str]:
-    for f in fields(thing):
-        if "choice" in f.metadata:
-            yield f"{f.name} = {_text(getattr(thing, f.name))}"
-
-
-def _approach(ship: Ship) -> Iterator[str]:
-    yield from ("", "[approach]", f"speed = {_number(ship, 'approach.speed', ship.speed, 'm/s', None)}")
-    if ship.n_P is not None:
-        yield f"n_P = {_number(ship, 'approach.n_P', ship.n_P, '1/s', None)}"
 
 
 def _actuators(ship: Ship) -> Iterator[str]:
@@ -178,12 +164,6 @@ def _actuators(ship: Ship) -> Iterator[str]:
             yield f"type = {_text(kind)}"
         for key, value, unit in numbers:
             yield f"{key} = {_number(ship, f'actuators.{name}.{key}', value, unit, None)}"
-
-
-def _notes(notes: Mapping[str, Any]) -> str:
-    import tomlkit
-
-    return "\n" + tomlkit.dumps({"notes": _plain(notes)}) if notes else ""
 
 
 def _plain(value: Any) -> Any:

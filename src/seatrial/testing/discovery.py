@@ -6,6 +6,7 @@ import inspect
 import itertools
 import re
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cache
@@ -38,6 +39,13 @@ def require(kept: Any, text: str) -> None:
         raise ContractError(text)
 
 
+def declared(thing: Any) -> None:
+    """Every number is declared with what it is, and lies within what physics allows."""
+    for path, meaning, value in walk(thing):
+        require(meaning.about, f"{path}: no word on what it is")
+        require(meaning.low <= value <= meaning.high, f"{path} is {value:g}, outside its range")
+
+
 @cache
 def ships() -> dict[str, Ship]:
     """Ships of the library, examples of what none of them has, and one for each option of a family's choices."""
@@ -47,25 +55,19 @@ def ships() -> dict[str, Ship]:
 
 def _alternatives(known: Mapping[str, Ship]) -> dict[str, Ship]:
     """The first ship of a family for each option of its choices (not those of its force modules) that none has."""
-    seen: set[tuple[type, str, str]] = set()
     found: dict[str, Ship] = {}
     flown = [(name, ship, prefix, part) for name, ship in known.items() for prefix, part in components(ship.model)
              if type(part).__module__.startswith("seatrial.models")]  # fmt: skip
-    for _, _, _, part in flown:
-        seen |= {(type(part), field, vars(part)[field]) for field in choices(part)}
+    seen = {(type(part), field, vars(part)[field]) for _, _, _, part in flown for field in choices(part)}
     for name, ship, prefix, part in flown:
-        for field, options in choices(part).items():
-            for option in options:
-                if (type(part), field, option) not in seen:
-                    seen.add((type(part), field, option))
-                    changed = with_component(ship.model, prefix, replace(part, **{field: option}))
-                    found[f"{name}[{field}={option}]"] = replace(ship, model=changed)
+        for field, option in options(part):
+            if (type(part), field, option) not in seen:
+                seen.add((type(part), field, option))
+                other = replace(part, **{field: option})
+                whole: Any = ship.model
+                changed = replace(whole, **{prefix.removesuffix("."): other}) if prefix else other
+                found[f"{name}[{field}={option}]"] = replace(ship, model=changed)
     return found
-
-
-def with_component(model: Any, prefix: str, component: Any) -> Any:
-    """`model` with the component at a prefix replaced; one level deep."""
-    return replace(model, **{prefix.removesuffix("."): component}) if prefix else component
 
 
 # Numbers that make port and starboard differ: pairs that must be equal, then those that must vanish, by class.
@@ -111,12 +113,9 @@ def even(model: Any) -> Any:
         for a, b in PAIRS:
             if a in vars(component):
                 changes[prefix + a] = vars(component)[b]
-        patterns = biases(component)
-        known = [path for path, _, _ in walk(component)]
-        if hasattr(component, "mirror_symmetric") or "." not in prefix:
-            own = [path for path in known if any(fnmatchcase(path, p) for p in patterns)]
-        else:
-            own = [path for path in known if "." not in path and any(fnmatchcase(path, p) for p in patterns)]
+        nested = hasattr(component, "mirror_symmetric") or "." not in prefix
+        known = [path for path, _, _ in walk(component) if nested or "." not in path]
+        own = [path for path in known if any(fnmatchcase(path, pattern) for pattern in biases(component))]
         changes |= {prefix + path: 0.0 for path in own}
         if "to_port" in vars(component):
             changes[f"{prefix}to_port"] = 1.0
@@ -128,16 +127,19 @@ def choices(component: Any) -> dict[str, tuple[str, ...]]:
     return {f.name: f.metadata["choice"][1] for f in fields(component) if "choice" in f.metadata}
 
 
+def options(component: Any) -> Iterator[tuple[str, str]]:
+    """Each choice of a component with each of its options."""
+    return ((field, option) for field, known in choices(component).items() for option in known)
+
+
 def variants(component: Any) -> Iterator[tuple[str, Any]]:
     """A component in each of its published forms for which it has the numbers, with a name."""
-    options = choices(component)
-    for picked in itertools.product(*options.values()):
-        named = dict(zip(options, picked, strict=True))
+    known = choices(component)
+    for picked in itertools.product(*known.values()):
+        named = dict(zip(known, picked, strict=True))
         label = ",".join(f"{field}={option}" for field, option in named.items())
-        try:
+        with suppress(ParameterError):
             yield f"{key_of(component)}[{label}]" if label else key_of(component), replace(component, **named)
-        except ParameterError:
-            continue
 
 
 def classes_of(room: ModuleType) -> Iterator[type]:
@@ -232,14 +234,12 @@ def control_size(ship: Ship) -> tuple[float, ...]:
 def state_size(ship: Ship) -> tuple[float, ...]:
     """Usual size of each state."""
     U, L = ship.speed, ship.L_pp
-    own = [0.1 * (U / L) ** 2] * (len(ship.model.states) - 6)
-    return (10 * L, 10 * L, 3.0, U, 0.3 * U, 0.5 * U / L, *own)
+    return (10 * L, 10 * L, 3.0, U, 0.3 * U, 0.5 * U / L, *([0.1 * (U / L) ** 2] * (len(ship.model.states) - 6)))
 
 
 def rate_size(ship: Ship) -> np.ndarray:
     """Natural size of the rate of each state: that of the states in the time that the ship needs for its length."""
-    pace = ship.speed / ship.L_pp
-    U = ship.speed
+    U, pace = ship.speed, ship.speed / ship.L_pp
     own = [0.1 * pace**3] * (len(ship.model.states) - 6)
     return np.array([U, U, pace, U * pace, U * pace, pace * pace, *own])
 
@@ -291,8 +291,7 @@ def other_side(parts_: Mapping[str, Any], name: str) -> str:
     if not vars(part).get("y"):
         return name
     found = [other for other, x in parts_.items() if x == replace(part, y=-part.y)]
-    if not found:
-        raise ContractError(f"thruster {name} has no partner on the other side")
+    require(found, f"thruster {name} has no partner on the other side")
     return found[0]
 
 
@@ -301,4 +300,3 @@ def compiled(f: Callable[[Any], tuple[Any, ...]], n: int) -> tuple[ca.Function, 
     x = ca.SX.sym("x", n)
     y = ca.vertcat(*(ca.SX(e) for e in f(tuple(x[i] for i in range(n)))))
     return ca.Function("f", [x], [y]), ca.Function("j", [x], [ca.densify(ca.jacobian(y, x))])
-

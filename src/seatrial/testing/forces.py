@@ -11,21 +11,9 @@ from typing import Any
 import numpy as np
 
 from .. import forces
-from ..core.parameters import walk
 from ..data import Array
-from .discovery import (
-    PAIRS,
-    Part,
-    biases,
-    choices,
-    classes_of,
-    compiled,
-    components,
-    even,
-    force_modules,
-    require,
-    ships,
-)
+from . import discovery as found
+from .discovery import PAIRS, Part, biases, compiled, even, require
 
 
 def grid(part: Part) -> Array:
@@ -48,21 +36,18 @@ def samples(part: Part) -> Array:
 
 def untried_forces() -> list[str]:
     """Classes of the package, and options of their choices, that neither a ship nor an example has."""
-    parts = force_modules().values()
-    flown = {type(part.module) for part in parts}
-    flown |= {type(component) for ship in ships().values() for _, component in components(ship.model)}
-    missing = [cls.__qualname__ for cls in classes_of(forces) if cls not in flown]
-    tried = {(type(p.module), field, vars(p.module)[field]) for p in parts for field in choices(p.module)}
-    wanted = {(type(p.module), field, option) for p in parts
-              for field, options in choices(p.module).items() for option in options}  # fmt: skip
+    modules = [part.module for part in found.force_modules().values()]
+    flown = {type(part) for ship in found.ships().values() for _, part in found.components(ship.model)}
+    flown |= set(map(type, modules))
+    missing = [cls.__qualname__ for cls in found.classes_of(forces) if cls not in flown]
+    tried = {(type(module), field, vars(module)[field]) for module in modules for field in found.choices(module)}
+    wanted = {(type(module), *one) for module in modules for one in found.options(module)}
     return missing + [f"{cls.__qualname__}[{field}={option}]" for cls, field, option in wanted - tried]
 
 
 def declared(part: Part) -> None:
     """Every number is declared with what it is, and lies within what physics allows."""
-    for path, meaning, value in walk(part.module):
-        require(meaning.about, f"{path}: no word on what it is")
-        require(meaning.low <= value <= meaning.high, f"{path} is {value:g}, outside its range")
+    found.declared(part.module)
 
 
 def silent_at_rest(part: Part) -> None:
@@ -70,8 +55,8 @@ def silent_at_rest(part: Part) -> None:
     for angle, depth in ((0.0, 0.0), (0.4, 0.6), (-1.0, 1.2)):
         x = [0.0] * 4 + [angle] + [0.0] * 4 + [3.0, depth]
         x += [angle if prefix == "alpha" else 0.0 for prefix in part.prefixes]
-        found = part.outputs(tuple(x))[:3]
-        require(all(abs(y) == 0 for y in found), f"at rest, angle {angle}, d/h {depth}: X, Y, N are {found}")
+        forced = part.outputs(tuple(x))[:3]
+        require(all(abs(y) == 0 for y in forced), f"at rest, angle {angle}, d/h {depth}: X, Y, N are {forced}")
 
 
 def _reflected(part: Part, x: Array) -> tuple[Array, Array]:
@@ -120,6 +105,5 @@ def floats_equal_symbols(part: Part) -> None:
 Check = Callable[[Part], Any]
 
 FORCE_CHECKS: Mapping[str, Check] = {
-    "declared": declared, "silent_at_rest": silent_at_rest, "mirrored": mirrored, "finite": finite,
-    "floats_equal_symbols": floats_equal_symbols,
-}  # fmt: skip
+    check.__name__: check for check in (declared, silent_at_rest, mirrored, finite, floats_equal_symbols)
+}

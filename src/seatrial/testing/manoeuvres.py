@@ -17,7 +17,7 @@ from ..manoeuvres import Manoeuvre, Scheduled, Settings
 from ..models import STATES
 from ..ships import Ship
 from ..simulate.run import approach, simulate
-from .discovery import ContractError, classes_of, require
+from .discovery import ContractError, classes_of, require, state_size
 
 TAKES = ("rudder", "heading", "side", "seed")
 _LENGTHS = 20.0
@@ -35,14 +35,11 @@ def ordered(cls: type[Manoeuvre], ship: Ship) -> Manoeuvre:
     speed, n_P = approach(ship)
     greatest = {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
     bounded = {name: high if math.isfinite(high) else 0.0 for name, high in greatest.items()}
-    limit = float(ship.actuators.rudder.high)
-    return cls.ordered(Settings(n_P, speed, ship.L_pp, limit, controls=bounded))
+    return cls.ordered(Settings(n_P, speed, ship.L_pp, float(ship.actuators.rudder.high), controls=bounded))
 
 
 def _states(ship: Ship, count: int) -> Array:
-    U, L = ship.speed, ship.L_pp
-    size = np.array([10 * L, 10 * L, 3.0, U, 0.3 * U, 0.5 * U / L])
-    return np.random.default_rng(5).uniform(-1, 1, (count, len(STATES))) * size
+    return np.random.default_rng(5).uniform(-1, 1, (count, len(STATES))) * state_size(ship)[: len(STATES)]
 
 
 def named(cls: type[Manoeuvre], ship: Ship) -> None:
@@ -55,14 +52,13 @@ def named(cls: type[Manoeuvre], ship: Ship) -> None:
 
 def shapes(cls: type[Manoeuvre], ship: Ship) -> None:
     """`begin` and `command` give as many numbers as `memory` and `orders` name, finite at any state."""
-    policy = ordered(cls, ship)
-    steer: Any = policy
+    policy: Any = ordered(cls, ship)
     given = _given(policy)
     require(len(set(policy.orders)) == len(policy.orders), f"orders {policy.orders} twice")
     for row in _states(ship, 20).tolist():
         memory = policy.begin(tuple(row))
         require(len(memory) == len(policy.memory), f"begin gives {len(memory)} numbers for memory {policy.memory}")
-        orders, after = steer.command(0.5, tuple(row), memory, *given)
+        orders, after = policy.command(0.5, tuple(row), memory, *given)
         require(len(orders) == len(policy.orders), f"command gives {len(orders)} orders for {policy.orders}")
         require(len(after) == len(policy.memory), f"command gives {len(after)} numbers for memory {policy.memory}")
         require(np.isfinite([*orders, *after]).all(), f"command gives {orders}, {after} at {row}")
@@ -70,20 +66,19 @@ def shapes(cls: type[Manoeuvre], ship: Ship) -> None:
 
 def floats_equal_symbols(cls: type[Manoeuvre], ship: Ship) -> None:
     """Floats and symbols give the same orders and memory, over several steps."""
-    policy = ordered(cls, ship)
-    steer: Any = policy
+    policy: Any = ordered(cls, ship)
     given = _given(policy)
     n, m = len(STATES), len(policy.memory)
     t, x, memory = ca.SX.sym("t"), ca.SX.sym("x", n), ca.SX.sym("m", m)
     try:
-        orders, after = steer.command(t, tuple(ca.vertsplit(x)), tuple(ca.vertsplit(memory)) if m else (), *given)
+        orders, after = policy.command(t, tuple(ca.vertsplit(x)), tuple(ca.vertsplit(memory)) if m else (), *given)
     except (TypeError, ValueError, RuntimeError, NotImplementedError) as error:
         raise ContractError(f"command takes no symbols: {error}") from error
     traced = ca.Function("command", [t, x, memory], [ca.vertcat(*(ca.SX(y) for y in (*orders, *after)))])
     rows = _states(ship, 20).tolist()
     held = policy.begin(tuple(rows[0]))
     for k, row in enumerate(rows):
-        orders, after = steer.command(0.5 * k, tuple(row), held, *given)
+        orders, after = policy.command(0.5 * k, tuple(row), held, *given)
         direct = np.array([*orders, *after], dtype=float)
         symbols = np.asarray(traced(0.5 * k, row, list(held)).full()).ravel()
         off = np.abs(symbols - direct)

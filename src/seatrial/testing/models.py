@@ -18,19 +18,8 @@ from ..environment import CHANNELS, Environment
 from ..models import STATES, Model, Sampled, Stepped, unit
 from ..ships import Ship
 from ..simulate.run import approach, fastest, open_loop, open_loop_parameters, straight
-from .discovery import (
-    classes_of,
-    compiled,
-    control_size,
-    environment_size,
-    even,
-    flat,
-    mirrored_control,
-    rate_size,
-    require,
-    ships,
-    state_size,
-)
+from . import discovery
+from .discovery import compiled, control_size, environment_size, even, flat, mirrored_control, rate_size, require
 
 SIDES = (1, -1, -1, 1, -1, -1)
 # Physical channels that cannot be negative: the period of the waves, one over the depth.
@@ -58,24 +47,15 @@ def situations(ship: Ship) -> Array:
     return x
 
 
-def _measured(ship: Ship, count: int) -> Array:
-    """What the outputs of `flat` are measured by: rates, then changes and memory of a sampled model."""
-    own = rate_size(ship)
-    return np.array([*own, *own[3:6], *([own[5]] * count)])[:count]
-
-
 def untried_families() -> list[str]:
     """Families of the package that neither a ship nor an example has."""
-    families = [cls for cls in classes_of(models) if issubclass(cls, Model)]
-    flown = {type(ship.model) for ship in ships().values()}
-    return [cls.__qualname__ for cls in families if cls not in flown]
+    flown = {type(ship.model) for ship in discovery.ships().values()}
+    return [cls.__qualname__ for cls in discovery.classes_of(models) if issubclass(cls, Model) and cls not in flown]
 
 
 def declared(ship: Ship) -> None:
     """Every number is declared with what it is, and lies within what physics allows."""
-    for path, meaning, value in walk(ship.model):
-        require(meaning.about, f"{path}: no word on what it is")
-        require(meaning.low <= value <= meaning.high, f"{path} is {value:g}, outside its range")
+    discovery.declared(ship.model)
 
 
 def answers(ship: Ship) -> None:
@@ -105,7 +85,9 @@ def finite_and_equal_on_symbols(ship: Ship) -> str | None:
     direct = np.array([rates(tuple(row)) for row in x.tolist()], dtype=float)
     require(np.isfinite(direct).all(), "a rate is not finite")
     require(np.isfinite(j(x.T).full()).all(), "a derivative is not finite")
-    measure = _measured(ship, direct.shape[1])
+    # What the outputs are measured by: rates, then changes and memory of a sampled model.
+    own = rate_size(ship)
+    measure = np.array([*own, *own[3:6], *([own[5]] * direct.shape[1])])[: direct.shape[1]]
     scale = np.abs(direct / measure).max(axis=1, keepdims=True)
     off = np.abs(f(x.T).full().T - direct) / measure
     require((off <= 1e-12 * scale + 1e-300).all(), "floats and symbols differ")
@@ -158,16 +140,15 @@ def mirrored(ship: Ship) -> str | None:
         around = Environment(*x[n + c : n + c + len(CHANNELS)].tolist())
         other = around._replace(wind_y=-around.wind_y, current_y=-around.current_y, wave_y=-around.wave_y)
         port = tuple(s * value for s, value in zip((*SIDES, *own), state, strict=True))
-        here = model.derivative(state, control, around)
-        there = model.derivative(port, mirrored_control(model, control), other)
+        flipped = mirrored_control(model, control)
+        here, there = model.derivative(state, control, around), model.derivative(port, flipped, other)
         seen = tuple(s * rate for s, rate in zip((*SIDES, *own), there, strict=True))
         scale = np.abs(np.array(here) / measure).max()
         off = np.abs(np.array(seen) - here) / measure
         require((off <= 1e-12 * scale).all(), f"at {x} the rates are {here}, in the mirror {seen}")
         if isinstance(model, Sampled):
             change, _ = model.advance(state, control, around, model.begin(state, control))
-            begun = model.begin(port, mirrored_control(model, control))
-            back, _ = model.advance(port, mirrored_control(model, control), other, begun)
+            back, _ = model.advance(port, flipped, other, model.begin(port, flipped))
             bound = np.maximum(1e-11 * np.abs(change), 1e-12 * max(map(abs, change)))
             off = np.abs(np.array((back[0], -back[1], -back[2])) - change)
             require((off <= bound).all(), f"at {x} the changes are {change}, in the mirror {back}")
@@ -180,7 +161,7 @@ def parameters_may_be_symbols(ship: Ship) -> None:
     names = [path for path, _, _ in walk(model)]
     p = ca.SX.sym("p", len(names))
     symbolic = update(model, {path: p[i] for i, path in enumerate(names)})
-    x = np.array([0, 0, 0.1, 0.7, 0.4, 0.3, *([0.5] * (len(model.states) - 6))]) * state_size(ship)
+    x = np.array([0, 0, 0.1, 0.7, 0.4, 0.3, *([0.5] * (len(model.states) - 6))]) * discovery.state_size(ship)
     control = tuple((0.6 * np.array(control_size(ship))).tolist())
     given = (tuple(x.tolist()), control, Environment(0.5, 0.3, 0.1, 0.0))
     y = ca.vertcat(*(ca.SX(rate) for rate in symbolic.derivative(*given)))
@@ -249,11 +230,9 @@ def motion_in_a_current(ship: Ship) -> str | None:
     start[:, 3:5] += current
     moved = _run(ship, start, _carried_along(weather, current), dt)
     wanted = still.values.copy()
-    wanted[..., 0] += current[0] * still.t
-    wanted[..., 1] += current[1] * still.t
-    u_C, v_C = _in_ship_axes(still.values[..., 2], current)
-    wanted[..., 3] += u_C
-    wanted[..., 4] += v_C
+    drift = (*(speed * still.t for speed in current), 0.0, *_in_ship_axes(still.values[..., 2], current))
+    for k, change in enumerate(drift):
+        wanted[..., k] += change
     size = np.array([L, L, 1.0, U, U, U / L, *([(U / L) ** 2] * (own - 6))])
     require(np.isfinite(still.values).all(), "the run in still water is not finite")
     require((np.abs(moved.values - wanted) <= 1e-9 * size).all(), "in a current it moves otherwise than by the drift")
@@ -271,9 +250,7 @@ def _sampled_in_a_current(ship: Ship) -> None:
     start[0, 3:5] += _in_ship_axes(0.3, current)
     moved = _run(ship, start, Environment(current_x=current[0], current_y=current[1]), model.dt)
     wanted = still.values[..., 2:6].copy()
-    u_C, v_C = _in_ship_axes(wanted[..., 0], current)
-    wanted[..., 1] += u_C
-    wanted[..., 2] += v_C
+    wanted[..., 1:3] += np.stack(_in_ship_axes(wanted[..., 0], current), axis=-1)
     off = np.abs(moved.values[..., 2:6] - wanted)
     require((off <= 1e-9 * np.array([1.0, U, U, U / L])).all(), "a current changes its velocities through the water")
     require(np.abs(wanted[..., 0]).max() > 0.3, "the run does not turn")

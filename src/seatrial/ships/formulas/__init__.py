@@ -9,9 +9,11 @@ numbers published over the drift angle beta are turned by v' = -beta.
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib.resources import files
 
 Limits = Mapping[str, tuple[float, float]]
 
@@ -20,6 +22,12 @@ COMPARED: Limits = {"L/B": (5.5, 7.2), "B/d": (2.4, 3.0), "C_b": (0.65, 0.83)}
 
 UNPUBLISHED = "range not found in print; that of KVLCC2, KCS and Esso Osaka, where it was compared, is used"
 NONE = "range not found in print"
+
+
+def table(name: str) -> list[dict[str, str]]:
+    """The rows of a table that stands beside the formulas, by the names of its columns."""
+    with (files("seatrial.ships.formulas") / f"{name}.csv").open(encoding="utf-8") as lines:
+        return list(csv.DictReader(lines))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,54 +3,26 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
-from ...core.files import read_toml
 from ...core.parameters import PRIME, Spec, unknown
 from .. import Entry, ShipError
-from ..numbers import number
-from . import Air, Particulars
+from ..numbers import number, read_document
+from . import Air, Particulars, table
 from .propeller import straight_wake
 
 SCHEMA = "seatrial-particulars/1"
 TOP = ("schema", "name", "title", "particulars", "wind", "given", "notes")
 
-MEANING = {
-    "L_pp": Spec("m", "length between perpendiculars", 0.1, 1e3),
-    "B": Spec("m", "breadth", 0.01, 200.0),
-    "d": Spec("m", "draught", 1e-3, 50.0),
-    "C_b": Spec("", "block coefficient", 0.3, 0.95),
-    "rho": Spec("kg/m^3", "density of the water", 900.0, 1100.0),
-    "nu": Spec("m^2/s", "kinematic viscosity of the water", 5e-7, 3e-6),
-    "volume": Spec("m^3", "displaced volume", 1e-6, 1e7),
-    "x_G": Spec("m", "centre of gravity ahead of midship", -100.0, 100.0),
-    "C_m": Spec("", "midship section coefficient", 0.3, 1.0),
-    "speed": Spec("m/s", "approach speed", 0.01, 40.0),
-    "n_P": Spec("1/s", "revolutions at the approach speed", 0.01, 100.0),
-    "D_P": Spec("m", "propeller diameter", 1e-3, 20.0),
-    "pitch_ratio": Spec("", "pitch of the propeller over its diameter", 0.3, 2.0),
-    "blades": Spec("", "blades of the propeller", 2.0, 7.0),
-    "area_ratio": Spec("", "expanded blade area ratio A_E/A_0", 0.2, 1.5),
-    "A_R": Spec("m^2", "area of the movable rudder", 1e-6, 500.0),
-    "H_R": Spec("m", "height of the rudder", 1e-3, 30.0),
-    "aspect": Spec("", "aspect ratio of the whole rudder", 0.3, 6.0),
-    "delta_max": Spec("rad", "greatest rudder angle", 0.05, 1.6),
-    "delta_rate": Spec("rad/s", "greatest rate of the rudder", 1e-3, 10.0),
-}
-AIR = {
-    "A_T": Spec("m^2", "frontal area above water", 1e-5, 1e5),
-    "A_L": Spec("m^2", "lateral area above water", 1e-5, 1e5),
-    "A_OD": Spec("m^2", "lateral area of superstructure and deck load", 1e-6, 1e5),
-    "C": Spec("m", "centroid of the lateral area ahead of midship", -500.0, 500.0),
-    "C_BR": Spec("m", "centroid of the superstructure ahead of midship", -500.0, 500.0),
-    "H_BR": Spec("m", "height of the bridge top above water", 1e-3, 100.0),
-    "H_C": Spec("m", "height of the centroid of the lateral area above water", 1e-3, 100.0),
-    "rho_air": Spec("kg/m^3", "density of the air", 0.5, 2.0),
-}
+MEANING, AIR = (
+    {row["name"]: Spec(row["unit"], row["about"], float(row["low"]), float(row["high"]))
+     for row in table("particulars") if row["table"] == part}
+    for part in ("particulars", "wind")
+)  # fmt: skip
+"""Meaning of the numbers of [particulars] and [wind]."""
 SENSIBLE = {"L_pp/B": (2.0, 12.0), "B/d": (1.0, 10.0), "D_P/d": (0.1, 1.0), "|x_G|/L_pp": (0.0, 0.2)}
 """Ratios outside of which no displacement ship with a propeller lies; a judgement."""
 
@@ -108,12 +80,7 @@ def read_particulars(path: str | Path) -> Known:
         ShipError: an unknown key, a missing or impossible number, wind without its areas, in one line.
     """
     path = Path(path)
-    try:
-        document = read_toml(path)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ShipError(f"{path}: cannot be read as TOML: {error}") from None
-    if document.get("schema") != SCHEMA:
-        raise ShipError(f"{path}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
+    document = read_document(path, SCHEMA)
     for key in document:
         if key not in TOP:
             raise ShipError(f"{path}: {unknown(key, TOP, 'key')}")
@@ -122,7 +89,11 @@ def read_particulars(path: str | Path) -> Known:
     if missing:
         raise ShipError(f"{path}: particulars: missing {', '.join(missing)}")
     assumed = tuple(rule[0] for rule in ASSUMED if rule[0] not in values)
-    _complete(values, entries)
+    for name, rule, source, share in ASSUMED:
+        if name not in values:
+            values[name] = rule(values)
+            sigma = None if share is None else share * abs(values[name])
+            entries[name] = Entry(source=source, given=values[name], sigma=sigma)
     _check(path, values)
     given = dict(_flat(_table(path, document, "given")))
     made: dict[str, Any] = {f.name: values[f.name] for f in fields(Particulars) if f.name in values}
@@ -155,8 +126,8 @@ def _numbers(
     for name, raw in _table(path, document, key).items():
         if name not in known:
             raise ShipError(f"{path}: {key}: {unknown(name, known, 'number')}")
-        table = as_table(raw, known[name].unit, path)
-        values[name], entries[name] = number(table, known[name], f"{path}: {key}.{name}")
+        given = as_table(raw, known[name].unit, path)
+        values[name], entries[name] = number(given, known[name], f"{path}: {key}.{name}")
     return values, entries
 
 
@@ -164,17 +135,9 @@ def as_table(raw: Any, unit: str, path: Path) -> Any:
     """A number as a table with a source; here, unlike in a ship file, a bare one is in `unit`."""
     source, inside = f"given in {path.name}", {} if unit in ("", "-", PRIME) else {"unit": unit}
     if isinstance(raw, Mapping):
-        table = cast("Mapping[str, Any]", raw)
-        return {"source": source, **({} if "prime" in table else inside), **table}
+        given = cast("Mapping[str, Any]", raw)
+        return {"source": source, **({} if "prime" in given else inside), **given}
     return {"value": raw, "source": source, **inside}
-
-
-def _complete(values: dict[str, float], entries: dict[str, Entry]) -> None:
-    for name, rule, source, share in ASSUMED:
-        if name not in values:
-            values[name] = rule(values)
-            sigma = None if share is None else share * abs(values[name])
-            entries[name] = Entry(source=source, given=values[name], sigma=sigma)
 
 
 def _check(path: Path, values: Mapping[str, float]) -> None:
@@ -216,8 +179,8 @@ def _air(path: Path, document: Mapping[str, Any]) -> tuple[Air | None, Mapping[s
     return Air(**values), entries
 
 
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, raw in table.items():
+def _flat(found: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, raw in found.items():
         if isinstance(raw, Mapping) and not {"value", "prime"} & set(cast("Mapping[str, Any]", raw)):
             yield from _flat(cast("Mapping[str, Any]", raw), f"{prefix}{key}.")
         else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from . import Formula, Particulars
 
@@ -78,6 +79,10 @@ def wake(ship: Particulars) -> dict[str, float]:
 
 _HOLTROP = {"L/B": (3.9, 9.5), "F_n": (0.05, 0.45)}
 _BASIS = "envelope over the ship types of Holtrop's table, recalled, not read"
+WAKE = Formula(
+    name="Holtrop 1984", source="holtrop1984, single screw, normal stern, as in public codes",
+    gives=wake, limits=_HOLTROP, basis=_BASIS,
+)  # fmt: skip
 FORMULAS = (
     Formula(
         name="ITTC 1957 + Holtrop 1984",
@@ -85,12 +90,5 @@ FORMULAS = (
         "correlation allowance for ships above 30 m; wave resistance is left out, so a lower bound",
         gives=resistance, limits=_HOLTROP, basis=_BASIS,
     ),
-    Formula(
-        name="Holtrop 1984", source="holtrop1984, single screw, normal stern, as in public codes",
-        gives=thrust_deduction, limits=_HOLTROP, basis=_BASIS,
-    ),
-)  # fmt: skip
-WAKE = Formula(
-    name="Holtrop 1984", source="holtrop1984, single screw, normal stern, as in public codes",
-    gives=wake, limits=_HOLTROP, basis=_BASIS,
+    replace(WAKE, gives=thrust_deduction),
 )  # fmt: skip

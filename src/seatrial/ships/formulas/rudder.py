@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from . import Formula, Particulars
 from .hull import YOSHIMURA, YOSHIMURA_BASIS
 
@@ -55,21 +57,19 @@ def geometry(ship: Particulars) -> dict[str, float]:
 
 
 _MMGDYNAMICS = "as coded in mmgdynamics dynamics.py @dda5e25"
+_YOSHIMURA = Formula(
+    name="Yoshimura-Masumoto 2012", source="yoshimura2012 Eqs. 17-18 (merchant ships), as in two public codes",
+    gives=yoshimura, limits=YOSHIMURA, basis=YOSHIMURA_BASIS,
+)  # fmt: skip
 FORMULAS = (
     Formula(
         name="Fujii 1961", source="fujii1961: 6.13 A/(A + 2.25)", gives=fujii,
         limits={"rudder aspect": (0.5, 3.0)}, basis="range not found in print; judgement",
     ),
-    Formula(
-        name="Yoshimura-Masumoto 2012", source="yoshimura2012 Eqs. 17-18 (merchant ships), as in two public codes",
-        gives=yoshimura, limits=YOSHIMURA, basis=YOSHIMURA_BASIS,
-    ),
+    _YOSHIMURA,
     Formula(name="Quadvlieg 2013", source=f"quadvlieg2013, {_MMGDYNAMICS}", gives=quadvlieg),
     Formula(name="Aoki 2006", source=f"aoki2006, {_MMGDYNAMICS}", gives=aoki),
-    Formula(
-        name="Yoshimura-Masumoto 2012", source="yoshimura2012 Eqs. 17-18 (merchant ships), as in two public codes",
-        gives=yoshimura_hull, limits=YOSHIMURA, basis=YOSHIMURA_BASIS,
-    ),
+    replace(_YOSHIMURA, gives=yoshimura_hull),
     Formula(
         name="Kijima 1990", source="kijima1990, as in two public codes (-156.2 in one, -156.5 in the other)",
         gives=kijima,
