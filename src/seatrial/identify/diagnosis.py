@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ..data import Array
+
 # A suspect is listed as a cause from this drop of the objective on, in squared sigma, and if it moves a parameter by
 # this many sigma or removes this share of the objective.
 SIGNIFICANT, MOVES, REMOVES = 25.0, 1.0, 0.05
@@ -38,6 +40,21 @@ class Channel:
         if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > 1.0:
             out.append(f"{name}: neighbouring residuals are alike (correlation {self.alike:.2f})")
         return tuple(out)
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Residuals of one trial over the sensor noise, window after window.
+
+    Attributes:
+        t: time, the gaps between windows left out [s], shape (rows,).
+        values: by channel; NaN where nothing is compared.
+        control: first control of the model, as it acted.
+    """
+
+    t: Array
+    values: Mapping[str, Array]
+    control: Array
 
 
 @dataclass(frozen=True)
@@ -96,6 +113,8 @@ class Diagnosis:
         suspicions: tests of the errors of instruments, the most likely first.
         rejected: readings left out as outliers, by trial and channel.
         errors: errors of instruments that were estimated, as suspicions whose drop is that of leaving each out.
+        residuals: by trial, for drawings.
+        control: name and unit of the control that stands beside them.
         widened: factor of each sigma over that of white noise, by path.
         fixed: for fixed parameters of the model, the change of the free parameter that it moves most if it were
             10 % larger, in sigma: (path, free path, change); the strongest first.
@@ -105,6 +124,8 @@ class Diagnosis:
     suspicions: tuple[Suspicion, ...] = ()
     rejected: Mapping[str, Mapping[str, int]] = field(default_factory=dict[str, Mapping[str, int]])
     errors: tuple[Suspicion, ...] = ()
+    residuals: Mapping[str, Residuals] = field(default_factory=dict[str, Residuals], repr=False)
+    control: tuple[str, str] = ("", "")
     widened: Mapping[str, float] = field(default_factory=dict[str, float])
     fixed: tuple[tuple[str, str, float], ...] = ()
 
@@ -117,6 +138,20 @@ class Diagnosis:
     def lacking(self) -> bool:
         """Whether the model does not explain the data."""
         return bool(self.causes) or any(one.grounds(name) for name, one in self.channels.items())
+
+    def numbers(self) -> dict[str, object]:
+        """The same for fit.json, SI units."""
+        return {
+            "explained": not self.lacking, "lines": self.lines,
+            "channels": {name: {"noise": c.noise, "size": c.size, "correlation": c.alike, "samples": c.count}
+                         for name, c in self.channels.items()},
+            "suspects": [{"name": s.name, "size": s.size, "sigma": s.sigma, "drop": s.drop, "share": s.share,
+                          "matters": s.matters, "moves": dict(s.moves)} for s in self.suspicions],
+            "estimated": {s.name: {"size": s.size, "sigma": s.sigma} for s in self.errors},
+            "outliers": {trial: dict(found) for trial, found in self.rejected.items()},
+            "widened": dict(self.widened),
+            "fixed": [{"parameter": path, "moves": free, "sigmas": moved} for path, free, moved in self.fixed],
+        }  # fmt: skip
 
     @property
     def lines(self) -> tuple[str, ...]:

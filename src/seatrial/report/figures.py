@@ -166,13 +166,19 @@ def lines(
 
 def canvas(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[Any, ...]]:
     """A figure in the style of the reports, and its axes one above the other over one abscissa."""
+    figure, axes = panels(rows, 1, size)
+    return figure, tuple(axes[:, 0])
+
+
+def panels(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
+    """A figure in the style of the reports, and its axes, shape (rows, columns), a column over one abscissa."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     with rc_context(_STYLE):
         figure = Figure(figsize=size, layout="constrained")
-        axes = figure.subplots(rows, 1, sharex=True, squeeze=False)
-    return figure, tuple(axes[:, 0])
+        axes = figure.subplots(rows, columns, sharex="col", squeeze=False)
+    return figure, axes
 
 
 def legend_below(figure: Any, ax: Any) -> None:

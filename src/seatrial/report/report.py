@@ -18,7 +18,7 @@ from ..models import STATES
 from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
-from . import figures
+from . import diagnosis, figures
 from .evidence import PUBLISHED, Evidence, caveats
 from .page import (
     Page,
@@ -59,7 +59,7 @@ def sections(report: Evidence) -> tuple[Section, ...]:
     """All sections, in the order to show."""
     styles = figures.line_styles(report.labels, CONSTANT_VELOCITY)
     return (
-        Section("", _head(report)),
+        Section("", (diagnosis.verdict(report.fit) if report.fit else "") + _head(report)),
         Section("Standardised error by trial", _trial_table(report)),
         Section("Growth of the error", _horizons(report, styles)),
         Section("Forecasts", _forecasts(report)),
@@ -67,6 +67,7 @@ def sections(report: Evidence) -> tuple[Section, ...]:
         Section("Error by state", _channels(report)),
         Section("Manoeuvre indices", _indices(report)),
         Section(f"Fit of {report.fit.ship.name}", _fit(report.fit)) if report.fit else Section("", ""),
+        Section("Residuals of the fit", diagnosis.section(report.fit)) if report.fit else Section("", ""),
         Section("Assumptions", _assumptions(report)),
         Section("Findings in the data", bullets(report.findings) if report.findings else ""),
         Section("Provenance", entries(report.provenance)),

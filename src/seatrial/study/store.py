@@ -198,6 +198,7 @@ def _summary(fit: Fit, study: str, text: str, provenance: Mapping[str, Any]) -> 
         },
         "covariance": fit.covariance.tolist(),
         "verdicts": [asdict(verdict) for verdict in fit.verdicts],
+        "diagnosis": fit.diagnosis.numbers() if fit.diagnosis else None,
         "nuisances": fit.nuisances,
         "provenance": {k: v for k, v in provenance.items() if k not in ("sigma", "began")},
         "study_text": text,

@@ -164,8 +164,11 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> tuple[Shown, ...]:
     )  # fmt: skip
     head = ("parameter", "start", "fitted", "sigma", "from data", "verdict")
     parameters = (Table(head, rows, (1, 2, 3, 4)),) if rows else ()  # a network has weights, no parameters
+    tested = found.get("diagnosis") or {"lines": (), "explained": True}
     return (
+        *(() if tested["explained"] else tested["lines"]),
         *parameters,
+        *(tested["lines"] if tested["explained"] else ()),
         *(f"standardised error on {of}, {label}: {figure(value)}" for label, value in found["standardised"].items()),
         *(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
           f"{figure(f['heading'] / DEGREE)} deg" for f in found["forecasts"]),

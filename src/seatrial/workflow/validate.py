@@ -12,6 +12,7 @@ import numpy as np
 from .. import __version__
 from ..data import DataError, Trial
 from ..data.check import Finding, check_folder, check_set
+from ..data.check import check as findings_of
 from ..data.trialfile import read_trials, write_trial
 from ..engine import SimulationError
 from ..report.evidence import assumptions

@@ -17,9 +17,9 @@ import numpy as np
 
 from ...core.parameters import values
 from ...data import Array
-from ...models import STATES
+from ...models import STATES, unit
 from .. import Fit, Problem
-from ..diagnosis import Channel, Diagnosis, Suspicion
+from ..diagnosis import Channel, Diagnosis, Residuals, Suspicion
 from ..noise import noise
 from ..nuisance import EVERY, begun_as
 from ..record import Settings, cut_as
@@ -84,7 +84,11 @@ def diagnosed(fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance = _covariance(linear, A, size, objective)
     tested = _suspicions(linear, A, size, known, covariance, problem)
-    diagnosis = Diagnosis(channels, tested, rejected, _errors(objective, p, covariance))
+    first = problem.ship.model.controls[:1]
+    diagnosis = Diagnosis(
+        channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
+        (first[0], unit(first[0])) if first else ("", ""),
+    )  # fmt: skip
     wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
     count = len(problem.free)
     factor = np.sqrt(np.diag(wide) / np.maximum(np.diag(covariance), 1e-300))[:count]
@@ -212,6 +216,26 @@ def _suspicions(
             one.of_reading,
         ))  # fmt: skip
     return tuple(sorted(out, key=lambda s: -s.drop))
+
+
+def _residuals(
+    objective: TrajectoryObjective, linear: _Linear, channels: Mapping[str, Channel], problem: Problem
+) -> dict[str, Residuals]:
+    """Residuals of each trial in units of the noise, its windows one after the other."""
+    cut, out = objective.windows, dict[str, Residuals]()
+    control = cut.series[:, :: cut.every, 0][:, : cut.scale.shape[1]]
+    for index in np.unique(cut.trial).tolist():
+        mine = cut.trial == index
+        seen = cut.scale[mine].any(axis=2)
+        found: dict[str, Array] = {}
+        for name, channel in channels.items():
+            k = STATES.index(name)
+            scale = cut.scale[mine][:, :, k]
+            raw = np.where(scale > 0, linear.e[mine][:, :, k] / np.where(scale > 0, scale, 1.0), np.nan)
+            found[name] = (raw / channel.noise)[seen]
+        t = np.arange(int(seen.sum())) * cut.dt * cut.every
+        out[problem.trials[index].name] = Residuals(t, found, control[mine][seen])
+    return out
 
 
 def _errors(objective: TrajectoryObjective, p: Array, covariance: Array) -> tuple[Suspicion, ...]:
