@@ -159,11 +159,6 @@ def _alive(pid: int) -> bool:
     return True
 
 
-@cache
-def _sweep_once(folder: Path) -> None:
-    sweep(folder)
-
-
 def sweep(folder: Path) -> None:
     """Remove the scratch files of ended processes of this machine."""
     with suppress(OSError):
@@ -172,6 +167,9 @@ def sweep(folder: Path) -> None:
             if found and found["host"] in (None, _host()) and not _alive(int(found["pid"])):
                 with suppress(OSError):
                     left.unlink()
+
+
+_sweep_once = cache(sweep)
 
 
 def set_aside(path: Path) -> Path:
