@@ -227,7 +227,7 @@ def _fit(logs: Sequence[_Log], extras: tuple[str, ...], turning: bool, offset: b
              "lag": (0.5 * dt, 4 * dt), "dead_time": (0.5 * dt, 2.5 * dt, 6.5 * dt)}  # fmt: skip
     mesh = np.stack(np.meshgrid(*(grids[name] for name in names), indexing="ij"), axis=-1).reshape(-1, len(names))
     misfit = _Misfit(logs, names, turning)
-    starts = np.hstack([mesh, np.zeros((len(mesh), len(logs)))])
+    starts = np.pad(mesh, ((0, 0), (0, len(logs))))
     start = min(starts, key=lambda values: float((misfit.errors(values) ** 2).sum()))
     found = least_squares(misfit.errors, np.clip(start, low + 1e-9, high - 1e-9), bounds=(low, high),
                           jac=cast(Any, misfit.slopes), x_scale=scale,
@@ -260,9 +260,8 @@ class _Misfit:
             moved = values.copy()
             moved[j] += step
             out[:, j] = (self.errors(moved) - base) / step
-        edges = np.cumsum([0, *(int(log.kept.sum()) for log in self.logs)])
-        for k in range(len(self.logs)):
-            rows = slice(int(edges[k]), int(edges[k + 1]))
+        edges = np.cumsum([int(log.kept.sum()) for log in self.logs])[:-1]
+        for k, rows in enumerate(np.split(np.arange(base.size), edges)):
             moved_one = self.one(k, values[:shared], values[shared + k] + _DIFFERENCE)
             out[rows, shared + k] = (moved_one - base[rows]) / _DIFFERENCE
         return out
