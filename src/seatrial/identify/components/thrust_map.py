@@ -239,9 +239,7 @@ def _choose(
         raise DataError(f"{where}: {levels} different revolutions ahead; order {order} needs more than {order}")
     squares = [np.concatenate([e**2 for _, e in left_out(n, thrust, powers)]) for powers in tried]
     monotone = [_monotone(least_squares(n, thrust, powers)[0], powers, float(n.max())) for powers in tried]
-    found = tuple(
-        Candidate(p, float(np.sqrt(np.mean(e))), m) for p, e, m in zip(tried, squares, monotone, strict=True)
-    )
+    found = tuple(Candidate(p, float(np.sqrt(np.mean(e))), m) for p, e, m in zip(tried, squares, monotone, strict=True))
     usable = [k for k, m in enumerate(monotone) if m]
     if not usable:
         raise DataError(f"{where}: every polynomial falls or pushes against the revolutions within the tested range; "

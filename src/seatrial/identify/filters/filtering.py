@@ -185,9 +185,7 @@ class Tracker:
             return Extended(self.model, density, s.step or step, s.iterations)
         return Unscented(self.model, density, s.step or step, *self._bounds(), s.alpha, s.beta, s.kappa)
 
-    def _forward(
-        self, trial: Trial, events: Timeline, series: Array, mean: Array, cov: Array
-    ) -> tuple[Pass, _Updates]:  # fmt: skip
+    def _forward(self, trial: Trial, events: Timeline, series: Array, mean: Array, cov: Array) -> tuple[Pass, _Updates]:
         engine, bounds = self._engine(trial.dt), self._bounds()
         count, n = events.t.size, mean.size
         run, none = Pass.of(count, n), np.full(events.readings.shape, np.nan)

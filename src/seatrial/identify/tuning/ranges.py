@@ -18,6 +18,7 @@ from ...data import Array, Trial
 from ...models import STATES
 from .. import FitError, Problem, StudyError
 from ..nuisance import Layout
+from ..posterior.misfit import correlated
 from ..record import scales, step_of, windows
 from ..trajectory.batch import Many
 from ..trajectory.objective import TrajectoryObjective
@@ -229,25 +230,6 @@ def residuals(scorer: Scorer, trials: Sequence[Trial], values: Array) -> Residua
     time = max(t for weight, t in times if weight > 0.01 * weighty)
     compared = float((scale > 0).sum())
     return Residuals(rms, noise, alike, bias, time, float((left**2).sum()) / compared, compared / time)
-
-
-def correlated(rows: Sequence[Array]) -> tuple[float, float]:
-    """Correlation of neighbours, and samples per independent one, of several series about zero together.
-
-    The correlations are summed up to the first that is not above zero.
-    """
-    power = sum(float(e @ e) for e in rows)
-    if not power > 0:
-        return 0.0, 1.0
-    total, first = 1.0, 0.0
-    for lag in range(1, max(e.size for e in rows)):
-        # The sum over all products, as the power: the fewer the products at a long lag, the less it counts.
-        c = sum(float(e[lag:] @ e[:-lag]) for e in rows if e.size > lag) / power
-        first = c if lag == 1 else first
-        if c <= 0.0:
-            break
-        total += 2.0 * c
-    return first, total
 
 
 def flat_directions(
