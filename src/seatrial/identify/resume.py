@@ -142,12 +142,10 @@ class Resume:
     def _write(self) -> None:
         if self.path is None:
             return
-        self.written = time.perf_counter()
-        states = self.states
+        self.written, states = time.perf_counter(), self.states
         arrays = {f"p{k}": s.p for k, s in states.items()} | {f"eta{k}": s.eta for k, s in states.items()}
-        rows = [(s.cost, s.damping, s.iteration, s.evaluations) for s in states.values()]
         write_whole(self.path, packed(
-            digest=np.array(self.digest), starts=np.array(list(states)), rows=np.array(rows),
-            done=np.array([s.done for s in states.values()]), history=np.array(self.history).reshape(-1, 4),
-            **arrays,
+            digest=np.array(self.digest), starts=np.array(list(states)),
+            rows=np.array([(s.cost, s.damping, s.iteration, s.evaluations) for s in states.values()]),
+            done=np.array([s.done for s in states.values()]), history=np.array(self.history).reshape(-1, 4), **arrays,
         ))  # fmt: skip

@@ -19,7 +19,11 @@ MakeShip = Callable[[], Ship]
 
 @runtime_checkable
 class Watcher(Protocol):
-    """A `Progress` that also receives the best ship so far, without delay."""
+    """A `Progress` that also receives the best ship so far; both methods return at once."""
+
+    def __call__(self, iteration: int, objective: float, validation: float) -> None:
+        """Take the row of one iteration."""
+        ...
 
     def at(self, ship: MakeShip) -> None:
         """Take the best ship; called just before the row of an iteration."""

@@ -33,7 +33,7 @@ _FAST = 5.0
 
 @dataclass(frozen=True)
 class ServoFit:
-    """What a log says about one servo.
+    """Servo identified from logs.
 
     Attributes:
         control: the actual angle, such as ``alpha_1``.

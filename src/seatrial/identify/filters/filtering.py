@@ -296,15 +296,13 @@ def _turning(ship: Ship, trial: Trial, sensors: Sequence[Sensor]) -> Gauss:
     """Heading and rate of turn from the first readings."""
     quick = ship.speed / ship.L_pp
     found: Gauss = {"r": (0.0, quick)}
-    for sensor in sensors:
-        if isinstance(sensor, Heading):
-            t, psi, late = _first(ship, trial, sensor)
-            rate, rough = _slope(t, psi[:, 0], sensor.sd)
-            found["psi"] = (psi[0, 0] - rate * late, _WIDE * sensor.sd + quick * abs(late))
-            found["r"] = (rate, 0.5 * quick + 3.0 * rough)
-    for sensor in sensors:
-        if isinstance(sensor, Rate):
-            found["r"] = (_first(ship, trial, sensor)[1][0, 0], 0.5 * quick + _WIDE * sensor.sd)
+    for sensor in (s for s in sensors if isinstance(s, Heading)):
+        t, psi, late = _first(ship, trial, sensor)
+        rate, rough = _slope(t, psi[:, 0], sensor.sd)
+        found["psi"] = (psi[0, 0] - rate * late, _WIDE * sensor.sd + quick * abs(late))
+        found["r"] = (rate, 0.5 * quick + 3.0 * rough)
+    for sensor in (s for s in sensors if isinstance(s, Rate)):
+        found["r"] = (_first(ship, trial, sensor)[1][0, 0], 0.5 * quick + _WIDE * sensor.sd)
     return found
 
 

@@ -117,9 +117,9 @@ class Engine:
 
         size = batch.state.shape[1]
         piece = _PIECE if self.device == "cpu" else size
-        slices = [slice(k, min(k + piece, size)) for k in range(0, size, piece)]
-        each = map if self.pool is None or len(slices) == 1 else self.pool.map
-        done = list(each(lambda part: self._piece(theta, batch.part(part), gradient), slices))
+        pieces = [batch.part(slice(k, min(k + piece, size))) for k in range(0, size, piece)]
+        each = map if self.pool is None or len(pieces) == 1 else self.pool.map
+        done = list(each(partial(self._piece, theta, gradient=gradient), pieces))
         loss, slope = (torch.stack(parts).sum(0) / size for parts in zip(*done, strict=True))
         return loss, slope if gradient else None
 

@@ -264,7 +264,7 @@ class Plan:
     stages: tuple[tuple[int, NDArray[np.int64]], ...]
     watch: tuple[int, NDArray[np.int64]]
 
-    def begin(self, seed: int) -> Array:
+    def begin(self, seed: int) -> Any:
         """The first weights of a seed, as the engine has them, float32."""
         network, vector = self.model.network, self.engine.vector
         known = vector.exact(network.weights) if network.trained else vector.joined(initial(network, seed).weights)
@@ -284,7 +284,6 @@ class Loop:
     """A running training.
 
     Attributes:
-        plan, stand: what to do, and where it stands.
         checkpoint: file of the stand and the digest in it, or None.
         began: start of the clock, seconds already spent included.
         written: when the file was last written.

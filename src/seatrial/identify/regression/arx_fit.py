@@ -195,15 +195,13 @@ class ArxRegression:
         for trial in problem.trials:
             data = _series(trial, float(model.dt), _channels(model))
             rows = _rows(data, longest)
-            right = np.column_stack([data[n][rows] if n in own else np.zeros(rows.size) for n in OUTPUTS])
-            matrix = np.zeros((rows.size, len(OUTPUTS), len(free)))
+            rights.append(np.column_stack([data[n][rows] if n in own else np.zeros(rows.size) for n in OUTPUTS]))
+            matrices.append(np.zeros((rows.size, len(OUTPUTS), len(free))))
             for name, number in held.items():
                 column, k = _lagged(data, rows, name), OUTPUTS.index(lag_of(name).output)
-                right[:, k] -= number * column
+                rights[-1][:, k] -= number * column
                 if name in free:
-                    matrix[:, k, free.index(name)] = column
-            matrices.append(matrix)
-            rights.append(right)
+                    matrices[-1][:, k, free.index(name)] = column
         return weighted_fit(problem, np.concatenate(matrices), np.concatenate(rights), self, began, progress)
 
 

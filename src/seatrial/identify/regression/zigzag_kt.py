@@ -1,12 +1,11 @@
 """K and T of Nomoto's first-order model from a zigzag, or from any run with a moving rudder.
 
-Two ways.  `classical` is Nomoto's by hand: the equation T r' + r = K (delta + delta_r) integrated between two
-moments reads T [r] + [psi] = K (integral of delta + delta_r t).  Between heading peaks r is zero at both ends, so
-T drops out and K and delta_r follow from the areas under the rudder's record; from a peak to the next passage
-through the initial heading, T follows from the yaw rate there (Nomoto 1960, Kempf's manoeuvre; Sawada 2024
-section 4.1.1).  `fitted` takes every sample: the model's own yaw rate under the recorded rudder is held against
-the measured one by least squares, with K, T, delta_r and the initial yaw rate free, started from the integrated
-equation.
+`classical` is Nomoto's analysis by hand: the equation T r' + r = K (delta + delta_r) integrated between two moments
+reads T [r] + [psi] = K (integral of delta + delta_r t).  Between heading peaks r is zero at both ends, so T drops out
+and K and delta_r follow from the areas under the rudder's record; from a peak to the next passage through the initial
+heading, T follows from the yaw rate there (Nomoto 1960, Kempf's manoeuvre; Sawada 2024 section 4.1.1).  `fitted` is
+least squares on every sample of the yaw rate under the recorded rudder, with K, T, delta_r and the initial yaw rate
+free, started from the integrated equation.
 """
 
 from __future__ import annotations
@@ -155,7 +154,7 @@ def fitted(trial: Trial, L_pp: float, *, bias: bool = True) -> KT:
     variance = float(residual @ residual) / (residual.size - jacobian.shape[1])
     spread, scale = np.zeros((4, 4)), size[free]
     # Samples that count as one: while correlations are beyond their scatter, over a quarter of the run at most.
-    _, alike = correlated([residual - np.mean(residual)], 2.0 / math.sqrt(residual.size), residual.size // 4)
+    _, alike = correlated([residual - float(residual.mean())], 2.0 / math.sqrt(residual.size), residual.size // 4)
     spread[free, free] = np.linalg.inv(jacobian.T @ jacobian) * np.outer(scale, scale) * variance * alike
     start[free] = found.x * scale
     gain, rate, slope, _ = start.tolist()

@@ -124,15 +124,12 @@ class Condensed:
             raise StudyError(
                 f"{problem.ship.name}: shooting in windows needs a continuous model; take arx_fit:ArxRegression"
             )
-        system = open_loop(problem.ship)
-        vector, own = problem.vector, Nuisances.of(problem.nuisance)
+        system, vector, own = open_loop(problem.ship), problem.vector, Nuisances.of(problem.nuisance)
         forward = simulator(system, own.lanewise)
-        kernel = sensitivity(system, (*vector.paths, *own.lanewise), own.lanewise)
-        where = vector.positions(system.parameters)
-        begun = FirstStates.of(cut, span) if freed else FirstStates.none(cut)
         return Condensed(
-            problem, cut, forward, kernel, forward.pack(cut.series), where, anchor, penalty, own, begun, True, span,
-            method, threads,
+            problem, cut, forward, sensitivity(system, (*vector.paths, *own.lanewise), own.lanewise),
+            forward.pack(cut.series), vector.positions(system.parameters), anchor, penalty, own,
+            FirstStates.of(cut, span) if freed else FirstStates.none(cut), True, span, method, threads,
         )  # fmt: skip
 
     def start(self, p: Array, own: Array | None = None) -> Point:
@@ -247,7 +244,7 @@ class Condensed:
         n = linear.g_p.size
         q = linear.g.shape[1] - n
         whole, g = linear.N[:, :n, :n].sum(axis=0) + linear.H_p, linear.g[:, :n].sum(axis=0) + linear.g_p
-        whole = whole + np.diag(damping * np.diag(whole))
+        whole += np.diag(damping * np.diag(whole))
         if not q:
             return whole, g, np.zeros((len(linear.N), 0, n + 1))
         cross = linear.N[:, n:, :n]

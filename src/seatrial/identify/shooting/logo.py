@@ -295,9 +295,11 @@ class Run:
         own = self.settings
         if own.back_end == "ipopt":
             return self.by_ipopt(stage, start)
-        end, how = Search(start, np.inf), {"iterations": own.iterations, "tolerance": own.tolerance}
+        end = Search(start, np.inf)
         for _ in range(_ROUNDS):
-            end = descend(stage, end.point, *self.bounds, **how, each=self.each)
+            end = descend(
+                stage, end.point, *self.bounds, iterations=own.iterations, tolerance=own.tolerance, each=self.each
+            )
             self.evaluations += end.evaluations
             pushed = stage.penalty.pushed(end.point.p)
             if np.allclose(pushed.push, stage.penalty.push, rtol=1e-6, atol=1e-12):
