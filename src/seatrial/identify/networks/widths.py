@@ -251,9 +251,9 @@ class Scores:
         if path is None or not path.exists():
             return Scores(path, digest)
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
-            found = {float(width): float(score) for width, score in told["scores"]}
-            same = told["digest"] == digest
+            kept = json.loads(path.read_text(encoding="utf-8"))
+            found = {float(width): float(score) for width, score in kept["scores"]}
+            same = kept["digest"] == digest
         except (ValueError, KeyError, TypeError):
             begin_anew(path)
             return Scores(path, digest)

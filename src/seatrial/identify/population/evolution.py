@@ -210,7 +210,7 @@ class _Search:
             inside = np.clip(asked, 0.0, 1.0)
             values = self.low + (self.high - self.low) * inside
             costs, validation, seconds = record.next(population, lambda v=values: self.scores(batch, v))
-            strategy.tell(list(zip(asked, self.told(asked, inside, costs).tolist(), strict=True)))
+            strategy.tell(list(zip(asked, self.penalised(asked, inside, costs).tolist(), strict=True)))
             k = int(np.argmin(costs))
             bests.append(float(costs[k]))
             yield bests[-1], values[k], (bests[-1], validation, seconds)
@@ -233,7 +233,7 @@ class _Search:
         seen = float(self.watch.per_window(values[int(np.argmin(costs))][None]).sum())
         return costs, seen / (windows.weight * max(windows.samples, 1))
 
-    def told(self, asked: Array, inside: Array, costs: Array) -> Array:
+    def penalised(self, asked: Array, inside: Array, costs: Array) -> Array:
         """Values given to the strategy: the objective at the nearest point of the box, plus a penalty on the distance.
 
         The penalty is measured in the generation's own spread of objectives and of samples, so that it
@@ -248,8 +248,8 @@ class _Search:
         quarter = np.quantile(costs[good], [0.25, 0.75])
         away = ((asked - inside) ** 2).sum(axis=1) / max(float(asked.var(axis=0).mean()), 1e-300)
         worst = float(costs[good].max())
-        heard = np.where(good, costs, worst + (1.0 + far) * max(abs(worst), 1e-300))
-        return heard + _STEEP * float(quarter[1] - quarter[0]) * away
+        finite = np.where(good, costs, worst + (1.0 + far) * max(abs(worst), 1e-300))
+        return finite + _STEEP * float(quarter[1] - quarter[0]) * away
 
 
 @dataclass

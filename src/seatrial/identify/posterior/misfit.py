@@ -95,11 +95,10 @@ def misfit(fit: Fit, problem: Problem, settings: Settings, *, noise: Mapping[str
     level = white(fit, problem, settings) if noise is None else {n: float(noise.get(n, 0.0)) for n in STATES}
     # A channel without noise would have infinite weight; a millionth of the scale replaces zero.
     level = {n: max(v, 1e-6 * sigma.get(n, 1.0), 1e-9) for n, v in level.items()}
-    told = replace(problem, nuisance=Nuisance(initial=level), loss=Loss({n: level[n] for n in sigma}, 0.0))
-    objective = TrajectoryObjective.build(told, told.trials, told.loss.sigma, **arguments)
-    eta = np.zeros(objective.nuisances)
+    own = replace(problem, nuisance=Nuisance(initial=level), loss=Loss({n: level[n] for n in sigma}, 0.0))
+    objective = TrajectoryObjective.build(own, own.trials, own.loss.sigma, **arguments)
+    eta, vector = np.zeros(objective.nuisances), fit.vector
     begin = State(fit.values, eta, objective.cost(fit.values, eta))
-    vector = fit.vector
     end = minimise(objective, begin, vector.low, vector.high, iterations=30, tolerance=1e-6, each=lambda _: None)
     cut = objective.windows
     left = np.where(cut.scale > 0, objective.residuals(end.p, end.eta), np.nan)

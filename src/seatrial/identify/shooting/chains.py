@@ -93,7 +93,7 @@ def _whole(trial: Trial, model: Model, jump: int) -> Record:
 
 
 # Channels of which one must be compared for an initial position or heading to be determined.
-_TOLD_BY = {"x": ("x",), "y": ("y",), "psi": ("psi", "x", "y")}
+_SHOWN_BY = {"x": ("x",), "y": ("y",), "psi": ("psi", "x", "y")}
 
 
 @dataclass(frozen=True)
@@ -116,10 +116,9 @@ class FirstStates:
     def of(cut: Chains, span: Array) -> FirstStates:
         """Those that the compared channels determine; `span` is the spread of each channel, shape (states,)."""
         compared = {STATES[k] for k in np.flatnonzero(cut.scale.max(axis=(0, 1)))}
-        told = [k for k, name in enumerate(STATES) if compared & {*_TOLD_BY.get(name, STATES)}]
-        free = np.array(told, dtype=np.intp)
-        weight = np.array([0.0 if STATES[k] in compared else span[k] ** -2.0 for k in told])
-        lanes = cut.levels[0]
+        known = [k for k, name in enumerate(STATES) if compared & {*_SHOWN_BY.get(name, STATES)}]
+        weight = np.array([0.0 if STATES[k] in compared else span[k] ** -2.0 for k in known])
+        free, lanes = np.array(known, dtype=np.intp), cut.levels[0]
         return FirstStates(free, weight, cut.state0[np.ix_(lanes, free)], lanes)
 
     @staticmethod

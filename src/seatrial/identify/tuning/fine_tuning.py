@@ -184,7 +184,7 @@ class _Sweep:
     checkpoint: Path | None
 
     def ranges(self, tests: Sequence[Trial]) -> tuple[Range, ...]:
-        """Every range, with all that is told of it."""
+        """Every range with its fits, scores and soft counterpart."""
         own, trials, ratios = self.settings, self.problem.trials, self.settings.ratios
         boxes = {ratio: within(self.problem, ratio) for ratio in ratios}
         sets = (trials, *(tuple(t for t in trials if t is not out) for out in trials))
