@@ -40,6 +40,13 @@ class Staged(Protocol):
 
 
 @runtime_checkable
+class Relaying(Protocol):
+    """A `Progress` that passes its rows on to another one, its `beside`."""
+
+    beside: Progress | None
+
+
+@runtime_checkable
 class Parted(Protocol):
     """A `Progress` that makes receivers for the fits of a run with several."""
 
@@ -61,10 +68,10 @@ def stage(progress: Progress | None, text: str) -> None:
 
     Searched are `progress` and the object that it passes its rows on to, its `beside`.
     """
-    asked: Any = progress
-    while asked is not None and not isinstance(asked, Staged):
-        asked = getattr(asked, "beside", None)
-    if asked is not None:
+    asked: object = progress
+    while isinstance(asked, Relaying) and not isinstance(asked, Staged):
+        asked = asked.beside
+    if isinstance(asked, Staged):
         asked.stage(text)
 
 
