@@ -137,7 +137,9 @@ class Widths(Trajectory):
         kept = tuple(f for f in problem.free if f.path not in means)
         return replace(problem, ship=problem.ship.having(means), free=kept)
 
-    def _left_out(self, problem: Problem, width: float, before: int, progress: Progress | None) -> float:
+    def _left_out(
+        self, problem: Problem, width: float, before: int = 0, progress: Progress | None = None
+    ) -> float:
         """Standardised mean squared error of all trials, weighted as the loss does, by fits that have not seen them.
 
         Args:
@@ -153,15 +155,19 @@ class Widths(Trajectory):
                 found = self._plain(problem, width).fit(inner)
             except FitError:
                 return float("inf")
-            judge = TrajectoryObjective.build(
-                replace(inner, nuisance=Nuisance()), out, loss.sigma, window=self.window,
-                dt=step_of(seen, self.dt), every=self.every, method=self.method, threads=self.threads,
-            )  # fmt: skip
+            judge = self._judge(inner, out, loss.sigma)
             total += judge.standardised(found.values) * judge.windows.samples
             # Each compared row counts by the weight of its trial, as it does in the error.
             rows = (judge.windows.scale > 0.0).any(axis=2).sum(axis=1)
             count += float(rows @ np.array([loss.weight(trial.name) for trial in out])[judge.windows.trial])
         return total / max(count, 1e-300)
+
+    def _judge(self, inner: Problem, out: Sequence[Trial], sigma: Mapping[str, float]) -> TrajectoryObjective:
+        """Predictions of the trials left out, each weighing what it weighs in the fit."""
+        return TrajectoryObjective.build(
+            replace(inner, nuisance=Nuisance()), out, sigma, window=self.window, dt=step_of(inner.trials, self.dt),
+            every=self.every, method=self.method, threads=self.threads,
+        )  # fmt: skip
 
 
 # The note of `data.prepare` on a trial that it cuts at its gaps, with parts named NAME_1, NAME_2, ...
