@@ -242,7 +242,7 @@ def compiled(modes: list[str], cases: list[int], times: int) -> None:
 
 def compiled_once(k: int, mode: str, times: int) -> None:
     """One way of `compiled`: what the first step costs, then steps beside the package."""
-    from seatrial.identify.networks.rollout import folded_losses
+    from seatrial.identify.networks.engine import folded_losses
 
     case, folded = CASES[k], CASES[k].form.folds
     with one_thread_each():

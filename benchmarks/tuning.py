@@ -15,8 +15,7 @@ from timing import best, publish
 from seatrial.core.parameters import near
 from seatrial.engine import floats
 from seatrial.identify import Loss, Problem
-from seatrial.identify.population.evolution import Evolution, box
-from seatrial.identify.population.scored import Scoring
+from seatrial.identify.population.evolution import Evolution, Scoring, box
 from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.manoeuvres.turning import Turning
 from seatrial.ships.files import load

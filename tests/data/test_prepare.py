@@ -90,8 +90,8 @@ def test_the_smoother_is_batch_least_squares():
         normal[3 * k + i, 3 * k + i] += 1.0 / r[i]
         right[3 * k + i] += z[k, i] / r[i]
     found = _back(t, *_forward(t, z, r, q)[1:])
-    assert found.mean.ravel() == pytest.approx(np.linalg.solve(normal, right), abs=1e-9)
-    assert found.variance.ravel() == pytest.approx(np.diag(np.linalg.inv(normal)), rel=1e-9)
+    assert found[0].ravel() == pytest.approx(np.linalg.solve(normal, right), abs=1e-9)
+    assert found[1].ravel() == pytest.approx(np.diag(np.linalg.inv(normal)), rel=1e-9)
 
 
 def test_split_is_by_whole_trials(made):

@@ -23,8 +23,7 @@ from slaves import AROUND, C_HOST, DT, GCC, GIVEN, STATES, Made, Run, assert_sam
 
 from seatrial.cli.app import main
 from seatrial.exchange import save_fmu
-from seatrial.exchange.fmi.fmu import FLAGS, slave
-from seatrial.exchange.fmi.hull import FORCES, hull_of
+from seatrial.exchange.fmi.fmu import FLAGS, FORCES, hull_of, slave
 from seatrial.exchange.fmi.source import sources
 from seatrial.exchange.fmi.xml import exponents, osp_description
 from seatrial.manoeuvres import Policy

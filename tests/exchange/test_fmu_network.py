@@ -21,8 +21,7 @@ from seatrial.cli.app import main
 from seatrial.environment import Uniform
 from seatrial.exchange import save_fmu, save_network
 from seatrial.exchange.fmi.fmu import slave
-from seatrial.exchange.fmi.network import memory_of
-from seatrial.exchange.fmi.source import compiled, sources
+from seatrial.exchange.fmi.source import compiled, memory_of, sources
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models.network import KINDS, Limits, Network, initial
 from seatrial.models.neural import Neural

@@ -13,8 +13,7 @@ import pytest
 
 from seatrial.core.parameters import Free, near
 from seatrial.identify import FitError, Loss, Nuisance, Problem, StudyError
-from seatrial.identify.population.evolution import Evolution, Record, box
-from seatrial.identify.population.scored import Scoring
+from seatrial.identify.population.evolution import Evolution, Record, Scoring, box
 from seatrial.identify.resume import ResumeError
 from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.identify.trajectory.shooting import Trajectory

@@ -11,17 +11,19 @@ from seatrial.cli import judging as cli_design
 from seatrial.core.parameters import Free, ParameterError, read, values
 from seatrial.data import Trial
 from seatrial.identify import Loss, Nuisance, Problem, StudyError
-from seatrial.identify.design.candidates import usual
 from seatrial.identify.design.excitation import (
     TABLE_1,
     Candidate,
+    Information,
+    choose,
     dimensionless_length,
+    expected,
     informations,
     plan,
+    usual,
     usual_noise,
     wanted,
 )
-from seatrial.identify.design.optimal import Information, choose, expected
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.pseudo_random import PseudoRandom

@@ -71,5 +71,5 @@ def test_refused(trial):
     found = kalman().run(TUG, trial)
     with pytest.raises(StudyError, match="smoothed run knows what comes"):
         forecasts(found.smoothed(), 10.0, every=5.0)
-    with pytest.raises(DataError, match=r"lasts 60 s; a forecast of 100 s after 0 s does not fit"):
+    with pytest.raises(DataError, match=r" 60 s; .* 100 s after 0 s"):
         forecasts(found, 100.0, every=5.0)

@@ -15,8 +15,7 @@ from seatrial.core.parameters import Free, values
 from seatrial.data import Trial
 from seatrial.engine.rollout import simulator
 from seatrial.identify import Loss, Problem
-from seatrial.identify.population.evolution import Evolution
-from seatrial.identify.population.scored import Scoring
+from seatrial.identify.population.evolution import Evolution, Scoring
 from seatrial.identify.shooting.logo import Shooting
 from seatrial.identify.trajectory.batch import Many
 from seatrial.identify.trajectory.multistart import MultiStart

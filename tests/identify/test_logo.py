@@ -12,8 +12,7 @@ from seatrial.identify import FitError, Loss, StudyError
 from seatrial.identify.shooting.chains import FirstStates, chains
 from seatrial.identify.shooting.condensed import Condensed
 from seatrial.identify.shooting.constraints import Inequalities, Penalty
-from seatrial.identify.shooting.logo import Shooting
-from seatrial.identify.shooting.momentum import smoothed
+from seatrial.identify.shooting.logo import Shooting, smoothed
 from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.models import STATES
 from seatrial.ships.files import load

@@ -90,7 +90,7 @@ def test_order_by_cross_validation() -> None:
 
 def test_the_range_is_kept_and_extrapolation_is_asked_for() -> None:
     found = fit_thrust(LEVELS, noisy(0, 0.1), name="port")
-    with pytest.raises(DataError, match=r"thruster port: 12 1/s was not tested, the map holds from 0 to 10 1/s"):
+    with pytest.raises(DataError, match=r"thruster port: 12 1/s.* 0 to 10 1/s"):
         found.thrust(np.array([5.0, 12.0]))
     with pytest.raises(DataError, match="-3 1/s was not tested"):
         found.thrust(-3.0)
@@ -143,7 +143,7 @@ def test_two_tested_together() -> None:
 def test_thrusters_and_columns() -> None:
     table = {name: (LEVELS, pull(LEVELS)) for name in ("1", "2")}
     assert [one.name for one in fit_thrusters(table)] == ["1", "2"]
-    with pytest.raises(DataError, match=r"thrust of 2 thrusters \(1, 2\), the ship has 1 \(1\)"):
+    with pytest.raises(DataError, match=r"2 thrusters \(1, 2\).* 1 \(1\)"):
         fit_thrusters(table, ["1"])
     with pytest.raises(DataError, match="no thrust of bow"):
         fit_thrusters(table, ["1", "2", "bow"])
@@ -194,7 +194,7 @@ def test_thrust_has_the_sign_of_the_revolutions_and_the_range_is_what_was_tested
         assert (found.n_low == 3.0) == (0 in found.powers)
     lifted = fit_thrust(n, 2.0 + 0.5 * n**2 + 0.01 * rng.standard_normal(n.size), offset=True)
     assert (lifted.powers[0], lifted.n_low) == (0, 3.0)
-    with pytest.raises(DataError, match="1 1/s was not tested, the map holds from 3 to 8"):
+    with pytest.raises(DataError, match=r"1 1/s.* 3 to 8"):
         lifted.thrust(1.0)
     lifted.thrust(3.0)
 

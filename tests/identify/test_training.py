@@ -70,8 +70,7 @@ def test_gradient_of_the_folded_network_is_that_of_the_printed_equations(
     kind: str, memory: int, known: int, layers: tuple[int, ...], wind: bool, apparent: bool, simulate: bool
 ) -> None:
     from seatrial.identify.networks.data import fold
-    from seatrial.identify.networks.engine import literal_losses
-    from seatrial.identify.networks.rollout import folded_losses
+    from seatrial.identify.networks.engine import folded_losses, literal_losses
 
     scale = (0.5, 0.6, 0.7, 2.0, 1.0, 1.1, 1.2)[: 7 if wind else 5]
     network = initial(Network(kind, layers, wind=wind, memory=memory, scale=scale), 3)
@@ -94,8 +93,7 @@ def test_gradient_of_the_folded_network_is_that_of_the_printed_equations(
 @pytest.mark.parametrize("kind", ["forgetting", "rnn", "feedforward", "lstm", "gru"])
 def test_training_and_prediction_are_one_simulation(kind: str) -> None:
     from seatrial.identify.networks.data import Rows, Source, fold
-    from seatrial.identify.networks.engine import Engine, Form
-    from seatrial.identify.networks.rollout import simulated
+    from seatrial.identify.networks.engine import Engine, Form, simulated
 
     ship, trial = untrained(kind), virtual(1)
     network = initial(ship.model.network, 5)  # type: ignore[attr-defined]

@@ -12,7 +12,7 @@ from .render import emit, figure, note, say, say_lines, show_table
 if TYPE_CHECKING:
     from ..choosing.purposes import Advice, Purpose
     from ..choosing.survey import Assessment
-    from ..identify.design.optimal import Plan
+    from ..identify.design.excitation import Plan
     from ..validate.imo import Criterion
 
 _CELL = {"planned": "–"}

@@ -175,11 +175,6 @@ def _alive(pid: int) -> bool:
     return True
 
 
-@cache
-def _sweep_once(folder: Path) -> None:
-    sweep(folder)
-
-
 def sweep(folder: Path) -> None:
     """Remove the scratch files of ended processes of this machine."""
     with suppress(OSError):
@@ -188,6 +183,9 @@ def sweep(folder: Path) -> None:
             if found and found["host"] in (None, _host()) and not _alive(int(found["pid"])):
                 with suppress(OSError):
                     left.unlink()
+
+
+_sweep_once = cache(sweep)
 
 
 def set_aside(path: Path) -> Path:

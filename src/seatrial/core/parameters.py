@@ -26,7 +26,6 @@ Scalars = tuple[Scalar, ...]
 # Prefixes by which a primed number becomes dimensional; see `ships.files`.
 PRIME = "'"
 
-
 _PART = re.compile(r"\w+([ -]\w+)*")
 
 
@@ -40,12 +39,7 @@ class Spec:
     high: float = math.inf
 
 
-def spec(
-    unit: str,
-    about: str,
-    limits: tuple[float, float] = (-math.inf, math.inf),
-    default: Any = MISSING,
-) -> Any:
+def spec(unit: str, about: str, limits: tuple[float, float] = (-math.inf, math.inf), default: Any = MISSING) -> Any:
     """Declare one number of a physics class; `default` only where the formula is valid without it."""
     return field(default=default, metadata={"spec": Spec(unit, about, *limits)})
 
@@ -176,6 +170,15 @@ def values(model: Any) -> dict[str, Any]:
     return {path: value for path, _, value in walk(model)}
 
 
+def _known(model: Any, *paths: str) -> dict[str, Any]:
+    """All parameters of `model`, with those at the paths among them."""
+    known = values(model)
+    for path in paths:
+        if path not in known:
+            raise ParameterError(unknown(path, known))
+    return known
+
+
 def specs(model: Any) -> dict[str, Spec]:
     """The meaning of all parameters of `model` by path."""
     return {path: meaning for path, meaning, _ in walk(model)}
@@ -207,39 +210,31 @@ def possible(known: Mapping[str, Spec], given: Mapping[str, Any]) -> None:
 
 def read(model: Any, path: str) -> Any:
     """Value of the parameter at `path`."""
-    known = values(model)
-    if path not in known:
-        raise ParameterError(unknown(path, known))
-    return known[path]
+    return _known(model, path)[path]
 
 
 def update(model: Any, changes: Mapping[str, Any]) -> Any:
     """A copy of `model` with the parameters at the given paths replaced."""
-    known = values(model)
-    for path in changes:
-        if path not in known:
-            raise ParameterError(unknown(path, known))
-    return _update(model, dict(changes)) if changes else model
+    _known(model, *changes)
+    return _update(model, changes) if changes else model
 
 
 def _update(model: Any, changes: Mapping[str, Any]) -> Any:
-    here = {path: value for path, value in changes.items() if "." not in path}
+    here: dict[str, Any] = {}
     below: dict[str, dict[str, Any]] = {}
     for path, value in changes.items():
-        if "." in path:
-            head, rest = path.split(".", 1)
+        head, dot, rest = path.partition(".")
+        if dot:
             below.setdefault(head, {})[rest] = value
+        else:
+            here[path] = value
     for head, nested in below.items():
-        here[head] = _update(_part(model, head), nested)
+        here[head] = _update(dict(model.items())[head] if isinstance(model, Parts) else getattr(model, head), nested)
     if isinstance(model, Terms):
         return replace(model, numbers=tuple(here.get(name, number) for name, number in model.items()))
     if isinstance(model, Parts):
         return replace(model, components=tuple(here.get(name, part) for name, part in model.items()))
     return replace(model, **here)
-
-
-def _part(model: Any, name: str) -> Any:
-    return dict(model.items())[name] if isinstance(model, Parts) else getattr(model, name)
 
 
 def match(model: Any, pattern: str) -> list[str]:
@@ -281,11 +276,8 @@ def _near(path: str, value: float, meaning: Spec, ratio: float) -> Free:
     half = ratio * abs(value)
     low, high = value - half, value + half
     if not low < high:
-        raise ParameterError(
-            f"{path} is {value:g}: an interval of ratio {ratio:g} has no width; give low and high"
-        )
+        raise ParameterError(f"{path} is {value:g}: an interval of ratio {ratio:g} has no width; give low and high")
     if low < meaning.low or high > meaning.high:
-        reach = f"[{meaning.low:g}, {meaning.high:g}]"
-        asked = f"[{low:.3g}, {high:.3g}]"
+        asked, reach = f"[{low:.3g}, {high:.3g}]", f"[{meaning.low:g}, {meaning.high:g}]"
         raise ParameterError(f"{path}: the range {asked} leaves what it can be, {reach}; take a lower ratio")
     return Free(path, value, low, high)

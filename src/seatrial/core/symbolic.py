@@ -10,20 +10,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
+import casadi as ca
 from casadi import SX
-from casadi import atan2 as _sx_atan2
-from casadi import cos as _sx_cos
-from casadi import exp as _sx_exp
-from casadi import fabs as _sx_fabs
-from casadi import fmax as _sx_fmax
-from casadi import fmin as _sx_fmin
-from casadi import if_else as _sx_if_else
-from casadi import log as _sx_log
-from casadi import logic_and as _sx_and
-from casadi import sign as _sx_sign
-from casadi import sin as _sx_sin
-from casadi import sqrt as _sx_sqrt
-from casadi import tanh as _sx_tanh
 
 from .parameters import Scalar
 
@@ -32,39 +20,27 @@ TINY = 1e-12
 
 
 class Function(Protocol):
-    """A CasADi function of scalars, as far as the package uses it; CasADi has no types of its own."""
+    """A CasADi function of scalars, as far as the package uses it; CasADi has no types of its own.
 
-    def __call__(self, *arguments: Scalar) -> Scalar:
-        """Output, or the outputs, under symbols, numbers or arrays."""
-        ...
+    It is called with symbols, numbers or arrays, and `map` takes as many columns of each input.  Of instruction `k`
+    there are its operation, the work elements that it reads and writes, and the number of a constant.
+    """
 
-    def map(self, count: int, /) -> Function:
-        """The function over `count` columns of each input."""
-        ...
+    def __call__(self, *arguments: Scalar) -> Scalar: ...
 
-    def save(self, path: str, /) -> None:
-        """Write it to a file."""
-        ...
+    def map(self, count: int, /) -> Function: ...
 
-    def n_instructions(self) -> int:
-        """How many instructions it has."""
-        ...
+    def save(self, path: str, /) -> None: ...
 
-    def instruction_id(self, k: int, /) -> int:
-        """Operation of an instruction."""
-        ...
+    def n_instructions(self) -> int: ...
 
-    def instruction_input(self, k: int, /) -> Sequence[int]:
-        """Work elements that an instruction reads."""
-        ...
+    def instruction_id(self, k: int, /) -> int: ...
 
-    def instruction_output(self, k: int, /) -> Sequence[int]:
-        """Work elements that an instruction writes."""
-        ...
+    def instruction_input(self, k: int, /) -> Sequence[int]: ...
 
-    def instruction_constant(self, k: int, /) -> float:
-        """Number of an instruction that is a constant."""
-        ...
+    def instruction_output(self, k: int, /) -> Sequence[int]: ...
+
+    def instruction_constant(self, k: int, /) -> float: ...
 
 
 def is_symbol(x: Scalar) -> bool:
@@ -72,9 +48,7 @@ def is_symbol(x: Scalar) -> bool:
     return isinstance(x, SX)
 
 
-def _either(
-    symbol: Callable[[Scalar], Scalar], number: Callable[[float], float]
-) -> Callable[[Scalar], Scalar]:
+def _either(symbol: Callable[[Scalar], Scalar], number: Callable[[float], float]) -> Callable[[Scalar], Scalar]:
     def apply(x: Scalar) -> Scalar:
         return symbol(x) if isinstance(x, SX) else number(x)
 
@@ -85,37 +59,37 @@ def _exp(x: float) -> float:
     return math.exp(x) if x < 709.0 else math.inf
 
 
-sin = _either(_sx_sin, math.sin)
-cos = _either(_sx_cos, math.cos)
-exp = _either(_sx_exp, _exp)
-log = _either(_sx_log, math.log)
-tanh = _either(_sx_tanh, math.tanh)
-magnitude = _either(_sx_fabs, abs)
+sin = _either(ca.sin, math.sin)
+cos = _either(ca.cos, math.cos)
+exp = _either(ca.exp, _exp)
+log = _either(ca.log, math.log)
+tanh = _either(ca.tanh, math.tanh)
+magnitude = _either(ca.fabs, abs)
 
 
 def sign(x: Scalar) -> Scalar:
     """-1, 0 or +1."""
-    return _sx_sign(x) if isinstance(x, SX) else float(x > 0) - float(x < 0)
+    return ca.sign(x) if isinstance(x, SX) else float(x > 0) - float(x < 0)
 
 
 def where(condition: Scalar, yes: Scalar, no: Scalar) -> Scalar:
     """`yes` where `condition` holds, else `no`; both are evaluated, so both must be finite."""
-    return _sx_if_else(condition, yes, no) if isinstance(condition, SX) else (yes if condition else no)
+    return ca.if_else(condition, yes, no) if isinstance(condition, SX) else (yes if condition else no)
 
 
 def both(a: Scalar, b: Scalar) -> Scalar:
     """Logical and."""
-    return _sx_and(a, b) if isinstance(a, SX) or isinstance(b, SX) else bool(a and b)
+    return ca.logic_and(a, b) if isinstance(a, SX) or isinstance(b, SX) else bool(a and b)
 
 
 def larger(a: Scalar, b: Scalar) -> Scalar:
     """The larger of two values."""
-    return _sx_fmax(a, b) if isinstance(a, SX) or isinstance(b, SX) else max(a, b)
+    return ca.fmax(a, b) if isinstance(a, SX) or isinstance(b, SX) else max(a, b)
 
 
 def smaller(a: Scalar, b: Scalar) -> Scalar:
     """The smaller of two values."""
-    return _sx_fmin(a, b) if isinstance(a, SX) or isinstance(b, SX) else min(a, b)
+    return ca.fmin(a, b) if isinstance(a, SX) or isinstance(b, SX) else min(a, b)
 
 
 def clip(x: Scalar, low: Scalar, high: Scalar) -> Scalar:
@@ -127,19 +101,19 @@ def root(x: Scalar) -> Scalar:
     """Square root that is zero, with zero derivative, for x <= 0 (dead branches, rounding)."""
     if isinstance(x, SX):
         live = x > 0
-        return _sx_if_else(live, _sx_sqrt(_sx_if_else(live, x, 1.0)), 0.0)
+        return ca.if_else(live, ca.sqrt(ca.if_else(live, x, 1.0)), 0.0)
     return math.sqrt(x) if x > 0 else 0.0
 
 
 def speed(u: Scalar, v: Scalar) -> Scalar:
     """sqrt(u^2 + v^2), rounded at rest so that its derivative stays finite [m/s]."""
     square = u * u + v * v + TINY
-    return _sx_sqrt(square) if isinstance(square, SX) else math.sqrt(square)
+    return ca.sqrt(square) if isinstance(square, SX) else math.sqrt(square)
 
 
 def atan2(y: Scalar, x: Scalar) -> Scalar:
     """Angle of (x, y) in (-pi, pi]; zero, with finite derivatives, at the origin."""
     if isinstance(y, SX) or isinstance(x, SX):
         rest = x * x + y * y <= 0
-        return _sx_atan2(y, _sx_if_else(rest, 1.0, x))
+        return ca.atan2(y, ca.if_else(rest, 1.0, x))
     return math.atan2(y, x) if (x or y) else 0.0

@@ -89,10 +89,11 @@ class Trial:
         """The same trial with channels added or replaced."""
         return replace(self, channels={**self.channels, **channels})
 
-    def noting(self, step: str) -> Trial:
-        """The same trial with one more processing step noted."""
-        steps = [*self.meta.get("processing", []), step]
-        return replace(self, meta={**self.meta, "processing": steps})
+    def noting(self, *steps: str) -> Trial:
+        """The same trial with more processing steps noted."""
+        if not steps:
+            return self
+        return replace(self, meta={**self.meta, "processing": [*self.meta.get("processing", []), *steps]})
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
@@ -17,9 +16,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
+from ..core import files
 from ..core.parameters import unknown
 from . import DataError
-from .table import existing
+from .table import existing, within
 
 T = TypeVar("T")
 
@@ -31,12 +31,12 @@ _DIGITS = 19
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """The tables of a TOML file.
+    """The tables of a TOML file, its numbers as `core.files.read_toml` takes them.
 
     Raises:
-        DataError: no such file, not TOML, too large or too deep, a whole number of too many digits.
+        DataError: no such file, not TOML, too large or too deep, a number out of reach.
     """
-    return _read(existing(path), "TOML", tomllib.loads)
+    return _read(existing(path), "TOML", files.read_toml)
 
 
 def read_yaml(path: str | Path) -> dict[str, Any]:
@@ -45,7 +45,7 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     Raises:
         DataError: no such file, not YAML, no mapping, a key twice, an anchor or an alias, too large or too deep.
     """
-    return _read(existing(path), "YAML", _yaml)
+    return _read(existing(path), "YAML", lambda here: _yaml(here.read_text(encoding="utf-8")))
 
 
 def yaml_text(said: Mapping[str, Any]) -> str:
@@ -55,14 +55,14 @@ def yaml_text(said: Mapping[str, Any]) -> str:
     return yaml.dump(dict(said), Dumper=_dumper(), sort_keys=False, allow_unicode=True, width=100)
 
 
-def _read(here: Path, kind: str, parse: Callable[[str], Any]) -> dict[str, Any]:
+def _read(here: Path, kind: str, parse: Callable[[Path], Any]) -> dict[str, Any]:
     try:
         if not here.is_file():
             raise DataError(f"{here}: not readable as {kind}: not a file")
         if here.stat().st_size > LARGEST:
             raise DataError(f"{here}: {here.stat().st_size} bytes; {LARGEST} are the most of such a file")
-        said = parse(here.read_text(encoding="utf-8"))
-        _refuse_odd(said)
+        said = parse(here)
+        _refuse_surrogates(said)
     except DataError as error:
         about = str(error)
         raise DataError(about if str(here) in about else f"{here}: {about}") from None
@@ -81,16 +81,14 @@ def _line(error: Exception) -> str:
     return " ".join(str(error).split())[:200] or type(error).__name__
 
 
-def _refuse_odd(said: Any, place: str = "") -> None:
-    """Refuse whole numbers that no float holds (`tomllib` reads any length), and lone surrogates, at any depth."""
+def _refuse_surrogates(said: Any) -> None:
+    """Refuse texts with lone surrogates, at any depth."""
     if isinstance(said, dict):
-        for key, value in cast("dict[Any, Any]", said).items():
-            _refuse_odd(value, f"{place}.{key}" if place else str(key))
+        for value in cast("dict[Any, Any]", said).values():
+            _refuse_surrogates(value)
     elif isinstance(said, list):
         for value in cast("list[Any]", said):
-            _refuse_odd(value, place)
-    elif isinstance(said, int) and abs(said) >= 10**_DIGITS:
-        raise DataError(f"{place}: a whole number of more than {_DIGITS} digits; give fewer")
+            _refuse_surrogates(value)
     elif isinstance(said, str):
         said.encode()
 
@@ -164,7 +162,7 @@ def _loader() -> Any:
 
 
 def _whole(_: Any, node: Any) -> int:
-    if len(node.value) > _DIGITS + 1:
+    if len(node.value.lstrip("+-0")) > _DIGITS:
         raise _wrong(f"a whole number of more than {_DIGITS} digits", node)
     return int(node.value)
 
@@ -174,7 +172,7 @@ def _truth(_: Any, node: Any) -> bool:
 
 
 def _decimal(_: Any, node: Any) -> float:
-    return float(node.value.lower().replace(".inf", "inf").replace(".nan", "nan"))
+    return float(re.sub(r"\.(?=[iInN])", "", node.value))
 
 
 def _wrong(what: str, node: Any) -> Exception:
@@ -199,12 +197,10 @@ def read_keys(path: str | Path, kind: type[T], schema: str) -> T:
     """
     here, said = Path(path), read_toml(path)
     found = said.pop("schema", None)
-    try:
+    with within(here):
         if found != schema:
             raise DataError(f"schema is {found!r}; it must be '{schema}'")
         return _filled(kind, said, "")
-    except DataError as error:
-        raise DataError(f"{here}: {error}") from None
 
 
 def _filled(kind: type[T], said: Mapping[str, Any], place: str) -> T:

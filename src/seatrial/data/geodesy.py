@@ -13,8 +13,8 @@ import numpy as np
 
 from . import Array, DataError
 
-# Semi-axis [m] and squared eccentricity of WGS 84.
-_A, _E2 = 6378137.0, 0.00669437999014
+SEMI_AXIS, E2 = 6378137.0, 0.00669437999014
+"""Semi-axis [m] and squared eccentricity of WGS 84."""
 
 # Iterations towards a datum at most, and the tolerance [m].
 _STEPS, _NEAR = 60, 1e-7
@@ -59,7 +59,7 @@ class Datum:
             DataError: the plane has no point of the earth below it there.
         """
         s, c = math.sin(math.radians(self.latitude)), math.cos(math.radians(self.latitude))
-        q, (X0, _, Z0) = 1.0 / (1.0 - _E2), _earth_fixed(self.latitude, 0.0)
+        q, (X0, _, Z0) = 1.0 / (1.0 - E2), _earth_fixed(self.latitude, 0.0)
         # Down from the plane by `depth` to X^2 + Y^2 + q Z^2 = a^2: the nearer root of a quadratic.
         inward = c * X0 + q * s * Z0 + x * s * c * (q - 1.0)
         off = x * x * (s * s + q * c * c) + y * y
@@ -95,5 +95,5 @@ class Datum:
 def _earth_fixed(latitude: float, longitude: float) -> tuple[float, float, float]:
     """Earth-centred coordinates [m] of a point of the ellipsoid."""
     phi, lam = math.radians(latitude), math.radians(longitude)
-    N = _A / math.sqrt(1.0 - _E2 * math.sin(phi) ** 2)
-    return N * math.cos(phi) * math.cos(lam), N * math.cos(phi) * math.sin(lam), N * (1.0 - _E2) * math.sin(phi)
+    N = SEMI_AXIS / math.sqrt(1.0 - E2 * math.sin(phi) ** 2)
+    return N * math.cos(phi) * math.cos(lam), N * math.cos(phi) * math.sin(lam), N * (1.0 - E2) * math.sin(phi)

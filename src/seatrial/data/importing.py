@@ -22,9 +22,7 @@ _OF_THE_LOG = frozenset({"start", "datum", "frames"})
 """Keys of a sidecar that each import rewrites, and those that another recording rewrites."""
 
 
-def import_log(
-    format: str, src: str | Path, out: str | Path, mapping: str | Path | None = None
-) -> list[Path]:
+def import_log(format: str, src: str | Path, out: str | Path, mapping: str | Path | None = None) -> list[Path]:
     """Read a foreign log, or a folder of them, and write ``out/<stem>.csv`` and ``.yaml`` for each.
 
     Keys that a user added to an existing sidecar are kept.

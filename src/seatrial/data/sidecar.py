@@ -13,22 +13,21 @@ from dataclasses import dataclass, fields
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from ..core.parameters import unknown
 from . import DataError
-from .documents import read_yaml, yaml_text
+from .documents import read_keys, read_yaml, yaml_text
 from .geodesy import Datum
+from .table import within
 
 SCHEMA = "manoeuvre-trial/1"
 
-CONVENTIONS: Mapping[str, str] = MappingProxyType({
-    "reference_point": "midship",
-    "frame": "NED",
-    "delta_positive": "starboard_turn",
-})  # fmt: skip
+CONVENTIONS: Mapping[str, str] = MappingProxyType(
+    {"reference_point": "midship", "frame": "NED", "delta_positive": "starboard_turn"}
+)
 """Conventions of every `Trial`, and the defaults of a sidecar."""
 
 
@@ -36,25 +35,21 @@ def _number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _text(value: Any) -> bool:
-    return isinstance(value, str)
+def _is(kind: type) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, kind)
 
 
 def _texts(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(one, str) for one in cast("list[Any]", value))
 
 
-def _table(value: Any) -> bool:
-    return isinstance(value, Mapping)
-
-
 _RANGES: Mapping[str, tuple[float, float, str]] = MappingProxyType({
     "scale": (0.01, 10_000.0, "ship over model"), "L_pp": (0.1, 600.0, "m"), "water_density": (900.0, 1100.0, "kg/m^3"),
 })  # fmt: skip
 _TYPES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
-    *((key, _text, "text") for key in ("ship", "kind", "source", "licence", "start", "epoch_utc")),
+    *((key, _is(str), "text") for key in ("ship", "kind", "source", "licence", "start", "epoch_utc")),
     ("processing", _texts, "a list of texts, one a step"), ("held", _texts, "a list of texts, one a channel"),
-    *((key, _table, "keys with values") for key in ("datum", "frames", "lines", "set_points", "setpoints")),
+    *((key, _is(Mapping), "keys with values") for key in ("datum", "frames", "lines", "set_points", "setpoints")),
     ("restart", _number, "a number"),
 )  # fmt: skip
 KEYS = ("schema", *CONVENTIONS, *_RANGES, *(key for key, _, _ in _TYPES), "notes")
@@ -82,6 +77,16 @@ class Described:
         """The keys that are given, with their values."""
         given = {one.name: getattr(self, one.name) for one in fields(Described)}
         return {key: value for key, value in given.items() if value is not None}
+
+
+D = TypeVar("D", bound=Described)
+
+
+def read_described(path: Path, kind: type[D], schema: str) -> D:
+    """A mapping file, the keys that it shares with sidecars checked as there; see `documents.read_keys`."""
+    found = read_keys(path, kind, schema)
+    check_meta(path, found.meta)
+    return found
 
 
 def sidecar_path(path: Path) -> Path:
@@ -174,9 +179,10 @@ def _check_place(where: Path, meta: Mapping[str, Any]) -> None:
     began(where, meta)
     try:
         if meta.get("datum") is not None:
-            Datum(*(float(meta["datum"][key]) for key in ("latitude", "longitude")))
-    except DataError as error:
-        raise DataError(f"{where}: {error}") from None
+            with within(where):
+                Datum(*(float(meta["datum"][key]) for key in ("latitude", "longitude")))
+    except DataError:
+        raise
     except (KeyError, TypeError, ValueError):
         raise DataError(f"{where}: datum needs latitude and longitude, in degrees") from None
 
@@ -206,8 +212,7 @@ def _plain(path: Path, key: str, value: Any) -> Any:
     if isinstance(value, np.generic | np.ndarray):
         return cast("Any", value).tolist()
     if isinstance(value, Mapping):
-        items = cast("Mapping[Any, Any]", value).items()
-        return {str(k): _plain(path, f"{key}.{k}", v) for k, v in items}
+        return {str(k): _plain(path, f"{key}.{k}", v) for k, v in cast("Mapping[Any, Any]", value).items()}
     if isinstance(value, list | tuple):
         return [_plain(path, key, v) for v in cast("list[Any]", value)]
     if value is None or isinstance(value, str | bool | int | float):

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,15 @@ from . import Array, DataError
 
 _LONGEST = 1e10
 """Largest time in seconds; those since 1970 are below."""
+
+
+@contextmanager
+def within(place: object) -> Generator[None]:
+    """Begin the text of a `DataError` with the place it is from."""
+    try:
+        yield
+    except DataError as error:
+        raise DataError(f"{place}: {error}") from None
 
 
 def existing(path: str | Path) -> Path:
@@ -135,8 +145,8 @@ def _number(path: str | Path, k: int, column: str, cell: str) -> float:
         ) from None
 
 
-def continued(table: Array, time: int) -> tuple[Array, int]:
-    """Continue time over empty rows at the end at the median step; also return their number.
+def continued(table: Array, time: int) -> tuple[Array, list[str]]:
+    """Continue time over empty rows at the end at the median step; also return the processing steps.
 
     Loggers pad; the padding is a gap, and each row of a gap needs a time.
     """
@@ -144,11 +154,11 @@ def continued(table: Array, time: int) -> tuple[Array, int]:
     last = int(np.flatnonzero(filled)[-1]) if filled.any() else -1
     count = len(table) - 1 - last
     if count == 0 or last < 1:
-        return table, 0
+        return table, []
     out = table.copy()
     step = float(np.nanmedian(np.diff(table[: last + 1, time])))
     out[last + 1 :, time] = table[last, time] + step * np.arange(1, count + 1)
-    return out, count
+    return out, [f"time continued over {count} empty rows at the end"]
 
 
 def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int]) -> None:
@@ -159,22 +169,18 @@ def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int]) ->
     """
     if t.size < 2:
         raise DataError(f"{path}: {t.size} rows of numbers; a trial needs at least 2")
-    missing = np.flatnonzero(~np.isfinite(t))
+    missing, far = np.flatnonzero(~np.isfinite(t)), np.flatnonzero(np.abs(t) > _LONGEST)
+    back = np.flatnonzero(t[1:] <= t[:-1]) + 1
     if missing.size:
-        line = lines[int(missing[0])]
-        raise DataError(f"{path}: column '{column}', line {line}: no time; every row needs its time")
-    far = np.flatnonzero(np.abs(t) > _LONGEST)
-    if far.size:
-        k = int(far[0])
-        raise DataError(
-            f"{path}: column '{column}', line {lines[k]}: time is {t[k]:.9g} s; {_LONGEST:g} s, 300 years, is the "
-            "most: is it in ms or us?"
-        )
-    back = np.flatnonzero(np.diff(t) <= 0)
-    if back.size:
-        k = int(back[0]) + 1
+        k, about = missing[0], "no time; every row needs its time"
+    elif far.size:
+        k = far[0]
+        about = f"time is {t[k]:.9g} s; {_LONGEST:g} s, 300 years, is the most: is it in ms or us?"
+    elif back.size:
+        k = back[0]
         what = "repeats" if t[k] == t[k - 1] else "goes back"
-        raise DataError(
-            f"{path}: column '{column}', line {lines[k]}: time {what} ({t[k - 1]:.9g} then {t[k]:.9g}); "
-            f"it must increase from row to row ({back.size} such rows)"
-        )
+        about = (f"time {what} ({t[k - 1]:.9g} then {t[k]:.9g}); it must increase from row to row "
+                 f"({back.size} such rows)")  # fmt: skip
+    else:
+        return
+    raise DataError(f"{path}: column '{column}', line {lines[int(k)]}: {about}")

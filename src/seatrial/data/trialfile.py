@@ -8,6 +8,7 @@ a YAML file of the same stem, holds the same keys for both.
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -21,7 +22,7 @@ import numpy as np
 from ..core.files import write_together
 from . import UNITS, Array, DataError, Trial
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
-from .table import check_time, continued, existing, lines_of, numbers, split_row
+from .table import check_time, continued, existing, lines_of, numbers, split_row, within
 from .units import conversion
 
 SUFFIXES = (".csv", ".parquet")
@@ -140,9 +141,7 @@ def _read_parquet(path: Path) -> tuple[dict[str, str], Array, list[int]]:
         if not kind.is_numeric():
             raise DataError(f"{path}: column '{name}': holds {kind}, not numbers")
         if name not in named:
-            raise DataError(
-                f"{path}: column '{name}': no unit; Parquet trials hold units as JSON under '{_UNITS_KEY}'"
-            )
+            raise DataError(f"{path}: column '{name}': no unit; Parquet trials hold units as JSON under '{_UNITS_KEY}'")
     table = np.column_stack([frame[name].cast(pl.Float64).to_numpy() for name in frame.columns])
     infinite = np.argwhere(np.isinf(table))
     if infinite.size:
@@ -155,14 +154,12 @@ def _assemble(path: Path, units: Mapping[str, str], table: Array, lines: list[in
     names = list(units)
     if "t" not in units:
         raise DataError(f"{path}: no column 't [s]'; the columns are {', '.join(names)}")
-    table, added = continued(table, names.index("t"))
+    table, padded = continued(table, names.index("t"))
     channels: dict[str, Array] = {}
     kept: dict[str, str] = {}
     for k, name in enumerate(names):
-        try:
+        with within(f"{path}: line 1"):
             unit, factor = conversion(name, units[name])
-        except DataError as error:
-            raise DataError(f"{path}: line 1: {error}") from None
         # a factor of one must leave every bit as it is
         channels[name] = table[:, k].copy() if factor == 1.0 else table[:, k] * factor
         if name not in UNITS:
@@ -172,7 +169,7 @@ def _assemble(path: Path, units: Mapping[str, str], table: Array, lines: list[in
     trial = Trial(path.stem, t, channels, kept, read_sidecar(path), path)
     if trial.meta.get("delta_positive") == "port_turn":
         trial = _starboard_positive(trial)
-    return trial.noting(f"time continued over {added} empty rows at the end") if added else trial
+    return trial.noting(*padded)
 
 
 def _starboard_positive(trial: Trial) -> Trial:
@@ -186,10 +183,8 @@ def _check_writable(path: Path, trial: Trial) -> None:
     for name, values in trial.channels.items():
         if not _HEADER.fullmatch(name) or name == "t":
             raise DataError(f"{path}: channel '{name}': a name is letters, digits and underscores")
-        try:
+        with within(path):
             unit, factor = conversion(name, trial.unit(name))
-        except DataError as error:
-            raise DataError(f"{path}: {error}") from None
         if factor != 1.0:
             raise DataError(f"{path}: channel '{name}' is in {trial.unit(name)}; a trial holds it in {unit}")
         if np.isinf(values).any():
@@ -205,8 +200,6 @@ def _csv_text(trial: Trial) -> str:
 
 
 def _parquet(trial: Trial) -> bytes:
-    import io
-
     import polars as pl
 
     names = ["t", *trial.channels]

@@ -1,15 +1,17 @@
 """Printing CasADi's flat instruction lists as C, one statement an instruction, inside a lane loop.
 
 The printed code knows lanes and nothing else: the C compiler vectorises the loop, with the vector
-mathematics of the C library.  Traps that shaped it: sin and cos of one argument would be fused
-into sincos, which has no vector form (-fno-builtin); fmin/fmax as calls cost five times a select;
--ffast-math is not needed and would hide NaN.
+mathematics of the C library.  The loops around it are in kernel.h, rollout.c and sensitivity.c beside this module.
+Traps that shaped it: sin and cos of one argument would be fused into sincos, which has no vector form
+(-fno-builtin); fmin/fmax as calls cost five times a select; -ffast-math is not needed and would hide NaN.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import cache
+from pathlib import Path
 
 import casadi as ca
 
@@ -32,21 +34,17 @@ FORM = {
     "OP_FMIN": "({0}<{1}?{0}:{1})", "OP_FMAX": "({0}>{1}?{0}:{1})",
 }  # fmt: skip
 
-HEADER = """#define V __attribute__((simd("notinbranch"),const))
-V double sin(double); V double cos(double); V double exp(double); V double log(double);
-V double tanh(double); V double asin(double); V double acos(double); V double atan(double);
-V double atan2(double,double); V double pow(double,double);
-#define sqrt __builtin_sqrt
-#define fabs __builtin_fabs
-#define INF __builtin_inf()
-#define NAN_ __builtin_nan("")
-#define LB 16
-typedef const double* restrict in; typedef double* restrict out;
-"""
+HEADER = Path(__file__).with_name("kernel.h").read_text(encoding="utf-8")
 
 
 @cache
-def _opcodes() -> dict[int, str]:
+def _loop(name: str) -> str:
+    return "\n" + Path(__file__).with_name(name).read_text(encoding="utf-8")
+
+
+@cache
+def opcodes() -> dict[int, str]:
+    """Names of CasADi's operations by number."""
     return {getattr(ca, name): name for name in dir(ca) if name.startswith("OP_")}
 
 
@@ -63,9 +61,9 @@ def statements(f: Function) -> tuple[list[str], set[tuple[int, int]]]:
     names: dict[int, str] = {}
     lines: list[str] = []
     used: set[tuple[int, int]] = set()
-    opcodes = _opcodes()
+    names_of = opcodes()
     for k in range(f.n_instructions()):
-        op, to, of = opcodes[f.instruction_id(k)], f.instruction_output(k), f.instruction_input(k)
+        op, to, of = names_of[f.instruction_id(k)], f.instruction_output(k), f.instruction_input(k)
         if op == "OP_INPUT":
             used.add((of[0], of[1]))
             names[to[0]] = f"i{of[0]}_{of[1]}"
@@ -117,59 +115,6 @@ def lane_function(name: str, f: Function, arguments: tuple[str, ...], lanewise: 
     )
 
 
-ROLLOUT = """
-void evaluate(long nb,in Z,in A,in Q,in P,out Y){for(long q=0;q<nb;q++)rhs(Z+q*NS*LB,A+q*NA*LB,Q+q*NQ*LB,P,Y+q*NS*LB);}
-void rollout(long b0,long b1,long T,double t0,double dt,long every,long rk4,in Z0,in M0,in S,long sb,long st,in Q,in P,out Y,long rows){
-for(long blk=b0;blk<b1;blk++){
- double z[NS*LB],w[NS*LB],k[NS*LB],g[NS*LB],y[NY*LB],m[NM1*LB];
- const double*q=Q+blk*NQ*LB; double*o=Y+blk*rows*NO*LB;
- for(long i=0;i<NS*LB;i++)z[i]=Z0[blk*NS*LB+i];
- for(long i=0;i<NM*LB;i++)m[i]=M0[blk*NM*LB+i];
- for(long t=0;t<T;t++){
-  const double*s=S+blk*sb+t*st;
-  PREPARE
-  if(t%every==0){for(long i=0;i<NS*LB;i++)o[i]=z[i]; for(long i=0;i<NM*LB;i++)o[NS*LB+i]=m[i];
-   for(long i=0;i<NL*LB;i++)o[(NS+NM)*LB+i]=y[(NA+NM)*LB+i]; o+=NO*LB;}
-  if(t==T-1)break;
-  rhs(z,a,q,P,k);
-  if(rk4){
-   for(long i=0;i<NS*LB;i++){g[i]=k[i];w[i]=z[i]+0.5*dt*k[i];} rhs(w,a,q,P,k);
-   for(long i=0;i<NS*LB;i++){g[i]+=2.0*k[i];w[i]=z[i]+0.5*dt*k[i];} rhs(w,a,q,P,k);
-   for(long i=0;i<NS*LB;i++){g[i]+=2.0*k[i];w[i]=z[i]+dt*k[i];} rhs(w,a,q,P,k);
-   for(long i=0;i<NS*LB;i++)z[i]+=dt/6.0*(g[i]+k[i]);
-  }else for(long i=0;i<NS*LB;i++)z[i]+=dt*k[i];
-  for(long i=0;i<NM*LB;i++)m[i]=y[NA*LB+i];
- }}}
-"""
-
-SENSITIVITY = """
-void sensitivity(long b0,long b1,long T,double dt,long every,long rk4,in Z0,in S,long sb,long st,in Q,in P,out Y,out D,long rows,out work){
-for(long blk=b0;blk<b1;blk++){
- double z[NS*LB],w[NS*LB],g[NS*LB],y[NJ*LB];
- double*d=work,*e=work+NS*NC*LB,*h=work+2*NS*NC*LB;
- const double*q=Q+blk*NQ*LB; double*o=Y+blk*rows*NS*LB; long row=0;
- for(long i=0;i<NS*LB;i++)z[i]=Z0[blk*NS*LB+i];
- for(long i=0;i<NS*NC*LB;i++)d[i]=0.0;
- for(long i=0;i<NS;i++)for(long b=0;b<LB;b++)d[(i*NC+NF+i)*LB+b]=1.0;
- for(long t=0;t<T;t++){
-  const double*a=S+blk*sb+t*st;
-  if(t%every==0){for(long i=0;i<NS*LB;i++)o[i]=z[i]; o+=NS*LB;
-   for(long b=0;b<LB;b++){double*c=D+((blk*LB+b)*rows+row)*NS*NC; for(long i=0;i<NS*NC;i++)c[i]=d[i*LB+b];} row++;}
-  if(t==T-1)break;
-  jac(z,a,q,P,y);
-  if(!rk4){
-   for(long i=0;i<NS*LB;i++)z[i]+=dt*y[i];
-   propagate(y,d,d,d,dt,h,0.0,0);
-  }else{
-   for(long i=0;i<NS*LB;i++){g[i]=y[i];w[i]=z[i]+0.5*dt*y[i];} propagate(y,d,d,e,0.5*dt,h,1.0,1); jac(w,a,q,P,y);
-   for(long i=0;i<NS*LB;i++){g[i]+=2.0*y[i];w[i]=z[i]+0.5*dt*y[i];} propagate(y,e,d,e,0.5*dt,h,2.0,2); jac(w,a,q,P,y);
-   for(long i=0;i<NS*LB;i++){g[i]+=2.0*y[i];w[i]=z[i]+dt*y[i];} propagate(y,e,d,e,dt,h,2.0,2); jac(w,a,q,P,y);
-   for(long i=0;i<NS*LB;i++)z[i]+=dt/6.0*(g[i]+y[i]); propagate(y,e,d,e,dt,h,1.0,2);
-   for(long i=0;i<NS*NC*LB;i++)d[i]+=dt/6.0*h[i];
-  }}}}
-"""
-
-
 def propagation(j: Jacobian, states: int) -> str:
     """C function `propagate`: to = base + step (A from + B), and the weighted sum of the slopes.
 
@@ -183,17 +128,18 @@ def propagation(j: Jacobian, states: int) -> str:
     ]
     text += [f"const double s{i}=from[({i}*NC+k)*LB+b];" for i in range(states)]
     text += [f"double d{i}=0.0;" for i in range(states)]
-    for n, (i, k) in enumerate(j.A):
-        text.append(f"d{i}+=y[{states + n}*LB+b]*s{k};")
+    text += [f"d{i}+=y[{states + n}*LB+b]*s{k};" for n, (i, k) in enumerate(j.A)]
     first = states + len(j.A)
     if columns:
-        text.append("if(k<NF){" + "".join(
-            f"d{i}+=y[({first + n * columns}+k)*LB+b];" for n, i in enumerate(j.rows)) + "}")  # fmt: skip
-    text.append("\n")
-    text += [f"to[({i}*NC+k)*LB+b]=base[({i}*NC+k)*LB+b]+step*d{i};" for i in range(states)]
-    text.append("\nif(mode==1){" + "".join(f"sum[({i}*NC+k)*LB+b]=weight*d{i};" for i in range(states)) + "}")
-    text.append("\nif(mode==2){" + "".join(f"sum[({i}*NC+k)*LB+b]+=weight*d{i};" for i in range(states)) + "}")
+        text += ["if(k<NF){", *(f"d{i}+=y[({first + n * columns}+k)*LB+b];" for n, i in enumerate(j.rows)), "}"]
+    text += ["\n", *(f"to[({i}*NC+k)*LB+b]=base[({i}*NC+k)*LB+b]+step*d{i};" for i in range(states))]
+    for mode, sign in ((1, "="), (2, "+=")):
+        text += [f"\nif(mode=={mode}){{", *(f"sum[({i}*NC+k)*LB+b]{sign}weight*d{i};" for i in range(states)), "}"]
     return "".join(text) + "}}}\n"
+
+
+def _head(sizes: Mapping[str, int]) -> str:
+    return HEADER + "".join(f"#define {name} {size}L\n" for name, size in sizes.items())
 
 
 def rollout_source(system: System, rhs: Function, before: Function | None, lanewise: dict[int, int]) -> str:
@@ -204,14 +150,13 @@ def rollout_source(system: System, rhs: Function, before: Function | None, lanew
         "NS": ns, "NM": nm, "NM1": max(nm, 1), "NL": nl, "NA": acting, "NQ": max(len(lanewise), 1),
         "NY": max(acting + nm + nl, 1), "NO": ns + nm + nl,
     }  # fmt: skip
-    text = HEADER + "".join(f"#define {k} {v}L\n" for k, v in sizes.items())
-    text += lane_function("rhs", rhs, ("lane", "lane", "parameters"), lanewise)
+    text = _head(sizes) + lane_function("rhs", rhs, ("lane", "lane", "parameters"), lanewise)
     prepare = "const double*a=s;"
     if before is not None:
         kinds = ("scalar", "scalar", "lane", "lane", "lane", "parameters")
         text += lane_function("before", before, kinds, lanewise)
         prepare = "before(t0+t*dt,dt,z,m,s,q,P,y); const double*a=y;"
-    return text + ROLLOUT.replace("PREPARE", prepare)
+    return text + _loop("rollout.c").replace("PREPARE", prepare)
 
 
 def sensitivity_source(system: System, j: Jacobian, lanewise: dict[int, int]) -> str:
@@ -221,6 +166,5 @@ def sensitivity_source(system: System, j: Jacobian, lanewise: dict[int, int]) ->
         "NS": ns, "NF": nf, "NC": nf + ns, "NA": len(system.series), "NQ": max(len(lanewise), 1),
         "NJ": ns + len(j.A) + len(j.rows) * nf,
     }  # fmt: skip
-    text = HEADER + "".join(f"#define {k} {v}L\n" for k, v in sizes.items())
-    text += lane_function("jac", j.function, ("lane", "lane", "parameters"), lanewise)
-    return text + propagation(j, ns) + SENSITIVITY
+    text = _head(sizes) + lane_function("jac", j.function, ("lane", "lane", "parameters"), lanewise)
+    return text + propagation(j, ns) + _loop("sensitivity.c")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -22,7 +22,7 @@ Packed = simd.Packed | virtual.Packed
 @cache
 def _notice(reason: str) -> None:
     """Warn once per process and reason that the slower back end runs."""
-    warnings.warn(f"running on CasADi's virtual machine, some 30 times slower: {reason}", EngineNotice, stacklevel=4)
+    warnings.warn(f"running on CasADi's virtual machine, some 30 times slower: {reason}", EngineNotice, stacklevel=5)
 
 
 def default_threads() -> int:
@@ -34,8 +34,8 @@ def default_threads() -> int:
 
 
 @dataclass(frozen=True)
-class Simulator:
-    """A compiled system: `run` integrates it over lanes.
+class _Compiled:
+    """A compiled system.
 
     Attributes:
         system: what was compiled.
@@ -51,6 +51,23 @@ class Simulator:
     def pack(self, series: Array) -> Packed:
         """Series (lanes, steps, channels) in the kernel's own order, to be used in many runs."""
         return (virtual if self.virtual else simd).pack(np.asarray(series, dtype=np.float64))
+
+    def _fitting(self, series: Array | Packed, lanes: int, steps: int) -> Packed:
+        """Packed series; those that a kernel would read past the end of are refused."""
+        packed = self.pack(series) if isinstance(series, np.ndarray) else series
+        if packed.lanes != lanes or (packed.steps != 1 and packed.steps < steps):
+            raise ValueError(
+                f"series hold {packed.lanes} lanes of {packed.steps} steps; the run has {lanes} of {steps}, "
+                "so give as many lanes, and as many steps or one"
+            )
+        names = self.system.series
+        if packed.channels != len(names):
+            raise ValueError(f"series hold {packed.channels} channels; the system takes {', '.join(names)}")
+        return packed
+
+
+class Simulator(_Compiled):
+    """A compiled system: `run` integrates it over lanes."""
 
     def run(
         self, state0: Array, series: Array | Packed, parameters: Array, *, dt: float, steps: int,
@@ -78,14 +95,11 @@ class Simulator:
                 each of shape (lanes, rows).
         """
         lanes = state0.shape[0]
-        packed = self.pack(series) if isinstance(series, np.ndarray) else series
-        _fits(self.system, packed, lanes, steps)
         values = self.kernel.run(
             np.asarray(state0, dtype=np.float64),
             np.zeros((lanes, len(self.system.memory) + len(self.system.hidden))) if memory0 is None else memory0,
-            packed, np.zeros((lanes, 0)) if lanewise is None else lanewise, parameters,
-            t0=t0, dt=dt, steps=steps, every=every, rk4=is_rk4(method),
-            threads=threads or default_threads(),
+            self._fitting(series, lanes, steps), np.zeros((lanes, 0)) if lanewise is None else lanewise, parameters,
+            t0=t0, dt=dt, steps=steps, every=every, rk4=is_rk4(method), threads=threads or default_threads(),
         )  # fmt: skip
         t = t0 + dt * every * np.arange(values.shape[1])
         return _judged(t, values, self.system.states, validity or {}, judged(values) if judged else {})
@@ -97,18 +111,10 @@ class Simulator:
 
 
 @dataclass(frozen=True)
-class Sensitivity:
-    """A compiled open-loop system with derivatives; see `Simulator` for the arguments."""
+class Sensitivity(_Compiled):
+    """A compiled open-loop system with derivatives with respect to `free`; see `Simulator` for the arguments."""
 
-    system: System
     free: tuple[str, ...]
-    lanewise: tuple[str, ...]
-    kernel: Any
-    virtual: bool = field(default=False)
-
-    def pack(self, series: Array) -> Packed:
-        """Series (lanes, steps, channels) in the kernel's own order, to be used in many runs."""
-        return (virtual if self.virtual else simd).pack(np.asarray(series, dtype=np.float64))
 
     def run(
         self, state0: Array, series: Array | Packed, parameters: Array, *, dt: float, steps: int, every: int = 1,
@@ -118,24 +124,12 @@ class Sensitivity:
 
         The last columns are the derivatives with respect to the initial state.
         """
-        packed = self.pack(series) if isinstance(series, np.ndarray) else series
-        _fits(self.system, packed, state0.shape[0], steps)
+        lanes = state0.shape[0]
         return self.kernel.run(
-            np.asarray(state0, dtype=np.float64), packed,
-            np.zeros((state0.shape[0], 0)) if lanewise is None else lanewise, parameters,
+            np.asarray(state0, dtype=np.float64), self._fitting(series, lanes, steps),
+            np.zeros((lanes, 0)) if lanewise is None else lanewise, parameters,
             dt=dt, steps=steps, every=every, rk4=is_rk4(method), threads=threads or default_threads(),
         )  # fmt: skip
-
-
-def _fits(system: System, packed: Packed, lanes: int, steps: int) -> None:
-    """Refuse series that a kernel would read past the end of."""
-    if packed.lanes != lanes or (packed.steps != 1 and packed.steps < steps):
-        raise ValueError(
-            f"series hold {packed.lanes} lanes of {packed.steps} steps; the run has {lanes} of {steps}, "
-            "so give as many lanes, and as many steps or one"
-        )
-    if packed.channels != len(system.series):
-        raise ValueError(f"series hold {packed.channels} channels; the system takes {', '.join(system.series)}")
 
 
 def is_rk4(method: str) -> bool:
@@ -159,16 +153,9 @@ def _checked(system: System, names: Sequence[str]) -> tuple[str, ...]:
 def simulator(system: System, lanewise: Sequence[str] = (), *, back_end: str = "auto") -> Simulator:
     """Compile `system`; `back_end` is "auto", "simd" or "virtual"."""
     names = _checked(system, lanewise)
-    if system.plant is not None:
-        return Simulator(system, names, virtual.SteppedRollout.compile(system, names), True)
-    if back_end != "virtual":
-        try:
-            return Simulator(system, names, simd.SimdRollout.compile(system, names), False)
-        except CompilerError as error:
-            if back_end == "simd":
-                raise
-            _notice(str(error))
-    return Simulator(system, names, virtual.VirtualRollout.compile(system, names), True)
+    wanted = back_end if system.plant is None else "virtual"
+    fast, slow = simd.SimdRollout.compile, virtual.VirtualRollout.compile
+    return Simulator(system, names, *_compiled(wanted, fast, slow, system, names))
 
 
 def sensitivity(
@@ -178,14 +165,22 @@ def sensitivity(
     if system.before is not None:
         raise ValueError("sensitivities are for open-loop systems; this one prepares its steps")
     names, q = _checked(system, free), _checked(system, lanewise)
+    fast, slow = simd.SimdSensitivity.compile, virtual.VirtualSensitivity.compile
+    return Sensitivity(system, q, *_compiled(back_end, fast, slow, system, names, q), names)
+
+
+def _compiled(
+    back_end: str, fast: Callable[..., Any], slow: Callable[..., Any], *arguments: Any
+) -> tuple[Any, bool]:
+    """The kernel of a back end, and whether it is the virtual machine; "auto" takes that where nothing compiles."""
     if back_end != "virtual":
         try:
-            return Sensitivity(system, names, q, simd.SimdSensitivity.compile(system, names, q), False)
+            return fast(*arguments), False
         except CompilerError as error:
             if back_end == "simd":
                 raise
             _notice(str(error))
-    return Sensitivity(system, names, q, virtual.VirtualSensitivity.compile(system, names, q), True)
+    return slow(*arguments), True
 
 
 def _judged(

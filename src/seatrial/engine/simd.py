@@ -11,6 +11,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from . import Array, System, trace
 from .cache import library
 from .csource import LANES, rollout_source, sensitivity_source
 
-_LONG, _DOUBLE, _ARRAY = ctypes.c_long, ctypes.c_double, ctypes.c_void_p
+_TYPES = {"l": ctypes.c_long, "d": ctypes.c_double, "a": ctypes.c_void_p}
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,12 @@ class Packed:
         """Channels of the series."""
         return self.blocks.shape[2]
 
+    @property
+    def strides(self) -> tuple[int, int, int]:
+        """Address of the series, and numbers from one block and from one step to the next; 0 where they hold."""
+        held = self.steps == 1
+        return self.blocks.ctypes.data, self.blocks[0].size, 0 if held else self.channels * LANES
+
 
 def blocks(values: Array) -> Array:
     """(lanes, ...) -> (blocks, ..., LANES), padded with copies of the last lane."""
@@ -54,12 +61,13 @@ def pack(series: Array) -> Packed:
     return Packed(blocks(series), series.shape[0])
 
 
-def _pointer(values: Array) -> int:
-    return values.ctypes.data
-
-
 def _shared(values: Array) -> Array:
     return np.ascontiguousarray(np.append(values, 0.0), dtype=np.float64)
+
+
+def _declare(function: Any, arguments: str) -> None:
+    """Give a C function without a result the types of its arguments, by the letters of `_TYPES`."""
+    function.argtypes, function.restype = [_TYPES[letter] for letter in arguments.replace(" ", "")], None
 
 
 def _spread(job: Callable[[int, int], None], count: int, threads: int) -> None:
@@ -87,11 +95,8 @@ class SimdRollout:
         where = {system.parameters.index(name): k for k, name in enumerate(lanewise)}
         source = rollout_source(system, trace.right_hand_side(system), trace.preparation(system), where)
         code = library(source)
-        code.rollout.argtypes = [_LONG] * 3 + [_DOUBLE] * 2 + [_LONG] * 2 + [_ARRAY] * 3 + [_LONG] * 2 + [
-            _ARRAY, _ARRAY, _ARRAY, _LONG]  # fmt: skip
-        code.rollout.restype = None
-        code.evaluate.argtypes = [_LONG] + [_ARRAY] * 5
-        code.evaluate.restype = None
+        _declare(code.rollout, "lll dd ll aaa ll aaa l")
+        _declare(code.evaluate, "l aaaaa")
         return SimdRollout(system, code)
 
     def run(
@@ -101,16 +106,12 @@ class SimdRollout:
         """Stored rows of every lane, shape (lanes, rows, stored)."""
         lanes, rows = state0.shape[0], (steps - 1) // every + 1
         Z, M, Q, P = blocks(state0), blocks(memory0), blocks(lanewise), _shared(shared)
-        count, held = Z.shape[0], series.blocks.shape[1] == 1
-        width = len(self.system.series) * LANES
-        out = np.empty((count, rows, len(self.system.stored), LANES))
-        per_block = series.blocks[0].size
+        count, out = Z.shape[0], np.empty((Z.shape[0], rows, len(self.system.stored), LANES))
 
         def job(first: int, last: int) -> None:
             self.code.rollout(
-                first, last, steps, t0, dt, every, int(rk4), _pointer(Z), _pointer(M),
-                _pointer(series.blocks), per_block, 0 if held else width,
-                _pointer(Q), _pointer(P), _pointer(out), rows,
+                first, last, steps, t0, dt, every, int(rk4), Z.ctypes.data, M.ctypes.data,
+                *series.strides, Q.ctypes.data, P.ctypes.data, out.ctypes.data, rows,
             )  # fmt: skip
 
         _spread(job, count, threads)
@@ -120,7 +121,7 @@ class SimdRollout:
         """Rates of every lane for one call of the right-hand side, shape (lanes, states)."""
         Z, A, Q, P = blocks(state), blocks(acting), blocks(lanewise), _shared(shared)
         out = np.empty_like(Z)
-        self.code.evaluate(Z.shape[0], _pointer(Z), _pointer(A), _pointer(Q), _pointer(P), _pointer(out))
+        self.code.evaluate(Z.shape[0], Z.ctypes.data, A.ctypes.data, Q.ctypes.data, P.ctypes.data, out.ctypes.data)
         return np.moveaxis(out, -1, 1).reshape(-1, Z.shape[1])[: state.shape[0]]
 
 
@@ -137,9 +138,7 @@ class SimdSensitivity:
         """Trace, differentiate, print, compile (or take from the cache) and load."""
         where = {system.parameters.index(name): k for k, name in enumerate(lanewise)}
         code = library(sensitivity_source(system, trace.jacobian(system, free), where))
-        code.sensitivity.argtypes = [_LONG] * 3 + [_DOUBLE] + [_LONG] * 2 + [_ARRAY] * 2 + [_LONG] * 2 + [
-            _ARRAY] * 4 + [_LONG, _ARRAY]  # fmt: skip
-        code.sensitivity.restype = None
+        _declare(code.sensitivity, "lll d ll aa ll aaaa l a")
         return SimdSensitivity(system, free, code)
 
     def run(
@@ -150,17 +149,15 @@ class SimdSensitivity:
         lanes, rows = state0.shape[0], (steps - 1) // every + 1
         Z, Q, P = blocks(state0), blocks(lanewise), _shared(shared)
         count, ns = Z.shape[0], len(self.system.states)
-        columns, held = len(self.free) + ns, series.blocks.shape[1] == 1
-        per_block, width = series.blocks[0].size, len(self.system.series) * LANES
+        columns = len(self.free) + ns
         out = np.empty((count, rows, ns, LANES))
         slopes = np.empty((count * LANES, rows, ns, columns))
 
         def job(first: int, last: int) -> None:
             work = np.empty(3 * ns * columns * LANES)
             self.code.sensitivity(
-                first, last, steps, dt, every, int(rk4), _pointer(Z), _pointer(series.blocks),
-                per_block, 0 if held else width, _pointer(Q), _pointer(P), _pointer(out),
-                _pointer(slopes), rows, _pointer(work),
+                first, last, steps, dt, every, int(rk4), Z.ctypes.data, *series.strides,
+                Q.ctypes.data, P.ctypes.data, out.ctypes.data, slopes.ctypes.data, rows, work.ctypes.data,
             )  # fmt: skip
 
         _spread(job, count, threads)

@@ -30,26 +30,22 @@ class Stepper(Protocol):
 
     def give(self, place: int, value: float) -> None:
         """Set the series number `place` from here on."""
-        ...
 
     def surround(self, values: Array) -> None:
         """Set the first series, as many as there are values."""
-        ...
 
     def step(self, t: float) -> None:
         """Move on by one step from time `t` [s]."""
-        ...
 
     def load(self, values: Array) -> None:
         """Begin from these states and memory, hidden ones included."""
-        ...
 
     def dump(self) -> Array:
         """States and memory, hidden ones included, as `load` takes them."""
         ...
 
 
-class KernelStep:
+class KernelStep(Stepper):
     """A compiled system, stepped in place; all lanes of its block are the same ship."""
 
     def __init__(self, simulator: Simulator, parameters: Array, dt: float, method: str = "rk4") -> None:
@@ -77,30 +73,25 @@ class KernelStep:
                 *(_ARRAY(address) for address in fixed), _LONG(2))  # fmt: skip
 
     def give(self, place: int, value: float) -> None:
-        """Set the series number `place` from here on."""
         self._series[place] = value
 
     def surround(self, values: Array) -> None:
-        """Set the first series, as many as there are values."""
         self._series[: len(values)] = values[:, None]
 
     def step(self, t: float) -> None:
-        """Move on by one step from time `t` [s]."""
         at = self._at
         self._run(*self._first, t, *self._rest[at])
         self._at = at = 1 - at
         self.now = self._views[at]
 
     def load(self, values: Array) -> None:
-        """Begin from these states and memory."""
         self._rows[self._at][1, : self._carried] = values[:, None]
 
     def dump(self) -> Array:
-        """States and memory."""
         return self._rows[self._at][1, : self._carried, 0].copy()
 
 
-class VirtualStep:
+class VirtualStep(Stepper):
     """The same on CasADi's virtual machine, where there is no compiler."""
 
     def __init__(self, simulator: Simulator, parameters: Array, dt: float, method: str = "rk4") -> None:
@@ -111,15 +102,12 @@ class VirtualStep:
         self.now: Any = [0.0] * len(system.stored)
 
     def give(self, place: int, value: float) -> None:
-        """Set the series number `place` from here on."""
         self._series[0, 0, place] = value
 
     def surround(self, values: Array) -> None:
-        """Set the first series, as many as there are values."""
         self._series[0, 0, : len(values)] = values
 
     def step(self, t: float) -> None:
-        """Move on by one step from time `t` [s]."""
         start = self.dump()[None]
         out = self._simulator.kernel.run(
             start[:, : self._states], start[:, self._states :], Packed(self._series, 1), np.zeros((1, 0)),
@@ -128,11 +116,9 @@ class VirtualStep:
         self.now = out[0, 1].tolist()
 
     def load(self, values: Array) -> None:
-        """Begin from these states and memory."""
         self.now = [*values.tolist(), *self.now[self._carried :]]
 
     def dump(self) -> Array:
-        """States and memory."""
         return np.array(self.now[: self._carried])
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,12 +28,10 @@ class Jacobian:
     free: tuple[str, ...]
 
 
-def _symbols(prefix: str, names: tuple[str, ...]) -> Any:
-    return ca.SX.sym(prefix, max(len(names), 1))
-
-
-def _scalars(vector: Any, names: tuple[str, ...]) -> tuple[Any, ...]:
-    return tuple(vector[i] for i in range(len(names)))
+def _symbols(letters: str, groups: Sequence[Sequence[str]]) -> tuple[list[Any], list[tuple[Any, ...]]]:
+    """A vector of symbols for each group of names, none of them empty; and the scalars in it."""
+    vectors = [ca.SX.sym(letter, max(len(names), 1)) for letter, names in zip(letters, groups, strict=True)]
+    return vectors, [tuple(v[i] for i in range(len(names))) for v, names in zip(vectors, groups, strict=True)]
 
 
 def _column(values: Any) -> Any:
@@ -43,12 +41,8 @@ def _column(values: Any) -> Any:
 def _rates(system: System) -> tuple[list[Any], Any]:
     if system.plant is not None:
         raise ParameterError("a network has no symbolic right-hand side; only training:Training fits one")
-    acting = system.acting or system.series
-    z, a, p = _symbols("z", system.states), _symbols("a", acting), _symbols("p", system.parameters)
-    rates = system.derivative(
-        _scalars(z, system.states), _scalars(a, acting), _scalars(p, system.parameters)
-    )
-    return [z, a, p], _column(rates)
+    vectors, scalars = _symbols("zap", (system.states, system.acting or system.series, system.parameters))
+    return vectors, _column(system.derivative(*scalars))
 
 
 def right_hand_side(system: System) -> Function:
@@ -62,18 +56,9 @@ def preparation(system: System) -> Function | None:
     if system.before is None:
         return None
     t, dt = ca.SX.sym("t"), ca.SX.sym("dt")
-    z, m = _symbols("z", system.states), _symbols("m", system.memory)
-    s, p = _symbols("s", system.series), _symbols("p", system.parameters)
-    acting, memory, logged = system.before(
-        t,
-        dt,
-        _scalars(z, system.states),
-        _scalars(m, system.memory),
-        _scalars(s, system.series),
-        _scalars(p, system.parameters),
-    )
-    joined = ca.cse(ca.vertcat(_column(acting), _column(memory), _column(logged)))
-    return ca.Function("before", [t, dt, z, m, s, p], [joined])
+    vectors, scalars = _symbols("zmsp", (system.states, system.memory, system.series, system.parameters))
+    stepped = system.before(t, dt, *scalars)
+    return ca.Function("before", [t, dt, *vectors], [ca.cse(ca.vertcat(*map(_column, stepped)))])
 
 
 def jacobian(system: System, free: tuple[str, ...]) -> Jacobian:

@@ -7,6 +7,7 @@ and its policy on CasADi's machine.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,22 +57,44 @@ def rows_of(values: Array) -> Array:
     return values.T if values.shape[1] else np.zeros((1, values.shape[0]))
 
 
+def _moved(slope: Callable[[Array], Array], z: Array, dt: float, rk4: bool) -> Array:
+    """`z` one step later, by the classical Runge-Kutta method or Euler's."""
+    k1 = slope(z)
+    if not rk4:
+        return z + dt * k1
+    k2 = slope(z + 0.5 * dt * k1)
+    k3 = slope(z + 0.5 * dt * k2)
+    k4 = slope(z + dt * k3)
+    return z + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
 @dataclass(frozen=True)
 class VirtualRollout:
-    """A system on the virtual machine, for plain integration."""
+    """A system for plain integration; one with a plant moves all lanes together by Euler's rule.
+
+    Attributes:
+        rhs: right-hand side; None of a system with a plant.
+        before: actuators and policy; None where the series themselves act.
+    """
 
     system: System
     lanewise: tuple[str, ...]
-    rhs: Function
+    rhs: Function | None
     before: Function | None
 
     @staticmethod
     def compile(system: System, lanewise: tuple[str, ...]) -> VirtualRollout:
-        """Trace; there is nothing to compile."""
-        return VirtualRollout(system, lanewise, trace.right_hand_side(system), trace.preparation(system))
+        """Trace what can be traced; there is nothing to compile."""
+        rhs = trace.right_hand_side(system) if system.plant is None else None
+        return VirtualRollout(system, lanewise, rhs, trace.preparation(system))
 
     def evaluate(self, state: Array, acting: Array, lanewise: Array, shared: Array) -> Array:
-        """Rates of every lane for one call of the right-hand side, shape (lanes, states)."""
+        """Rates of every lane for one call of the right-hand side, shape (lanes, states).
+
+        A plant answers as if the sample had held for ever.
+        """
+        if self.rhs is None:
+            return self._plant(np.zeros((state.shape[0], len(self.system.hidden)))).rates(state, acting)
         P = parameters_of(self.system, self.lanewise, lanewise, shared)
         return np.array(self.rhs.map(state.shape[0])(rows_of(state), rows_of(acting), P)).T
 
@@ -79,38 +102,53 @@ class VirtualRollout:
         self, state0: Array, memory0: Array, series: Packed, lanewise: Array, shared: Array, *,
         t0: float, dt: float, steps: int, every: int, rk4: bool, threads: int,
     ) -> Array:  # fmt: skip
-        """Stored rows of every lane, shape (lanes, rows, stored); `threads` has no effect."""
-        lanes, (ns, nm) = state0.shape[0], (len(self.system.states), len(self.system.memory))
+        """Stored rows of every lane, shape (lanes, rows, stored).
+
+        `threads` are those of a plant's products of matrices; `rk4` has no effect on a plant.
+        """
         P = parameters_of(self.system, self.lanewise, lanewise, shared)
-        rhs = self.rhs.map(lanes)
+        with np.errstate(over="ignore", invalid="ignore"):  # the engine reports a lane that blows up
+            if self.rhs is not None:
+                rhs = self.rhs.map(state0.shape[0])
+                return self._stepped(
+                    lambda z, a: _moved(lambda x: np.array(rhs(x.T, rows_of(a), P)).T, z, dt, rk4),
+                    state0, memory0, series, P, t0, dt, steps, every,
+                )  # fmt: skip
+            plant = self._plant(memory0[:, len(self.system.memory) :])
+            with ThreadpoolController().limit(limits=1 if state0.shape[0] < _FEW else threads, user_api="blas"):
+                return self._stepped(
+                    lambda z, a: z + dt * plant.rates(z, a), state0, memory0, series, P, t0, dt, steps, every
+                )
+
+    def _stepped(
+        self, moved: Callable[[Array, Array], Array], state0: Array, memory0: Array, series: Packed, P: Array,
+        t0: float, dt: float, steps: int, every: int,
+    ) -> Array:  # fmt: skip
+        system, lanes = self.system, state0.shape[0]
+        nm, na = len(system.memory), len(system.acting or system.series)
+        z, m = state0.copy(), memory0[:, :nm]
         before = self.before.map(lanes) if self.before is not None else None
-        na = len(self.system.acting or self.system.series)
-        z, m = state0.T.copy(), memory0.T.copy()
-        out = np.empty((lanes, (steps - 1) // every + 1, len(self.system.stored)))
-        one = np.ones((1, lanes))
+        out, one = np.empty((lanes, (steps - 1) // every + 1, len(system.stored))), np.ones((1, lanes))
         for k in range(steps):
-            s = rows_of(series.series[:, min(k, series.series.shape[1] - 1)])
-            y = np.array(before((t0 + k * dt) * one, dt * one, z, rows_of(m.T), s, P)) if before else s
+            acting, after, logged = series.series[:, min(k, series.steps - 1)], m, m[:, :0]
+            if before is not None:
+                y = np.array(before((t0 + k * dt) * one, dt * one, rows_of(z), rows_of(m), rows_of(acting), P)).T
+                acting, after, logged = y[:, :na], y[:, na : na + nm], y[:, na + nm :]
             if k % every == 0:
-                out[:, k // every] = np.concatenate([z, m, y[na + nm :] if before else y[:0]]).T
+                out[:, k // every] = np.concatenate([z, m, logged], axis=1)
             if k < steps - 1:
-                z, m = _step(rhs, z, y[:na], P, dt, rk4), (y[na : na + nm] if before else m)
-        return out[:, :, : ns + nm + len(self.system.logged)]
+                z, m = moved(z, acting), after
+        return out
 
-
-def _step(rhs: Function, z: Array, a: Array, P: Array, dt: float, rk4: bool) -> Array:
-    k1 = np.array(rhs(z, a, P))
-    if not rk4:
-        return z + dt * k1
-    k2 = np.array(rhs(z + 0.5 * dt * k1, a, P))
-    k3 = np.array(rhs(z + 0.5 * dt * k2, a, P))
-    k4 = np.array(rhs(z + dt * k3, a, P))
-    return z + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    def _plant(self, hidden: Array) -> Plant:
+        if self.system.plant is None:
+            raise ValueError("a system without a plant is traced, not stepped")
+        return self.system.plant(hidden)
 
 
 @dataclass(frozen=True)
 class VirtualSensitivity:
-    """An open-loop system on the virtual machine, with exact forward sensitivities."""
+    """An open-loop system with exact forward sensitivities."""
 
     system: System
     free: tuple[str, ...]
@@ -129,87 +167,26 @@ class VirtualSensitivity:
         """States (lanes, rows, states) and derivatives (lanes, rows, states, free + states)."""
         lanes, ns = state0.shape
         P = parameters_of(self.system, self.lanewise, lanewise, shared)
-        z, d = state0.copy(), np.zeros((lanes, ns, len(self.free) + ns))
-        d[:, range(ns), range(len(self.free), len(self.free) + ns)] = 1.0
-        rows = (steps - 1) // every + 1
-        Z, D = np.empty((lanes, rows, ns)), np.empty((lanes, rows, *d.shape[1:]))
+        z = np.zeros((lanes, ns, 1 + len(self.free) + ns))  # per state: its value, then its derivatives
+        z[:, :, 0] = state0
+        z[:, range(ns), range(1 + len(self.free), z.shape[2])] = 1.0
+        out = np.empty((lanes, (steps - 1) // every + 1, *z.shape[1:]))
         for k in range(steps):
             if k % every == 0:
-                Z[:, k // every], D[:, k // every] = z, d
+                out[:, k // every] = z
             if k < steps - 1:
-                a = rows_of(series.series[:, min(k, series.series.shape[1] - 1)])
-                z, d = self._step(z, d, a, P, dt, rk4)
-        return Z, D
+                a = rows_of(series.series[:, min(k, series.steps - 1)])
+                z = _moved(lambda x, a=a: self._slope(x, a, P), z, dt, rk4)
+        return out[..., 0], out[..., 1:]
 
-    def _slope(self, z: Array, d: Array, a: Array, P: Array) -> tuple[Array, Array]:
+    def _slope(self, z: Array, a: Array, P: Array) -> Array:
         ns, nf = z.shape[1], len(self.free)
-        y = np.array(self.jacobian.function.map(z.shape[0])(z.T, a, P)).T
-        slope = np.zeros_like(d)
+        y = np.array(self.jacobian.function.map(z.shape[0])(z[:, :, 0].T, a, P)).T
+        slope = np.zeros_like(z)
+        slope[:, :, 0] = y[:, :ns]
         for n, (i, k) in enumerate(self.jacobian.A):
-            slope[:, i] += y[:, ns + n, None] * d[:, k]
+            slope[:, i, 1:] += y[:, ns + n, None] * z[:, k, 1:]
         first = ns + len(self.jacobian.A)
         for n, i in enumerate(self.jacobian.rows):
-            slope[:, i, :nf] += y[:, first + n * nf : first + (n + 1) * nf]
-        return y[:, :ns], slope
-
-    def _step(self, z: Array, d: Array, a: Array, P: Array, dt: float, rk4: bool) -> tuple[Array, Array]:
-        k1, s1 = self._slope(z, d, a, P)
-        if not rk4:
-            return z + dt * k1, d + dt * s1
-        k2, s2 = self._slope(z + 0.5 * dt * k1, d + 0.5 * dt * s1, a, P)
-        k3, s3 = self._slope(z + 0.5 * dt * k2, d + 0.5 * dt * s2, a, P)
-        k4, s4 = self._slope(z + dt * k3, d + dt * s3, a, P)
-        return z + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4), d + dt / 6 * (s1 + 2 * s2 + 2 * s3 + s4)
-
-
-@dataclass(frozen=True)
-class SteppedRollout:
-    """A system with a `plant`, all lanes together, one step after the other by Euler's rule."""
-
-    system: System
-    lanewise: tuple[str, ...]
-    before: Function | None
-
-    @staticmethod
-    def compile(system: System, lanewise: tuple[str, ...]) -> SteppedRollout:
-        """Trace what is beside the plant: actuators and policy."""
-        return SteppedRollout(system, lanewise, trace.preparation(system))
-
-    def evaluate(self, state: Array, acting: Array, lanewise: Array, shared: Array) -> Array:
-        """Rates of every lane for one sample, as if it had held for ever; shape (lanes, states)."""
-        return self._plant(np.zeros((state.shape[0], len(self.system.hidden)))).rates(state, acting)
-
-    def run(
-        self, state0: Array, memory0: Array, series: Packed, lanewise: Array, shared: Array, *,
-        t0: float, dt: float, steps: int, every: int, rk4: bool, threads: int,
-    ) -> Array:  # fmt: skip
-        """Stored rows of every lane, shape (lanes, rows, stored); `rk4` has no effect."""
-        at_once = ThreadpoolController().limit(limits=1 if state0.shape[0] < _FEW else threads, user_api="blas")
-        with at_once, np.errstate(over="ignore", invalid="ignore"):  # the engine reports a lane that blows up
-            return self._stepped(state0, memory0, series, parameters_of(self.system, self.lanewise, lanewise, shared),
-                                 t0, dt, steps, every)  # fmt: skip
-
-    def _stepped(
-        self, state0: Array, memory0: Array, series: Packed, P: Array, t0: float, dt: float, steps: int, every: int
-    ) -> Array:
-        system, lanes = self.system, state0.shape[0]
-        nm, na = len(system.memory), len(system.acting or system.series)
-        z, m, plant = state0.copy(), memory0[:, :nm], self._plant(memory0[:, nm:])
-        before = self.before.map(lanes) if self.before is not None else None
-        out, one = np.empty((lanes, (steps - 1) // every + 1, len(system.stored))), np.ones((1, lanes))
-        for k in range(steps):
-            acting = series.series[:, min(k, series.steps - 1)]
-            after, logged = m, m[:, :0]
-            if before is not None:
-                y = np.array(before((t0 + k * dt) * one, dt * one, rows_of(z), rows_of(m), rows_of(acting), P)).T
-                acting, after, logged = y[:, :na], y[:, na : na + nm], y[:, na + nm :]
-            if k % every == 0:
-                out[:, k // every] = np.concatenate([z, m, logged], axis=1)
-            if k < steps - 1:
-                z, m = z + dt * plant.rates(z, acting), after
-        return out
-
-    def _plant(self, hidden: Array) -> Plant:
-        if self.system.plant is None:
-            raise ValueError("a system without a plant is traced, not stepped")
-        return self.system.plant(hidden)
+            slope[:, i, 1 : 1 + nf] += y[:, first + n * nf : first + (n + 1) * nf]
+        return slope

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
@@ -10,8 +9,8 @@ from pathlib import Path
 
 from ..core.symbolic import Function
 from .listing import Language, listing
-from .plant import Number, Plant, Variable
-from .writing import write
+from .plant import Number, Plant, Variable, elements
+from .writing import filled, write
 
 
 def save_c(plant: Plant, folder: str | Path) -> tuple[Path, Path]:
@@ -26,33 +25,16 @@ def save_c(plant: Plant, folder: str | Path) -> tuple[Path, Path]:
     return header, source
 
 
-def _constant(value: float) -> str:
-    if math.isnan(value):
-        return "NAN"
-    if math.isinf(value):
-        return "INFINITY" if value > 0 else "(-INFINITY)"
-    return repr(value) if value >= 0 else f"({value!r})"
-
-
-FORMS = {
-    "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0} * {0}", "OP_TWICE": "2.0 * {0}", "OP_INV": "1.0 / {0}",
-    "OP_LT": "{0} < {1}", "OP_LE": "{0} <= {1}", "OP_EQ": "{0} == {1}", "OP_NE": "{0} != {1}", "OP_NOT": "!{0}",
-    "OP_AND": "{0} && {1}", "OP_OR": "{0} || {1}", "OP_IF_ELSE_ZERO": "{0} ? {1} : 0.0",
+C = Language({
+    "OP_NOT": "!{0}", "OP_AND": "{0} && {1}", "OP_OR": "{0} || {1}", "OP_IF_ELSE_ZERO": "{0} ? {1} : 0.0",
     "OP_SIGN": "({0} > 0.0) - ({0} < 0.0)", "OP_FMIN": "{0} < {1} ? {0} : {1}", "OP_FMAX": "{0} > {1} ? {0} : {1}",
-}  # fmt: skip
-C = Language(FORMS, _constant)
+}, "NAN", "INFINITY")  # fmt: skip
 
 
 def plain(text: str) -> str:
     """Text that may stand in any comment: ASCII, without the marks of one."""
     ascii_ = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode("ascii")
     return ascii_.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").replace("\\", "/")
-
-
-def _elements(letter: str, variables: Sequence[Variable]) -> Iterable[str]:
-    for k, one in enumerate(variables):
-        bounds = f", {one.low:g} to {one.high:g}" if math.isfinite(one.low) or math.isfinite(one.high) else ""
-        yield f"     {letter}[{k}]  {one.name} [{one.unit}]  {one.about}{bounds}"
 
 
 def _numbers(title: str, numbers: Sequence[Number]) -> Iterable[str]:
@@ -69,13 +51,13 @@ _ORDERED = "const double x[], const double a[], const double o[], const double e
 def header_text(plant: Plant) -> str:
     """The header: what each element means, the sizes, the functions."""
     upper, name = plant.name.upper(), plant.name
-    text = [f"   {plant.title}", "", "   State x:", *_elements("x", plant.states), "   Controls u, actual values:",
-            *_elements("u", plant.controls), "   Environment e, all zero in calm deep water:",
-            *_elements("e", plant.environment)]  # fmt: skip
+    text = [f"   {plant.title}", "", "   State x:", *elements("x", plant.states, 5), "   Controls u, actual values:",
+            *elements("u", plant.controls, 5), "   Environment e, all zero in calm deep water:",
+            *elements("e", plant.environment, 5)]  # fmt: skip
     sizes = {"NX": len(plant.states), "NU": len(plant.controls), "NE": len(plant.environment)}
     if plant.servos is not None:
         sizes["NA"] = len(plant.servos.memory)
-        text += ["   Memory a of the actuators:", *_elements("a", plant.servos.memory)]
+        text += ["   Memory a of the actuators:", *elements("a", plant.servos.memory, 5)]
         text += ["   Orders o: one a control, in the order of u."]
     text += _numbers("Numbers of the model", plant.numbers)
     if plant.servos is not None:
@@ -127,34 +109,12 @@ def array_function(head: str, f: Function, letters: str, targets: Sequence[str])
 
 def source_text(plant: Plant) -> str:
     """The source: the terms of the right-hand side one by one, then the step."""
-    name, nx = plant.name, f"{plant.name.upper()}_NX"
+    name, upper = plant.name, plant.name.upper()
     rates = f"void {name}_rates(const double x[], const double u[], const double e[], double dx[])"
     lines = [f"/* {plain(plant.title)}: see {name}.h */", f'#include "{name}.h"', "", "#include <math.h>", "",
              *array_function(rates, plant.rates, "xue", ("dx",)),
-             *_STEP_BODY.format(name=name, head=_STEP, nx=nx).splitlines()]  # fmt: skip
+             filled("plant.c.txt", "step", name=name, head=_STEP, nx=f"{upper}_NX")]  # fmt: skip
     if plant.servos is not None:
-        lines += ["", *array_function(f"void {name}_actuate({_ACTUATE})", plant.servos.baked, "ao", ("u", "a_next"))]
-        lines += _ORDERED_BODY.format(name=name, head=_ORDERED, upper=name.upper()).splitlines()
+        lines += ["", *array_function(f"void {name}_actuate({_ACTUATE})", plant.servos.baked, "ao", ("u", "a_next")),
+                  filled("plant.c.txt", "ordered_step", name=name, head=_ORDERED, upper=upper)]  # fmt: skip
     return "\n".join([*lines, ""])
-
-
-_STEP_BODY = """void {name}_step({head})
-{{
-    double k[{nx}], sum[{nx}], z[{nx}];
-    int i;
-    {name}_rates(x, u, e, k);
-    for (i = 0; i < {nx}; i++) {{ sum[i] = k[i]; z[i] = x[i] + 0.5 * dt * k[i]; }}
-    {name}_rates(z, u, e, k);
-    for (i = 0; i < {nx}; i++) {{ sum[i] += 2.0 * k[i]; z[i] = x[i] + 0.5 * dt * k[i]; }}
-    {name}_rates(z, u, e, k);
-    for (i = 0; i < {nx}; i++) {{ sum[i] += 2.0 * k[i]; z[i] = x[i] + dt * k[i]; }}
-    {name}_rates(z, u, e, k);
-    for (i = 0; i < {nx}; i++) x_next[i] = x[i] + dt / 6.0 * (sum[i] + k[i]);
-}}"""
-
-_ORDERED_BODY = """void {name}_ordered_step({head})
-{{
-    double u[{upper}_NU];
-    {name}_actuate(a, o, u, a_next);
-    {name}_step(x, u, e, {upper}_DT, x_next);
-}}"""

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any
 
-import casadi as ca
-
 from ..core.symbolic import Function
-from ..engine.csource import BINARY, CALL
+from ..engine.csource import BINARY, CALL, opcodes
 from ..ships import ShipError
 
 Place = tuple[int, int]
 """An input or output, and one of its elements."""
+
+
+_FORMS = {
+    "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0} * {0}", "OP_TWICE": "2.0 * {0}", "OP_INV": "1.0 / {0}",
+    "OP_LT": "{0} < {1}", "OP_LE": "{0} <= {1}", "OP_EQ": "{0} == {1}", "OP_NE": "{0} != {1}",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -22,14 +26,22 @@ class Language:
     """How one language writes what CasADi computes.
 
     Attributes:
-        forms: text by operation, operands as {0} and {1}; sums and calls are known.
-        constant: a number.
+        forms: text by operation, operands as {0} and {1}; sums, calls and comparisons are the same in all.
+        nan, infinity: names of what is no number and of what is beyond all.
         width: the longest term that is drawn into the line that uses it.
     """
 
     forms: Mapping[str, str]
-    constant: Callable[[float], str]
+    nan: str
+    infinity: str
     width: int = 88
+
+    def constant(self, value: float) -> str:
+        """A number, in parentheses below zero."""
+        if math.isnan(value):
+            return self.nan
+        text = repr(value).replace("inf", self.infinity)
+        return text if value >= 0 else f"({text})"
 
     def form(self, op: str) -> str:
         """The text of an operation.
@@ -41,9 +53,10 @@ class Language:
             return f"{{0}} {BINARY[op]} {{1}}"
         if op in CALL:
             return f"{CALL[op]}({{0}}, {{1}})" if CALL[op] in ("atan2", "pow") else f"{CALL[op]}({{0}})"
-        if op not in self.forms:
+        form = _FORMS.get(op) or self.forms.get(op)
+        if form is None:
             raise ShipError(f"the model computes {op}, which has no form in the exported language; export it by CasADi")
-        return self.forms[op]
+        return form
 
 
 @dataclass
@@ -101,7 +114,7 @@ def _nodes(
     at: dict[int, int] = {}
     outputs: list[tuple[Place, int]] = []
     for k in range(f.n_instructions()):
-        op, to, of = _opcodes()[f.instruction_id(k)], f.instruction_output(k), f.instruction_input(k)
+        op, to, of = opcodes()[f.instruction_id(k)], f.instruction_output(k), f.instruction_input(k)
         if op == "OP_OUTPUT":
             outputs.append(((to[0], to[1]), at[of[0]]))
             nodes[at[of[0]]].uses += 1
@@ -132,8 +145,3 @@ def _term(node: _Node, nodes: list[_Node], language: Language, found: Listing) -
     name = f"w{len(found.statements)}"
     found.statements.append((name, text))
     return name, _ATOM
-
-
-@cache
-def _opcodes() -> dict[int, str]:
-    return {getattr(ca, name): name for name in dir(ca) if name.startswith("OP_")}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -47,6 +47,12 @@ class Variable:
     def __post_init__(self) -> None:
         if not self.name.isprintable():  # it goes into sources, where a line break would end a comment
             raise ShipError(f"{self.name!a}: a name with control characters is not exported")
+
+    @property
+    def limits(self) -> str:
+        """The limits in words; nothing where there are none."""
+        bounded = math.isfinite(self.low) or math.isfinite(self.high)
+        return f", {self.low:g} to {self.high:g}" if bounded else ""
 
 
 @dataclass(frozen=True)
@@ -149,11 +155,11 @@ def plant(ship: Ship, dt: float | None = None) -> Plant:
     Raises:
         ShipError: a model in discrete time; a step that is not above zero.
     """
+    if isinstance(ship.model, Stepped):
+        ways = "--python FILE exports its steps, --fmu FILE.fmu a slave"
+        raise ShipError(f"{ship.name}: a network has no symbolic right-hand side; {ways}")
     if isinstance(ship.model, Sampled):
         family = type(ship.model).__name__
-        if isinstance(ship.model, Stepped):
-            ways = "--python FILE exports its steps, --fmu FILE.fmu a slave"
-            raise ShipError(f"{ship.name}: a network has no symbolic right-hand side; {ways}")
         raise ShipError(f"{ship.name}: {family} is a model in discrete time and has no right-hand side to export")
     outlined = outline(ship, dt)
     system = open_loop(ship)
@@ -175,9 +181,10 @@ def outline(ship: Ship, dt: float | None = None) -> Plant:
     """
     if dt is not None and not (dt > 0.0 and math.isfinite(dt)):
         raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
-    names = ship.model.states
+    states = (Variable(n, unit(n), ABOUT.get(n, "state of the model's own"), *ship.validity.get(n, _ANY))
+              for n in ship.model.states)  # fmt: skip
     return Plant(
-        name=identifier(ship.name), title=one_line(title(ship)), states=tuple(_state(ship, n) for n in names),
+        name=identifier(ship.name), title=one_line(title(ship)), states=tuple(states),
         controls=tuple(_control(ship, n) for n in ship.model.controls),
         environment=tuple(Variable(n, unit_around(n), ABOUT[n]) for n in CHANNELS),
         numbers=(), open=None, servos=None if dt is None else _servos(ship, dt),
@@ -199,8 +206,8 @@ def _used(inputs: list[Any], p: Any, outputs: list[Any], known: tuple[Number, ..
 
 
 def _numbers(ship: Ship, names: tuple[str, ...]) -> tuple[Number, ...]:
-    found: dict[str, tuple[str, Spec, Any]] = {path: (path, meaning, v) for path, meaning, v in walk(ship.model)}
-    return tuple(_number(*found[name], source_of(ship, name)) for name in names if name in found)
+    found = {path: (meaning, value) for path, meaning, value in walk(ship.model)}
+    return tuple(_number(name, *found[name], source_of(ship, name)) for name in names if name in found)
 
 
 def _number(path: str, meaning: Spec, value: Any, source: str) -> Number:
@@ -212,14 +219,9 @@ def source_of(ship: Ship, path: str) -> str:
     return one_line(ship.entries[path].source) if path in ship.entries else "default"
 
 
-def _state(ship: Ship, name: str) -> Variable:
-    return Variable(name, unit(name), ABOUT.get(name, "state of the model's own"), *ship.validity.get(name, _ANY))
-
-
 def _control(ship: Ship, name: str) -> Variable:
-    servo = ship.actuators.of(name)
-    holds = ship.validity.get(name, _ANY)
-    low, high = max(float(servo.low), holds[0]), min(float(servo.high), holds[1])
+    servo, (low, high) = ship.actuators.of(name), ship.validity.get(name, _ANY)
+    low, high = max(float(servo.low), low), min(float(servo.high), high)
     return Variable(name, unit(name), "actual value of the control", low, high)
 
 
@@ -265,12 +267,9 @@ def _servos(ship: Ship, dt: float) -> Servos:
 
 def _limits(ship: Ship, names: list[str], values: Mapping[str, float]) -> tuple[Number, ...]:
     """The numbers of the actuators by ``<table>.<limit>``."""
-    servos = ship.actuators.by_name.items()
+    servos, free = ship.actuators.by_name.items(), Spec("", "as it comes")
     meanings = {f"{name}.{path}": meaning for name, servo in servos for path, meaning, _ in walk(servo)}
-    free = Spec("", "as it comes")
-    return tuple(
-        _number(name, meanings.get(name, free), values[name], source_of(ship, f"actuators.{name}")) for name in names
-    )
+    return tuple(_number(n, meanings.get(n, free), values[n], source_of(ship, f"actuators.{n}")) for n in names)
 
 
 def _remembered(name: str) -> Variable:
@@ -291,3 +290,15 @@ def identifier(name: str) -> str:
 def one_line(text: str) -> str:
     """Text without line breaks and control characters."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def elements(letter: str, variables: Iterable[Variable], indent: int = 4) -> list[str]:
+    """Lines of a comment that say what each element of an array is."""
+    return [f"{'':{indent}}{letter}[{k}]  {one.name} [{one.unit}]  {one.about}{one.limits}"
+            for k, one in enumerate(variables)]  # fmt: skip
+
+
+def docstring(text: Iterable[str]) -> list[str]:
+    """Lines as the docstring of a Python module."""
+    first, *rest = (line.replace("\\", "/").replace('"', "'") for line in text)
+    return [f'"""{first}', *rest, '"""']

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import json
 import keyword
-import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from .listing import Language, Place, listing
-from .plant import Number, Plant, Variable, one_line
-from .writing import write
+from .plant import Number, Plant, Variable, docstring, elements, one_line
+from .writing import filled, write
 
-FORMS = {
-    "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0} * {0}", "OP_TWICE": "2.0 * {0}", "OP_INV": "1.0 / {0}",
-    "OP_LT": "{0} < {1}", "OP_LE": "{0} <= {1}", "OP_EQ": "{0} == {1}", "OP_NE": "{0} != {1}", "OP_NOT": "not {0}",
-    "OP_AND": "{0} and {1}", "OP_OR": "{0} or {1}", "OP_IF_ELSE_ZERO": "{1} if {0} else 0.0",
+PYTHON = Language({
+    "OP_NOT": "not {0}", "OP_AND": "{0} and {1}", "OP_OR": "{0} or {1}", "OP_IF_ELSE_ZERO": "{1} if {0} else 0.0",
     "OP_SIGN": "(1.0 if {0} > 0.0 else -1.0 if {0} < 0.0 else 0.0)", "OP_FMIN": "{0} if {0} < {1} else {1}",
     "OP_FMAX": "{0} if {0} > {1} else {1}",
-}  # fmt: skip
+}, "nan", "inf")  # fmt: skip
+_TEMPLATE = "plant.py.txt"
 _MATH = ("sin", "cos", "exp", "log", "tanh", "asin", "acos", "atan", "atan2", "pow", "fabs", "sqrt", "inf", "nan")
 _TAKEN = {*_MATH, *keyword.kwlist, "p", "dt", "rates", "step", "actuate", "ordered_step", "zip", "tuple",
           "map", "float"}  # fmt: skip
@@ -37,55 +35,22 @@ def save_python(plant: Plant, path: str | Path) -> Path:
     return target
 
 
-def _constant(value: float) -> str:
-    if math.isnan(value):
-        return "nan"
-    if math.isinf(value):
-        return "inf" if value > 0 else "(-inf)"
-    return repr(value) if value >= 0 else f"({value!r})"
-
-
-PYTHON = Language(FORMS, _constant)
-
-
 def module_text(plant: Plant) -> str:
     """The whole module: what each element means, the numbers, the right-hand side, the step."""
     body = [*_numbers("NUMBERS", "Numbers of the model, in SI units; a change here changes the ship.", plant.numbers)]
     if plant.servos is not None:
         about = "Numbers of the actuators; lags of 0 and dead times are part of the formulas."
         body += ["", *_numbers("ACTUATORS", about, plant.servos.numbers), f"DT = {plant.servos.dt!r}  # step [s]"]
-    body += ["", "", *_rates(plant), *_STEP.splitlines()]
+    body += ["", "", *_rates(plant), filled(_TEMPLATE, "step")]
     if plant.servos is not None:
-        body += ["", "", *_actuate(plant), *_ORDERED.splitlines()]
+        body += ["", "", *_actuate(plant), filled(_TEMPLATE, "ordered_step")]
     used = [name for name in _MATH if re.search(rf"(?<![\w.\"]){name}\b", "\n".join(body))]
-    wide = [*_exp()] if "exp" in used else []
+    wide = ["", "", filled(_TEMPLATE, "exp")] if "exp" in used else []
     imports = [f"from math import {', '.join(n for n in used if n != 'exp')}"] if set(used) - {"exp"} else []
     head = [*_docstring(plant), "", *(["import math"] if wide else []), *imports, ""]
-    names = [f"{what} = {_tuple([one.name for one in group])}" for what, group in (
+    names = [f"{what} = {_group([json.dumps(one.name) for one in group])}" for what, group in (
         ("STATES", plant.states), ("CONTROLS", plant.controls), ("ENVIRONMENT", plant.environment))]  # fmt: skip
     return "\n".join([*head, *names, "CALM = (0.0,) * len(ENVIRONMENT)", "", *body, *wide, ""])
-
-
-def _exp() -> list[str]:
-    return ["", "", "def exp(x):", '    """e to the power x, infinite where that is too large for a number."""',
-            "    return math.exp(x) if x < 709.0 else math.inf"]  # fmt: skip
-
-
-def _tuple(names: Sequence[str]) -> str:
-    return f"({', '.join(map(_quoted, names))}{',' if len(names) == 1 else ''})"
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text)
-
-
-def _elements(letter: str, variables: Sequence[Variable]) -> list[str]:
-    bounds = {
-        one.name: f", {one.low:g} to {one.high:g}" if math.isfinite(one.low) or math.isfinite(one.high) else ""
-        for one in variables
-    }
-    return [f"    {letter}[{k}]  {one.name} [{one.unit}]  {one.about}{bounds[one.name]}"
-            for k, one in enumerate(variables)]  # fmt: skip
 
 
 def _docstring(plant: Plant) -> list[str]:
@@ -93,26 +58,19 @@ def _docstring(plant: Plant) -> list[str]:
         plant.title, "",
         "rates(x, u, e) is the time derivative of the state, step(x, u, e, dt) the state after dt seconds.",
         "x, u and e are sequences of numbers: lists, tuples or one-dimensional arrays; what comes back are floats.",
-        "", "State x:", *_elements("x", plant.states), "Controls u, actual values:", *_elements("u", plant.controls),
-        "Environment e, all zero in calm deep water:", *_elements("e", plant.environment),
+        "", "State x:", *elements("x", plant.states), "Controls u, actual values:", *elements("u", plant.controls),
+        "Environment e, all zero in calm deep water:", *elements("e", plant.environment),
     ]  # fmt: skip
     if plant.servos is not None:
-        text += ["Memory a of the actuators:", *_elements("a", plant.servos.memory),
+        text += ["Memory a of the actuators:", *elements("a", plant.servos.memory),
                  "Orders o: one a control, in the order of u."]  # fmt: skip
-    safe = [line.replace("\\", "/").replace('"', "'") for line in text]
-    return [f'"""{safe[0]}', *safe[1:], '"""']
-
-
-def _meaning(n: Number) -> str:
-    return one_line(f"{n.unit or '-'}, {n.about}")
+    return docstring(text)
 
 
 def _numbers(name: str, about: str, numbers: Sequence[Number]) -> list[str]:
-    rows = [
-        f"    {_quoted(n.path)}: {_constant(n.value).strip('()')},  # {_meaning(n)}; {n.source}"
-        for n in numbers
-    ]
-    return [f"# {about}", f"{name} = {{", *rows, "}"]
+    rows = ((PYTHON.constant(n.value).strip("()"), one_line(f"{n.unit or '-'}, {n.about}"), n) for n in numbers)
+    listed = (f"    {json.dumps(n.path)}: {value},  # {meaning}; {n.source}" for value, meaning, n in rows)
+    return [f"# {about}", f"{name} = {{", *listed, "}"]
 
 
 def _locals(*groups: Sequence[Variable]) -> list[list[str]]:
@@ -135,7 +93,7 @@ def _body(
     """Statements, the expressions of each output, and which elements they read."""
 
     def leaf(i: int, j: int) -> str:
-        return names[i][j] if i < len(names) else f"p[{_quoted(numbers[j].path)}]"
+        return names[i][j] if i < len(names) else f"p[{json.dumps(numbers[j].path)}]"
 
     listed = listing(f, leaf, PYTHON)
     outputs = [[listed.outputs[i, j] for j in range(f.size1_out(i))] for i in range(f.n_out())]
@@ -172,20 +130,3 @@ def _actuate(plant: Plant) -> list[str]:
         *(f"        {text},  # {one.name}" for text, one in zip(after, servos.memory, strict=True)),
         "    )", "    return u, a_next", "", "",
     ]  # fmt: skip
-
-
-_STEP = '''\
-def step(x, u, e=CALM, dt=1.0, p=NUMBERS):
-    """State after dt seconds by the Runge-Kutta method of fourth order, u and e held."""
-    x, dt = tuple(map(float, x)), float(dt)
-    a = rates(x, u, e, p)
-    b = rates([z + 0.5 * dt * k for z, k in zip(x, a)], u, e, p)
-    c = rates([z + 0.5 * dt * k for z, k in zip(x, b)], u, e, p)
-    d = rates([z + dt * k for z, k in zip(x, c)], u, e, p)
-    return tuple(z + dt / 6.0 * (k + 2.0 * l + 2.0 * m + n) for z, k, l, m, n in zip(x, a, b, c, d))'''
-
-_ORDERED = '''\
-def ordered_step(x, a, o, e=CALM):
-    """State and memory of the actuators after DT seconds under the orders o."""
-    u, a_next = actuate(a, o)
-    return step(x, u, e, DT), a_next'''

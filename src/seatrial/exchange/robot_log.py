@@ -16,7 +16,7 @@ from ..data import UNITS, Array, DataError, Trial
 from ..data.geodesy import Datum
 from ..data.robot.files import Message, write_bag, write_mcap
 from ..data.robot.messages import FIX, FRAMES, NUMBER, ODOMETRY, POSE, TWIST, VELOCITY, packed
-from ..data.sidecar import began, sidecar_text
+from ..data.sidecar import began, plain_meta, sidecar_text
 
 FORMATS = ("mcap", "rosbag2")
 """Formats that can be written."""
@@ -36,7 +36,7 @@ def save_robot_log(trial: Trial, format: str, folder: Path) -> Path:
     if format != "mcap" and path.exists():
         raise DataError(f"{path}: is there already; remove it or choose another folder with -o")
     units = {name: trial.unit(name) for name in trial.channels if name not in UNITS}
-    note = {"name": trial.name, "meta": _plain(trial.meta), "units": units}
+    note = {"name": trial.name, "meta": plain_meta(path, trial.meta), "units": units}
     scratch = folder / f".{path.name}.part"
     try:
         scratch.mkdir(exist_ok=True)
@@ -109,14 +109,3 @@ def _stamps(trial: Trial) -> list[int]:
     if any(not 0 <= stamp < 2**31 * 10**9 for stamp in stamps[:1] + stamps[-1:]):
         raise DataError(f"{trial.name}: begins at {trial.t[0]:g} s; stamps count from zero, so begin there or later")
     return stamps
-
-
-def _plain(value: Any) -> Any:
-    """The same in the types that JSON has."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    return value if isinstance(value, str | int | float | bool) or value is None else str(value)

@@ -1,9 +1,12 @@
-"""Files that are there whole or not at all, and what they are headed with."""
+"""Exported files: written whole or not at all, their titles, and the templates of their source."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
+from string import Template
 
 from ..core.files import write_together
 from ..ships import Ship, ShipError
@@ -35,3 +38,15 @@ def title(ship: Ship) -> str:
     if isinstance(made, Mapping) and "study" in made:
         return f"{ship.name}: fitted in study {made['study']}"
     return str(ship.notes.get("title", ship.name))
+
+
+def filled(file: str, part: str, **values: object) -> str:
+    """A part of a template in `templates`, its ``$names`` replaced; a line ``@@ part`` begins each part."""
+    return Template(_parts(file)[part]).substitute(values)
+
+
+@cache
+def _parts(file: str) -> Mapping[str, str]:
+    text = (Path(__file__).with_name("templates") / file).read_text(encoding="utf-8")
+    found = re.split(r"^@@ (\w+)\n", text, flags=re.MULTILINE)
+    return dict(zip(found[1::2], (part.removesuffix("\n") for part in found[2::2]), strict=True))

@@ -22,11 +22,15 @@ from .trajectory.gauss_newton import State
 _PAUSE = 0.2
 
 
-def kept_arrays(path: Path | None, needed: Iterable[str]) -> dict[str, Any] | None:
-    """All arrays of a checkpoint; None where there is none, or a damaged one, which is set aside with a warning.
+def kept_arrays(path: Path | None, digest: str, needed: Iterable[str]) -> dict[str, Any] | None:
+    """All arrays of a checkpoint but its digest; None where there is none, or a damaged one (`begin_anew`).
 
     Args:
-        needed: names without which it is damaged.
+        digest: fingerprint of the problem.
+        needed: names without which the file is damaged.
+
+    Raises:
+        ResumeError: the file belongs to another problem.
     """
     if path is None or not path.exists():
         return None
@@ -34,12 +38,20 @@ def kept_arrays(path: Path | None, needed: Iterable[str]) -> dict[str, Any] | No
     try:
         with np.load(content, allow_pickle=False) as data:
             found: dict[str, Any] = dict(data)
+        kept = str(found.pop("digest"))
         if missing := set(needed) - set(found):
             raise KeyError(", ".join(sorted(missing)))
     except (ValueError, KeyError, EOFError, NotImplementedError, zlib.error, zipfile.BadZipFile, SyntaxError, OSError):
         begin_anew(path)
         return None
+    if kept != digest:
+        raise foreign(path, f" (digest {kept}, this is {digest})")
     return found
+
+
+def foreign(path: Path, which: str = "") -> ResumeError:
+    """The error for a file that belongs to another problem."""
+    return ResumeError(f"{path} belongs to another problem{which}; choose another output folder")
 
 
 def begin_anew(path: Path) -> None:
@@ -82,14 +94,9 @@ class Resume:
         Raises:
             ResumeError: the file belongs to another problem.
         """
-        data = kept_arrays(path, ("digest", "starts", "rows", "done", "history"))
+        data = kept_arrays(path, digest, ("starts", "rows", "done", "history"))
         if data is None or path is None:
             return Resume(path, digest, began)
-        if str(data["digest"]) != digest:
-            raise ResumeError(
-                f"{path} belongs to another problem (digest {data['digest']}, this is {digest}); "
-                "choose another output folder"
-            )
         try:
             states = {
                 int(k): State(
@@ -135,12 +142,10 @@ class Resume:
     def _write(self) -> None:
         if self.path is None:
             return
-        self.written = time.perf_counter()
-        states = self.states
+        self.written, states = time.perf_counter(), self.states
         arrays = {f"p{k}": s.p for k, s in states.items()} | {f"eta{k}": s.eta for k, s in states.items()}
-        rows = [(s.cost, s.damping, s.iteration, s.evaluations) for s in states.values()]
         write_whole(self.path, packed(
-            digest=np.array(self.digest), starts=np.array(list(states)), rows=np.array(rows),
-            done=np.array([s.done for s in states.values()]), history=np.array(self.history).reshape(-1, 4),
-            **arrays,
+            digest=np.array(self.digest), starts=np.array(list(states)),
+            rows=np.array([(s.cost, s.damping, s.iteration, s.evaluations) for s in states.values()]),
+            done=np.array([s.done for s in states.values()]), history=np.array(self.history).reshape(-1, 4), **arrays,
         ))  # fmt: skip

@@ -74,13 +74,7 @@ class Vector:
     @property
     def variance(self) -> Array:
         """Variances before the data: of the Gaussian prior, else of a uniform one over the interval, else inf."""
-        out = np.full(len(self.free), np.inf)
-        for k, f in enumerate(self.free):
-            if np.isfinite(f.sigma):
-                out[k] = f.sigma**2
-            elif np.isfinite(f.high - f.low):
-                out[k] = (f.high - f.low) ** 2 / 12.0
-        return out
+        return np.where(np.isfinite(self.sigma), self.sigma**2, (self.high - self.low) ** 2 / 12.0)
 
     @property
     def box(self) -> tuple[Array, Array]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -17,6 +17,7 @@ MakeShip = Callable[[], Ship]
 """Makes the ship on request, from any thread."""
 
 
+@runtime_checkable
 class Watcher(Protocol):
     """A `Progress` that also receives the best ship so far; both methods return at once."""
 
@@ -25,18 +26,41 @@ class Watcher(Protocol):
         ...
 
     def at(self, ship: MakeShip) -> None:
-        """Take the best ship; called just before `__call__`."""
+        """Take the best ship; called just before the row of an iteration."""
+        ...
+
+
+@runtime_checkable
+class Staged(Protocol):
+    """A `Progress` that also reports what a fit does before its first row."""
+
+    def stage(self, text: str) -> None:
+        """Take the text."""
+        ...
+
+
+@runtime_checkable
+class Relaying(Protocol):
+    """A `Progress` that passes its rows on to another one, its `beside`."""
+
+    beside: Progress | None
+
+
+@runtime_checkable
+class Parted(Protocol):
+    """A `Progress` that makes receivers for the fits of a run with several."""
+
+    def part(self, name: str, problem: Problem) -> Progress:
+        """The receiver of one of them."""
         ...
 
 
 def tell(progress: Progress | None, row: tuple[int, float, float], ship: MakeShip) -> None:
     """Report (iteration, objective, validation or NaN) to `progress`, if any, and the ship to a `Watcher`."""
-    if progress is None:
-        return
-    at = getattr(progress, "at", None)
-    if at is not None:
-        at(ship)
-    progress(*row)
+    if isinstance(progress, Watcher):
+        progress.at(ship)
+    if progress is not None:
+        progress(*row)
 
 
 def stage(progress: Progress | None, text: str) -> None:
@@ -44,20 +68,17 @@ def stage(progress: Progress | None, text: str) -> None:
 
     Searched are `progress` and the object that it passes its rows on to, its `beside`.
     """
-    asked: Any = progress
-    while asked is not None:
-        hear: Callable[[str], None] | None = getattr(asked, "stage", None)
-        if hear is not None:
-            hear(text)
-            return
-        asked = getattr(asked, "beside", None)
+    asked: object = progress
+    while isinstance(asked, Relaying) and not isinstance(asked, Staged):
+        asked = asked.beside
+    if isinstance(asked, Staged):
+        asked.stage(text)
 
 
 def start(progress: Progress | None, ship: Ship) -> None:
     """Show a `Watcher` the ship at the start of a search whose first row takes long."""
-    at: Callable[[MakeShip], None] | None = getattr(progress, "at", None)
-    if at is not None:
-        at(lambda: ship)
+    if isinstance(progress, Watcher):
+        progress.at(lambda: ship)
 
 
 def with_values(ship: Ship, free: Sequence[Free], values: Array) -> MakeShip:
@@ -73,5 +94,4 @@ def part(told: Any, name: str, problem: Problem, otherwise: Progress | None) -> 
         told: receiver of all of them; one with a method `part` makes a receiver from the name and problem of each.
         otherwise: the receiver if `told` has no such method.
     """
-    make: Callable[[str, Problem], Progress] | None = getattr(told, "part", None)
-    return otherwise if make is None else make(name, problem)
+    return told.part(name, problem) if isinstance(told, Parted) else otherwise

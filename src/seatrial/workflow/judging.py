@@ -16,7 +16,7 @@ from .request import DEGREE, PAGES, Note, check_output, positive, ship_of, silen
 
 if TYPE_CHECKING:
     from ..choosing.purposes import Advice, Purpose
-    from ..identify.design.optimal import Plan
+    from ..identify.design.excitation import Plan
     from ..report.page import Page
     from ..ships.estimate import Estimate
     from ..validate.imo import ImoTable
@@ -89,8 +89,7 @@ def design(
     Raises:
         RequestError, ParameterError, StudyError, ShipError: a request that cannot be carried out.
     """
-    from ..identify.design.candidates import usual
-    from ..identify.design.excitation import plan, usual_noise, wanted
+    from ..identify.design.excitation import plan, usual, usual_noise, wanted
 
     positive(budget=budget, interval=interval, repeats=float(repeats))
     vessel = ship_of(ship)

@@ -3,10 +3,11 @@
 Contract of a module: `name`, by which `seatrial import` and ``data.format`` of a study choose it; `suffixes` of its
 files, in lower case (one without a leading dot is the name of a file that marks its folder as one recording); and
 ``read(source, mapping)``, which gives the `Trial` of one recording with our channels, units and signs.  It keeps gaps
-as NaN and the recorded times, and raises `DataError` with file, column and line.
+as NaN and the recorded times, and raises `DataError` that names file, column and line of a fault.
 
 A module whose logs leave a choice has `read_mapping(path)` too: the mapping file, read and checked before any log is;
-`read` gets what it returns.  One that cannot do without sets ``needs_mapping = True``.  `mapping` is None where there
+`read` gets what it returns.  It raises `DataError` for an unknown key (the near ones are named), a wrong type or unit.
+One that cannot do without sets ``needs_mapping = True``.  `mapping` is None where there
 is no mapping file.
 """
 
@@ -57,16 +58,20 @@ def formats() -> Mapping[str, Format]:
     return found
 
 
+def _format(name: str) -> Format:
+    known = formats()
+    if name not in known:
+        raise DataError(unknown(name, known, "format"))
+    return known[name]
+
+
 def reader(format: str, mapping: str | Path | None = None) -> Reader:
     """The reader of a format, by a mapping file where one is given; the mapping file is read here.
 
     Raises:
         DataError: an unknown format, a mapping file that it does not take or that is wrong, or none where it needs one.
     """
-    known = formats()
-    if format not in known:
-        raise DataError(unknown(format, known, "format"))
-    chosen = known[format]
+    chosen = _format(format)
     if mapping is None:
         if chosen.needs_mapping:
             raise DataError(f"format {format} needs a mapping file that says which column is which channel")
@@ -83,17 +88,12 @@ def recordings(format: str, src: str | Path) -> list[Path]:
     Raises:
         DataError: an unknown format, no such path, or nothing of this format.
     """
-    known = formats()
-    if format not in known:
-        raise DataError(unknown(format, known, "format"))
-    here, suffixes = existing(src), known[format].suffixes
+    suffixes, here = _format(format).suffixes, existing(src)
     marks = [name for name in suffixes if not name.startswith(".")]
     if not here.is_dir() and not marks:
         return [here]
     files = [f for f in here.rglob("*") if f.is_file()] if here.is_dir() else []
-    found = sorted(
-        {f.parent for f in files if f.name in marks} | {f for f in files if f.suffix.lower() in suffixes}
-    )
+    found = sorted({f.parent for f in files if f.name in marks} | {f for f in files if f.suffix.lower() in suffixes})
     if found:
         return found
     if marks:

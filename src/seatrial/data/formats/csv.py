@@ -24,10 +24,9 @@ import numpy as np
 
 from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
-from ..documents import read_keys
 from ..prepare import to_body
-from ..sidecar import CONVENTIONS, Described, check_meta
-from ..table import check_time, continued, lines_of, numbers, once, split_row
+from ..sidecar import CONVENTIONS, Described, read_described
+from ..table import check_time, continued, lines_of, numbers, once, split_row, within
 from ..units import conversion, standard_unit
 
 name = "csv"
@@ -88,29 +87,21 @@ class Mapping(Described):
 
 
 def read_mapping(path: Path) -> Mapping:
-    """Read and check a mapping file.
-
-    Raises:
-        DataError: not TOML, an unknown key (the near ones are named), a wrong type or unit.
-    """
-    found = read_keys(path, Mapping, "seatrial-mapping/1")
+    """Read and check a mapping file."""
+    found = read_described(path, Mapping, "seatrial-mapping/1")
     if not found.channels or not found.delimiter or found.skip < 0:
         raise DataError(f"{path}: give one channel at least, a delimiter, and skip of 0 or more")
     for channel, column in found.channels.items():
         _check_channel(path, channel, column)
-    _check_unit(path, "t", found.time.unit)
+    with within(path):
+        conversion("t", found.time.unit)
     if found.frame.velocity == "earth" and not {"u", "v_m", "psi"} <= set(found.channels):
         raise DataError(f'{path}: frame.velocity = "earth" needs channels u (north), v_m (east) and psi')
-    check_meta(path, found.meta)
     return found
 
 
 def read(source: Path, mapping: Mapping) -> Trial:
-    """Read one log by a mapping.
-
-    Raises:
-        DataError: naming file, column and line.
-    """
+    """Read one log by a mapping."""
     lines = lines_of(source, mapping.encoding)
     if len(lines) <= mapping.skip:
         raise DataError(f"{source}: {len(lines)} lines, and the mapping skips {mapping.skip}")
@@ -123,7 +114,7 @@ def read(source: Path, mapping: Mapping) -> Trial:
     once(source, mapping.skip + 1, heads, [column.column for column in wanted.values()])
     index = {channel: heads.index(column.column) for channel, column in wanted.items()}
     table, numbered = _wanted_numbers(source, lines, mapping, heads, sorted(set(index.values())))
-    table, added = continued(table, index["t"])
+    table, padded = continued(table, index["t"])
     values = {channel: _si(channel, column, table[:, index[channel]]) for channel, column in wanted.items()}
     t = values.pop("t")
     check_time(source, time.column, t, numbered)
@@ -136,9 +127,7 @@ def read(source: Path, mapping: Mapping) -> Trial:
     if mapping.frame.velocity == "earth":
         values["u"], values["v_m"] = to_body(values["u"], values["v_m"], values["psi"])
         steps.append("u, v_m turned from earth axes into body axes by psi")
-    if added:
-        steps.append(f"time continued over {added} empty rows at the end")
-    return Trial(source.stem, t, values, units, {**CONVENTIONS, **mapping.meta, "processing": steps})
+    return Trial(source.stem, t, values, units, {**CONVENTIONS, **mapping.meta}).noting(*steps, *padded)
 
 
 def _wanted_numbers(
@@ -176,11 +165,7 @@ def _check_channel(path: Path, name: str, column: Column) -> None:
         raise DataError(f"{path}: channels.{name}: {near}")
     if column.sign not in (1.0, -1.0):
         raise DataError(f"{path}: channels.{name}.sign is {column.sign:g}; it must be 1 or -1")
-    _check_unit(path, name, column.unit)
+    with within(path):
+        conversion(name, column.unit)
 
 
-def _check_unit(path: Path, name: str, unit: str) -> None:
-    try:
-        conversion(name, unit)
-    except DataError as error:
-        raise DataError(f"{path}: {error}") from None

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 from ...core.parameters import unknown
 from .. import DataError, Trial
@@ -36,11 +35,7 @@ _KINDS = MappingProxyType({"turn": "turning", "zigzag": "zigzag", "random": "ran
 
 
 def read(source: Path, mapping: None = None) -> Trial:
-    """Read one CSV of the set; empty rows at its end are kept as a gap.
-
-    Raises:
-        DataError: naming file, column and line.
-    """
+    """Read one CSV of the set; empty rows at its end are kept as a gap."""
     here = Path(source)
     lines = lines_of(here)
     heads = split_row(lines[0], ",")
@@ -52,18 +47,14 @@ def read(source: Path, mapping: None = None) -> Trial:
         raise DataError(f"{here}: line 1: no column '{absent[0]}'; is this a file of FRT-DS-ESSO?")
     once(here, 1, heads, COLUMNS)
     table, numbered = numbers(here, lines, 1, heads, ",")
-    table, added = continued(table, heads.index("t [s]"))
+    table, padded = continued(table, heads.index("t [s]"))
     channels = {COLUMNS[head]: table[:, k].copy() for k, head in enumerate(heads)}
     t = channels.pop("t")
     check_time(here, "t [s]", t, numbered)
-    meta: dict[str, Any] = {**META, "kind": _kind(here)}
-    trial = Trial(here.stem, t, channels, {}, meta).noting("read from FRT-DS-ESSO")
-    return trial.noting(f"time continued over {added} empty rows at the end") if added else trial
+    meta = {**META, "kind": _kind(here)}
+    return Trial(here.stem, t, channels, {}, meta).noting("read from FRT-DS-ESSO", *padded)
 
 
 def _kind(path: Path) -> str:
-    for word in (path.name, path.parent.name):
-        for start, kind in _KINDS.items():
-            if word.startswith(start):
-                return kind
-    return "free"
+    words = (path.name, path.parent.name)
+    return next((kind for word in words for start, kind in _KINDS.items() if word.startswith(start)), "free")

@@ -22,21 +22,19 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from .. import Array, DataError, Trial, unwrapped
-from ..documents import read_keys
 from ..geodesy import Datum
 from ..nmea.framing import TOKEN, read_line
 from ..nmea.reading import readings
 from ..nmea.sentences import NmeaError, decode
 from ..prepare import nearest_rows
-from ..sidecar import CONVENTIONS, Described, check_meta
+from ..sidecar import CONVENTIONS, Described, read_described
 from ..table import existing
 
 name = "nmea"
@@ -85,22 +83,12 @@ class Aboard(Described):
 
 
 def read_mapping(path: Path) -> Aboard:
-    """Read the mapping file of an NMEA log.
-
-    Raises:
-        DataError: not TOML, an unknown key (the near ones are named), a wrong type.
-    """
-    aboard = read_keys(path, Aboard, "seatrial-nmea/1")
-    check_meta(path, aboard.meta)
-    return aboard
+    """Read the mapping file of an NMEA log."""
+    return read_described(path, Aboard, "seatrial-nmea/1")
 
 
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
-    """Read one log.
-
-    Raises:
-        DataError: the fault, and its place.
-    """
+    """Read one log."""
     aboard = mapping or Aboard()
     log = _read_log(source)
     t, raw, steps = _on_rows(source, log)
@@ -115,9 +103,10 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
     channels["r"] = r
     _controls(channels, raw, steps)
     _around(channels, raw, psi)
-    where = {} if datum is None else {"datum": {"latitude": datum.latitude, "longitude": datum.longitude}}
-    known_of = {**_start(log, float(t[0])), **where, **aboard.meta}
-    meta = {**CONVENTIONS, **known_of, "lines": dict(log.lines), "processing": steps}
+    where = {} if datum is None else {"datum": asdict(datum)}
+    begun = {} if log.epoch is None else {
+        "start": datetime.fromtimestamp(log.epoch + float(t[0]), UTC).isoformat(timespec="microseconds")}  # fmt: skip
+    meta = {**CONVENTIONS, **begun, **where, **aboard.meta, "lines": dict(log.lines), "processing": steps}
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
     # floats hold seconds since 1970 to a quarter of a microsecond
     return Trial(source.stem, np.round(t - t[0], 6), known, {}, meta)
@@ -396,10 +385,3 @@ def _on_rows(path: Path, log: _Log) -> tuple[Array, dict[str, Array], list[str]]
         farthest = max(farthest, away)
     steps = [f"readings moved to the nearest row, by {farthest:.3g} s at most"] if farthest > 1e-6 else []
     return t, out, steps
-
-
-def _start(log: _Log, first: float) -> dict[str, Any]:
-    """Key `start` of the sidecar: date and time of the first row, at `first` of the series."""
-    if log.epoch is None:
-        return {}
-    return {"start": datetime.fromtimestamp(log.epoch + first, UTC).isoformat(timespec="microseconds")}

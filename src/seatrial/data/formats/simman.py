@@ -44,20 +44,14 @@ _MARIN_META = MappingProxyType({
 
 
 def read(source: Path, mapping: None = None) -> Trial:
-    """Read one .dat file of SIMMAN 2008; its first line distinguishes HSVA and MARIN.
-
-    Raises:
-        DataError: neither of the two, or a fault, with its column and line.
-    """
+    """Read one .dat file of SIMMAN 2008; its first line distinguishes HSVA and MARIN."""
     here = Path(source)
     lines = lines_of(here, "cp1252")
     if lines[0].strip().startswith("HSVA"):
         return _hsva(here, lines)
     if lines[0].strip().startswith("MARIN"):
         return _marin(here, lines)
-    raise DataError(
-        f"{here}: line 1: '{lines[0].strip()[:40]}'; a SIMMAN 2008 file begins with 'HSVA' or 'MARIN'"
-    )
+    raise DataError(f"{here}: line 1: '{lines[0].strip()[:40]}'; a SIMMAN 2008 file begins with 'HSVA' or 'MARIN'")
 
 
 def _hsva(path: Path, lines: Sequence[str]) -> Trial:
@@ -71,8 +65,7 @@ def _hsva(path: Path, lines: Sequence[str]) -> Trial:
         "n_P": n, "thrust": thrust, "torque": torque,
     }  # fmt: skip
     title = re.search(r"Z[_ ]?(\d+)[^/]*/(\d+)", lines[2])
-    rudder, heading = (float(title[1]), float(title[2])) if title else (None, None)
-    meta = {**_HSVA_META, **_zigzag(rudder, heading), "processing": _steps("columns 5, 6")}
+    meta = {**_HSVA_META, **_zigzag(title), "processing": _steps("columns 5, 6")}
     return _trial(path, t, channels, {"thrust": "N", "torque": "N m"}, meta)
 
 
@@ -87,7 +80,8 @@ def _marin(path: Path, lines: Sequence[str]) -> Trial:
         "delta": -np.radians(delta), "n_P": n / 60.0, "phi": np.radians(heel),
     }  # fmt: skip
     title = re.search(r"(-?\d+)\s*/\s*(-?\d+)", lines[1]) if "zig" in lines[1].lower() else None
-    known = _zigzag(abs(float(title[1])), abs(float(title[2]))) if title else {"kind": _marin_kind(lines[1])}
+    kind = "turning" if "turn" in lines[1].lower() else "free"
+    known = _zigzag(title) if title else {"kind": kind}
     steps = [
         *_steps("columns 6, 7"),
         f"time rebuilt as k * {step:.6g} s: the column is rounded to three digits",
@@ -96,15 +90,12 @@ def _marin(path: Path, lines: Sequence[str]) -> Trial:
     return _trial(path, t, channels, {}, {**_MARIN_META, **known, "processing": steps})
 
 
-def _marin_kind(title: str) -> str:
-    return "turning" if "turn" in title.lower() else "free"
-
-
-def _zigzag(rudder: float | None, heading: float | None) -> dict[str, Any]:
-    if rudder is None or heading is None:
+def _zigzag(title: re.Match[str] | None) -> dict[str, Any]:
+    """Kind and set points of a zigzag by the rudder and heading [deg] in its title."""
+    if title is None:
         return {"kind": "zigzag"}
-    points = {"rudder": float(np.radians(rudder)), "heading": float(np.radians(heading))}
-    return {"kind": "zigzag", "set_points": points}
+    rudder, heading = (float(np.radians(abs(float(angle)))) for angle in title.groups())
+    return {"kind": "zigzag", "set_points": {"rudder": rudder, "heading": heading}}
 
 
 def _steps(columns: str) -> list[str]:
@@ -115,9 +106,7 @@ def _steps(columns: str) -> list[str]:
     ]
 
 
-def _trial(
-    path: Path, t: Array, channels: dict[str, Array], units: dict[str, str], meta: dict[str, Any]
-) -> Trial:
+def _trial(path: Path, t: Array, channels: dict[str, Array], units: dict[str, str], meta: dict[str, Any]) -> Trial:
     own = {name: np.ascontiguousarray(values) for name, values in channels.items()}
     return Trial(path.stem, np.ascontiguousarray(t), own, units, meta)
 
@@ -132,7 +121,5 @@ def _rebuilt(path: Path, logged: Array) -> tuple[Array, float]:
     k = np.arange(logged.size, dtype=np.float64)
     step = float(k @ logged / (k @ k))
     if not 0.9 * MARIN_STEP < step < 1.1 * MARIN_STEP and logged.size > 10:
-        raise DataError(
-            f"{path}: column 't [s]': steps of {step:.5g} s on average; the MARIN files have {MARIN_STEP} s"
-        )
+        raise DataError(f"{path}: column 't [s]': mean step {step:.5g} s; that of the MARIN files is {MARIN_STEP} s")
     return k * step, step

@@ -20,6 +20,7 @@ import numpy as np
 from ...core.parameters import unknown
 from .. import Array, DataError, Trial, unwrapped
 from ..check.track import track_miss
+from ..geodesy import E2, SEMI_AXIS
 from ..sidecar import CONVENTIONS
 from ..table import check_time, decimal, existing
 
@@ -53,18 +54,12 @@ _STEPS = (
     "degrees to radians, psi and gamma_G made continuous",
     "x, y are those of the antenna, whose position is unknown; midship is taken to be there",
 )
-# Semi-axis [m] and squared eccentricity of WGS 84.
-_A, _E2 = 6378137.0, 0.00669437999014
 # A column follows the track if its course error is smaller than the other's by this factor.
 _CLEARLY = 0.7
 
 
 def read(source: Path, mapping: None = None) -> Trial:
-    """Read one workbook of the set; rows that repeat a fix stay as logged.
-
-    Raises:
-        DataError: no reader of workbooks is installed, or a fault, with its column and row.
-    """
+    """Read one workbook of the set; rows that repeat a fix stay as logged."""
     here = existing(source)
     rows = _sheet(here)
     table = {name: _numbers(here, column, rows[column]) for column, name in COLUMNS.items()}
@@ -88,8 +83,8 @@ def north_east(latitude: Array, longitude: Array) -> tuple[Array, Array]:
         return latitude, longitude
     first = good[0]
     phi = math.radians(latitude[first])
-    w = 1.0 - _E2 * math.sin(phi) ** 2
-    along_meridian, across = _A * (1.0 - _E2) / w**1.5, _A / math.sqrt(w)
+    w = 1.0 - E2 * math.sin(phi) ** 2
+    along_meridian, across = SEMI_AXIS * (1.0 - E2) / w**1.5, SEMI_AXIS / math.sqrt(w)
     north = along_meridian * np.radians(latitude - latitude[first])
     return north, across * math.cos(phi) * np.radians(longitude - longitude[first])
 

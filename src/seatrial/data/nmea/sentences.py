@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from datetime import date
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Protocol
 
 from ...core.errors import NmeaError
 from ...core.parameters import unknown
@@ -168,8 +168,20 @@ _DAY = re.compile(r"(\d\d)(\d\d)(\d\d)")
 _PLACE = MappingProxyType({90: re.compile(r"(\d\d)([0-5]\d\.\d{1,9})"), 180: re.compile(r"(\d{3})([0-5]\d\.\d{1,9})")})
 
 
+class Rule(Protocol):
+    """What a field of a sentence may hold."""
+
+    def text(self, value: Value) -> str | None:
+        """How a value is written; None where it cannot stand in the field."""
+        ...
+
+    def value(self, text: str) -> Value:
+        """What a text means; None where it means nothing."""
+        ...
+
+
 @dataclass(frozen=True)
-class Number:
+class Number(Rule):
     """A decimal between limits; `circle` for a direction, where 360 is written as 0."""
 
     low: float
@@ -178,20 +190,18 @@ class Number:
     circle: bool = False
 
     def text(self, value: Value) -> str | None:
-        """How it is written; None where it cannot stand in the field."""
         if not isinstance(value, float | int) or not math.isfinite(value) or not self.low <= value <= self.high:
             return None
         rounded = round(float(value), self.decimals)
         return f"{0.0 if self.circle and rounded >= 360.0 else rounded + 0.0:.{self.decimals}f}"
 
     def value(self, text: str) -> Value:
-        """What it means; None where it means nothing."""
         number = float(text) if _DECIMAL.fullmatch(text) else math.nan
         return number if self.low <= number <= self.high else None
 
 
 @dataclass(frozen=True)
-class Whole:
+class Whole(Rule):
     """A whole number between limits."""
 
     low: int
@@ -199,36 +209,31 @@ class Whole:
     digits: int = 1
 
     def text(self, value: Value) -> str | None:
-        """How it is written; None where it cannot stand in the field."""
         fits = isinstance(value, int) and not isinstance(value, bool) and self.low <= value <= self.high
         return f"{value:0{self.digits}d}" if fits else None
 
     def value(self, text: str) -> Value:
-        """What it means; None where it means nothing."""
         return int(text) if _WHOLE.fullmatch(text) and self.low <= int(text) <= self.high else None
 
 
 @dataclass(frozen=True)
-class Word:
+class Word(Rule):
     """One of a few words; any short text where none is named."""
 
     among: tuple[str, ...] = ()
 
     def text(self, value: Value) -> str | None:
-        """How it is written; None where it cannot stand in the field."""
         return value if isinstance(value, str) and self.value(value) is not None else None
 
     def value(self, text: str) -> Value:
-        """What it means; None where it means nothing."""
         return text if (text in self.among if self.among else _TEXT.fullmatch(text)) else None
 
 
 @dataclass(frozen=True)
-class Clock:
-    """Time of the day, UTC, as seconds since midnight."""
+class Clock(Rule):
+    """Time of the day, UTC, hhmmss.ss, as seconds since midnight."""
 
     def text(self, value: Value) -> str | None:
-        """How it is written, hhmmss.ss; None where it cannot stand in the field."""
         if not isinstance(value, float | int) or not 0.0 <= value < 86400.0:
             return None
         hundredths = min(round(value * 100.0), 8639999)
@@ -236,21 +241,18 @@ class Clock:
         return f"{minutes // 60:02d}{minutes % 60:02d}{rest // 100:02d}.{rest % 100:02d}"
 
     def value(self, text: str) -> Value:
-        """What it means; None where it means nothing."""
         found = _CLOCK.fullmatch(text)
         return 3600 * int(found[1]) + 60 * int(found[2]) + float(found[3] + (found[4] or "")) if found else None
 
 
 @dataclass(frozen=True)
-class Day:
+class Day(Rule):
     """A date, ddmmyy; two digits of the year from 80 on are those of the last century."""
 
     def text(self, value: Value) -> str | None:
-        """How it is written; None where it cannot stand in the field."""
         return value.strftime("%d%m%y") if isinstance(value, date) and 1980 <= value.year < 2080 else None
 
     def value(self, text: str) -> Value:
-        """What it means; None where it means nothing."""
         found = _DAY.fullmatch(text)
         if found is None:
             return None
@@ -262,7 +264,7 @@ class Day:
 
 
 @dataclass(frozen=True)
-class Place:
+class Place(Rule):
     """Latitude or longitude, signed degrees; takes two fields, the second being the hemisphere."""
 
     greatest: int
@@ -270,7 +272,6 @@ class Place:
     decimals: int = 7
 
     def text(self, value: Value) -> str | None:
-        """Both fields as they are written; None where it cannot stand in them."""
         if not isinstance(value, float | int) or not abs(value) <= self.greatest:
             return None
         # rounded before it is parted, or 59.99999999 minutes would be written as 60
@@ -281,16 +282,12 @@ class Place:
         return f"{degrees:0{len(str(self.greatest))}d}{minutes:02d}.{part:0{self.decimals}d},{side}"
 
     def value(self, text: str) -> Value:
-        """What both fields mean; None where they mean nothing."""
         number, _, side = text.partition(",")
         found = _PLACE[self.greatest].fullmatch(number)
         if found is None or side not in self.sides:
             return None
         degrees = int(found[1]) + float(found[2]) / 60.0
         return None if degrees > self.greatest else degrees if side == self.sides[0] else -degrees
-
-
-Rule = Number | Whole | Word | Clock | Day | Place
 
 
 @dataclass(frozen=True)

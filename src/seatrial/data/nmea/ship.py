@@ -26,11 +26,13 @@ from types import MappingProxyType
 from typing import Any
 
 from ..geodesy import Datum
-from .sentences import Sentence, encode
+from .sentences import Sentence, Value, encode
 
 KNOT = 1852.0 / 3600.0
 MILE = 1852.0
+_DEGREE = 180.0 / math.pi
 
+Fields = Mapping[str, Value]
 
 Measured = Mapping[str, float]
 """Readings of the instruments, SI and radians, by these names; one without an instrument is left out.
@@ -103,103 +105,80 @@ def _status(m: Measured, name: str) -> str:
     return "A" if name in m else "V"
 
 
-def _heading(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    return (Sentence("HE", "HDT", {"headingT": compass(m["psi"]), "headingTu": "T"}),)
-
-
-def _heading_status(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    return (Sentence("HE", "THS", {"headt": compass(m["psi"]), "mi": fit.mode}),)
-
-
-def _turn(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    return (Sentence("TI", "ROT", {"rot": math.degrees(m["r"]) * 60.0, "valid": "A"}),)
-
-
-def _speeds(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+def _speeds(_: Fittings, m: Measured) -> list[Fields]:
     per = 1.0 / KNOT
-    return (Sentence("VD", "VBW", {
+    return [{
         "longwaterspd": _scaled(m, "u_w", per), "transwaterspd": _scaled(m, "v_w", per),
         "waterspdstatus": _status(m, "u_w"), "longgroundspd": _scaled(m, "u", per),
         "transgroundspd": _scaled(m, "v_m", per), "groundspdstatus": _status(m, "u"),
         "sterntranswaterspd": _scaled(m, "v_w_stern", per), "sternwaterspdstatus": _status(m, "v_w_stern"),
         "sterntransgroundspd": _scaled(m, "v_stern", per), "sterngroundspdstatus": _status(m, "v_stern"),
-    }),)  # fmt: skip
+    }]  # fmt: skip
 
 
-def _course(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    return (Sentence("GP", "VTG", {
-        "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": None, "cogmUnit": "M", "sogn": m["U"] / KNOT,
-        "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": fit.mode,
-    }),)  # fmt: skip
-
-
-def _minimum(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
+def _minimum(fit: Fittings, m: Measured) -> list[Fields]:
     moment = clock(fit, m)
-    return (Sentence("GP", "RMC", {
+    return [{
         "time": _of_day(moment), "status": "V" if fit.simulator else "A", "lat": m["latitude"], "lon": m["longitude"],
         "spd": m["U"] / KNOT, "cog": compass(m["chi"]), "date": moment.date(), "mv": None, "mvEW": None,
         "posMode": fit.mode, "navStatus": "V",
-    }),)  # fmt: skip
+    }]  # fmt: skip
 
 
-def _fix(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    return (Sentence("GP", "GGA", {
+def _date(fit: Fittings, m: Measured) -> list[Fields]:
+    moment = clock(fit, m)
+    return [{"time": _of_day(moment), "day": moment.day, "month": moment.month, "year": moment.year,
+             "ltzh": "00", "ltzn": "00"}]  # fmt: skip
+
+
+def _rudders(fit: Fittings, m: Measured) -> list[Fields]:
+    """The outer two rudders; a single one is in the starboard field."""
+    starboard, port = "".join(fit.rudders[-1:]), fit.rudders[0] if len(fit.rudders) > 1 else ""
+    return [{
+        "stbdangle": _scaled(m, starboard, _DEGREE), "stbdstatus": _status(m, starboard),
+        "portangle": _scaled(m, port, _DEGREE), "portstatus": _status(m, port),
+    }] if starboard in m or port in m else []  # fmt: skip
+
+
+def _wind(_: Fittings, m: Measured) -> list[Fields]:
+    known = (("R", "U_A", "gamma_A"), ("T", "U_T", "gamma_T_bow"))
+    return [{"angle": compass(m[angle]), "reference": reference, "speed": m[speed], "speedu": "M", "status": "A"}
+            for reference, speed, angle in known if speed in m]  # fmt: skip
+
+
+SPOKEN: Mapping[str, tuple[str, Callable[[Fittings, Measured], list[Fields]]]] = MappingProxyType({
+    "HDT": ("HE", lambda _, m: [{"headingT": compass(m["psi"]), "headingTu": "T"}]),
+    "THS": ("HE", lambda fit, m: [{"headt": compass(m["psi"]), "mi": fit.mode}]),
+    "ROT": ("TI", lambda _, m: [{"rot": math.degrees(m["r"]) * 60.0, "valid": "A"}]),
+    "VBW": ("VD", _speeds),
+    "VTG": ("GP", lambda fit, m: [{
+        "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": None, "cogmUnit": "M", "sogn": m["U"] / KNOT,
+        "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": fit.mode}]),
+    "RMC": ("GP", _minimum),
+    "GGA": ("GP", lambda fit, m: [{
         "time": _of_day(clock(fit, m)), "lat": m["latitude"], "lon": m["longitude"],
         "quality": 8 if fit.simulator else 1, "numSV": 12, "HDOP": 1.0, "alt": 0.0, "altUnit": "M",
-        "sep": 0.0, "sepUnit": "M", "diffAge": None, "diffStation": None,
-    }),)  # fmt: skip
-
-
-def _date(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    moment = clock(fit, m)
-    return (Sentence("GP", "ZDA", {
-        "time": _of_day(moment), "day": moment.day, "month": moment.month, "year": moment.year,
-        "ltzh": "00", "ltzn": "00",
-    }),)  # fmt: skip
-
-
-def _rudders(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    """The outer two rudders; a single one is in the starboard field."""
-    starboard, port = fit.rudders[-1:], fit.rudders[:1] if len(fit.rudders) > 1 else ()
-    angles_of = {"stbd": [m[name] for name in starboard if name in m], "port": [m[name] for name in port if name in m]}
-    if not any(angles_of.values()):
-        return ()
-    return (Sentence("RC", "RSA", {
-        key: value for side, angles in angles_of.items()
-        for key, value in ((f"{side}angle", math.degrees(angles[0]) if angles else None),
-                           (f"{side}status", "A" if angles else "V"))
-    }),)  # fmt: skip
-
-
-def _revolutions(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    return tuple(Sentence("RC", "RPM", {
-        "source": "S", "engineshaftnum": number, "rpm": 60.0 * m[name], "pitch": None, "status": "A",
-    }) for name, number in fit.numbers.items() if name in m)  # fmt: skip
-
-
-def _wind(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    known = (("R", "U_A", "gamma_A"), ("T", "U_T", "gamma_T_bow"))
-    return tuple(Sentence("WI", "MWV", {
-        "angle": compass(m[angle]), "reference": reference, "speed": m[speed], "speedu": "M", "status": "A",
-    }) for reference, speed, angle in known if speed in m)  # fmt: skip
-
-
-def _depth(fit: Fittings, m: Measured) -> tuple[Sentence, ...]:
-    return (Sentence("SD", "DPT", {"depth": m.get("below"), "offset": m["transducer"], "rangescale": None}),)
-
-
-SPOKEN: Mapping[str, Callable[[Fittings, Measured], tuple[Sentence, ...]]] = MappingProxyType({
-    "HDT": _heading, "THS": _heading_status, "ROT": _turn, "VBW": _speeds, "VTG": _course, "RMC": _minimum,
-    "GGA": _fix, "ZDA": _date, "RSA": _rudders, "RPM": _revolutions, "MWV": _wind, "DPT": _depth,
+        "sep": 0.0, "sepUnit": "M", "diffAge": None, "diffStation": None}]),
+    "ZDA": ("GP", _date),
+    "RSA": ("RC", _rudders),
+    "RPM": ("RC", lambda fit, m: [
+        {"source": "S", "engineshaftnum": number, "rpm": 60.0 * m[name], "pitch": None, "status": "A"}
+        for name, number in fit.numbers.items() if name in m]),
+    "MWV": ("WI", _wind),
+    "DPT": ("SD", lambda _, m: [{"depth": m.get("below"), "offset": m["transducer"], "rangescale": None}]),
 })  # fmt: skip
-"""Sentences that a ship sends, by kind, from its fittings and the readings of its instruments."""
+"""By kind of the sentences that a ship sends: the talker, and the fields of each from fittings and readings."""
 
 
 def lines(kind: str, fit: Fittings, m: Measured) -> list[bytes]:
-    """The sentences of a kind as they go on the wire; also VDO, where pyais is installed."""
+    """The sentences of a kind as they go on the wire; also VDO, the position report, where pyais is installed.
+
+    The static data go before a position report where `m` has "static".
+    """
     if kind == "VDO":
-        return _transponder(fit, m)
-    return [encode(one) for one in SPOKEN[kind](fit, m)]
+        return [*(_static(fit) if "static" in m else ()), *position(fit, m, fit.mmsi, "VDO")]
+    talker, fields_of = SPOKEN[kind]
+    return [encode(Sentence(talker, kind, fields)) for fields in fields_of(fit, m)]
 
 
 def clock(fit: Fittings, m: Measured) -> datetime:
@@ -211,15 +190,7 @@ def _of_day(moment: datetime) -> float:
     return moment.hour * 3600.0 + moment.minute * 60.0 + moment.second + moment.microsecond * 1e-6
 
 
-_NOT_AVAILABLE = 0
-"""Manoeuvre indicator; 3 is reserved."""
-
-_GPS = 1
-
-
-def _transponder(fit: Fittings, m: Measured) -> list[bytes]:
-    """VDO: the position report, and before it the static data where `m` has "static"; none without pyais."""
-    return [*(_static(fit) if "static" in m else ()), *position(fit, m, fit.mmsi, "VDO")]
+_NOT_AVAILABLE, _GPS = 0, 1  # manoeuvre indicator, of which 3 is reserved; kind of receiver
 
 
 def position(fit: Fittings, m: Measured, mmsi: int, kind: str) -> list[bytes]:

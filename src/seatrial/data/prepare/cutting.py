@@ -62,13 +62,7 @@ def segments(trial: Trial, names: Sequence[str] = (), min_duration: float = 0.0)
     leaps = np.flatnonzero(np.diff(trial.t) > LEAP * trial.dt) + 1
     edges = sorted({0, len(trial), *leaps.tolist(), *(np.flatnonzero(np.diff(good)) + 1).tolist()})
     runs = [(a, b) for a, b in pairwise(edges) if good[a] and b - a > 1]
-    runs = [(a, b) for a, b in runs if trial.t[b - 1] - trial.t[a] >= min_duration]
-    if runs == [(0, len(trial))]:
-        return (trial,)
-    return tuple(
-        replace(trial.rows(slice(a, b)), name=f"{trial.name}_{k}").noting(f"run {k} without gaps")
-        for k, (a, b) in enumerate(runs, start=1)
-    )
+    return _numbered(trial, [(a, b) for a, b in runs if trial.t[b - 1] - trial.t[a] >= min_duration], "without gaps")
 
 
 def unbroken(trial: Trial, longest: float) -> tuple[Trial, ...]:
@@ -78,35 +72,35 @@ def unbroken(trial: Trial, longest: float) -> tuple[Trial, ...]:
     named ``<trial>_1, _2, ...``.
     """
     edges = [0, *(np.flatnonzero(np.diff(trial.t) > longest) + 1).tolist(), len(trial)]
-    runs = [(a, b) for a, b in pairwise(edges) if b - a > 1]
     if len(edges) == 2:
         return (trial,)
+    return _numbered(trial, [(a, b) for a, b in pairwise(edges) if b - a > 1], "between leaps of time")
+
+
+def _numbered(trial: Trial, runs: Sequence[tuple[int, int]], what: str) -> tuple[Trial, ...]:
+    """The runs from row to row, under names of their own; the trial unchanged where it is the only run."""
+    if list(runs) == [(0, len(trial))]:
+        return (trial,)
     return tuple(
-        replace(trial.rows(slice(a, b)), name=f"{trial.name}_{k}").noting(f"run {k} between leaps of time")
+        replace(trial.rows(slice(a, b)), name=f"{trial.name}_{k}").noting(f"run {k} {what}")
         for k, (a, b) in enumerate(runs, start=1)
     )
 
 
-def split(
-    trials: Iterable[Trial], validation: Sequence[str] = (), test: Sequence[str] = ()
-) -> Dataset:
+def split(trials: Iterable[Trial], validation: Sequence[str] = (), test: Sequence[str] = ()) -> Dataset:
     """Whole trials set aside by shell patterns over their names; what is left is for training.
 
     Raises:
         DataError: a pattern that fits no trial, or a trial that fits both lists.
     """
     every = tuple(trials)
-    held = {name: _matching(every, patterns) for name, patterns in
-            (("validation", validation), ("test", test))}  # fmt: skip
-    both = held["validation"] & held["test"]
-    if both:
-        raise DataError(f"trial {min(both)} fits a validation pattern and a test pattern; keep it in one")
-    aside = held["validation"] | held["test"]
-    return Dataset(
-        train=tuple(trial for trial in every if trial.name not in aside),
-        validation=tuple(trial for trial in every if trial.name in held["validation"]),
-        test=tuple(trial for trial in every if trial.name in held["test"]),
-    )
+    validating, testing = _matching(every, validation), _matching(every, test)
+    if validating & testing:
+        both = min(validating & testing)
+        raise DataError(f"trial {both} fits a validation pattern and a test pattern; keep it in one")
+    training = {trial.name for trial in every} - validating - testing
+    parts = (tuple(trial for trial in every if trial.name in part) for part in (training, validating, testing))
+    return Dataset(*parts)
 
 
 def _matching(trials: Sequence[Trial], patterns: Sequence[str]) -> set[str]:

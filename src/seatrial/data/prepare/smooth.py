@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,13 +19,8 @@ from .axes import to_body, to_earth
 _SEARCH_ROWS = 1500
 
 
-@dataclass(frozen=True)
-class _Axis:
-    """Smoothed states, shape (samples, 3), and their variances, same shape."""
-
-    mean: Array
-    variance: Array
-
+_Axis = tuple[Array, Array]
+"""Smoothed states, shape (samples, 3), and their variances, same shape."""
 
 _WILD = {"psi": 0.5, "r": 0.5}
 """Standard deviations of angles and rates beyond which they were meant in degrees [rad, rad/s]."""
@@ -61,27 +55,24 @@ def smooth(trial: Trial, noise: Mapping[str, float] | None = None, velocities: b
         )
     none = np.full(len(trial), np.nan)
     measured_r = trial["r"] if velocities and "r" in trial else none
-    heading = _axis(trial.t, unwrapped(trial["psi"]), measured_r, given.get("psi"), given.get("r"))
-    psi = heading.mean[:, 0]
+    angle, angle_var = _axis(trial.t, unwrapped(trial["psi"]), measured_r, given.get("psi"), given.get("r"))
+    psi = angle[:, 0]
     north, east = none, none
     if velocities and "u" in trial and "v_m" in trial:
         north, east = to_earth(trial["u"], trial["v_m"], psi)
     speed_sd = given.get("u", given.get("v_m"))
-    x = _axis(trial.t, trial["x"], north, given.get("x"), speed_sd)
-    y = _axis(trial.t, trial["y"], east, given.get("y"), speed_sd)
-    u, v_m = to_body(x.mean[:, 1], y.mean[:, 1], psi)
+    x, x_var = _axis(trial.t, trial["x"], north, given.get("x"), speed_sd)
+    y, y_var = _axis(trial.t, trial["y"], east, given.get("y"), speed_sd)
+    u, v_m = to_body(x[:, 1], y[:, 1], psi)
     c2, s2 = np.cos(psi) ** 2, np.sin(psi) ** 2
-    values = {
-        "x": x.mean[:, 0], "y": y.mean[:, 0], "psi": psi, "u": u, "v_m": v_m, "r": heading.mean[:, 1],
+    found = {
+        "x": (x[:, 0], x_var[:, 0]), "y": (y[:, 0], y_var[:, 0]), "psi": (psi, angle_var[:, 0]),
+        "u": (u, c2 * x_var[:, 1] + s2 * y_var[:, 1]), "v_m": (v_m, s2 * x_var[:, 1] + c2 * y_var[:, 1]),
+        "r": (angle[:, 1], angle_var[:, 1]),
     }  # fmt: skip
-    sds = {
-        "x": x.variance[:, 0], "y": y.variance[:, 0], "psi": heading.variance[:, 0],
-        "u": c2 * x.variance[:, 1] + s2 * y.variance[:, 1],
-        "v_m": s2 * x.variance[:, 1] + c2 * y.variance[:, 1], "r": heading.variance[:, 1],
-    }  # fmt: skip
-    channels = {name: np.where(good, value, np.nan) for name, value in values.items()}
-    channels |= {f"{name}_sd": np.where(good, np.sqrt(value), np.nan) for name, value in sds.items()}
-    units = {**trial.units, **{f"{name}_sd": trial.unit(name) for name in values}}
+    channels = {name: np.where(good, value, np.nan) for name, (value, _) in found.items()}
+    channels |= {f"{name}_sd": np.where(good, np.sqrt(variance), np.nan) for name, (_, variance) in found.items()}
+    units = {**trial.units, **{f"{name}_sd": trial.unit(name) for name in found}}
     out = Trial(trial.name, trial.t, {**trial.channels, **channels}, units, trial.meta)
     return out.noting("x, y, psi, u, v_m, r from a Kalman smoother (white jerk)")
 
@@ -124,15 +115,12 @@ def _likely_jerk(t: Array, z: Array, r: tuple[float, float]) -> float:
     coarse = np.linspace(low, high, 10)
     peak = int(np.argmin([unlikely(float(q)) for q in coarse]))
     low, high = float(coarse[max(peak - 1, 0)]), float(coarse[min(peak + 1, coarse.size - 1)])
-    found = minimize_scalar(
-        unlikely, bounds=(low, high), method="bounded", options={"xatol": 0.1, "maxiter": 12}
-    )
+    found = minimize_scalar(unlikely, bounds=(low, high), method="bounded", options={"xatol": 0.1, "maxiter": 12})
     return 10.0 ** float(found.x)
 
 
-def _model(step: float, q: float) -> tuple[Array, Array]:
-    move = np.array([[1.0, step, 0.5 * step**2], [0.0, 1.0, step], [0.0, 0.0, 1.0]])
-    s = step
+def _model(s: float, q: float) -> tuple[Array, Array]:
+    move = np.array([[1.0, s, 0.5 * s**2], [0.0, 1.0, s], [0.0, 0.0, 1.0]])
     blur = q * np.array([
         [s**5 / 20, s**4 / 8, s**3 / 6], [s**4 / 8, s**3 / 3, s**2 / 2], [s**3 / 6, s**2 / 2, s],
     ])  # fmt: skip
@@ -177,4 +165,4 @@ def _back(t: Array, means: Array, covs: Array, q: float) -> _Axis:
         mean[k] = means[k] + gain @ (mean[k + 1] - move @ means[k])
         smoothed = covs[k] + gain @ (cov[k + 1] - ahead) @ gain.T
         cov[k] = 0.5 * (smoothed + smoothed.T)
-    return _Axis(mean, np.maximum(np.diagonal(cov, axis1=1, axis2=2), 0.0))
+    return mean, np.maximum(np.diagonal(cov, axis1=1, axis2=2), 0.0)

@@ -32,8 +32,7 @@ def interpolate_gaps(trial: Trial, longest: float, names: Sequence[str] = ()) ->
         good = np.flatnonzero(np.isfinite(values))
         if good.size < 2 or good.size == values.size:
             continue
-        ends = pairwise(good)
-        short = [(a, b) for a, b in ends if b - a > 1 and trial.t[b] - trial.t[a] <= longest]
+        short = [(a, b) for a, b in pairwise(good) if b - a > 1 and trial.t[b] - trial.t[a] <= longest]
         line = np.interp(trial.t, trial.t[good], _continuous(name, values)[good])
         out = values.copy()
         for a, b in short:
@@ -57,8 +56,7 @@ def resample(trial: Trial, dt: float) -> Trial:
     if trial.duration / dt > _ROWS:
         about = f"{trial.duration:g} s in steps of {dt:g} s are over {_ROWS:g} rows"
         raise DataError(f"{trial.name}: {about}; cut it, or take longer steps")
-    t = trial.t[0] + dt * np.arange(math.floor(trial.duration / dt + 1e-9) + 1)
-    t = np.minimum(t, trial.t[-1])
+    t = np.minimum(trial.t[0] + dt * np.arange(math.floor(trial.duration / dt + 1e-9) + 1), trial.t[-1])
     wide = dt > 1.5 * trial.dt
     channels = {
         name: _resampled(trial.t, _averaged(trial.t, smooth, dt) if wide else smooth, t)

@@ -134,7 +134,10 @@ def packed(kind: str, stamp: int, values: Mapping[str, float], frames: Mapping[s
     T = store().types
     if kind == NUMBER:
         return bytes(store().serialize_cdr(T[NUMBER](values["value"]), kind))
-    message = (_odometry if kind == ODOMETRY else _fix if kind == FIX else _twisting)(T, stamp, values, frames)
+    if kind == TWIST:
+        message = T[TWIST](_header(T, stamp, frames["ship"]), _twist(T, values))
+    else:
+        message = (_odometry if kind == ODOMETRY else _fix)(T, stamp, values, frames)
     return bytes(store().serialize_cdr(message, kind))
 
 
@@ -147,10 +150,6 @@ def _twist(T: Any, values: Mapping[str, float]) -> Any:
     u, v, r = (values.get(name, math.nan) for name in VELOCITY)
     vector = T["geometry_msgs/msg/Vector3"]
     return T["geometry_msgs/msg/Twist"](vector(u, -v, 0.0), vector(0.0, 0.0, -r))
-
-
-def _twisting(T: Any, stamp: int, values: Mapping[str, float], frames: Mapping[str, str]) -> Any:
-    return T[TWIST](_header(T, stamp, frames["ship"]), _twist(T, values))
 
 
 def _odometry(T: Any, stamp: int, values: Mapping[str, float], frames: Mapping[str, str]) -> Any:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -26,10 +26,10 @@ import numpy as np
 
 from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
-from ..documents import read_keys
 from ..geodesy import Datum
 from ..prepare import nearest_rows, to_body
-from ..sidecar import CONVENTIONS, Described, began, check_meta
+from ..sidecar import CONVENTIONS, Described, began, read_described
+from ..table import within
 from ..units import conversion, standard_unit
 from .files import Message, opened
 from .messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, VELOCITY, Values, earth_fixed, unpacked
@@ -96,27 +96,16 @@ class _Series:
 
 
 def read_topics(path: Path) -> Topics:
-    """Read a mapping file.
-
-    Raises:
-        DataError: not TOML, an unknown key, a wrong type or unit.
-    """
-    topics = read_keys(path, Topics, "seatrial-robot/1")
+    """Read a mapping file; the units of `numbers` are checked."""
+    topics = read_described(path, Topics, "seatrial-robot/1")
     for topic, one in topics.numbers.items():
-        try:
+        with within(f"{path}: numbers, {topic}"):
             _ = one.factor
-        except DataError as wrong:
-            raise DataError(f"{path}: numbers, {topic}: {wrong}") from None
-    check_meta(path, topics.meta)
     return topics
 
 
 def read(source: Path, mapping: Topics | None = None) -> Trial:
-    """Read one log.
-
-    Raises:
-        DataError: the fault, and its place.
-    """
+    """Read one log."""
     topics, path = mapping or Topics(), source
     with opened(path) as bag:
         series = _gathered(path, bag.messages)
@@ -138,13 +127,10 @@ def read(source: Path, mapping: Topics | None = None) -> Trial:
     _fill(channels, said)
     meta = {**CONVENTIONS, **_frames(series, chosen), **rows.start, **note.get("meta", {}), **topics.meta}
     if datum is not None and "datum" not in meta:
-        meta["datum"] = {"latitude": datum.latitude, "longitude": datum.longitude}
+        meta["datum"] = asdict(datum)
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
     units = {name: note.get("units", {}).get(name, standard_unit(name) or "-") for name in known if name not in UNITS}
-    trial = Trial(path.stem, rows.t, known, units, meta)
-    for step in steps:
-        trial = trial.noting(step)
-    return trial
+    return Trial(path.stem, rows.t, known, units, meta).noting(*steps)
 
 
 def _rows(
@@ -180,15 +166,10 @@ def _gathered(path: Path, messages: Any) -> dict[str, _Series]:
         series = found.setdefault(message.topic, _Series(message.kind))
         if series.kind != message.kind:
             raise DataError(f"{path}: {message.topic} is {series.kind} and {message.kind}; give it one type")
-        try:
+        with within(f"{path}: {message.topic}, message {len(series.said) + 1}"):
             one = unpacked(message.kind, message.data)
-        except DataError as error:
-            raise DataError(f"{path}: {message.topic}, message {len(series.said) + 1}: {error}") from None
-        if message.logged >= _NEVER:
-            raise DataError(
-                f"{path}: {message.topic}, message {len(series.said) + 1}: logged {message.logged} ns after 1970; "
-                "no clock can give that"
-            )
+            if message.logged >= _NEVER:
+                raise DataError(f"logged {message.logged} ns after 1970; no clock can give that")
         series.times.append(message.logged if one.stamp is None else one.stamp)
         series.logged.append(message.logged)
         series.said.append(one)
@@ -276,20 +257,16 @@ def _place(
         return topics.datum, []
     k = int(good[0])
     first = Datum(float(latitude[k]), float(longitude[k]))
+    if "x" in channels and topics.datum is not None:
+        return topics.datum, []
     if "x" in channels:
         x, y = float(channels["x"][k]), float(channels["y"][k])
-        return topics.datum or (_zero(path, first, x, y) if math.isfinite(x + y) else first), []
+        with within(path):
+            seen = first if not math.isfinite(x + y) else Datum.seeing(first.latitude, first.longitude, x, y)
+        return seen, []
     datum = topics.datum or first
     channels["x"], channels["y"] = datum.track(latitude, longitude)
     return datum, ["x, y are those of the antenna; midship is taken to be there"]
-
-
-def _zero(path: Path, fix: Datum, x: float, y: float) -> Datum:
-    """Where x and y are zero, from a fix that the odometry locates at (x, y)."""
-    try:
-        return Datum.seeing(fix.latitude, fix.longitude, x, y)
-    except DataError as error:
-        raise DataError(f"{path}: {error}") from None
 
 
 def _numbers(path: Path, rows: _Rows, series: Mapping[str, _Series], topics: Topics) -> dict[str, Array]:

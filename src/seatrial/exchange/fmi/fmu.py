@@ -1,6 +1,7 @@
 """A ship as a co-simulation slave: one file with description, sources and binary, by FMI 2.0 or 3.0.
 
-The page inside a slave describes it: inputs, outputs and every number with its source.
+It is the whole ship under orders, or its hull alone: without propeller, rudder and thrusters, moved by forces from
+outside.  The page inside a slave describes it: inputs, outputs and every number with its source.
 """
 
 from __future__ import annotations
@@ -13,21 +14,33 @@ import platform
 import subprocess
 import tempfile
 import zipfile
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
+from typing import Any
 
+from ...core.parameters import Parts, Scalar, parts
 from ...engine.cache import CompilerError, compiler
+from ...environment import Environment
+from ...forces import Flow, Force, ForceModule
+from ...forces.body import Body
+from ...forces.shallow import afloat
+from ...models import Model
+from ...models.common import Surroundings
+from ...models.fossen import Fossen, Inertia, Particulars
+from ...models.mmg import Mmg
 from ...models.neural import Neural
+from ...models.twin import TwinMmg
 from ...ships import Ship, ShipError
 from ...simulate.approach import time_step
 from ..network_source import trained
 from ..plant import outline, plant
-from ..writing import write
-from .hull import hull_of
+from ..writing import filled, write
 from .layout import Layout, Real, layout
 from .source import compiled, sources
-from .xml import build_description, model_description, model_description_3, osp_description, terminals
+from .xml import OSP, descriptions
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
 """For any processor of the platform: no flag that looks at this one."""
@@ -71,26 +84,85 @@ def save_fmu(
     content = {binary: _compiled(files, compiled(fmi), made.plant.name + suffix, target)}
     content |= {f"sources/{name}": text.encode() for name, text in files.items()}
     content["documentation/index.html"] = page(made).encode()
-    told = _told_2(made, target.stem, guid) if fmi == 2 else _told_3(made, target.stem, guid)
-    content = {name: text.encode() for name, text in told.items()} | content
-    beside = {target.with_name(f"{target.stem}_{Path(name).name}"): content[name] for name in told if name == _OSP}
-    write({target: _zipped(content), **beside})
-    return (target, *beside)
+    described = descriptions(made, target.stem, guid, fmi)
+    content = {name: text.encode() for name, text in described.items()} | content
+    beside = {target.with_name(f"{target.stem}_{Path(OSP).name}"): content[OSP]} if OSP in described else {}
+    return write({target: _zipped(content), **beside})
 
 
-_OSP = "resources/OspModelDescription.xml"
+FORCES = ("X_outer", "Y_outer", "N_outer")
+"""Sum of the forces from outside: ahead [N], to starboard [N], moment about midship to starboard [N m]."""
 
 
-def _told_2(made: Layout, name: str, guid: str) -> dict[str, str]:
-    return {"modelDescription.xml": model_description(made, name, guid), _OSP: osp_description(made)}
+@dataclass(frozen=True, kw_only=True)
+class _Hull(Model):
+    """A ship without propeller, rudder and thrusters, moved by forces from outside."""
+
+    body: Any
+
+    @property
+    def controls(self) -> tuple[str, ...]:
+        """The forces from outside."""
+        return FORCES
+
+    def derivative(
+        self, state: tuple[Scalar, ...], control: tuple[Scalar, ...], environment: Environment
+    ) -> tuple[Scalar, ...]:
+        """Time derivative of `state` [SI/s] under the forces from outside."""
+        around = Surroundings.of(state, environment)
+        flow = around.flow(self.body)
+        return around.rates(self.acceleration(flow, Force(*control)))
+
+    @abstractmethod
+    def acceleration(self, flow: Flow, outer: Force) -> tuple[Scalar, Scalar, Scalar]:
+        """Accelerations of u, v_m and r [m/s^2, rad/s^2] under the hull's own forces and those from outside."""
 
 
-def _told_3(made: Layout, name: str, token: str) -> dict[str, str]:
-    return {
-        "modelDescription.xml": model_description_3(made, name, token),
-        "sources/buildDescription.xml": build_description(made),
-        "terminalsAndIcons/terminalsAndIcons.xml": terminals(made),
-    }
+@dataclass(frozen=True, kw_only=True)
+class MmgHull(_Hull):
+    """Hull and body of the MMG family; `extras` are what is fixed to the hull, such as a skeg."""
+
+    body: Body
+    hull: ForceModule
+    extras: Parts = parts("force")
+
+    def acceleration(self, flow: Flow, outer: Force) -> tuple[Scalar, Scalar, Scalar]:
+        """See `_Hull`."""
+        total = self.hull.force(flow) + outer
+        for module in self.extras.components:
+            total = total + module.force(flow)
+        return afloat(self.body, self.hull, flow).acceleration(total, flow.u, flow.v_m, flow.r)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FossenHull(_Hull):
+    """Inertia and damping of Fossen's family."""
+
+    body: Particulars
+    inertia: Inertia
+    damping: ForceModule
+
+    def acceleration(self, flow: Flow, outer: Force) -> tuple[Scalar, Scalar, Scalar]:
+        """See `_Hull`."""
+        return self.inertia.acceleration(self.damping.force(flow) + outer, flow.u, flow.v_m, flow.r)
+
+
+def hull_of(ship: Ship) -> Ship:
+    """The ship with its hull for a model; paths of the parameters, and so their sources, stay.
+
+    Raises:
+        ShipError: a model whose hull is not a part of its own.
+    """
+    model: Any = ship.model
+    if type(model) in (Mmg, TwinMmg):
+        hull: Any = MmgHull(body=model.body, hull=model.hull, extras=model.part("extras") or Parts())
+    elif type(model) is Fossen:
+        hull = FossenHull(body=model.body, inertia=model.inertia, damping=model.damping)
+    else:
+        whole = f"{type(model).__name__} does not keep the hull apart from what drives it"
+        raise ShipError(f"{ship.name}: --hull takes an Mmg, TwinMmg or Fossen model; {whole}; leave --hull out")
+    title = f"{ship.notes.get('title', ship.name)}: the hull alone, forces from outside"
+    return replace(ship, name=f"{ship.name}_hull", model=hull, notes={**ship.notes, "title": title})
 
 
 def slave(ship: Ship, *, dt: float | None = None, hull: bool = False) -> Layout:
@@ -126,29 +198,23 @@ def _compiled(files: Mapping[str, str], which: Sequence[str], name: str, target:
         cc = compiler()
     except CompilerError as error:
         raise ShipError(f"{target}: an FMU holds a binary: {error}") from None
+    strip = ("-s",) if platform.system() == "Linux" else ()
     try:
         with tempfile.TemporaryDirectory() as scratch:
-            return _built(cc, files, which, name, target, Path(scratch))
+            for file, text in files.items():
+                Path(scratch, file).write_text(text, encoding="utf-8")
+            # Its own scratch files go where ours went: Python passes over a TMPDIR that is full, a compiler does not.
+            done = subprocess.run(
+                [cc, *FLAGS, *strip, *which, "-o", name, "-lm"], env={**os.environ, "TMPDIR": scratch},
+                cwd=scratch, capture_output=True, text=True, check=False,
+            )  # fmt: skip
+            if done.returncode:
+                raise ShipError(f"{target}: {Path(cc).name} failed: {_why(done.stderr) or f'exit {done.returncode}'}")
+            return Path(scratch, name).read_bytes()
     except OSError as error:
         folder = tempfile.gettempdir()
         raise ShipError(
             f"{target}: cannot be compiled in {folder}: {error.strerror}; set TMPDIR to a folder with room") from None
-
-
-def _built(
-    cc: str, files: Mapping[str, str], which: Sequence[str], name: str, target: Path, scratch: Path
-) -> bytes:  # fmt: skip
-    for file, text in files.items():
-        (scratch / file).write_text(text, encoding="utf-8")
-    strip = ("-s",) if platform.system() == "Linux" else ()
-    # Its own scratch files go where ours went: Python passes over a TMPDIR that is full, a compiler does not.
-    done = subprocess.run(
-        [cc, *FLAGS, *strip, *which, "-o", name, "-lm"], env={**os.environ, "TMPDIR": str(scratch)},
-        cwd=scratch, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    if done.returncode:
-        raise ShipError(f"{target}: {Path(cc).name} failed: {_why(done.stderr) or f'exit {done.returncode}'}")
-    return (scratch / name).read_bytes()
 
 
 def _why(told: str) -> str:
@@ -171,22 +237,15 @@ def _zipped(content: Mapping[str, bytes]) -> bytes:
 
 def page(made: Layout) -> str:
     """documentation/index.html."""
-    title = escape(made.plant.title)
     moves = "a right-hand side, by the Runge-Kutta method of fourth order" if made.network is None else (
         "a network; body accelerations are those over its last sample")  # fmt: skip
-    return "\n".join([
-        "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title></head><body>',
-        f"<h1>{title}</h1>",
-        f"<p>Written by seatrial. Internal step {made.step:g} s; it moves by {moves}. SI units and radians; forces and "
-        "velocities are those of midship, ahead, to starboard and turning to starboard positive; wind and waves have "
-        "the direction they come from. It needs the C library and nothing else.</p>",
-        *_table("Outputs", made.outputs), *_table("Inputs", made.inputs),
-        *_table("Parameters", (*made.numbers, *made.servos, *made.starts)), "</body></html>", "",
-    ])  # fmt: skip
+    tables = (("Outputs", made.outputs), ("Inputs", made.inputs),
+              ("Parameters", (*made.numbers, *made.servos, *made.starts)))  # fmt: skip
+    return filled("slave.html.txt", "page", title=escape(made.plant.title), step=f"{made.step:g}", moves=moves,
+                  tables="\n".join(_table(title, reals) for title, reals in tables)) + "\n"  # fmt: skip
 
 
-def _table(title: str, reals: Sequence[Real]) -> list[str]:
-    rows = [f"<tr><td>{escape(r.name)}</td><td>{escape(r.unit)}</td><td>{escape(r.about)}</td>"
-            f"<td>{f'{r.start:g}' if r.causality != 'output' else ''}</td></tr>" for r in reals if r.shown]  # fmt: skip
-    head = "<table><tr><th>name</th><th>unit</th><th>meaning</th><th>start</th></tr>"
-    return [f"<h2>{title}</h2>", head, *rows, "</table>"]
+def _table(title: str, reals: Sequence[Real]) -> str:
+    rows = (f"<tr><td>{escape(r.name)}</td><td>{escape(r.unit)}</td><td>{escape(r.about)}</td>"
+            f"<td>{f'{r.start:g}' if r.causality != 'output' else ''}</td></tr>" for r in reals if r.shown)  # fmt: skip
+    return filled("slave.html.txt", "table", title=title, rows="\n".join(rows))

@@ -14,12 +14,12 @@ from ...actuators import table
 from ...core.parameters import Spec, walk
 from ...environment import CALM
 from ...models import unit
+from ...models.network import Network
 from ...models.neural import Neural
 from ...models.settled import settled
 from ...ships import Ship, ShipError
 from ...simulate.approach import approach, straight
 from ..plant import Number, Plant
-from .network import channels_of
 
 PLACES = {
     "x": ("ned_position.north", "m", "midship north of the origin"),
@@ -112,7 +112,7 @@ def layout(ship: Ship, made: Plant, step: float) -> Layout:
     whole = made.servos is not None
     state, control = _beginning(ship, whole)
     network = ship.model if isinstance(ship.model, Neural) else None
-    felt = _felt(made) if network is None else channels_of(network.network)
+    felt = _felt(made) if network is None else _seen(network.network)
     inputs, (orders, channels) = _inputs(made, control, felt, whole)
     states = tuple(_placed(v.name, v.about) for v in made.states)
     adrift = "current_x" in felt  # the model holds within speeds through the water, these are over ground
@@ -192,6 +192,11 @@ def _felt(made: Plant) -> set[str]:
     x, u, e = (ca.SX.sym(k, len(v)) for k, v in zip("xue", (made.states, made.controls, made.environment), strict=True))
     bears = ca.which_depends(made.rates(x, u, e), e, 1, False)
     return {v.name for v, found in zip(made.environment, bears, strict=True) if found}
+
+
+def _seen(network: Network) -> set[str]:
+    """Channels of the environment that a ship with this network feels."""
+    return {"current_x", "current_y", *(("wind_x", "wind_y") if network.wind else ())}
 
 
 def _number(n: Number, name: str, unit_: str, meaning: Spec | None) -> Real:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from ...ships import ShipError
@@ -14,35 +13,54 @@ from .source import compiled
 BASE = {"m": {"m": 1}, "s": {"s": 1}, "kg": {"kg": 1}, "rad": {"rad": 1}, "N": {"kg": 1, "m": 1, "s": -2}}
 """Exponents of the base units."""
 
-OSP = "https://open-simulation-platform.com/OspModelDescription/1.0.0"
+OSP = "resources/OspModelDescription.xml"
+"""Where a slave of FMI 2.0 has the description of the Open Simulation Platform."""
+
+_OSP_SCHEMA = "https://open-simulation-platform.com/OspModelDescription/1.0.0"
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _PLAIN = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
 
 
-def model_description(made: Layout, name: str, guid: str) -> str:
-    """What the slave is and has.
+def descriptions(made: Layout, name: str, guid: str, fmi: int) -> dict[str, str]:
+    """The descriptions in a slave by their places in it, that of the model first.
 
     Args:
+        made: the variables of the slave.
         name: name of the model; the binary goes by that of the plant.
         guid: digest of the sources.
+        fmi: version of the interface, 2 or 3.
     """
+    if fmi == 2:
+        return {"modelDescription.xml": _model_2(made, name, guid), OSP: osp_description(made)}
+    return {
+        "modelDescription.xml": _model_3(made, name, guid),
+        "sources/buildDescription.xml": _build_description(made),
+        "terminalsAndIcons/terminalsAndIcons.xml": _terminals(made),
+    }
+
+
+def _model(made: Layout, own: dict[str, str], abilities: dict[str, str]) -> tuple[Element, Element]:
+    """The description down to the variables, and the element of its co-simulation."""
     root = Element("fmiModelDescription", {
-        "fmiVersion": "2.0", "modelName": name, "guid": guid, "description": made.plant.title,
-        "generationTool": "seatrial", "variableNamingConvention": "structured",
+        **own, "description": made.plant.title, "generationTool": "seatrial", "variableNamingConvention": "structured",
     })  # fmt: skip
-    slave = SubElement(root, "CoSimulation", {
-        "modelIdentifier": made.plant.name, "needsExecutionTool": "false",
-        "canHandleVariableCommunicationStepSize": "true", "canNotUseMemoryManagementFunctions": "true",
-        "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
+    slave = SubElement(root, "CoSimulation", {"modelIdentifier": made.plant.name, **abilities})
+    _define_units(root, made)
+    SubElement(SubElement(root, "LogCategories"), "Category", {"name": "logStatusError"})
+    SubElement(root, "DefaultExperiment", {"startTime": "0.0", "stepSize": repr(made.step)})
+    return root, slave
+
+
+def _model_2(made: Layout, name: str, guid: str) -> str:
+    root, slave = _model(made, {"fmiVersion": "2.0", "modelName": name, "guid": guid}, {
+        "needsExecutionTool": "false", "canHandleVariableCommunicationStepSize": "true",
+        "canNotUseMemoryManagementFunctions": "true", "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
     })  # fmt: skip
     files = SubElement(slave, "SourceFiles")
     for file in compiled(2):
         SubElement(files, "File", {"name": file})
-    define_units(root, made)
-    SubElement(SubElement(root, "LogCategories"), "Category", {"name": "logStatusError"})
-    SubElement(root, "DefaultExperiment", {"startTime": "0.0", "stepSize": repr(made.step)})
     _variables(root, made)
-    return document(root)
+    return _document(root)
 
 
 def _variables(root: Element, made: Layout) -> None:
@@ -51,17 +69,18 @@ def _variables(root: Element, made: Layout) -> None:
     places: dict[int, str] = {}
     for reference, real in enumerate(made.all):
         if real.shown:
-            _variable(listed, real, reference)
+            said = _meaning(real, reference) | ({"initial": "calculated"} if real.causality == "output" else {})
+            SubElement(SubElement(listed, "ScalarVariable", said), "Real", _numbers(real))
             places[reference] = str(len(listed))
     structure = SubElement(root, "ModelStructure")
     found, first = SubElement(structure, "Outputs"), SubElement(structure, "InitialUnknowns")
-    for reference, through in depends(made).items():
-        told = {"index": places[reference], "dependencies": " ".join(places[k] for k in through)}
-        SubElement(found, "Unknown", told)
+    for reference, through in _depends(made).items():
+        dependencies = " ".join(places[k] for k in through)
+        SubElement(found, "Unknown", {"index": places[reference], "dependencies": dependencies})
         SubElement(first, "Unknown", {"index": places[reference]})
 
 
-def depends(made: Layout) -> dict[int, tuple[int, ...]]:
+def _depends(made: Layout) -> dict[int, tuple[int, ...]]:
     """By value reference of each output, the inputs it depends on at once.
 
     Only accelerations do, of a right-hand side; an order acts through its actuator.
@@ -72,26 +91,21 @@ def depends(made: Layout) -> dict[int, tuple[int, ...]]:
     return {k: inputs if real.name.startswith(at_once) else () for k, real in enumerate(made.outputs)}
 
 
-def _variable(listed: Element, real: Real, reference: int) -> None:
-    said = {**meaning(real, reference), **({"initial": "calculated"} if real.causality == "output" else {})}
-    SubElement(SubElement(listed, "ScalarVariable", said), "Real", numbers(real))
-
-
-def meaning(real: Real, reference: int) -> dict[str, str]:
+def _meaning(real: Real, reference: int) -> dict[str, str]:
     """Attributes of a variable: what it is."""
     varies = {"parameter": "fixed"}.get(real.causality, "continuous")
-    return {"name": quoted(real.name), "valueReference": str(reference), "description": real.about,
+    return {"name": _quoted(real.name), "valueReference": str(reference), "description": real.about,
             "causality": real.causality, "variability": varies}  # fmt: skip
 
 
-def numbers(real: Real) -> dict[str, str]:
+def _numbers(real: Real) -> dict[str, str]:
     """Attributes of a variable: unit, limits and start."""
-    of = {"unit": unit_name(real.unit)} if measured(real.unit) else {}
+    of = {"unit": _unit_name(real.unit)} if real.unit not in _NO_UNITS else {}
     of |= {key: repr(float(v)) for key, v in (("min", real.low), ("max", real.high)) if math.isfinite(v)}
     return of | ({"start": repr(real.start)} if real.causality != "output" else {})
 
 
-def quoted(name: str) -> str:
+def _quoted(name: str) -> str:
     """A name as the structured convention has it; in quotes where it is no chain of identifiers.
 
     Raises:
@@ -103,12 +117,11 @@ def quoted(name: str) -> str:
     return name if _PLAIN.fullmatch(name) else f"'{escaped}'"
 
 
-def measured(text: str) -> bool:
-    """Whether a unit is one, and no mark of a number without."""
-    return text not in ("", "-", "'")
+_NO_UNITS = ("", "-", "'")
+"""Marks of a number without a unit."""
 
 
-def unit_name(text: str) -> str:
+def _unit_name(text: str) -> str:
     """A unit as FMI writes it: kg.m2/s for kg m^2/s."""
     return text.replace(" ", ".").replace("^", "")
 
@@ -129,11 +142,11 @@ def exponents(text: str) -> dict[str, int] | None:
     return {base: exponent for base, exponent in found.items() if exponent}
 
 
-def define_units(root: Element, made: Layout) -> None:
+def _define_units(root: Element, made: Layout) -> None:
     """Every unit of a variable, by base units where it is made of them."""
     units = SubElement(root, "UnitDefinitions")
-    for text in dict.fromkeys(("s", *(real.unit for real in made.all if measured(real.unit)))):
-        defined = SubElement(units, "Unit", {"name": unit_name(text)})
+    for text in dict.fromkeys(("s", *(real.unit for real in made.all if real.unit not in _NO_UNITS))):
+        defined = SubElement(units, "Unit", {"name": _unit_name(text)})
         base = exponents(text)
         if base is not None:
             SubElement(defined, "BaseUnit", {name: str(base[name]) for name in ("kg", "m", "s", "rad") if name in base})
@@ -141,17 +154,17 @@ def define_units(root: Element, made: Layout) -> None:
 
 def osp_description(made: Layout) -> str:
     """Which variables go together, for masters that connect groups."""
-    root = Element("OspModelDescription", {"xmlns": OSP, "version": "1.0"})
-    groups = grouped(made)
+    root = Element("OspModelDescription", {"xmlns": _OSP_SCHEMA, "version": "1.0"})
+    groups, typed = _grouped(made), {"current_velocity": "LinearVelocity"}  # the others are not of one kind
     of_all = SubElement(root, "VariableGroups")
-    for name in sorted(groups, key=lambda one: _kind(groups[one]) != "Generic"):
-        group = SubElement(of_all, _kind(groups[name]), {"name": name})
+    for name in sorted(groups, key=typed.__contains__):
+        group = SubElement(of_all, typed.get(name, "Generic"), {"name": name})
         for real in groups[name]:
-            SubElement(group, "Variable", {"ref": quoted(real.name)})
-    return document(root)
+            SubElement(group, "Variable", {"ref": _quoted(real.name)})
+    return _document(root)
 
 
-def grouped(made: Layout) -> dict[str, list[Real]]:
+def _grouped(made: Layout) -> dict[str, list[Real]]:
     """Outputs and inputs that go together, by the name of the group."""
     groups: dict[str, list[Real]] = {}
     for real in (*made.outputs, *made.inputs):
@@ -159,12 +172,7 @@ def grouped(made: Layout) -> dict[str, list[Real]]:
     return groups
 
 
-def _kind(reals: Sequence[Real]) -> str:
-    """Type of a group; Generic where its variables are not of one kind."""
-    return "LinearVelocity" if reals[0].name.startswith("current_velocity.") else "Generic"
-
-
-def document(root: Element) -> str:
+def _document(root: Element) -> str:
     """The file of an element; characters that no XML may hold become spaces."""
     for element in root.iter():
         for key, text in element.attrib.items():
@@ -173,60 +181,47 @@ def document(root: Element) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
 
 
-def model_description_3(made: Layout, name: str, token: str) -> str:
-    """What the slave is and has.
-
-    Args:
-        name: name of the model; the binary goes by that of the plant.
-        token: digest of the sources.
-    """
-    root = Element("fmiModelDescription", {
-        "fmiVersion": "3.0", "modelName": name, "instantiationToken": token, "description": made.plant.title,
-        "generationTool": "seatrial", "variableNamingConvention": "structured",
+def _model_3(made: Layout, name: str, token: str) -> str:
+    root, _ = _model(made, {"fmiVersion": "3.0", "modelName": name, "instantiationToken": token}, {
+        "canGetAndSetFMUState": "true", "canSerializeFMUState": "true",
+        "canHandleVariableCommunicationStepSize": "true",
+        **({"fixedInternalStepSize": repr(made.step)} if made.whole else {}),
     })  # fmt: skip
-    grid = {"fixedInternalStepSize": repr(made.step)} if made.whole else {}
-    SubElement(root, "CoSimulation", {
-        "modelIdentifier": made.plant.name, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true",
-        "canHandleVariableCommunicationStepSize": "true", **grid,
-    })  # fmt: skip
-    define_units(root, made)
-    SubElement(SubElement(root, "LogCategories"), "Category", {"name": "logStatusError"})
-    SubElement(root, "DefaultExperiment", {"startTime": "0.0", "stepSize": repr(made.step)})
     listed = SubElement(root, "ModelVariables")
     time = {"name": "time", "valueReference": str(len(made.all)), "causality": "independent",
             "variability": "continuous", "unit": "s", "description": "time of the simulation"}  # fmt: skip
     SubElement(listed, "Float64", time)
     for reference, real in enumerate(made.all):
         if real.shown:
-            SubElement(listed, "Float64", {**meaning(real, reference), **numbers(real)})
-    structure, known = SubElement(root, "ModelStructure"), depends(made)
+            SubElement(listed, "Float64", _meaning(real, reference) | _numbers(real))
+    structure, known = SubElement(root, "ModelStructure"), _depends(made)
     for reference, through in known.items():
-        told = {"valueReference": str(reference), "dependencies": " ".join(map(str, through))}
-        SubElement(structure, "Output", told)
+        dependencies = " ".join(map(str, through))
+        SubElement(structure, "Output", {"valueReference": str(reference), "dependencies": dependencies})
     for reference in known:
         SubElement(structure, "InitialUnknown", {"valueReference": str(reference)})
-    return document(root)
+    return _document(root)
 
 
-def build_description(made: Layout) -> str:
+def _build_description(made: Layout) -> str:
     """Which sources make the binary."""
     root = Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     build = SubElement(root, "BuildConfiguration", {"modelIdentifier": made.plant.name})
     files = SubElement(build, "SourceFileSet", {"language": "C99"})
     for name in compiled(3):
         SubElement(files, "SourceFile", {"name": name})
-    return document(root)
+    return _document(root)
 
 
-def terminals(made: Layout) -> str:
+def _terminals(made: Layout) -> str:
     """Which variables go together, so that a master connects groups."""
     root = Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
     of_all = SubElement(root, "Terminals")
-    for name, reals in grouped(made).items():
+    for name, reals in _grouped(made).items():
         terminal = SubElement(of_all, "Terminal", {"name": name, "matchingRule": "plug"})
         for real in reals:
             SubElement(terminal, "TerminalMemberVariable", {
-                "variableName": quoted(real.name), "variableKind": "signal",
+                "variableName": _quoted(real.name), "variableKind": "signal",
                 "memberName": real.name.rpartition(".")[2],
             })  # fmt: skip
-    return document(root)
+    return _document(root)

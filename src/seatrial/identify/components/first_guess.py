@@ -105,11 +105,11 @@ def guesses(hull: Hull, *, speed: float | None = None, thrust: float | None = No
     for what, value in (("speed", speed), ("thrust", thrust)):
         if value is not None and not value > 0:
             raise ShipError(f"{what} is {value:g}; it must be above zero")
-    if speed is None and thrust is not None:
-        raise ShipError(f"{thrust:g} N says nothing without the speed that it holds; give speed")
     if speed is not None:
         found |= _lift(hull, speed)
-    if speed is not None and thrust is not None:
+    if thrust is not None:
+        if speed is None:
+            raise ShipError(f"{thrust:g} N determine nothing without the speed that they hold; give speed")
         X_uu = -thrust / speed**2
         found["damping.X_uu"] = Guess(X_uu, _USUAL * -X_uu, f"{thrust:.4g} N hold {speed:.4g} m/s")
     return found
@@ -143,12 +143,9 @@ def _added(hull: Hull) -> tuple[Guess, Guess, Guess]:
 def _drag(hull: Hull) -> dict[str, Guess]:
     """Cross-flow drag of a flat side: the integral of C_D rho d/2 |v + x r| (v + x r) for v alone and r alone."""
     L, d, rho = hull.L_pp, hull.d, hull.rho
-    Y_vv, N_rr = -0.5 * _DRAG * rho * d * L, -_DRAG * rho * d * L**4 / 64.0
+    found = {"Y_vv": -0.5 * _DRAG * rho * d * L, "N_rr": -_DRAG * rho * d * L**4 / 64.0}
     source = f"cross-flow drag, assumed C_D = {_DRAG:g}"
-    return {
-        "damping.Y_vv": Guess(Y_vv, 0.5 * -Y_vv, source),
-        "damping.N_rr": Guess(N_rr, 0.5 * -N_rr, source),
-    }
+    return {f"damping.{name}": Guess(value, 0.5 * -value, source) for name, value in found.items()}
 
 
 def _lift(hull: Hull, speed: float) -> dict[str, Guess]:
@@ -218,9 +215,10 @@ def _entries(
     entries = {
         path: Entry("particulars" if path.startswith("body.") else "assumed: not known before the study", value)
         for path, _, value in walk(ship.model)
+    } | {
+        path: Entry(f"first guess: {one.source}", one.value, unit=units[path].unit, sigma=one.sigma)
+        for path, one in found.items()
     }
-    for path, one in found.items():
-        entries[path] = Entry(f"first guess: {one.source}", one.value, unit=units[path].unit, sigma=one.sigma)
     for key, (x, y, one) in thrusters.items():
         source = f"bollard pull: {one.rows} rows, R^2 {one.R2:.5f}, rmse {one.rmse:.3g} N"
         for k, (c, s) in enumerate(zip(one.coefficients, one.sigma, strict=True)):

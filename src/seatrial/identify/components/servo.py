@@ -33,7 +33,7 @@ _FAST = 5.0
 
 @dataclass(frozen=True)
 class ServoFit:
-    """What a log says about one servo.
+    """Servo identified from logs.
 
     Attributes:
         control: the actual angle, such as ``alpha_1``.
@@ -124,8 +124,8 @@ def fit_servo(trials: Sequence[Trial], control: str, *, offset: bool = True) -> 
 def answered(found: ServoFit, trial: Trial) -> Array:
     """The angle at each row as the fitted servo answers the orders of a log [rad], without noise and offset.
 
-    As input of a fit it is worth more than the reading: what a noisy angle pushes aside in one sample, the ship
-    carries on for the rest of the trial.  Rows before the first reading and after the last are gaps.
+    As input of a fit it is better than the reading: a displacement of the ship by the noise of one sample lasts for the
+    rest of the trial.  Rows before the first reading and after the last are gaps.
 
     Raises:
         DataError: as `fit_servo`.
@@ -154,13 +154,15 @@ class _Found:
         return float(self.errors @ self.errors)
 
     @property
-    def told(self) -> float:
+    def independent(self) -> float:
         """Equivalent number of readings with white noise."""
         alike = _alike(self.errors)
         return self.errors.size * (1 - alike) / (1 + alike)
 
     def criterion(self, floor: float) -> float:
-        return self.told * math.log(max(self.cost, floor)) + len(self.names) * math.log(max(self.told, 2.0))
+        """The Bayesian information criterion."""
+        count = self.independent
+        return count * math.log(max(self.cost, floor)) + len(self.names) * math.log(max(count, 2.0))
 
 
 def _alike(errors: Array) -> float:
@@ -180,7 +182,7 @@ def _chosen(fits: Sequence[_Found]) -> _Found:
 
 def _needed(fit: _Found, less: _Found, floor: float) -> bool:
     """Whether what `fit` has beyond `less` lowers the misfit by more than chance would."""
-    more, spare = len(fit.names) - len(less.names), fit.told - len(fit.names)
+    more, spare = len(fit.names) - len(less.names), fit.independent - len(fit.names)
     if spare < 1:
         return False
     F = (less.cost - fit.cost) / more / (max(fit.cost, floor) / spare)
@@ -227,7 +229,7 @@ def _fit(logs: Sequence[_Log], extras: tuple[str, ...], turning: bool, offset: b
              "lag": (0.5 * dt, 4 * dt), "dead_time": (0.5 * dt, 2.5 * dt, 6.5 * dt)}  # fmt: skip
     mesh = np.stack(np.meshgrid(*(grids[name] for name in names), indexing="ij"), axis=-1).reshape(-1, len(names))
     misfit = _Misfit(logs, names, turning)
-    starts = np.hstack([mesh, np.zeros((len(mesh), len(logs)))])
+    starts = np.pad(mesh, ((0, 0), (0, len(logs))))
     start = min(starts, key=lambda values: float((misfit.errors(values) ** 2).sum()))
     found = least_squares(misfit.errors, np.clip(start, low + 1e-9, high - 1e-9), bounds=(low, high),
                           jac=cast(Any, misfit.slopes), x_scale=scale,
@@ -260,9 +262,8 @@ class _Misfit:
             moved = values.copy()
             moved[j] += step
             out[:, j] = (self.errors(moved) - base) / step
-        edges = np.cumsum([0, *(int(log.kept.sum()) for log in self.logs)])
-        for k in range(len(self.logs)):
-            rows = slice(int(edges[k]), int(edges[k + 1]))
+        edges = np.cumsum([int(log.kept.sum()) for log in self.logs])[:-1]
+        for k, rows in enumerate(np.split(np.arange(base.size), edges)):
             moved_one = self.one(k, values[:shared], values[shared + k] + _DIFFERENCE)
             out[rows, shared + k] = (moved_one - base[rows]) / _DIFFERENCE
         return out
@@ -282,7 +283,7 @@ def _told(control: str, logs: Sequence[_Log], found: _Found, steps: Array, turni
     noise = found.cost / max(count - found.jacobian.shape[1], 1) * (1 + alike) / (1 - alike)
     spread = np.sqrt(np.maximum(noise * np.diag(np.linalg.pinv(found.jacobian.T @ found.jacobian)), 0.0))
     felt = np.abs(found.jacobian).max(axis=0) > 1e-9
-    # Those of the first angles, which come last, are of no use to anyone.
+    # Those of the first angles come last and are left out.
     sigma = {name: float(s) if f else math.inf for name, s, f in zip(found.names, spread, felt, strict=False)}
     actual = np.concatenate([np.unwrap(log.actual[log.kept]) - log.actual[log.kept][0] for log in logs])
     total = float(((actual - actual.mean()) ** 2).sum())

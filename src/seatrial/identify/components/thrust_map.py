@@ -11,7 +11,7 @@ the uncertainty of the polynomial.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -161,9 +161,9 @@ def fit_thrust(
 def shared(name: str, both: ThrustMap, thrusters: int) -> ThrustMap:
     """The map of one of several like thrusters that were tested together (You 2023 Eq. 20, whose /2 this is)."""
     k = float(thrusters)
-    return ThrustMap(
-        name, both.coefficients / k, both.covariance / k**2, both.astern, both.n_low, both.n_max, both.R2,
-        both.rmse / k, tuple(Candidate(one.powers, one.error / k, one.monotone) for one in both.candidates), both.rows,
+    return replace(
+        both, name=name, coefficients=both.coefficients / k, covariance=both.covariance / k**2, rmse=both.rmse / k,
+        candidates=tuple(replace(one, error=one.error / k) for one in both.candidates),
     )  # fmt: skip
 
 
@@ -191,16 +191,19 @@ def fit_thrusters(
 
 def _usable(where: str, n: Array, thrust: Array, order: int | None) -> None:
     """Refuse tables without numbers, and an order that there is not."""
+    wrong = ""
     if n.shape != thrust.shape or n.ndim != 1:
-        raise DataError(f"{where}: {n.size} revolutions and {thrust.size} thrusts; give one of each a row")
-    if not n.size:
-        raise DataError(f"{where}: no row of revolutions and thrust; a map needs at least 3 revolutions ahead")
-    if not (np.isfinite(n).all() and np.isfinite(thrust).all()):
-        raise DataError(f"{where}: a row has no number; leave the row out")
-    if not thrust.any():
-        raise DataError(f"{where}: thrust is zero in every row; check the column and its unit")
-    if order is not None and not 1 <= order <= GREATEST:
-        raise DataError(f"{where}: order is {order}; it is from 1 to {GREATEST}")
+        wrong = f"{n.size} revolutions and {thrust.size} thrusts; give one of each a row"
+    elif not n.size:
+        wrong = "no row of revolutions and thrust; a map needs at least 3 revolutions ahead"
+    elif not (np.isfinite(n).all() and np.isfinite(thrust).all()):
+        wrong = "a row has no number; leave the row out"
+    elif not thrust.any():
+        wrong = "thrust is zero in every row; check the column and its unit"
+    elif order is not None and not 1 <= order <= GREATEST:
+        wrong = f"order is {order}; it is from 1 to {GREATEST}"
+    if wrong:
+        raise DataError(f"{where}: {wrong}")
 
 
 def _rising(where: str, n: Array, thrust: Array, tolerance: float) -> None:
@@ -213,12 +216,11 @@ def _rising(where: str, n: Array, thrust: Array, tolerance: float) -> None:
         # Third differences leave a smooth curve out; their median does not mind a wrong row.
         scatter = 1.4826 * float(np.median(np.abs(np.diff(means, 3)))) / np.sqrt(20.0)
         allowed = max(allowed, 4.0 * np.sqrt(2.0) * scatter)
-    for k in range(levels.size - 1):
-        if means[k + 1] - means[k] < -allowed:
-            raise DataError(
-                f"{where}: thrust is not monotone: {means[k]:.4g} N at {levels[k]:g} 1/s, {means[k + 1]:.4g} N at "
-                f"{levels[k + 1]:g} 1/s; correct the table, or leave out the revolutions beyond which it falls"
-            )
+    for k in np.flatnonzero(np.diff(means) < -allowed)[:1]:
+        raise DataError(
+            f"{where}: thrust is not monotone: {means[k]:.4g} N at {levels[k]:g} 1/s, {means[k + 1]:.4g} N at "
+            f"{levels[k + 1]:g} 1/s; correct the table, or leave out the revolutions beyond which it falls"
+        )
 
 
 def _choose(
@@ -235,21 +237,17 @@ def _choose(
     tried = sorted(tried, key=lambda p: (len(p), sum(p)))
     if not tried:
         raise DataError(f"{where}: {levels} different revolutions ahead; order {order} needs more than {order}")
-    squares = [left_out(n, thrust, powers) for powers in tried]
+    squares = [np.concatenate([e**2 for _, e in left_out(n, thrust, powers)]) for powers in tried]
     monotone = [_monotone(least_squares(n, thrust, powers)[0], powers, float(n.max())) for powers in tried]
-    found = tuple(
-        Candidate(p, float(np.sqrt(np.mean(e))), m) for p, e, m in zip(tried, squares, monotone, strict=True)
-    )
+    found = tuple(Candidate(p, float(np.sqrt(np.mean(e))), m) for p, e, m in zip(tried, squares, monotone, strict=True))
     usable = [k for k, m in enumerate(monotone) if m]
     if not usable:
         raise DataError(f"{where}: every polynomial falls or pushes against the revolutions within the tested range; "
                         "check the table, or lower the order")  # fmt: skip
     best = min(usable, key=lambda k: found[k].error)
-    for k in usable:
-        worse = squares[k] - squares[best]
-        if worse.mean() <= worse.std(ddof=1) / np.sqrt(worse.size):
-            return found[k].powers, found
-    return found[best].powers, found
+    worse = {k: squares[k] - squares[best] for k in usable}
+    alike = (k for k, w in worse.items() if w.mean() <= w.std(ddof=1) / np.sqrt(w.size))
+    return found[next(alike, best)].powers, found
 
 
 def _monotone(c: Array, powers: tuple[int, ...], top: float) -> bool:
@@ -296,27 +294,17 @@ def inflation(n: Array, thrust: Array, powers: tuple[int, ...]) -> float:
     noise = float(((thrust - design(n, powers) @ c) ** 2).sum()) / max(spare, 1)
     if not noise > _EXACT * float(thrust @ thrust):
         return 1.0
-    missed = [float(count * mean**2) for count, mean in _means_left_out(n, thrust, powers)]
+    # A level at rest counts where there is a term for it.
+    missed = [e.size * float(e.mean()) ** 2 for level, e in left_out(n, thrust, powers) if level != 0 or 0 in powers]
     student = spare / (spare - 2) if spare > 2 else 3.0
     return student * max(1.0, float(np.mean(missed)) / noise)
 
 
-def _means_left_out(n: Array, thrust: Array, powers: tuple[int, ...]) -> list[tuple[int, float]]:
-    """Rows of each level but the greatest, and mean error of a map without them; rest counts where there is a term."""
-    out: list[tuple[int, float]] = []
-    for level in (x for x in np.unique(n) if x < n.max() and (x != 0 or 0 in powers)):
+def left_out(n: Array, thrust: Array, powers: tuple[int, ...]) -> list[tuple[float, Array]]:
+    """Each level of revolutions but the greatest, and the errors of its rows by a map fitted without them."""
+    out: list[tuple[float, Array]] = []
+    for level in np.unique(n)[:-1].tolist():
         gone = n == level
         c, _ = least_squares(n[~gone], thrust[~gone], powers)
-        out.append((int(gone.sum()), float((thrust[gone] - design(n[gone], powers) @ c).mean())))
+        out.append((level, thrust[gone] - design(n[gone], powers) @ c))
     return out
-
-
-def left_out(n: Array, thrust: Array, powers: tuple[int, ...]) -> Array:
-    """Squared error of each row whose level was left out of the fit; the greatest level never is."""
-    levels = [level for level in np.unique(n) if level < n.max()]
-    errors: list[Array] = []
-    for level in levels:
-        out = n == level
-        c, _ = least_squares(n[~out], thrust[~out], powers)
-        errors.append((thrust[out] - design(n[out], powers) @ c) ** 2)
-    return np.concatenate(errors)

@@ -1,9 +1,9 @@
 """Excitation design: choice of the manoeuvres that are most informative about chosen parameters.
 
-Each candidate is simulated, and the exact sensitivities of the replayed run to the free parameters
-give its Fisher information, the initial state of every window being unknown too.  A set is chosen greedily so
-that the determinant of the posterior precision is greatest (D-optimal) within a budget of dimensionless
-length T' = T V/L (Sawada 2024 Eq. 33).
+Each candidate (`usual` gives turns, zigzags and random runs) is simulated, and the exact sensitivities of the replayed
+run to the free parameters give its Fisher information, the initial state of every window being unknown too.  A set is
+chosen greedily so that the determinant of the posterior precision is greatest (D-optimal) within a budget of
+dimensionless length T' = T V/L (Sawada 2024 Eq. 33).
 """
 
 from __future__ import annotations
@@ -18,16 +18,20 @@ from ...core.parameters import Free, Spec, match, walk
 from ...data import Array, Trial
 from ...engine import SimulationError
 from ...engine.rollout import sensitivity
-from ...manoeuvres import Policy
+from ...manoeuvres import Policy, Settings
+from ...manoeuvres.human_random import HumanRandom
+from ...manoeuvres.pseudo_random import PseudoRandom
+from ...manoeuvres.turning import Turning
+from ...manoeuvres.zigzag import Zigzag
 from ...models import STATES, Sampled
 from ...ships import Ship
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
-from ...simulate.run import simulate, time_step
-from .. import Loss, StudyError
+from ...simulate.run import approach, simulate, time_step
+from .. import Loss, StudyError, Verdict
+from ..posterior.verdicts import CLEAR, UNKNOWN, manoeuvre_for
 from ..record import windows
 from ..vector import Vector
-from .optimal import Information, Plan, before, choose, expected
 
 # Default number of independent readings per L/U, and default length of a window in L/U.
 _READINGS, _WINDOW = 10.0, 10.0
@@ -219,14 +223,198 @@ def plan(
 
 
 def _runs(ship: Ship, candidates: Sequence[Candidate]) -> tuple[list[tuple[Trial, float]], list[str]]:
-    runs: list[tuple[Trial, float]] = []
-    left_out: list[str] = []
-    dt = time_step(ship)
+    runs, left_out, dt = list[tuple[Trial, float]](), list[str](), time_step(ship)
     for one in candidates:
         try:
             run = simulate(ship, one.policy, speed=one.speed, duration=one.duration, dt=dt, name=one.name)
+            runs.append((run, one.speed))
         except SimulationError as error:
             left_out.append(f"{one.name}: {error}")
-            continue
-        runs.append((run, one.speed))
     return runs, left_out
+
+
+# A parameter shows in a direction that the data leave open with this much of the unit vector.
+_SHOWS = 0.3
+# A direction in which the data outweigh the prior less than this is open.
+_OPEN = 1.0
+
+
+@dataclass(frozen=True)
+class Information:
+    """One run: `matrix` is its Fisher information, shape (free, free); `length` is its T'."""
+
+    name: str
+    matrix: Array
+    length: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A set of manoeuvres and its expected result.
+
+    Attributes:
+        chosen: names in the order of choice, each with its T' and the log det that it adds.
+        length: T' of all together.
+        log_det: of the posterior precision relative to the prior, in nats; 0 where nothing is learned.
+        free: the parameters.
+        sigma: expected standard deviation of each, prior included.
+        share: share of each prior variance that the data remove.
+        verdicts: each parameter, then each combination that stays undetermined.
+        left_out: candidates that could not be run, with the reason.
+    """
+
+    chosen: tuple[tuple[str, float, float], ...]
+    length: float
+    log_det: float
+    free: tuple[Free, ...]
+    sigma: Array
+    share: Array
+    verdicts: tuple[Verdict, ...]
+    left_out: tuple[str, ...] = ()
+
+
+def choose(
+    found: Sequence[Information], prior: Array, budget: float, *, repeats: int = 1
+) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    """Greedy D-optimal choice: which runs, in order, and the log det after each.
+
+    Done twice, by what a run adds and by what it adds per length, and the better set is taken: the
+    first alone spends the budget on long runs, the second on short ones.
+
+    Args:
+        prior: standard deviation of each parameter before the data.
+        budget: greatest T' of the set.
+        repeats: how often one manoeuvre may be run.
+    """
+    scaled = [prior[:, None] * one.matrix * prior[None, :] for one in found]
+    lengths = [one.length for one in found]
+    plans = [_greedy(scaled, lengths, budget, repeats, per_length) for per_length in (True, False)]
+    return max(plans, key=lambda plan: plan[1][-1] if plan[1] else 0.0)
+
+
+def _greedy(
+    scaled: Sequence[Array], lengths: Sequence[float], budget: float, repeats: int, per_length: bool
+) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    chosen: list[int] = []
+    reached: list[float] = []
+    total, left = np.eye(len(scaled[0])), budget * (1 + 1e-9)
+    while True:
+        open_ = [k for k, length in enumerate(lengths) if length <= left and chosen.count(k) < repeats]
+        if not open_:
+            return tuple(chosen), tuple(reached)
+        base = _log_det(total)
+        gain = {k: (_log_det(total + scaled[k]) - base) / (lengths[k] if per_length else 1.0) for k in open_}
+        best = max(gain, key=lambda k: gain[k])
+        chosen.append(best)
+        total, left = total + scaled[best], left - lengths[best]
+        reached.append(_log_det(total))
+
+
+def _log_det(matrix: Array) -> float:
+    return float(np.linalg.slogdet(matrix)[1])
+
+
+def expected(free: Sequence[Free], runs: Sequence[Information], reached: Sequence[float] = ()) -> Plan:
+    """Expected result of a given set of runs, in this order.
+
+    Args:
+        reached: the log det after each run, where it is known already.
+    """
+    prior = before(free)
+    parts = [prior[:, None] * one.matrix * prior[None, :] for one in runs]
+    scaled = sum(parts, np.zeros((len(free),) * 2))
+    if not reached:
+        reached = [_log_det(np.eye(len(free)) + total) for total in np.cumsum(parts, axis=0)]
+    weight, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
+    weight = np.maximum(weight, 0.0)
+    left = np.clip(np.einsum("ik,k,ik->i", vectors, 1.0 / (1.0 + weight), vectors), 0.0, 1.0)
+    gains = np.diff(np.array([0.0, *reached]))
+    return Plan(
+        tuple((one.name, one.length, float(gain)) for one, gain in zip(runs, gains, strict=True)),
+        sum(one.length for one in runs), float(reached[-1]) if reached else 0.0, tuple(free),
+        prior * np.sqrt(left), 1.0 - left,
+        (*_singles(free, prior * np.sqrt(left), 1.0 - left), *_combinations(free, prior, weight, vectors)),
+    )  # fmt: skip
+
+
+def before(free: Sequence[Free]) -> Array:
+    """Standard deviation before the data; a parameter with neither prior nor interval takes its own size."""
+    vector = Vector.of(free)
+    return np.where(np.isfinite(vector.variance), np.sqrt(vector.variance), np.maximum(np.abs(vector.start), 1e-12))
+
+
+def _singles(free: Sequence[Free], sigma: Array, share: Array) -> list[Verdict]:
+    out: list[Verdict] = []
+    for f, s, part in zip(free, sigma.tolist(), share.tolist(), strict=True):
+        status = "identified" if part >= CLEAR else "weak" if part >= UNKNOWN else "not identified"
+        text = f"+- {s:.2g} expected about {f.start:.4g}; the data would remove {part:.0%} of the prior variance"
+        out.append(Verdict(f.path, status, text + ("" if part >= CLEAR else f"; {manoeuvre_for(f.path)} would help")))
+    return out
+
+
+def _combinations(free: Sequence[Free], prior: Array, weight: Array, vectors: Array) -> list[Verdict]:
+    """One verdict per direction that the data leave open and in which more than one parameter takes part."""
+    out: list[Verdict] = []
+    for k in np.flatnonzero(weight < _OPEN):
+        direction: list[float] = vectors[:, k].tolist()
+        parts = sorted((i for i, v in enumerate(direction) if abs(v) > _SHOWS), key=lambda i: -abs(direction[i]))
+        if len(parts) < 2:
+            continue
+        sign = math.copysign(1.0, direction[parts[0]])
+        moves = [(free[i].path, sign * direction[i] * float(prior[i])) for i in parts]
+        words = " and ".join(f"{path} {'rises' if by > 0 else 'falls'} by {abs(by):.2g}" for path, by in moves)
+        out.append(Verdict(
+            " and ".join(path for path, _ in moves), "not identified",
+            f"the runs hardly change while {words}: they fix other combinations, not this one",
+        ))  # fmt: skip
+    return out
+
+
+# T' of each kind: a turn of some 540 deg, a zigzag to its fourth overshoot, a stretch of a random run.
+_TURN, _ZIGZAG, _RANDOM = 12.0, 15.0, 25.0
+_SLOW = 0.6
+
+
+def usual(ship: Ship, seeds: int = 2) -> tuple[Candidate, ...]:
+    """Turns, zigzags and random runs, both sides, at the approach's revolutions and at 60 % of them.
+
+    Args:
+        seeds: how many random runs of each kind.
+    """
+    U, n_P = approach(ship)
+    limit = float(ship.actuators.rudder.high)
+    settings = Settings(n_P, U, ship.L_pp, limit)
+    found = [*_standard(settings, ""), *_random(settings, seeds)]
+    if n_P > 0:
+        slow, n_slow = approach(ship, n_P=_SLOW * n_P)
+        found += _standard(replace(settings, n_P=n_slow, speed=slow), ", slow")
+    return tuple(found)
+
+
+def _standard(settings: Settings, suffix: str) -> list[Candidate]:
+    out: list[Candidate] = []
+    for word, side in (("starboard", 1.0), ("port", -1.0)):
+        for degrees in (35.0, 15.0, 20.0, 10.0):
+            angle = math.radians(degrees)
+            asked = replace(settings, side=side, rudder=min(angle, settings.rudder_limit))
+            name, policy, length = f"turning {degrees:g}", Turning.ordered(asked), _TURN
+            if degrees in (20.0, 10.0):
+                policy, length = Zigzag.ordered(replace(asked, heading=angle)), _ZIGZAG
+                name = f"zigzag {degrees:g}/{degrees:g}"
+            out.append(_candidate(f"{name} {word}{suffix}", policy, settings, length))
+    return out
+
+
+def _random(settings: Settings, seeds: int) -> list[Candidate]:
+    out: list[Candidate] = []
+    for seed in range(1, seeds + 1):
+        asked = replace(settings, seed=seed)
+        ahead = replace(HumanRandom.ordered(asked), astern=0.0)
+        out.append(_candidate(f"pseudo-random, seed {seed}", PseudoRandom.ordered(asked), settings, _RANDOM))
+        out.append(_candidate(f"random, seed {seed}", HumanRandom.ordered(asked), settings, _RANDOM))
+        out.append(_candidate(f"random, ahead only, seed {seed}", ahead, settings, _RANDOM))
+    return out
+
+
+def _candidate(name: str, policy: Policy, settings: Settings, length: float) -> Candidate:
+    return Candidate(name, policy, length * settings.L_pp / settings.speed, settings.speed)

@@ -1,10 +1,8 @@
 """Result of a filter: states with their covariances, parameters, and the innovation test of the model.
 
-Whether the innovations of a filter are as large as the filter believes.
-
-Under the right model the normalised innovation squared (NIS) of each update is chi-squared with as
-many degrees of freedom as there were readings, and independent of the others, so its sum over a window
-is too.  A window above the band says that the model no longer fits there.
+Under the right model the normalised innovation squared (NIS) of each update is chi-squared with as many degrees of
+freedom as there were readings, and independent of the others, so its sum over a window is too.  Above the limit of a
+window the model no longer fits.
 """
 
 from __future__ import annotations
@@ -93,7 +91,7 @@ class Filtered:
     smooth: bool = False
 
     def of(self, name: str) -> tuple[Array, Array]:
-        """A state, current or parameter over time and its standard deviation, each shape (rows,).
+        """A state of the filter over time and its standard deviation, each shape (rows,).
 
         Raises:
             StudyError: no state of that name.
@@ -233,7 +231,13 @@ def innovation_test(
         found.append(Window(float(start), float(end), float(nis[rows].sum()) / m, float(chdtri(m, each)) / m, m))
     loud = [w for w in found if w.nis > w.limit]
     if not loud:
-        return Consistency(True, float("nan"), _fitting(nis, dof, false_alarm), tuple(found))
+        total, m = float(nis.sum()), int(dof.sum())
+        text = f"the innovations are {np.sqrt(total / m):.3g} times as large as "
+        if total < float(chdtri(m, 1.0 - false_alarm)):
+            text += "stated: noise or process noise is stated too large"
+        else:
+            text = f"the model fits throughout: {text}they should be"
+        return Consistency(True, float("nan"), text, tuple(found))
     since = loud[0].start
     rows = (t >= since) & (t <= loud[-1].end)
     worst = channels[int(np.nanargmax(np.nanmean(np.vstack([squares[rows], np.zeros(len(channels))]), axis=0)))]
@@ -245,13 +249,3 @@ def innovation_test(
         f"most of all those of {worst}"
     )
     return Consistency(False, since, text, tuple(found))
-
-
-def _fitting(nis: Array, dof: Array, false_alarm: float) -> str:
-    from scipy.special import chdtri
-
-    total, m = float(nis.sum()), int(dof.sum())
-    ratio = np.sqrt(total / m)
-    if total < float(chdtri(m, 1.0 - false_alarm)):
-        return f"the innovations are {ratio:.3g} times as large as stated: noise or process noise is stated too large"
-    return f"the model fits throughout: the innovations are {ratio:.3g} times as large as they should be"

@@ -3,8 +3,7 @@
 `Kalman` holds the settings, `run` gives a `Filtered`, whose `smoothed()` goes back over the same run
 (Rauch-Tung-Striebel; for the unscented filter with its own covariances, Sarkka 2008).  A delayed
 reading is used when it was true, so a delay costs no accuracy; a gap is a longer prediction.
-
-What a filter believes before its first update, and which readings it gets when.
+`begin` gives the initial state and covariance, `timeline` the order of rows and readings.
 """
 
 from __future__ import annotations
@@ -27,9 +26,8 @@ from .. import FitError, StudyError
 from ..nuisance import CURRENT
 from ..vector import Vector
 from .filtered import Filtered, Pass, innovation_test
-from .kalman import Extended, Unscented, over
+from .kalman import Extended, FilterModel, Unscented, over, trace
 from .measurement import Antenna, Heading, Rate, Sensor
-from .model import FilterModel, trace
 
 __all__ = ["Filtered", "Kalman", "Tracker"]
 
@@ -158,8 +156,7 @@ class Tracker:
             raise DataError(f"{trial.name}: a control or the environment holds no value at all")
         vector = Vector(self.free)
         prior = zip(vector.mean.tolist(), np.sqrt(vector.variance).tolist(), strict=True)
-        given: dict[str, tuple[float, float]] = dict(zip(vector.paths, prior, strict=True))
-        given |= settings.start
+        given: Gauss = {**dict(zip(vector.paths, prior, strict=True)), **settings.start}
         mean, sd = begin(self.ship, trial, tuple(settings.measurement.values()), names, given)
         run, updates = self._forward(trial, events, series, np.clip(mean, *self._bounds()), np.diag(sd**2))
         used = np.isfinite(updates.nis)
@@ -177,8 +174,8 @@ class Tracker:
     def _bounds(self) -> tuple[Array, Array]:
         """Lowest and highest value of each state; only parameters have any."""
         limits = {f.path: (f.low, f.high) for f in self.free}
-        pairs = [limits.get(name, (-np.inf, np.inf)) for name in self.model.names]
-        return np.array([low for low, _ in pairs]), np.array([high for _, high in pairs])
+        low, high = np.array([limits.get(name, (-np.inf, np.inf)) for name in self.model.names]).T
+        return low, high
 
     def _engine(self, step: float) -> Extended | Unscented:
         s = self.settings
@@ -188,9 +185,7 @@ class Tracker:
             return Extended(self.model, density, s.step or step, s.iterations)
         return Unscented(self.model, density, s.step or step, *self._bounds(), s.alpha, s.beta, s.kappa)
 
-    def _forward(
-        self, trial: Trial, events: Timeline, series: Array, mean: Array, cov: Array
-    ) -> tuple[Pass, _Updates]:  # fmt: skip
+    def _forward(self, trial: Trial, events: Timeline, series: Array, mean: Array, cov: Array) -> tuple[Pass, _Updates]:
         engine, bounds = self._engine(trial.dt), self._bounds()
         count, n = events.t.size, mean.size
         run, none = Pass.of(count, n), np.full(events.readings.shape, np.nan)
@@ -236,8 +231,7 @@ _WIDE = 10.0
 Gauss = dict[str, tuple[float, float]]
 
 
-@dataclass(frozen=True)
-class Timeline:
+class Timeline(NamedTuple):
     """The instants at which a filter stops: every row of the trial, and when each reading was true.
 
     Attributes:
@@ -277,7 +271,7 @@ def timeline(trial: Trial, model: FilterModel) -> Timeline:
 
 
 def begin(
-    ship: Ship, trial: Trial, sensors: Sequence[Sensor], names: Sequence[str], given: Mapping[str, tuple[float, float]]
+    ship: Ship, trial: Trial, sensors: Sequence[Sensor], names: Sequence[str], given: Gauss
 ) -> tuple[Array, Array]:
     """Mean and standard deviation of each state at the first row, each shape (names,).
 
@@ -293,23 +287,22 @@ def begin(
     guess |= _turning(ship, trial, sensors) | {name: pair for name, pair in given.items() if name in ("psi", "r")}
     if "psi" not in guess:
         raise DataError(f"{trial.name}: no sensor reads the heading; give it in `start` as psi = (value, sd)")
-    guess |= _moving(ship, trial, sensors, guess["psi"][0]) | dict(given)
-    return np.array([guess[name][0] for name in names]), np.array([guess[name][1] for name in names])
+    guess |= _moving(ship, trial, sensors, guess["psi"][0]) | given
+    mean, sd = np.array([guess[name] for name in names]).T
+    return mean, sd
 
 
 def _turning(ship: Ship, trial: Trial, sensors: Sequence[Sensor]) -> Gauss:
     """Heading and rate of turn from the first readings."""
     quick = ship.speed / ship.L_pp
     found: Gauss = {"r": (0.0, quick)}
-    for sensor in sensors:
-        if isinstance(sensor, Heading):
-            t, psi, late = _first(ship, trial, sensor)
-            rate, rough = _slope(t, psi[:, 0], sensor.sd)
-            found["psi"] = (psi[0, 0] - rate * late, _WIDE * sensor.sd + quick * abs(late))
-            found["r"] = (rate, 0.5 * quick + 3.0 * rough)
-    for sensor in sensors:
-        if isinstance(sensor, Rate):
-            found["r"] = (_first(ship, trial, sensor)[1][0, 0], 0.5 * quick + _WIDE * sensor.sd)
+    for sensor in (s for s in sensors if isinstance(s, Heading)):
+        t, psi, late = _first(ship, trial, sensor)
+        rate, rough = _slope(t, psi[:, 0], sensor.sd)
+        found["psi"] = (psi[0, 0] - rate * late, _WIDE * sensor.sd + quick * abs(late))
+        found["r"] = (rate, 0.5 * quick + 3.0 * rough)
+    for sensor in (s for s in sensors if isinstance(s, Rate)):
+        found["r"] = (_first(ship, trial, sensor)[1][0, 0], 0.5 * quick + _WIDE * sensor.sd)
     return found
 
 

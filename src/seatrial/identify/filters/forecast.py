@@ -38,8 +38,11 @@ class Forecasts:
 
     def rms(self) -> tuple[float, float, float]:
         """Over all of them: position [m], heading [rad], position at the end [m]."""
-        position, heading, end = (float(np.sqrt(np.mean(e**2))) for e in (self.position, self.heading, self.end))
-        return position, heading, end
+        return _rms(self.position), _rms(self.heading), _rms(self.end)
+
+
+def _rms(errors: Array) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
 
 
 def forecasts(found: Filtered, horizon: float, *, every: float, begin: float = 0.0) -> Forecasts:
@@ -64,9 +67,8 @@ def forecasts(found: Filtered, horizon: float, *, every: float, begin: float = 0
         raise DataError(
             f"{found.source.name}: lasts {t[-1] - t[0]:g} s; a forecast of {horizon:g} s after {begin:g} s does not fit"
         )
-    rows = [_one(found, int(np.searchsorted(t, s)), horizon) for s in starts]
-    table = np.array(rows)
-    return Forecasts(horizon, starts, table[:, 0], table[:, 1], table[:, 2])
+    position, heading, end = np.array([_one(found, int(np.searchsorted(t, s)), horizon) for s in starts]).T
+    return Forecasts(horizon, starts, position, heading, end)
 
 
 def _one(found: Filtered, k: int, horizon: float) -> tuple[float, float, float]:
@@ -87,4 +89,4 @@ def _one(found: Filtered, k: int, horizon: float) -> tuple[float, float, float]:
             f"{truth.name}: no position or no heading between {truth.t[0]:g} and {truth.t[-1]:g} s; a forecast is held "
             "against both"
         )
-    return float(np.sqrt(np.mean(away**2))), float(np.sqrt(np.mean(off**2))), float(away[-1])
+    return _rms(away), _rms(off), float(away[-1])

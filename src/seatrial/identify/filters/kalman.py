@@ -1,27 +1,145 @@
-"""The extended Kalman filter: a Gaussian carried along the linearised model.
+"""Kalman filters on the model of a ship: extended (linearised) and unscented (sigma points).
 
-The Jacobians are exact, those of the Runge-Kutta step itself.  The update is Joseph's form, which
-keeps the covariance symmetric and positive whatever the gain.
+The state of a filter is that of the ship's model, then components of the current and parameters that are estimated.
+These do not change by themselves; their process noise lets them walk.
 
-The unscented Kalman filter: a Gaussian carried by points instead of slopes.
-
-Scaled sigma points (Julier 2002; weights as in Wan and van der Merwe 2000), drawn again after each
-prediction.  The process noise is added, as the extended filter computes it about the mean.
+Extended: the Jacobians are exact, those of the Runge-Kutta step itself.  The update is Joseph's form, which keeps the
+covariance symmetric and positive whatever the gain.  Unscented: scaled sigma points (Julier 2002; weights as in Wan and
+van der Merwe 2000), drawn again after each prediction.  The process noise is added, as the extended filter computes it
+about the mean.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data import Array
-from .model import FilterModel
+from ...environment import CHANNELS, Environment
+from ...ships import Ship
+from ...simulate.loop import open_loop, open_loop_parameters
+from .measurement import Sensor
 
 Rows = NDArray[np.intp]
+
+
+class Numeric:
+    """A CasADi function called on buffers of its own, without the cost of conversion.
+
+    Matrices come out column by column, so each buffer holds the transposed matrix.
+    """
+
+    def __init__(self, function: Any) -> None:
+        """Args: function: all its inputs and outputs dense."""
+        self._inputs: list[Any] = [np.zeros(_shape(function.sparsity_in(i))) for i in range(function.n_in())]
+        self._outputs: list[Any] = [np.zeros(_shape(function.sparsity_out(i))) for i in range(function.n_out())]
+        self._buffer, self._call = function.buffer()
+        for i, values in enumerate(self._inputs):
+            self._buffer.set_arg(i, memoryview(values))
+        for i, values in enumerate(self._outputs):
+            self._buffer.set_res(i, memoryview(values))
+
+    def __call__(self, *inputs: Array | float) -> tuple[Array, ...]:
+        """Outputs, copies: a column as shape (n,), a matrix transposed."""
+        for held, given in zip(self._inputs, inputs, strict=True):
+            held[...] = given
+        self._call()
+        return tuple(values.copy() for values in self._outputs)
+
+
+def _shape(sparsity: Any) -> tuple[int, ...]:
+    rows, columns = int(sparsity.size1()), int(sparsity.size2())
+    return (rows,) if columns == 1 else (columns, rows)
+
+
+@dataclass(frozen=True)
+class FilterModel:
+    """What a filter computes with; `trace` makes it.
+
+    Attributes:
+        names: of the states of the filter, shape (n,).
+        channels: names of the readings, sensor by sensor, shape (m,).
+        angle: which readings are angles, shape (m,).
+        noise: standard deviation of the readings, shape (m,).
+        delay: their age [s], shape (m,).
+        step: (state, acting, dt) -> state after dt, its Jacobian transposed, that of half the step transposed.
+        step_points: the same state for 2 n + 1 points, shape (points, n).
+        read: (state, acting) -> readings, Jacobian transposed.
+        read_points: readings of 2 n + 1 points, shape (points, m).
+    """
+
+    names: tuple[str, ...]
+    channels: tuple[str, ...]
+    angle: Array
+    noise: Array
+    delay: Array
+    step: Numeric
+    step_points: Numeric
+    read: Numeric
+    read_points: Numeric
+
+    def wrapped(self, innovation: Array) -> Array:
+        """Differences of readings with angles brought into [-pi, pi); the last axis is the reading."""
+        turned = (innovation + math.pi) % (2.0 * math.pi) - math.pi
+        return np.where(self.angle > 0.0, turned, innovation)
+
+
+def trace(ship: Ship, more: tuple[str, ...], sensors: Sequence[Sensor]) -> FilterModel:
+    """The ship with the parameters `more` as further states, and its sensors.
+
+    Args:
+        more: paths of the ship's model, or names of `CURRENT`.
+    """
+    system, values = open_loop(ship), open_loop_parameters(ship).tolist()
+    own, controls = len(system.states), len(ship.model.controls)
+    n, names = own + len(more), (*system.states, *more)
+    where = [system.parameters.index(path) for path in more]
+    z, a, dt = ca.SX.sym("z", n), ca.SX.sym("a", controls + len(CHANNELS)), ca.SX.sym("dt")
+    acting = tuple(ca.vertsplit(a))
+
+    def known(state: Any) -> tuple[Any, ...]:
+        found = dict(enumerate(values)) | {index: state[own + k] for k, index in enumerate(where)}
+        return tuple(found.values())
+
+    def rates(state: Any) -> Any:
+        moving = system.derivative(tuple(state[i] for i in range(own)), acting, known(state))
+        return ca.vertcat(*moving, *([0.0] * len(more)))
+
+    whole, half = _rk4(rates, z, dt), _rk4(rates, z, 0.5 * dt)
+    around = Environment(*acting[controls:])
+    drift = known(z)[-2:]
+    around = around._replace(current_x=around.current_x + drift[0], current_y=around.current_y + drift[1])
+    state = tuple(z[i] for i in range(own))
+    read = ca.vertcat(*(value for sensor in sensors for value in sensor.read(state, around)))
+    angle, noise, delay = np.array([(float(s.angle), s.sd, s.delay) for s in sensors for _ in s.channels]).T
+    points = 2 * n + 1
+    return FilterModel(
+        names=names, channels=tuple(name for sensor in sensors for name in sensor.channels),
+        angle=angle, noise=noise, delay=delay,
+        step=Numeric(_function([z, a, dt], [whole, ca.jacobian(whole, z), ca.jacobian(half, z)])),
+        step_points=Numeric(_function([z, a, dt], [whole]).map("points", "serial", points, [1, 2], [])),
+        read=Numeric(_function([z, a], [read, ca.jacobian(read, z)])),
+        read_points=Numeric(_function([z, a], [read]).map("points", "serial", points, [1], [])),
+    )  # fmt: skip
+
+
+def _function(inputs: list[Any], outputs: list[Any]) -> Any:
+    return ca.Function("f", inputs, [ca.densify(ca.SX(out)) for out in outputs], {"cse": True})
+
+
+def _rk4(rates: Any, z: Any, dt: Any) -> Any:
+    a = rates(z)
+    b = rates(z + 0.5 * dt * a)
+    c = rates(z + 0.5 * dt * b)
+    d = rates(z + dt * c)
+    return z + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+
 
 
 class Moved(NamedTuple):
@@ -42,19 +160,28 @@ class Updated(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Extended:
-    """Predictions and updates by linearisation.
+class _Filter:
+    """What both filters have.
 
     Attributes:
         model: the ship and its sensors.
         density: spectral density of the white noise on the rate of each state, shape (n,).
         step: longest Runge-Kutta step [s].
-        iterations: how often an update is linearised again about its own result; 1 is the plain filter.
     """
 
     model: FilterModel
     density: Array
     step: float
+
+
+@dataclass(frozen=True)
+class Extended(_Filter):
+    """Predictions and updates by linearisation.
+
+    Attributes:
+        iterations: how often an update is linearised again about its own result; 1 is the plain filter.
+    """
+
     iterations: int = 1
 
     def predict(self, mean: Array, cov: Array, acting: Array, span: float) -> Moved:
@@ -64,7 +191,7 @@ class Extended:
         for _ in range(count):
             mean, slope, blur = moved(self.model, mean, acting, span / count, self.density)
             cov, cross = slope @ cov @ slope.T + blur, cross @ slope.T
-        return Moved(mean, 0.5 * (cov + cov.T), cross)
+        return Moved(mean, _symmetric(cov), cross)
 
     def update(self, mean: Array, cov: Array, reading: Array, rows: Rows, acting: Array) -> Updated:
         """The Gaussian given the readings of the channels `rows`."""
@@ -76,12 +203,16 @@ class Extended:
             slope = slope.T[rows]
             innovation = self.model.wrapped(reading - expected)[rows]
             spread = slope @ cov @ slope.T + noise
-            first = first or (innovation, 0.5 * (spread + spread.T))
+            first = first or (innovation, _symmetric(spread))
             gain = over(cov @ slope.T, spread)
             at = mean + gain @ (innovation - slope @ (mean - at))
         keep = np.eye(mean.size) - gain @ slope
         after = keep @ cov @ keep.T + gain @ noise @ gain.T  # Joseph's form
-        return Updated(at, 0.5 * (after + after.T), *(first or (reading[:0], noise)))
+        return Updated(at, _symmetric(after), *(first or (reading[:0], noise)))
+
+
+def _symmetric(cov: Array) -> Array:
+    return 0.5 * (cov + cov.T)
 
 
 def substeps(span: float, step: float) -> int:
@@ -118,20 +249,14 @@ _ZERO = 1e-12
 
 
 @dataclass(frozen=True)
-class Unscented:
+class Unscented(_Filter):
     """Predictions and updates by sigma points.
 
     Attributes:
-        model: the ship and its sensors.
-        density: spectral density of the white noise on the rate of each state, shape (n,).
-        step: longest Runge-Kutta step [s].
         low, high: bounds of the states; the model sees points beyond as on them, shape (n,).
         alpha, beta, kappa: spread of the points, weight of the middle one, and scaling.
     """
 
-    model: FilterModel
-    density: Array
-    step: float
     low: Array
     high: Array
     alpha: float = 0.5
@@ -154,8 +279,7 @@ class Unscented:
         middle, weights = self._weights(mean.size)
         new = middle @ after
         away = (after - new).T * weights
-        spread = away @ (after - new) + noise
-        return Moved(new, 0.5 * (spread + spread.T), (away @ (before - mean)).T)
+        return Moved(new, _symmetric(away @ (after - new) + noise), (away @ (before - mean)).T)
 
     def update(self, mean: Array, cov: Array, reading: Array, rows: Rows, acting: Array) -> Updated:
         """The Gaussian given the readings of the channels `rows`."""
@@ -166,17 +290,13 @@ class Unscented:
         apart = self.model.wrapped(found - found[0])
         expected = found[0] + middle @ apart
         away = (apart - middle @ apart)[:, rows]
-        spread = (away.T * weights) @ away + np.diag(self.model.noise[rows] ** 2)
-        spread = 0.5 * (spread + spread.T)
+        spread = _symmetric((away.T * weights) @ away + np.diag(self.model.noise[rows] ** 2))
         innovation = self.model.wrapped(reading - expected)[rows]
         gain = over(((points - mean).T * weights) @ away, spread)
-        after = cov - gain @ spread @ gain.T
-        return Updated(mean + gain @ innovation, 0.5 * (after + after.T), innovation, spread)
+        return Updated(mean + gain @ innovation, _symmetric(cov - gain @ spread @ gain.T), innovation, spread)
 
     def _points(self, mean: Array, cov: Array) -> Array:
-        n = mean.size
-        reach = self.alpha * math.sqrt(n + self.kappa)
-        root = reach * _root(cov).T
+        root = self.alpha * math.sqrt(mean.size + self.kappa) * _root(cov).T
         return np.vstack([mean, mean + root, mean - root])
 
     def _weights(self, n: int) -> tuple[Array, Array]:

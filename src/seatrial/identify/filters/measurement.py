@@ -17,41 +17,46 @@ from .. import StudyError
 
 
 class Sensor(Protocol):
-    """One instrument; `read` is written over floats and symbols alike."""
+    """One instrument; `read` is written over floats and symbols alike.
+
+    Attributes:
+        angle: whether the reading is an angle, the same again after a turn.
+        channels: channels of the trial that hold its readings.
+        sd: standard deviation of its white noise, the same in all its channels.
+        delay: age of a reading at the time that the trial gives it [s].
+    """
 
     angle: ClassVar[bool]
-    """Whether the reading is an angle, the same again after a turn."""
 
     @property
-    def channels(self) -> tuple[str, ...]:
-        """The channels of the trial that hold its readings."""
-        ...
-
+    def channels(self) -> tuple[str, ...]: ...
     @property
-    def sd(self) -> float:
-        """Standard deviation of its white noise, the same in all its channels."""
-        ...
-
+    def sd(self) -> float: ...
     @property
-    def delay(self) -> float:
-        """Age of a reading at the time that the trial gives it [s]."""
-        ...
+    def delay(self) -> float: ...
 
     def read(self, state: tuple[Scalar, ...], environment: Environment) -> tuple[Scalar, ...]:
         """Readings without noise, one a channel."""
         ...
 
 
-def _checked(sensor: Sensor) -> None:
-    name = type(sensor).__name__
-    if not sensor.sd > 0.0:
-        raise StudyError(f"{name}: its noise is {sensor.sd:g}; a standard deviation above zero is needed")
-    if not sensor.delay >= 0.0:
-        raise StudyError(f"{name}: its delay is {sensor.delay:g} s; it must be zero or above")
+class _Instrument:
+    """Checks of the fields that all sensors have; readings are no angles."""
+
+    angle: ClassVar[bool] = False
+    sd: float
+    delay: float
+
+    def __post_init__(self) -> None:
+        name = type(self).__name__
+        if not self.sd > 0.0:
+            raise StudyError(f"{name}: its noise is {self.sd:g}; a standard deviation above zero is needed")
+        if not self.delay >= 0.0:
+            raise StudyError(f"{name}: its delay is {self.delay:g} s; it must be zero or above")
 
 
 @dataclass(frozen=True)
-class Antenna:
+class Antenna(_Instrument):
     """A satellite antenna: north and east of the antenna itself [m].
 
     Attributes:
@@ -61,8 +66,6 @@ class Antenna:
         channels: where the trial holds north and east of the antenna.
     """
 
-    angle: ClassVar[bool] = False
-
     sd: float
     x: float = 0.0
     y: float = 0.0
@@ -70,7 +73,7 @@ class Antenna:
     channels: tuple[str, ...] = ("x", "y")
 
     def __post_init__(self) -> None:
-        _checked(self)
+        super().__post_init__()
         if len(self.channels) != 2:
             raise StudyError(f"Antenna: {len(self.channels)} channels; it reads two, north and east")
 
@@ -81,17 +84,13 @@ class Antenna:
 
 
 @dataclass(frozen=True)
-class Heading:
+class Heading(_Instrument):
     """A gyro compass: heading from north [rad], in any turn."""
 
     angle: ClassVar[bool] = True
-
     sd: float
     delay: float = 0.0
     channels: tuple[str, ...] = ("psi",)
-
-    def __post_init__(self) -> None:
-        _checked(self)
 
     def read(self, state: tuple[Scalar, ...], environment: Environment) -> tuple[Scalar, ...]:
         """Heading [rad]."""
@@ -99,17 +98,12 @@ class Heading:
 
 
 @dataclass(frozen=True)
-class Rate:
+class Rate(_Instrument):
     """A rate gyro: rate of turn [rad/s]."""
-
-    angle: ClassVar[bool] = False
 
     sd: float
     delay: float = 0.0
     channels: tuple[str, ...] = ("r",)
-
-    def __post_init__(self) -> None:
-        _checked(self)
 
     def read(self, state: tuple[Scalar, ...], environment: Environment) -> tuple[Scalar, ...]:
         """Rate of turn [rad/s]."""
@@ -117,7 +111,7 @@ class Rate:
 
 
 @dataclass(frozen=True)
-class Log:
+class Log(_Instrument):
     """A speed log: speed ahead at its own place [m/s], through the water or over ground.
 
     Attributes:
@@ -126,16 +120,11 @@ class Log:
         water: through the water where True.
     """
 
-    angle: ClassVar[bool] = False
-
     sd: float
     y: float = 0.0
     delay: float = 0.0
     water: bool = True
     channels: tuple[str, ...] = ("u",)
-
-    def __post_init__(self) -> None:
-        _checked(self)
 
     def read(self, state: tuple[Scalar, ...], environment: Environment) -> tuple[Scalar, ...]:
         """Speed ahead [m/s]."""

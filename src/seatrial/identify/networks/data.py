@@ -1,6 +1,4 @@
-"""Trials as rows in PyTorch from which windows are cut: measurements, inputs, and weights of errors.
-
-Batches of windows, and the weights of a network of tanh folded into those of a network of logistic functions.
+"""Trials as rows in PyTorch, batches of windows cut from them, and networks of tanh folded into logistic ones.
 
 tanh(a) = 2 s(2a) - 1 with the logistic s, which costs a tenth of tanh.  Its factors and offsets, the zero at
 the origin and the scale of the inputs all go into the weights, so a layer is one product and one s.
@@ -8,9 +6,10 @@ the origin and the scale of the inputs all go into the weights, so a layer is on
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,14 +27,6 @@ if TYPE_CHECKING:
     from torch import Tensor
 else:
     Tensor = Any
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from torch import Tensor
-else:
-    Tensor = Any
-
 
 CHANNELS = (*STATES, "rate of u", "rate of v_m", "rate of r")
 """Compared quantities, in the order of `Batch.weight`."""
@@ -95,14 +86,12 @@ class Rows:
             DataError: nothing is left.
         """
         before = np.concatenate([[0], np.cumsum(~self.complete)])
-        found: list[NDArray[np.int64]] = []
-        begin = 0
-        for end in self.ends:
-            last = end - rows
-            at = np.unique(np.append(np.arange(begin, last + 1, stride), last))
-            found.append(at[before[at + rows] == before[at]])
-            begin = end
-        out = np.concatenate(found)
+        of_trials = [
+            np.unique(np.append(np.arange(begin, end - rows + 1, stride), end - rows))
+            for begin, end in pairwise((0, *self.ends))
+        ]
+        at = np.concatenate(of_trials)
+        out = at[before[at + rows] == before[at]]
         if not out.size:
             raise DataError(f"no window of {rows} rows without a gap in {', '.join(self.names)}")
         return out
@@ -169,9 +158,10 @@ def typical(rows: Rows, model: Neural) -> tuple[float, ...]:
 def answers(rows: Rows, dt: float) -> tuple[float, ...]:
     """Typical size of the accelerations, over a second so that noise counts little; shape (3,)."""
     n = max(round(1.0 / dt), 1)
-    pieces = zip((0, *rows.ends[:-1]), rows.ends, strict=True)  # never from one recording to the next
-    found = np.concatenate([(rows.state[a + n : b, 3:] - rows.state[a : max(b - n, a), 3:]) / (n * dt)
-                            for a, b in pieces])  # fmt: skip
+    found = np.concatenate([  # never from one recording to the next
+        (rows.state[a + n : b, 3:] - rows.state[a : max(b - n, a), 3:]) / (n * dt)
+        for a, b in pairwise((0, *rows.ends))
+    ])  # fmt: skip
     found = found[np.isfinite(found).all(axis=1)]
     return tuple(np.maximum(np.std(found, axis=0), 1e-12).tolist()) if len(found) else (1.0, 1.0, 1.0)
 
@@ -179,9 +169,7 @@ def answers(rows: Rows, dt: float) -> tuple[float, ...]:
 class Source:
     """Rows on the device, and the windows of one length cut from them."""
 
-    def __init__(
-        self, rows: Rows, weight: Array, dt: float, *, device: str, apparent: bool, repeat: int = 0
-    ) -> None:
+    def __init__(self, rows: Rows, weight: Array, dt: float, *, device: str, apparent: bool, repeat: int = 0) -> None:
         import torch
 
         def there(a: Array) -> Tensor:

@@ -2,18 +2,17 @@
 
 PyTorch, of the extra `neural`, is imported when a training begins and never before.
 
-The module is one idea, hence its length: the settings (`Training`), the epochs that they describe (batches in the order
-of the seed, Adam, the watched loss, the stopping rule) and the checkpoint (`Stand`: weights, moments of Adam and the
-position in the order of batches, written whole to a file) follow from each other line by line.  The order of the
-batches of an epoch follows from seed and epoch, so the position in it determines all that is still to come.
+`Training` holds the settings, `Loop` runs the epochs (batches in the order of the seed, Adam, the watched loss, the
+stopping rule) and `Stand` is the checkpoint.  The order of the batches of an epoch follows from seed and epoch, so the
+position in it determines all that is still to come.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import NoTorchError as NoTorchError
+from ...core.files import packed, write_whole
 from ...core.parameters import ParameterError, unknown
 from ...data import Array
 from ...engine.rollout import default_threads
@@ -31,6 +31,7 @@ from ...models.neural import Neural
 from ...ships import Ship
 from .. import Fit, FitError, Problem, Progress, StudyError, Verdict
 from ..lint import linted
+from ..resume import kept_arrays
 from ..watch import tell
 from .data import CHANNELS, Rows, Source, answers, typical, weights_of_errors
 from .engine import Engine, Form, one_thread_each
@@ -39,10 +40,6 @@ if TYPE_CHECKING:
     from torch import Tensor
 else:
     Tensor = Any
-from dataclasses import field, fields
-
-from ...core.files import packed, write_whole
-from ..resume import ResumeError, kept_arrays
 
 EXTRA = "pip install 'seatrial[neural]'"
 
@@ -50,6 +47,11 @@ EXTRA = "pip install 'seatrial[neural]'"
 # answers their largest by this factor.
 _MARGIN, _HEADROOM = 0.25, 1.5
 _SAMPLES = 4096
+# Least values of settings, and what others may be.
+_LEAST = {"epochs": 1, "batch": 1, "stride": 1, "horizon": 2, "patience": 1, "watch": 0, "hidden": 0, "layers": 0,
+          "memory": 0, "threads": 1}  # fmt: skip
+_KNOWN = {"schedule": ("constant", "cosine"), "wind": ("true", "measured"), "start": ("measured", "held"),
+          "device": ("auto", "cpu", "cuda"), "kind": ("", *KINDS)}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -99,16 +101,11 @@ class Training:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        self._lists()
         self._least()
         if not self.learning_rate > 0:
             raise StudyError(f"estimator.learning_rate is {self.learning_rate:g}; it must be above zero")
         if not 0.0 <= self.acceleration <= 1.0:
             raise StudyError(f"estimator.acceleration is {self.acceleration:g}; it is a share, 0 to 1")
-        if self.threads is not None and self.threads < 1:
-            raise StudyError(f"estimator.threads is {self.threads}; it must be 1 or more")
-
-    def _lists(self) -> None:
         for name in ("curriculum", "seeds"):
             value: Any = getattr(self, name)
             if not isinstance(value, list | tuple) or any(type(one) is not int for one in value):
@@ -118,15 +115,14 @@ class Training:
             raise StudyError("estimator: seeds are one or more numbers from 0, curriculum has horizons from 2 rows")
 
     def _least(self) -> None:
-        for name, least in (("epochs", 1), ("batch", 1), ("stride", 1), ("horizon", 2), ("patience", 1), ("watch", 0),
-                            ("hidden", 0), ("layers", 0), ("memory", 0)):  # fmt: skip
-            if getattr(self, name) < least:
-                raise StudyError(f"estimator.{name} is {getattr(self, name)}; it must be {least} or more")
-        for name, known in (("schedule", ("constant", "cosine")), ("wind", ("true", "measured")),
-                            ("start", ("measured", "held")), ("device", ("auto", "cpu", "cuda")),
-                            ("kind", ("", *KINDS))):  # fmt: skip
+        for name, least in _LEAST.items():
+            value: int | None = getattr(self, name)
+            if value is not None and value < least:
+                raise StudyError(f"estimator.{name} is {value}; it must be {least} or more")
+        for name, known in _KNOWN.items():
             if getattr(self, name) not in known:
                 raise StudyError(f"estimator: {unknown(getattr(self, name), [k for k in known if k], name)}")
+
     @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Train; the fit has no free parameters, its ship has the weights.
@@ -147,14 +143,12 @@ class Training:
         found = Rows.of(problem.trials, model, self.wind == "measured", max(self.horizon, *self.curriculum, 0))
         if self.scaled and not model.network.trained and set(model.network.scale) == {1.0}:
             model = replace(model, network=replace(model.network, scale=typical(found, model)))
-        plan = self._plan(problem, model, found, device)
-        mark = digest(problem, self)
+        plan, mark = self._plan(problem, model, found, device), digest(problem, self)
         stand = Stand.read(checkpoint, mark)
         began -= float(stand.history[-1, 3]) if len(stand.history) else 0.0
-        kept = None if checkpoint is None else (checkpoint, mark)
         with one_thread_each():
-            Loop(plan, stand, kept, began, progress).run()
-        return self._finished(problem, model, found, stand, plan, mark, time.perf_counter() - began)
+            Loop(plan, stand, checkpoint and (checkpoint, mark), began, progress).run()
+        return self._finished(plan, found, stand, mark, time.perf_counter() - began)
 
     def _model(self, problem: Problem) -> Neural:
         model: Any = problem.ship.model
@@ -200,49 +194,36 @@ class Training:
         horizons = (*self.curriculum, self.horizon)
         if min(horizons) <= known:
             raise StudyError(f"estimator.horizon is {min(horizons)} rows; the network looks back on {known}, so more")
-        repeat = known - 1 if self.start == "held" else 0
-        weight = weights_of_errors(found, problem.trials, problem.loss)
-        source = Source(found, weight, float(model.dt), device=device, apparent=measured, repeat=repeat)
+        there = partial(
+            Source, weight=weights_of_errors(found, problem.trials, problem.loss), dt=float(model.dt), device=device,
+            apparent=measured, repeat=known - 1 if self.start == "held" else 0,
+        )  # fmt: skip
         watched, rows, seen = None, self.watch or self.horizon, np.zeros(0, dtype=np.int64)
         if problem.validation:
             other = Rows.of(problem.validation, model, measured, rows)
-            seen = other.starts(rows, max(rows - known, 1))
-            watched = Source(other, weight, float(model.dt), device=device, apparent=measured, repeat=repeat)
+            watched, seen = there(other), other.starts(rows, max(rows - known, 1))
         engine = Engine(
             Form(network, known, self.acceleration), device, self.threads or default_threads(),
             answers(found, float(model.dt)) if self.scaled else (1.0, 1.0, 1.0),
         )  # fmt: skip
-        return Plan(
-            engine, source, watched, tuple((n, found.starts(n, self.stride)) for n in horizons), (rows, seen),
-            self.epochs, self.batch, self.patience, self.learning_rate, self.schedule == "cosine", self.seeds,
-            lambda seed: engine.vector.exact(network.weights) if network.trained
-            else engine.vector.joined(initial(network, seed).weights),
-            lambda theta: _with_weights(problem.ship, model, engine.vector.named(np.asarray(theta, dtype=np.float64))),
-        )  # fmt: skip
+        stages = tuple((n, found.starts(n, self.stride)) for n in horizons)
+        return Plan(self, problem.ship, model, engine, there(found), watched, stages, (rows, seen))
 
-    def _finished(
-        self, problem: Problem, model: Neural, found: Rows, stand: Stand, plan: Plan, mark: str, seconds: float
-    ) -> Fit:
+    def _finished(self, plan: Plan, found: Rows, stand: Stand, mark: str, seconds: float) -> Fit:
         best = int(np.argmin(stand.ends))
-        weights = plan.engine.vector.named(np.asarray(stand.finals[best], dtype=np.float64))
-        network = model.network.having(weights)
+        network = plan.network(stand.finals[best])
         if self.bounded and network.limits is None:
-            network = replace(network, limits=_limits(network, found.shown(model)))
-        ship = replace(problem.ship, model=replace(model, network=network))
-        none, count = np.zeros(0), network.count
-        of = f", seed {self.seeds[best]} of {len(self.seeds)}" if len(self.seeds) > 1 else ""
+            network = replace(network, limits=_limits(network, found.shown(plan.model)))
+        none, of = np.zeros(0), f", seed {self.seeds[best]} of {len(self.seeds)}" if len(self.seeds) > 1 else ""
         said = Verdict(
-            f"{count} weights", "not identified",
+            f"{network.count} weights", "not identified",
             "no weight means anything by itself; judge the network by its predictions of trials kept back",
         )  # fmt: skip
         return Fit(
-            ship, (), none, none, np.zeros((0, 0)), none, (), (said,), stand.history, float(stand.ends[best]), seconds,
-            stand.batches, f"{stand.stopped}{of}", mark, stand.ends[:, None],
+            replace(plan.ship, model=replace(plan.model, network=network)), (), none, none, np.zeros((0, 0)), none, (),
+            (said,), stand.history, float(stand.ends[best]), seconds, stand.batches, f"{stand.stopped}{of}", mark,
+            stand.ends[:, None],
         )  # fmt: skip
-
-
-def _with_weights(ship: Ship, model: Neural, weights: Any) -> Ship:
-    return replace(ship, model=replace(model, network=model.network.having(weights)))
 
 
 def _limits(network: Network, shown: Array) -> Limits:
@@ -257,7 +238,7 @@ def _limits(network: Network, shown: Array) -> Limits:
 
 # Adam's constants (Kingma and Ba 2014); seconds between two writings of the checkpoint, within an
 # epoch and at its end.
-_FIRST, _SECOND, _LEAST = 0.9, 0.999, 1e-8
+_FIRST, _SECOND, _TINY = 0.9, 0.999, 1e-8
 _PAUSE, _QUICK = 5.0, 0.2
 # A position is no number where a velocity is none, so velocities are named first.
 _BLAMED = (3, 4, 5, 6, 7, 8, 2, 0, 1)
@@ -272,45 +253,52 @@ class Plan:
         source, watched: rows of training, and of validation or None.
         stages: rows of a window and the first rows of all windows, in the order of the curriculum.
         watch: the same of the watched windows.
-        epochs, batch, patience: most passes; windows of a batch; epochs without a better watched loss.
-        rate, cosine: learning rate, and whether it falls to zero along a half wave of the cosine.
-        seeds: one training each.
-        begin: weights of a seed.
-        ship: the ship with weights, as the engine has them.
     """
 
+    settings: Training
+    ship: Ship
+    model: Neural
     engine: Engine
     source: Source
     watched: Source | None
     stages: tuple[tuple[int, NDArray[np.int64]], ...]
     watch: tuple[int, NDArray[np.int64]]
-    epochs: int
-    batch: int
-    patience: int
-    rate: float
-    cosine: bool
-    seeds: Sequence[int]
-    begin: Callable[[int], Any]
-    ship: Callable[[Any], Ship]
+
+    def begin(self, seed: int) -> Any:
+        """The first weights of a seed, as the engine has them, float32."""
+        network, vector = self.model.network, self.engine.vector
+        known = vector.exact(network.weights) if network.trained else vector.joined(initial(network, seed).weights)
+        return known.astype(np.float32)
+
+    def network(self, theta: Array) -> Network:
+        """The network with weights as the engine has them."""
+        return self.model.network.having(self.engine.vector.named(np.asarray(theta, dtype=np.float64)))
+
+    def made(self, theta: Array) -> Ship:
+        """The ship with that network."""
+        return replace(self.ship, model=replace(self.model, network=self.network(theta)))
 
 
+@dataclass
 class Loop:
     """A running training.
 
-    Args:
-        plan: what to do.
-        stand: where it stands.
-        save: writes the stand, or None.
+    Attributes:
+        checkpoint: file of the stand and the digest in it, or None.
         began: start of the clock, seconds already spent included.
+        written: when the file was last written.
+        theta, moments, free: weights, moments of Adam and what may move, on the device.
     """
 
-    def __init__(
-        self, plan: Plan, stand: Stand, checkpoint: tuple[Path, str] | None, began: float, progress: Progress | None
-    ) -> None:
-        self.plan, self.stand, self.checkpoint, self.began, self.progress = plan, stand, checkpoint, began, progress
-        self.written = time.perf_counter()
-        self.theta: Any = None
-        self.moments: tuple[Any, Any] = (None, None)
+    plan: Plan
+    stand: Stand
+    checkpoint: tuple[Path, str] | None
+    began: float
+    progress: Progress | None
+    written: float = field(default_factory=time.perf_counter)
+    theta: Any = None
+    moments: tuple[Any, Any] = (None, None)
+    free: Any = None
 
     def run(self) -> Stand:
         """Train with every seed that is left.
@@ -318,46 +306,45 @@ class Loop:
         Raises:
             FitError: the loss stops being a number before the first epoch is over.
         """
-        stand, plan = self.stand, self.plan
-        while stand.seed < len(plan.seeds):
+        stand, seeds = self.stand, self.plan.settings.seeds
+        while stand.seed < len(seeds):
             if not stand.theta.size:
-                stand.begin(plan.begin(plan.seeds[stand.seed]).astype(np.float32))
+                stand.begin(self.plan.begin(seeds[stand.seed]))
             self._there()
-            why = ""
-            while not why:
-                why = self._epoch()
+            while not (why := self._epoch()):
+                pass
             stand.end(why)
             self._save()
         return stand
 
     def _epoch(self) -> str:
         """One pass over the windows; why the seed ends with it, or an empty text."""
-        stand, plan = self.stand, self.plan
+        stand, plan, own = self.stand, self.plan, self.plan.settings
         rows, starts = self._stage()
-        size = min(plan.batch, len(starts))
-        order = np.random.default_rng([plan.seeds[stand.seed], stand.epoch]).permutation(len(starts))
+        size = min(own.batch, len(starts))
+        order = np.random.default_rng([own.seeds[stand.seed], stand.epoch]).permutation(len(starts))
         count = len(starts) // size
         while stand.place < count:
             at = np.sort(order[stand.place * size : (stand.place + 1) * size])
-            wrong = self._step(plan.source, starts[at], rows, (stand.epoch - 1 + stand.place / count) / plan.epochs)
-            if wrong:
+            if wrong := self._step(starts[at], rows, (stand.epoch - 1 + stand.place / count) / own.epochs):
                 return self._broken(wrong)
             stand.place += 1
             if time.perf_counter() - self.written > _PAUSE:
                 self._save()
         loss = stand.total / count
         seen = self._watched_loss(loss)
-        stand.note(loss, math.nan if plan.watched is None else seen, time.perf_counter() - self.began)
         if seen < stand.best_loss:
             stand.best, stand.best_loss, stand.best_epoch = self._here(self.theta), seen, stand.epoch
-        row = len(stand.history), loss, math.nan if plan.watched is None else seen
-        tell(self.progress, row, partial(plan.ship, stand.best))
+        shown = math.nan if plan.watched is None else seen
+        stand.note(loss, shown, time.perf_counter() - self.began)
+        tell(self.progress, (len(stand.history), loss, shown), partial(plan.made, stand.best))
         stand.epoch, stand.place, stand.total = stand.epoch + 1, 0, 0.0
-        if stand.epoch > plan.epochs:
-            return f"{plan.epochs} epochs done"
+        if stand.epoch > own.epochs:
+            return f"{own.epochs} epochs done"
+        before_last = -(-(len(plan.stages) - 1) * own.epochs // len(plan.stages))  # epochs
         last = self._stage()[0] == plan.stages[-1][0]
-        if last and stand.epoch - 1 - max(stand.best_epoch, self._final_from()) >= plan.patience:
-            return f"no better for {plan.patience} epochs"
+        if last and stand.epoch - 1 - max(stand.best_epoch, before_last) >= own.patience:
+            return f"no better for {own.patience} epochs"
         if time.perf_counter() - self.written > _QUICK:
             self._save()
         return ""
@@ -365,18 +352,19 @@ class Loop:
     def _stage(self) -> tuple[int, NDArray[np.int64]]:
         """Windows of this epoch: the curriculum has an even share of the epochs for each length."""
         stages = self.plan.stages
-        return stages[min((self.stand.epoch - 1) * len(stages) // self.plan.epochs, len(stages) - 1)]
+        return stages[min((self.stand.epoch - 1) * len(stages) // self.plan.settings.epochs, len(stages) - 1)]
 
-    def _final_from(self) -> int:
-        """Epochs before the last stage."""
-        return -(-(len(self.plan.stages) - 1) * self.plan.epochs // len(self.plan.stages))
+    def _weighted(self, each: Sequence[float]) -> float:
+        """The loss of losses by channel."""
+        share = self.plan.settings.acceleration
+        return (1.0 - share) * sum(each[:6]) + share * sum(each[6:])
 
-    def _step(self, source: Source, starts: NDArray[np.int64], rows: int, done: float) -> str:
+    def _step(self, starts: NDArray[np.int64], rows: int, done: float) -> str:
         """One update of the weights; what is not a number, or an empty text."""
         import torch
 
-        stand, (mean, square) = self.stand, self.moments
-        loss, gradient = self.plan.engine.losses(self.theta, source.batch(starts, rows))
+        stand, own, (mean, square) = self.stand, self.plan.settings, self.moments
+        loss, gradient = self.plan.engine.losses(self.theta, self.plan.source.batch(starts, rows))
         each = loss.tolist()
         if not all(map(math.isfinite, each)):
             return next(CHANNELS[k] for k in _BLAMED if not math.isfinite(each[k]))
@@ -384,13 +372,12 @@ class Loop:
             return "the gradient"
         stand.steps += 1
         stand.batches += 1
-        share = self.plan.engine.form.acceleration
-        stand.total += (1.0 - share) * sum(each[:6]) + share * sum(each[6:])
-        rate = self.plan.rate * (0.5 * (1.0 + math.cos(math.pi * done)) if self.plan.cosine else 1.0)
+        stand.total += self._weighted(each)
+        rate = own.learning_rate * (0.5 * (1.0 + math.cos(math.pi * done)) if own.schedule == "cosine" else 1.0)
         mean.mul_(_FIRST).add_(gradient, alpha=1.0 - _FIRST)
         square.mul_(_SECOND).addcmul_(gradient, gradient, value=1.0 - _SECOND)
         bias = 1.0 - _FIRST**stand.steps, math.sqrt(1.0 - _SECOND**stand.steps)
-        step = mean / (square.sqrt() / bias[1] + _LEAST)
+        step = mean / (square.sqrt() / bias[1] + _TINY)
         self.theta.add_(step * self.free, alpha=-rate / bias[0])
         return ""
 
@@ -401,32 +388,31 @@ class Loop:
             FitError: there is nothing better to keep than where it began.
         """
         stand = self.stand
-        where = f"seed {self.plan.seeds[stand.seed]}, epoch {stand.epoch}, batch {stand.place + 1}: {wrong}"
+        seed = self.plan.settings.seeds[stand.seed]
+        where = f"seed {seed}, epoch {stand.epoch}, batch {stand.place + 1}: {wrong}"
         if not stand.best_epoch:
             raise FitError(f"the loss is not a number in {where}; lower learning_rate or shorten the horizon")
         return f"the loss is not a number in {where}; kept the weights of epoch {stand.best_epoch}"
 
     def _watched_loss(self, otherwise: float) -> float:
         """Loss of the validation windows; that of the training where there are none."""
-        plan, engine = self.plan, self.plan.engine
+        plan, size = self.plan, self.plan.settings.batch
         if plan.watched is None:
             return otherwise
         (rows, starts), total = plan.watch, 0.0
-        share = engine.form.acceleration
-        for k in range(0, len(starts), plan.batch):
-            part = starts[k : k + plan.batch]
-            each = engine.losses(self.theta, plan.watched.batch(part, rows), gradient=False)[0].tolist()
-            total += len(part) * ((1.0 - share) * sum(each[:6]) + share * sum(each[6:]))
+        for part in (starts[k : k + size] for k in range(0, len(starts), size)):
+            each = plan.engine.losses(self.theta, plan.watched.batch(part, rows), gradient=False)[0].tolist()
+            total += len(part) * self._weighted(each)
         return total / len(starts) if math.isfinite(total) else math.inf
 
     def _there(self) -> None:
         """The stand's vectors on the device."""
         import torch
 
-        stand, device = self.stand, self.plan.engine.device
-        self.theta, *moments = (torch.tensor(a, device=device) for a in (stand.theta, stand.mean, stand.square))
-        self.moments = (moments[0], moments[1])
-        self.free = torch.tensor(self.plan.engine.vector.free, dtype=torch.float32, device=device)
+        stand, engine = self.stand, self.plan.engine
+        given = (stand.theta, stand.mean, stand.square, engine.vector.free.astype(np.float32))
+        self.theta, mean, square, self.free = (torch.tensor(a, device=engine.device) for a in given)
+        self.moments = (mean, square)
 
     def _here(self, a: Tensor) -> Any:
         return a.detach().cpu().numpy().copy()
@@ -438,9 +424,6 @@ class Loop:
         if self.checkpoint is not None:
             stand.write(*self.checkpoint)
         self.written = time.perf_counter()
-
-
-_ROW = 4
 
 
 @dataclass
@@ -473,7 +456,7 @@ class Stand:
     best_epoch: int = 0
     ends: Array = field(default_factory=lambda: np.zeros(0))
     finals: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    history: Array = field(default_factory=lambda: np.zeros((0, _ROW)))
+    history: Array = field(default_factory=lambda: np.zeros((0, 4)))
     stopped: str = ""
 
     def begin(self, theta: Array) -> None:
@@ -505,9 +488,5 @@ class Stand:
         Raises:
             ResumeError: the file belongs to another problem.
         """
-        kept = kept_arrays(path, ("digest", *(f.name for f in fields(Stand))))
-        if kept is None:
-            return Stand()
-        if str(kept.pop("digest")) != digest:
-            raise ResumeError(f"{path} belongs to another problem; choose another output folder")
+        kept = kept_arrays(path, digest, (f.name for f in fields(Stand))) or {}
         return Stand(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})

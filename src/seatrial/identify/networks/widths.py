@@ -1,9 +1,8 @@
 """Prior width of a hybrid's correction, selected by cross-validation.
 
-A polynomial or a network beside the physics needs data in proportion to the number of its parameters.  Its prior
-limits its size; too wide for the data, it overfits.  `Widths` fits with several widths to parts of the training
-trials, evaluates each on the others, and fits all of them with the best: with few trials the correction shrinks, down
-to none, without a choice by hand.
+A correction beside the physics needs data in proportion to the number of its parameters; with a prior too wide for
+the data it overfits.  `Widths` fits with several widths to parts of the training trials, evaluates each on the others,
+and fits all of them with the best: with few trials the correction shrinks, down to none.
 
 Trials cut from one recording share its weather and its errors, so none is a test of another: they are left out
 together.  Scores of the widths are kept beside a checkpoint, so that a killed run does not compute them again.
@@ -23,11 +22,11 @@ import numpy as np
 
 from ...core.files import write_whole
 from ...data import Trial
-from .. import Fit, FitError, Loss, Nuisance, Problem, Progress, StudyError
+from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
 from ..record import every_of, scales, step_of
-from ..resume import ResumeError, begin_anew
+from ..resume import begin_anew, foreign
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.shooting import Trajectory
 from ..watch import stage, start
@@ -55,19 +54,17 @@ class Widths(Trajectory):
             raise StudyError(f"estimator.vary is '{self.vary}'; write a list of patterns, [\"{self.vary}\"]")
         object.__setattr__(self, "vary", tuple(self.vary))
         object.__setattr__(self, "widths", tuple(float(w) for w in self.widths))
-        if not self.widths or any(not w >= 0.0 for w in self.widths) or len(set(self.widths)) < len(self.widths):
+        if not self.widths or not all(w >= 0.0 for w in self.widths) or len(set(self.widths)) < len(self.widths):
             raise StudyError(f"estimator.widths is {list(self.widths)}; give different factors, none below zero")
         if not self.parts >= 2:
             raise StudyError(f"estimator.parts is {self.parts:g}; leave out one part of two at least")
 
     @linted
-    def fit(
-        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
-    ) -> Fit:
+    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters with the width that predicts left-out trials best; see `Estimator`.
 
-        The choice is told in `Fit.status`; with the width 0, `Fit.free` holds the other parameters only.  What each
-        width has scored stands beside the checkpoint, so that a killed run does not ask again.
+        `Fit.status` reports the choice; with the width 0, `Fit.free` holds the other parameters only.  The scores of
+        the widths are kept beside the checkpoint.
 
         Raises:
             ResumeError: what stands there belongs to another problem.
@@ -146,39 +143,32 @@ class Widths(Trajectory):
         """Standardised mean squared error of all trials, weighted as the loss does, by fits that have not seen them.
 
         Args:
-            before: fits for other widths that go before, to say how far the choice has come.
+            before: fits for other widths that go before, to report how far the choice has come.
         """
         total, count = 0.0, 0.0
-        sigma = scales(problem)
+        loss = replace(problem.loss, sigma=scales(problem))
         for number, out in enumerate(dealt(problem.trials, self.parts), start=before + 1):
             stage(progress, f"choosing widths: fit {number} of {len(self.widths) * self.parts}")
             seen = tuple(t for t in problem.trials if not any(t is other for other in out))
-            inner = self._scaled(replace(problem, trials=seen, validation=(), loss=replace(problem.loss, sigma=sigma)),
-                                 width)  # fmt: skip
+            inner = self._scaled(replace(problem, trials=seen, validation=(), loss=loss), width)
             try:
                 found = self._plain(problem, width).fit(inner)
             except FitError:
                 return float("inf")
-            judge = self._judge(inner, out, sigma)
+            judge = self._judge(inner, out, loss.sigma)
             total += judge.standardised(found.values) * judge.windows.samples
-            count += _counted(judge, out, problem.loss)
+            # Each compared row counts by the weight of its trial, as it does in the error.
+            rows = (judge.windows.scale > 0.0).any(axis=2).sum(axis=1)
+            count += float(rows @ np.array([loss.weight(trial.name) for trial in out])[judge.windows.trial])
         return total / max(count, 1e-300)
 
-    def _judge(self, inner: Problem, out: Sequence[Trial], sigma: dict[str, float]) -> TrajectoryObjective:
+    def _judge(self, inner: Problem, out: Sequence[Trial], sigma: Mapping[str, float]) -> TrajectoryObjective:
         """Predictions of the trials left out, each weighing what it weighs in the fit."""
-        plain = replace(inner, loss=replace(inner.loss, sigma=sigma), nuisance=Nuisance())
         dt = step_of(inner.trials, self.dt)
         return TrajectoryObjective.build(
-            plain, out, sigma, window=self.window, dt=dt, every=every_of(self.every, dt), method=self.method,
-            threads=self.threads,
+            replace(inner, nuisance=Nuisance()), out, sigma, window=self.window, dt=dt,
+            every=every_of(self.every, dt), method=self.method, threads=self.threads,
         )  # fmt: skip
-
-
-def _counted(judge: TrajectoryObjective, out: Sequence[Trial], loss: Loss) -> float:
-    """Rows that are compared, each counted by the weight of its trial."""
-    rows = (judge.windows.scale > 0.0).any(axis=2).sum(axis=1)
-    weight = np.array([loss.weight(trial.name) for trial in out])
-    return float(rows @ weight[judge.windows.trial])
 
 
 # The note of `data.prepare` on a trial that it cuts at its gaps, with parts named NAME_1, NAME_2, ...
@@ -215,7 +205,7 @@ def recordings(trials: Iterable[Trial]) -> list[list[Trial]]:
     for trial in sorted(trials, key=lambda t: t.name):
         found.setdefault(recording(trial), []).append(trial)
     out: list[list[Trial]] = []
-    for group in sorted(found.values(), key=_place):
+    for group in sorted(found.values(), key=lambda group: _place(group[0])):
         if out and _goes_on(out[-1][-1], group[0]):
             out[-1] += group
         else:
@@ -229,15 +219,15 @@ def dealt(trials: Sequence[Trial], parts: int) -> list[list[Trial]]:
     return [[trial for group in groups[part::parts] for trial in group] for part in range(parts)]
 
 
-def _place(group: Sequence[Trial]) -> tuple[str, int]:
-    """Sort key of a recording by its first trial; part 10 after part 2."""
-    part = _PART.fullmatch(group[0].name)
-    return (part[1], int(part[2])) if part else (group[0].name, 0)
+def _place(trial: Trial) -> tuple[str, int]:
+    """Sort key of a trial; part 10 after part 2."""
+    part = _PART.fullmatch(trial.name)
+    return (part[1], int(part[2])) if part else (trial.name, 0)
 
 
 def _goes_on(one: Trial, other: Trial) -> bool:
     """Whether two trials are consecutive parts of one name, and of one clock."""
-    (stem, number), (other_stem, other_number) = _place([one]), _place([other])
+    (stem, number), (other_stem, other_number) = _place(one), _place(other)
     if stem != other_stem or other_number != max(number, 1) + 1 or not len(one) or not len(other):
         return False
     return 0.0 < float(other.t[0] - one.t[-1]) <= max(one.duration, other.duration)
@@ -264,26 +254,22 @@ class Scores:
         Raises:
             ResumeError: the file belongs to another problem.
         """
-        if checkpoint is None:
-            return Scores(None, digest)
-        path = checkpoint.with_suffix(".widths.json")
-        if not path.exists():
+        path = checkpoint and checkpoint.with_suffix(".widths.json")
+        if path is None or not path.exists():
             return Scores(path, digest)
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
-            found = {float(width): float(score) for width, score in told["scores"]}
-            same = told["digest"] == digest
+            kept = json.loads(path.read_text(encoding="utf-8"))
+            found = {float(width): float(score) for width, score in kept["scores"]}
+            same = kept["digest"] == digest
         except (ValueError, KeyError, TypeError):
             begin_anew(path)
             return Scores(path, digest)
         if not same:
-            raise ResumeError(f"{path} belongs to another problem; choose another output folder")
+            raise foreign(path)
         return Scores(path, digest, found)
 
     def note(self, width: float, score: float) -> None:
         """Note the score of a width, and write all in one step."""
         self.found[width] = score
-        if self.path is None:
-            return
-        told = {"digest": self.digest, "scores": list(self.found.items())}
-        write_whole(self.path, json.dumps(told))  # Infinity is JSON of Python's own
+        if self.path is not None:  # Infinity is JSON of Python's own
+            write_whole(self.path, json.dumps({"digest": self.digest, "scores": list(self.found.items())}))

@@ -1,11 +1,13 @@
 """Fitting by CMA-ES: whole generations, restarts with doubled population, the box kept by a penalty.
 
 Suyama 2023 section 5: covariance matrix adaptation (Hansen) with restarts (Auger and Hansen 2005) within a
-box.  The strategy itself is the library `cmaes`; this module adds the objective, which scores a generation in
-one kernel call, the box, the stopping rule, and the record from which a killed run resumes.
+box.  The strategy itself is the library `cmaes`; this module adds the box, the stopping rule, the record of the scores
+of each generation, and the kernel that scores one.  The search is a function of its seed and of these scores, so
+replaying them restores a killed run bit for bit; the inner state of the strategy is not stored.
 
-The record holds the scores of each generation, appended as they come.  The search is a function of its seed and of
-these numbers, so replaying them restores it bit for bit; the inner state of the strategy is not stored.
+Reading back every state of a generation of candidates and reducing it costs more than simulating it, so the weighted
+squares are summed in the memory of the compiled step, and only the sums are returned.  Inputs that are constant over
+all samples (a calm sea, steady revolutions, a weight) are parameters, the others series.
 """
 
 from __future__ import annotations
@@ -15,27 +17,32 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import BinaryIO, Self
+from typing import Any, BinaryIO, Self
 
 import numpy as np
 
 from ...core.files import write_whole
-from ...data import Array
-from ...engine.rollout import is_rk4
+from ...data import Array, Trial
+from ...engine import Scalars, System
+from ...engine.rollout import Simulator, is_rk4, simulator
+from ...environment import CHANNELS
+from ...models import STATES
+from ...ships import Ship
+from ...simulate.approach import substeps
+from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
-from ..nuisance import begun_as, checked_initial
-from ..record import cut_as
-from ..resume import ResumeError, begin_anew
+from ..nuisance import begun_as, checked_initial, held
+from ..record import Windows, cut_as, windows
+from ..resume import begin_anew, foreign
 from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.shooting import finished
 from ..watch import tell, with_values
-from .scored import Batch, Scoring
 
 # Steepness of the penalty: in units of the generation's spread of values per squared spread of samples.
 _STEEP = 10.0
@@ -43,6 +50,8 @@ _STEEP = 10.0
 _PATIENCE, _PER_DIMENSION = 10, 30
 # The joint descent of parameters and initial states ends after this many iterations, or below this relative decrease.
 _JOINED, _CLOSE = 60, 1e-9
+# Steps times lanes below which threads cost more than they bring.
+_WORTH_A_THREAD = 100_000
 
 
 @dataclass(frozen=True)
@@ -108,13 +117,10 @@ class Evolution:
         """
         low, high = box(problem)
         sigma, settings = cut_as(problem, self)
-        own = begun_as(problem, self.initial)
-        smooth = TrajectoryObjective.build(own, problem.trials, sigma, **settings)
+        smooth = TrajectoryObjective.build(begun_as(problem, self.initial), problem.trials, sigma, **settings)
         watch = Scoring.build(problem, problem.validation, sigma, **settings).batch(1) if problem.validation else None
-        print_ = digest(problem, self)
-        search = _Search(
-            self, problem, Scoring.build(problem, problem.trials, sigma, **settings), watch, smooth, low, high
-        )
+        scoring, print_ = Scoring.build(problem, problem.trials, sigma, **settings), digest(problem, self)
+        search = _Search(self, problem, scoring, watch, smooth, low, high)
         with Record.open(checkpoint, print_) as record:
             ends, begun, history, status, evaluations = search.go(record, progress)
         best = ends[int(np.argmin(ends[:, 0]))]
@@ -168,11 +174,11 @@ class _Search:
             begun = starts if end[0] < min((one[0] for one in ends), default=math.inf) else begun
             ends.append(end)
             best = min(one[0] for one in ends)
-            near = best + self.settings.agreement * abs(best)
-            found = sum(bool(one[0] <= near) for one in ends)
+            found = sum(bool(one[0] <= best + self.settings.agreement * abs(best)) for one in ends)
             population = min(2 * population, self.settings.largest)
         if not any(np.isfinite(one[0]) for one in ends):
-            raise FitError("no candidate of any run can be simulated; " + self.smooth.failure(self.start))
+            why = self.smooth.failure(self.problem.vector.start)
+            raise FitError(f"no candidate of any run can be simulated; {why}")
         said = f"{found} of {len(ends)} runs found the same objective to {self.settings.agreement:g}"
         return np.array(ends), begun, np.array(history), said, evaluations
 
@@ -180,15 +186,11 @@ class _Search:
         """Parameters and initial states refined together from the end of a run, and these states."""
         if not begun.size or not np.isfinite(end[0]):
             return end, begun
-        state = State(end[1:], begun, float(end[0]))
-        state = minimise(self.smooth, state, self.low, self.high, iterations=_JOINED, tolerance=_CLOSE,
-                         each=lambda _: None)  # fmt: skip
+        state = minimise(
+            self.smooth, State(end[1:], begun, float(end[0])), self.low, self.high,
+            iterations=_JOINED, tolerance=_CLOSE, each=lambda _: None,
+        )  # fmt: skip
         return np.array([state.cost, *state.p]), state.eta
-
-    @property
-    def start(self) -> Array:
-        """The declared start."""
-        return self.problem.vector.start
 
     def run(
         self, number: int, population: int, record: Record, begun: Array
@@ -208,10 +210,10 @@ class _Search:
             inside = np.clip(asked, 0.0, 1.0)
             values = self.low + (self.high - self.low) * inside
             costs, validation, seconds = record.next(population, lambda v=values: self.scores(batch, v))
-            strategy.tell(list(zip(asked, self.told(asked, inside, costs).tolist(), strict=True)))
+            strategy.tell(list(zip(asked, self.penalised(asked, inside, costs).tolist(), strict=True)))
             k = int(np.argmin(costs))
-            yield float(costs[k]), values[k], (float(costs[k]), validation, seconds)
             bests.append(float(costs[k]))
+            yield bests[-1], values[k], (bests[-1], validation, seconds)
             recent = bests[-patience:]
             still = len(bests) > patience and max(recent) - min(recent) <= self.settings.tolerance * abs(min(recent))
             if still or strategy.should_stop():
@@ -231,7 +233,7 @@ class _Search:
         seen = float(self.watch.per_window(values[int(np.argmin(costs))][None]).sum())
         return costs, seen / (windows.weight * max(windows.samples, 1))
 
-    def told(self, asked: Array, inside: Array, costs: Array) -> Array:
+    def penalised(self, asked: Array, inside: Array, costs: Array) -> Array:
         """Values given to the strategy: the objective at the nearest point of the box, plus a penalty on the distance.
 
         The penalty is measured in the generation's own spread of objectives and of samples, so that it
@@ -239,15 +241,15 @@ class _Search:
         that cannot be simulated is worse than all others, the more so the farther from the start.
         """
         good = np.isfinite(costs)
-        start = np.clip((self.start - self.low) / (self.high - self.low), 0.0, 1.0)
+        start = np.clip((self.problem.vector.start - self.low) / (self.high - self.low), 0.0, 1.0)
         far = ((inside - start) ** 2).sum(axis=1)
         if not good.any():
             return far
         quarter = np.quantile(costs[good], [0.25, 0.75])
         away = ((asked - inside) ** 2).sum(axis=1) / max(float(asked.var(axis=0).mean()), 1e-300)
         worst = float(costs[good].max())
-        heard = np.where(good, costs, worst + (1.0 + far) * max(abs(worst), 1e-300))
-        return heard + _STEEP * float(quarter[1] - quarter[0]) * away
+        finite = np.where(good, costs, worst + (1.0 + far) * max(abs(worst), 1e-300))
+        return finite + _STEEP * float(quarter[1] - quarter[0]) * away
 
 
 @dataclass
@@ -282,7 +284,7 @@ class Record:
             if not whole.startswith(b'{"digest": '):
                 begin_anew(path)
                 return Record.open(path, digest)
-            raise ResumeError(f"{path} belongs to another problem; choose another output folder")
+            raise foreign(path)
         numbers = np.frombuffer(whole[len(head) : len(head) + (len(whole) - len(head)) // 8 * 8], dtype="<f8").copy()
         return Record(numbers, path.open("r+b"))
 
@@ -301,7 +303,11 @@ class Record:
         if self.old.size >= size + 2:
             row, self.old = self.old[: size + 2], self.old[size + 2 :]
             self.began = time.perf_counter() - float(row[0])
-            self._at(8 * (size + 2))
+            # Past what was read back, so that a torn generation after it is overwritten.
+            if self.stream is not None:
+                if self.stream.tell() == 0:
+                    self.stream.readline()
+                self.stream.seek(8 * (size + 2), os.SEEK_CUR)
             return row[2:], float(row[1]), float(row[0])
         if self.stream is not None and self.old.size:
             self.stream.truncate(self.stream.tell() or None)
@@ -316,9 +322,177 @@ class Record:
                 raise OSError(error.errno, error.strerror, self.stream.name) from error
         return costs, validation, seconds
 
-    def _at(self, step: int) -> None:
-        """Move past a generation that was read back, so that a torn one after it is overwritten."""
-        if self.stream is not None:
-            if self.stream.tell() == 0:
-                self.stream.readline()
-            self.stream.seek(step, os.SEEK_CUR)
+
+@dataclass(frozen=True)
+class Layout:
+    """Which inputs change with time, which states are compared, and whether one mask holds for all of them.
+
+    Attributes:
+        moving: positions, among controls and environment, of the inputs that change with time.
+        held: values of the others, by position.
+        compared: positions among `STATES` of the states that the loss compares.
+        weights: constant weight of each compared state; empty if weights are series.
+    """
+
+    moving: tuple[int, ...]
+    held: Mapping[int, float]
+    compared: tuple[int, ...]
+    weights: tuple[float, ...]
+
+
+def scored(ship: Ship, layout: Layout) -> System:
+    """`ship` under given inputs, whose memory is the sum of weighted squared errors so far."""
+    plain = open_loop(ship)
+    inputs, n = plain.series, len(layout.compared)
+    each = tuple(f"weight.{STATES[k]}" for k in layout.compared)
+    own, weights = (("mask",), each) if layout.weights else (each, ())
+    series = (*(inputs[k] for k in layout.moving), *(f"measured.{STATES[k]}" for k in layout.compared), *own)
+    held = tuple(f"held.{inputs[k]}" for k in layout.held)
+    first, second = len(plain.parameters), len(plain.parameters) + len(held)
+
+    def before(t: Any, dt: Any, state: Scalars, memory: Scalars, given: Scalars, p: Scalars) -> Any:
+        m = len(layout.moving)
+        measured, tail = given[m : m + n], given[m + n :]
+        parts = p[second:] if layout.weights else tail
+        errors = [state[k] - y for k, y in zip(layout.compared, measured, strict=True)]
+        score: Any = sum(w * e * e for w, e in zip(parts, errors, strict=True))
+        if layout.weights:
+            score = tail[0] * score
+        found = dict(zip(layout.moving, given, strict=False)) | dict(zip(layout.held, p[first:second], strict=True))
+        acting: Scalars = tuple(found[k] for k in range(len(inputs)))
+        remembered = memory[1:]
+        if plain.before is not None:
+            acting, remembered, _ = plain.before(t, dt, state, remembered, acting, p[:first])
+        return acting, (memory[0] + score, *remembered), ()
+
+    def derivative(state: Scalars, acting: Scalars, p: Scalars) -> Scalars:
+        return plain.derivative(state, acting, p[:first])
+
+    return System(
+        states=plain.states, series=series, parameters=(*plain.parameters, *held, *weights),
+        derivative=derivative, memory=("score", *plain.memory), acting=plain.acting or inputs, before=before,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Scoring:
+    """The loss of a problem for many candidates at once.
+
+    Attributes:
+        windows: the windows of all trials, cut as `Trajectory` cuts them.
+        kernel: compiled with the free parameters lanewise.
+        parameters: shared values; those of the free parameters are not used.
+        series: shape (windows, steps, series).
+        memory: initial memory of each window, shape (windows, memory).
+    """
+
+    problem: Problem
+    windows: Windows
+    kernel: Simulator
+    parameters: Array
+    series: Array
+    memory: Array
+    method: str
+    threads: int | None
+
+    @staticmethod
+    def build(
+        problem: Problem, trials: Sequence[Trial], sigma: Mapping[str, float], *,
+        window: float, dt: float, every: int, method: str, threads: int | None,
+    ) -> Scoring:  # fmt: skip
+        """Cut the windows, find the inputs that change, and compile.
+
+        Raises:
+            StudyError: the problem has nuisances, which only the gradient estimators eliminate.
+        """
+        if held(problem):
+            raise StudyError("this estimator takes no [nuisance]; leave it out, or use shooting:Trajectory")
+        cut = windows(
+            trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
+            substeps=substeps(problem.ship, dt, method),
+        )  # fmt: skip
+        layout, series = laid_out(cut)
+        parameters = np.array([*open_loop_parameters(problem.ship), *layout.held.values(), *layout.weights])
+        own = open_loop_memory(problem.ship, cut.state0, cut.series[:, 0, : -len(CHANNELS)])
+        zero = np.zeros((cut.state0.shape[0], 1))
+        return Scoring(
+            problem, cut, simulator(scored(problem.ship, layout), problem.vector.paths), parameters, series,
+            zero if own is None else np.hstack([zero, own]), method, threads,
+        )  # fmt: skip
+
+    def begun(self, offset: Array) -> Scoring:
+        """The same with these offsets of the initial states from the recorded ones, shape (windows, 6)."""
+        state0 = self.windows.state0.copy()
+        state0[:, : len(STATES)] += offset
+        return replace(self, windows=replace(self.windows, state0=state0))
+
+    def batch(self, size: int) -> Batch:
+        """A batch that scores `size` candidates at a time."""
+        series, state0, memory = (np.repeat(a, size, axis=0) for a in (self.series, self.windows.state0, self.memory))
+        return Batch(self, size, self.kernel.pack(series), state0, memory, len(self.series))
+
+    def prior(self, candidates: Array) -> Array:
+        """Squared distance from the prior mean in its sigma, shape (candidates,)."""
+        vector = self.problem.vector
+        return ((candidates - vector.mean) ** 2 * vector.precision).sum(axis=1)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """A `Scoring` with its series repeated for `size` candidates, the candidates of a window side by side."""
+
+    scoring: Scoring
+    size: int
+    packed: Any
+    state0: Array
+    memory0: Array
+    windows: int
+
+    @property
+    def threads(self) -> int | None:
+        """As set; one if the work ends before a second thread has started."""
+        work = self.size * self.windows * self.scoring.windows.steps
+        return 1 if self.scoring.threads is None and work < _WORTH_A_THREAD else self.scoring.threads
+
+    def per_window(self, candidates: Array) -> Array:
+        """Weighted squares of each candidate in each window, shape (size, windows); inf where it blows up.
+
+        Args:
+            candidates: values of the free parameters, shape (size, free).
+        """
+        own = self.scoring
+        with np.errstate(all="ignore"):
+            run = own.kernel.run(
+                self.state0, self.packed, own.parameters, memory0=self.memory0,
+                lanewise=np.tile(candidates, (self.windows, 1)), dt=own.windows.dt, steps=own.windows.steps + 1,
+                every=own.windows.steps, method=own.method, threads=self.threads,
+            )  # fmt: skip
+        score = run.values[:, -1, len(own.kernel.system.states)].reshape(self.windows, self.size).T
+        return np.where(np.isfinite(score), score, np.inf)
+
+    def costs(self, candidates: Array) -> Array:
+        """Objective of each candidate, prior included, shape (size,)."""
+        return self.per_window(candidates).sum(axis=1) + self.scoring.prior(candidates)
+
+
+def laid_out(cut: Windows) -> tuple[Layout, Array]:
+    """The layout of windows, and their series in its order, shape (windows, steps, series)."""
+    lanes, steps, inputs = cut.series.shape
+    constant = [bool(np.all(cut.series[:, :, k] == cut.series[0, 0, k])) for k in range(inputs)]
+    rows = cut.every * np.arange(cut.measured.shape[1])
+    measured, weight = np.zeros((lanes, steps, len(STATES))), np.zeros((lanes, steps, len(STATES)))
+    measured[:, rows], weight[:, rows] = cut.measured, cut.scale**2
+    compared = tuple(k for k in range(len(STATES)) if weight[:, :, k].any())
+    mask = np.any(weight > 0, axis=2)
+    weights = tuple(float(weight[:, :, k].max()) for k in compared)
+    alike = all(np.array_equal(weight[:, :, k], w * mask) for k, w in zip(compared, weights, strict=True))
+    layout = Layout(
+        tuple(k for k in range(inputs) if not constant[k]),
+        {k: float(cut.series[0, 0, k]) for k in range(inputs) if constant[k]}, compared, weights if alike else (),
+    )  # fmt: skip
+    tail = mask[:, :, None] if alike else weight[:, :, list(compared)]
+    parts = (cut.series[:, :, list(layout.moving)], measured[:, :, list(compared)], tail)
+    whole = np.concatenate(parts, axis=2)
+    # The last sample is scored in the step that leaves it, which needs inputs and counts for nothing.
+    beyond = np.where(np.arange(whole.shape[2]) < len(layout.moving), whole[:, -1:], 0.0)
+    return layout, np.ascontiguousarray(np.concatenate([whole, beyond], axis=1), dtype=np.float64)

@@ -23,6 +23,7 @@ from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Fit, FitError, Loss, Problem
 from ..record import Settings, windows
 from ..trajectory.batch import Data, Many
+from ..vector import Vector
 
 
 @dataclass(frozen=True)
@@ -170,12 +171,9 @@ def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:
                   substeps=substeps(group.ship, dt, group.settings.method))  # fmt: skip
     if cut.state0.shape[0] != 1:
         raise DataError(f"{trial.name}: its complete rows fall apart into {cut.state0.shape[0]} runs; give one")
-    free = tuple(f.path for f in group.free)
-    names = open_loop(group.ship).parameters
-    shared = open_loop_parameters(group.ship)
-    best = shared[[names.index(path) for path in free]]
-    lanes = np.vstack([best, group.values])
-    run = simulator(open_loop(group.ship), free).run(
+    vector, system, shared = Vector.of(group.free), open_loop(group.ship), open_loop_parameters(group.ship)
+    lanes = np.vstack([shared[vector.positions(system.parameters)], group.values])
+    run = simulator(system, vector.paths).run(
         np.repeat(cut.state0, len(lanes), axis=0), np.repeat(cut.series, len(lanes), axis=0), shared,
         lanewise=lanes, dt=cut.dt, steps=cut.steps, every=cut.every, method=group.settings.method,
         threads=group.settings.threads,

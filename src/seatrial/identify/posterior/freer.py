@@ -45,9 +45,7 @@ def freer(fit: Fit, problem: Problem, estimator: Trajectory, *, seed: int = 0) -
     free = (*fit.free, *extra)
     wide = replace(problem, ship=ship, free=free, validation=())
     sigma, arguments = cut_as(problem, estimator)
-    objective = TrajectoryObjective.build(
-        wide, problem.trials, sigma, **arguments, stride=estimator.stride,
-    )  # fmt: skip
+    objective = TrajectoryObjective.build(wide, problem.trials, sigma, **arguments, stride=estimator.stride)
     p, eta = np.append(fit.values, np.zeros(len(extra))), np.zeros(objective.nuisances)
     covariance, _ = posterior(objective.normal(p, eta), free, p, objective.variance(p, eta))
     return ship, free, covariance

@@ -7,7 +7,7 @@ is first repeated with the initial states free within that noise, and only the r
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,9 +82,7 @@ class Misfit:
         )  # fmt: skip
 
 
-def misfit(
-    fit: Fit, problem: Problem, settings: Settings, *, noise: Mapping[str, float] | None = None
-) -> Misfit:
+def misfit(fit: Fit, problem: Problem, settings: Settings, *, noise: Mapping[str, float] | None = None) -> Misfit:
     """Compare the residuals of a fit with the sensor noise.
 
     Args:
@@ -97,16 +95,39 @@ def misfit(
     level = white(fit, problem, settings) if noise is None else {n: float(noise.get(n, 0.0)) for n in STATES}
     # A channel without noise would have infinite weight; a millionth of the scale replaces zero.
     level = {n: max(v, 1e-6 * sigma.get(n, 1.0), 1e-9) for n, v in level.items()}
-    told = replace(problem, nuisance=Nuisance(initial=level), loss=Loss({n: level[n] for n in sigma}, 0.0))
-    objective = TrajectoryObjective.build(told, told.trials, told.loss.sigma, **arguments)
-    eta = np.zeros(objective.nuisances)
+    own = replace(problem, nuisance=Nuisance(initial=level), loss=Loss({n: level[n] for n in sigma}, 0.0))
+    objective = TrajectoryObjective.build(own, own.trials, own.loss.sigma, **arguments)
+    eta, vector = np.zeros(objective.nuisances), fit.vector
     begin = State(fit.values, eta, objective.cost(fit.values, eta))
-    vector = fit.vector
     end = minimise(objective, begin, vector.low, vector.high, iterations=30, tolerance=1e-6, each=lambda _: None)
     cut = objective.windows
     left = np.where(cut.scale > 0, objective.residuals(end.p, end.eta), np.nan)
     lag = max(math.ceil((problem.loss.correlation or 0.0) / (cut.dt * cut.every)), 1)
     return Misfit(tuple(_remainder(name, left[:, :, STATES.index(name)], lag) for name in sigma))
+
+
+def correlated(rows: Sequence[Array], least: float = 0.0, longest: int | None = None) -> tuple[float, float]:
+    """Correlation of neighbours, and samples per independent one, of several series about zero together.
+
+    The latter is 1 plus twice the correlations up to the first lag at which they are `least` or below: an error of the
+    start, or of the model, bends a whole track, so its residuals are many but count as one.
+
+    Args:
+        rows: the series, zero where there is no sample; the first axis is time.
+        least, longest: correlation, and lag in samples, at which the sum ends; None takes the longest series.
+    """
+    power = sum(float((e * e).sum()) for e in rows)
+    if not power > 0:
+        return 0.0, 1.0
+    total, first = 1.0, 0.0
+    for lag in range(1, longest or max(map(len, rows))):
+        # The sum over all products, as the power: the fewer the products at a long lag, the less it counts.
+        c = sum(float((e[lag:] * e[:-lag]).sum()) for e in rows if len(e) > lag) / power
+        first = c if lag == 1 else first
+        if c <= least:
+            break
+        total += 2.0 * c
+    return first, total
 
 
 def _remainder(name: str, e: Array, lag: int) -> Remainder:

@@ -17,6 +17,7 @@ from ...data import Array
 from .. import Fit, Problem, Verdict
 from ..record import Settings
 from ..trajectory.batch import Ends, Many
+from .misfit import correlated
 from .verdicts import CORRELATED, manoeuvre_for
 
 # chi^2 with one degree of freedom: 95 %.
@@ -73,12 +74,11 @@ class Profile:
     @property
     def status(self) -> str:
         """"identified", "weak", "not identified" or "at bound"."""
-        edge = 1e-6 * (self.high - self.low)
-        if not any(self.closed) and self.share > _WIDE:
+        edge, wide = 1e-6 * (self.high - self.low), self.share > _WIDE
+        if wide and not any(self.closed):
             return "not identified"
-        if self.best - self.free.low <= edge or self.free.high - self.best <= edge:
-            return "weak" if self.loose or self.share > _WIDE else "at bound"
-        return "weak" if self.loose or self.share > _WIDE else "identified"
+        bound = self.best - self.free.low <= edge or self.free.high - self.best <= edge
+        return "weak" if self.loose or wide else "at bound" if bound else "identified"
 
     @property
     def verdict(self) -> Verdict:
@@ -128,11 +128,10 @@ class Identifiability:
 
     def _pairs(self, names: Sequence[str]) -> list[Verdict]:
         out: list[Verdict] = []
-        for i, j in [(row, column) for row in range(len(names)) for column in range(row)]:
+        for i, j in zip(*np.nonzero(np.tril(np.abs(self.correlation), -1) > CORRELATED), strict=True):
             c = float(self.correlation[i, j])
-            if abs(c) > CORRELATED:
-                word = "trade off against each other" if c < 0 else "rise and fall together"
-                out.append(Verdict(f"{names[j]} and {names[i]}", "weak", f"they {word} (correlation {c:+.3f})"))
+            word = "trade off against each other" if c < 0 else "rise and fall together"
+            out.append(Verdict(f"{names[j]} and {names[i]}", "weak", f"they {word} (correlation {c:+.3f})"))
         return out
 
 
@@ -177,19 +176,10 @@ def profiles(fit: Fit, problem: Problem, settings: Settings, *, variance: float 
 
 
 def _alike(many: Many, values: Array) -> float:
-    """Number of neighbouring residuals that count as one: 1 + 2 sum of their correlations, while these last.
-
-    An error of the start, or of the model, bends a whole track: its residuals are many but count as one.
-    """
+    """Number of neighbouring residuals that count as one; see `correlated`."""
     scale = many.windows.scale
     e = np.where(scale > 0, (many.predicted(values) - many.windows.measured) * scale, 0.0)
-    total, out = float((e * e).sum()), 1.0
-    for lag in range(1, e.shape[1] // 2):
-        correlation = float((e[:, lag:] * e[:, :-lag]).sum()) / max(total, 1e-300)
-        if correlation < _LASTS:
-            break
-        out += 2.0 * correlation
-    return out
+    return correlated([e.swapaxes(0, 1)], _LASTS, e.shape[1] // 2)[1]
 
 
 def _range(fit: Fit, many: Many) -> tuple[Array, Array]:
@@ -239,7 +229,10 @@ class _Walk:
             on = going[~jumped]
             place[on], at[on], last[on] = ahead[~jumped], ends.values[~jumped], rise[~jumped]
             going = going[jumped | (~over & (rise < _ENOUGH))]
-        return [_sorted(rows) for rows in kept]
+        return [
+            (np.array([r[0] for r in rows]), np.array([r[1] for r in rows]), np.array([r[2] for r in rows]))
+            for rows in (sorted(rows, key=lambda row: row[0]) for rows in kept)
+        ]
 
     def descended(self, starts: Array, which: NDArray[np.intp], place: Array) -> Ends:
         """All others fitted again, with one parameter of each problem held at its place."""
@@ -252,11 +245,6 @@ class _Walk:
         with np.errstate(invalid="ignore"):
             rise = (data - data0) / self.variance + prior
         return np.where(np.isfinite(rise), rise, np.inf)
-
-
-def _sorted(rows: list[tuple[float, float, Array]]) -> tuple[Array, Array, Array]:
-    rows = sorted(rows, key=lambda row: row[0])
-    return np.array([r[0] for r in rows]), np.array([r[1] for r in rows]), np.array([r[2] for r in rows])
 
 
 def _profile(

@@ -141,6 +141,8 @@ def fit_arx(
         DataError: too few samples, a missing channel, or motion that does not excite all coefficients.
         StudyError: an unknown output, input or criterion.
     """
+    from scipy.linalg import block_diag
+
     at = _criterion(criterion)
     for name, known in (*((n, OUTPUTS) for n in outputs), *((n, INPUTS) for n in inputs)):
         if name not in known:
@@ -158,11 +160,9 @@ def fit_arx(
         found.append((Candidate(a, b, *scores, tuple(np.sqrt(np.diag(spread)).tolist())), names, solved))
     found.sort(key=lambda one: one[0][2 + at])
     best, names, solved = found[0]
-    covariance = _blocks([s.covariance for s in solved])
-    numbers = tuple(float(v) for s in solved for v in s.values)
-    model = Arx(dt=dt, coefficients=Terms(names, numbers))
-    table = tuple(one[0] for one in found)
-    return ArxFit(model, np.sqrt(np.diag(covariance)), covariance, best.sigma, table)
+    covariance = np.asarray(block_diag(*(s.covariance for s in solved)), dtype=np.float64)
+    model = Arx(dt=dt, coefficients=Terms(names, tuple(float(v) for s in solved for v in s.values)))
+    return ArxFit(model, np.sqrt(np.diag(covariance)), covariance, best.sigma, tuple(one[0] for one in found))
 
 
 @dataclass(frozen=True)
@@ -191,20 +191,17 @@ class ArxRegression:
         ))  # fmt: skip
         matrices, rights = list[Array](), list[Array]()
         longest = max(model.lags.values(), default=1)
+        own = {lag_of(name).output for name in held.names}
         for trial in problem.trials:
             data = _series(trial, float(model.dt), _channels(model))
             rows = _rows(data, longest)
-            own = {lag_of(name).output for name in held.names}
-            right = np.column_stack([data[n][rows] if n in own else np.zeros(rows.size) for n in OUTPUTS])
-            matrix = np.zeros((rows.size, len(OUTPUTS), len(free)))
+            rights.append(np.column_stack([data[n][rows] if n in own else np.zeros(rows.size) for n in OUTPUTS]))
+            matrices.append(np.zeros((rows.size, len(OUTPUTS), len(free))))
             for name, number in held.items():
-                output, of, lag = lag_of(name)
-                column = np.ones(rows.size) if of == CONSTANT else data[of][rows - lag]
-                right[:, OUTPUTS.index(output)] -= number * column
+                column, k = _lagged(data, rows, name), OUTPUTS.index(lag_of(name).output)
+                rights[-1][:, k] -= number * column
                 if name in free:
-                    matrix[:, OUTPUTS.index(output), free.index(name)] = column
-            matrices.append(matrix)
-            rights.append(right)
+                    matrices[-1][:, k, free.index(name)] = column
         return weighted_fit(problem, np.concatenate(matrices), np.concatenate(rights), self, began, progress)
 
 
@@ -267,6 +264,12 @@ def _rows(data: dict[str, Array], first: int) -> Any:
     return np.flatnonzero(np.convolve(good, np.ones(first + 1), "valid") > first + 0.5) + first
 
 
+def _lagged(data: dict[str, Array], rows: Any, name: str) -> Array:
+    """What a coefficient multiplies, in these rows."""
+    _, of, lag = lag_of(name)
+    return np.ones(rows.size) if of == CONSTANT else data[of][rows - lag]
+
+
 def _names(outputs: Sequence[str], inputs: Sequence[str], a: int, b: int, constant: bool) -> tuple[str, ...]:
     out: list[str] = []
     for output in outputs:
@@ -283,18 +286,11 @@ def _solve(
     solved, left = list[Solution](), list[Array]()
     rows = [_rows(data, first) for data in series]
     for output in outputs:
-        own = [lag_of(name) for name in names if lag_of(name).output == output]
+        own = [name for name in names if lag_of(name).output == output]
         matrix = np.concatenate([
-            np.column_stack([np.ones(at.size) if of == CONSTANT else data[of][at - lag] for _, of, lag in own])
-            for data, at in zip(series, rows, strict=True)
+            np.column_stack([_lagged(data, at, name) for name in own]) for data, at in zip(series, rows, strict=True)
         ])  # fmt: skip
         right = np.concatenate([data[output][at] for data, at in zip(series, rows, strict=True)])
         solved.append(least_squares(matrix, right))
         left.append(right - matrix @ solved[-1].values)
     return solved, np.column_stack(left)
-
-
-def _blocks(parts: Sequence[Array]) -> Array:
-    from scipy.linalg import block_diag
-
-    return np.asarray(block_diag(*parts), dtype=np.float64)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...data import Array, DataError, Trial
-from ...environment import Environment
+from ...environment import CHANNELS, Environment
 from ...models import STATES, Sampled
 from ...simulate.replay import inputs
 from .. import Fit, Problem, Progress, StudyError
@@ -116,9 +116,8 @@ class Regression:
         """
         began = time.perf_counter()
         slopes = _accelerations(problem)
-        parts = [_windows(trial, problem, slopes, self.window) for trial in problem.trials]
-        matrix = np.concatenate([part[0] for part in parts], axis=0)
-        right = np.concatenate([part[1] for part in parts], axis=0)
+        parts = zip(*(_windows(trial, problem, slopes, self.window) for trial in problem.trials), strict=True)
+        matrix, right = (np.concatenate(part) for part in parts)
         return weighted_fit(problem, matrix, right, self, began, progress)
 
 
@@ -145,8 +144,7 @@ def weighted_fit(
     hessian, cost = np.eye(n), math.inf
     for turn in range(_PASSES):
         weighed = (matrix / scale[:, None]).reshape(-1, n)
-        aim = (right / scale).ravel()
-        values, hessian, cost = _solve(weighed, aim, problem.vector)
+        values, hessian, cost = _solve(weighed, (right / scale).ravel(), problem.vector)
         history.append((turn + 1.0, cost, math.nan, time.perf_counter() - began))
         tell(progress, (turn + 1, cost, math.nan), with_values(problem.ship, free, values))
         # Channels that the free parameters do not affect keep their scale: they carry no information.
@@ -187,11 +185,10 @@ def _accelerations(problem: Problem) -> Any:
             f"{problem.ship.name}: regression needs a continuous model whose states are all measured; "
             "a sampled model is fitted by arx_fit:ArxRegression, others by shooting:Trajectory"
         )
-    z, c, e = ca.SX.sym("z", len(STATES)), ca.SX.sym("c", len(model.controls)), ca.SX.sym("e", len(Environment._fields))
-    p = ca.SX.sym("p", len(problem.free))
-    free = problem.vector.model(model, p)
-    around = Environment(*ca.vertsplit(e))
-    rates = free.derivative(tuple(ca.vertsplit(z)), tuple(ca.vertsplit(c)), around)[3:]
+    sizes = {"z": len(STATES), "c": len(model.controls), "e": len(CHANNELS), "p": len(problem.free)}
+    z, c, e, p = (ca.SX.sym(name, size) for name, size in sizes.items())
+    state, control, around = (ca.vertsplit(x) for x in (z, c, e))
+    rates = problem.vector.model(model, p).derivative(tuple(state), tuple(control), Environment(*around))[3:]
     y = ca.vertcat(*(ca.SX(rate) for rate in rates))
     slopes = ca.jacobian(y, p)
     curved = ca.sum1(ca.jacobian(ca.vec(slopes), p) != 0)

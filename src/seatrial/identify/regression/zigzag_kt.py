@@ -1,12 +1,11 @@
 """K and T of Nomoto's first-order model from a zigzag, or from any run with a moving rudder.
 
-Two ways.  `classical` is Nomoto's by hand: the equation T r' + r = K (delta + delta_r) integrated between two
-moments reads T [r] + [psi] = K (integral of delta + delta_r t).  Between heading peaks r is zero at both ends, so
-T drops out and K and delta_r follow from the areas under the rudder's record; from a peak to the next passage
-through the initial heading, T follows from the yaw rate there (Nomoto 1960, Kempf's manoeuvre; Sawada 2024
-section 4.1.1).  `fitted` takes every sample: the model's own yaw rate under the recorded rudder is held against
-the measured one by least squares, with K, T, delta_r and the initial yaw rate free, started from the integrated
-equation.
+`classical` is Nomoto's analysis by hand: the equation T r' + r = K (delta + delta_r) integrated between two moments
+reads T [r] + [psi] = K (integral of delta + delta_r t).  Between heading peaks r is zero at both ends, so T drops out
+and K and delta_r follow from the areas under the rudder's record; from a peak to the next passage through the initial
+heading, T follows from the yaw rate there (Nomoto 1960, Kempf's manoeuvre; Sawada 2024 section 4.1.1).  `fitted` is
+least squares on every sample of the yaw rate under the recorded rudder, with K, T, delta_r and the initial yaw rate
+free, started from the integrated equation.
 """
 
 from __future__ import annotations
@@ -23,6 +22,7 @@ from ...actuators import Actuators
 from ...data import Array, DataError, Trial, unwrapped
 from ...models.nomoto import Nomoto, to_prime
 from ...ships import Entry, Ship
+from ..posterior.misfit import correlated
 from .regression import least_squares
 
 # A peak or a passage is read off a cubic through this share of the half period about it.
@@ -100,21 +100,17 @@ def classical(trial: Trial, L_pp: float) -> KT:
         raise DataError(
             f"{trial.name}: {len(peaks)} heading peaks; the analysis needs four: a longer zigzag, or the fitted way"
         )
-    at = np.array([peak[0] for peak in peaks])
-    heading = np.array([peak[1] for peak in peaks])
+    at, heading = np.array(peaks).T
     areas = np.interp(at, t, area)
     # [psi] = K [area] + K delta_r [t]: the yaw rate is zero at both ends.
     gain = least_squares(np.column_stack([np.diff(areas), np.diff(at)]), np.diff(heading))
     K, slope = (float(v) for v in gain.values)
-    passages = _passages(t, psi, at)
-    since = np.searchsorted(at, [when for when, _, _ in passages]) - 1
-    rates = np.array([rate for _, _, rate in passages])
-    moments = np.array([when for when, _, _ in passages])
-    gone = np.array([value for _, value, _ in passages]) - heading[since]
-    given = K * (np.interp(moments, t, area) - areas[since]) + slope * (moments - at[since])
-    lag = least_squares(rates[:, None], given - gone)  # T r = K (area + delta_r t) - [psi]
-    # What moves with K and the bias: dT/d(K, slope) by the same equation.
+    moments, passed, rates = np.array(_passages(t, psi, at)).T
+    since = np.searchsorted(at, moments) - 1
     swing = np.column_stack([np.interp(moments, t, area) - areas[since], moments - at[since]])
+    turned = K * swing[:, 0] + slope * swing[:, 1]
+    lag = least_squares(rates[:, None], turned - (passed - heading[since]))  # T r = K (area + delta_r t) - [psi]
+    # What moves with K and the bias: dT/d(K, slope) by the same equation.
     pull = np.linalg.lstsq(rates[:, None], swing, rcond=None)[0][0]
     J = np.array([[1.0, 0.0, 0.0], [*pull, 1.0], [-slope / K**2, 1.0 / K, 0.0]])
     basic = np.zeros((3, 3))
@@ -157,7 +153,9 @@ def fitted(trial: Trial, L_pp: float, *, bias: bool = True) -> KT:
     residual, jacobian = np.asarray(found.fun), np.asarray(found.jac)
     variance = float(residual @ residual) / (residual.size - jacobian.shape[1])
     spread, scale = np.zeros((4, 4)), size[free]
-    spread[free, free] = np.linalg.inv(jacobian.T @ jacobian) * np.outer(scale, scale) * variance * _alike(residual)
+    # Samples that count as one: while correlations are beyond their scatter, over a quarter of the run at most.
+    _, alike = correlated([residual - float(residual.mean())], 2.0 / math.sqrt(residual.size), residual.size // 4)
+    spread[free, free] = np.linalg.inv(jacobian.T @ jacobian) * np.outer(scale, scale) * variance * alike
     start[free] = found.x * scale
     gain, rate, slope, _ = start.tolist()
     if rate == 0.0 or gain == 0.0:
@@ -181,11 +179,9 @@ def _record(trial: Trial, names: Sequence[str]) -> tuple[Array, Array, Array]:
 
 
 def _speed(trial: Trial) -> float:
-    if "u" in trial and "v_m" in trial:
-        return float(np.nanmean(np.hypot(trial["u"], trial["v_m"])))
-    if "u" in trial:
-        return float(np.nanmean(trial["u"]))
-    raise DataError(f"{trial.name}: no channel u; K' and T' need the speed")
+    if "u" not in trial:
+        raise DataError(f"{trial.name}: no channel u; K' and T' need the speed")
+    return float(np.nanmean(np.hypot(trial["u"], trial["v_m"]) if "v_m" in trial else trial["u"]))
 
 
 def _integral(t: Array, x: Array) -> Array:
@@ -194,13 +190,12 @@ def _integral(t: Array, x: Array) -> Array:
 
 def _integrated(t: Array, r: Array, delta: Array, bias: bool) -> Array:
     """First guess from [r] = gain integral(delta) - rate [psi] + slope t, and the initial yaw rate."""
-    heading, area, since = _integral(t, r), _integral(t, delta), t - t[0]
-    if not bias:
-        gain, rate = least_squares(np.column_stack([area, -heading]), r - r[0]).values
-        return np.array([gain, rate, 0.0, r[0]])
-    columns = np.column_stack([area, -heading, since, np.ones(t.size)])
-    gain, rate, slope, off = least_squares(columns, r - r[0]).values
-    return np.array([gain, rate, slope, r[0] + off])
+    columns = np.column_stack([_integral(t, delta), -_integral(t, r), t - t[0], np.ones(t.size)])
+    found = np.zeros(4)
+    free = slice(None) if bias else slice(0, 2)
+    found[free] = least_squares(columns[:, free], r - r[0]).values
+    found[3] += r[0]
+    return found
 
 
 def _answer(t: Array, delta: Array, gain: float, rate: float, slope: float, r_0: float) -> Array:
@@ -219,20 +214,6 @@ def _answer(t: Array, delta: Array, gain: float, rate: float, slope: float, r_0:
     for k in range(dt.size):
         out[k + 1] = fade[k] * out[k] + change[k]
     return out
-
-
-def _alike(residual: Array) -> float:
-    """How many samples count as one, from the autocorrelation of the residuals up to its first zero."""
-    z = residual - np.mean(residual)
-    power, total = float(z @ z), 1.0
-    if power == 0.0:
-        return 1.0
-    for lag in range(1, z.size // 4):
-        share = float(z[lag:] @ z[:-lag]) / power
-        if share < 2.0 / math.sqrt(z.size):
-            break
-        total += 2.0 * share
-    return total
 
 
 def _peaks(t: Array, psi: Array) -> list[tuple[float, float]]:

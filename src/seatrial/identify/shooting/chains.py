@@ -64,22 +64,19 @@ def chains(
     scale = root_weights(sigma, weight)
     parts: list[tuple[int, Piece]] = []
     motion: list[Array] = []
-    length: list[int] = []
-    level_of: list[int] = []
+    counts: list[tuple[int, int]] = []
     for index, trial in enumerate(trials):
         record = _whole(even(trial, dt), model, jump)
         bridged, own = record.bridged, scale * np.sqrt(weights.get(trial.name, 1.0))
-        begins = range(int(record.complete[0]), record.last, jump)
-        for level, begin in enumerate(begins):
+        for level, begin in enumerate(range(int(record.complete[0]), record.last, jump)):
             piece = record.window(begin, jump + 1, every, own, joined=level > 0)
             parts.append((index, piece._replace(state0=np.append(bridged[begin], record.hidden[begin]))))
             motion.append(bridged[piece.rows])
-            length.append(int((begin + every * np.arange(len(piece.rows) - 1) < record.last).sum()))
-        level_of += range(len(begins))
-    levels = np.array(level_of, dtype=np.intp)
+            counts.append((level, int((begin + every * np.arange(len(piece.rows) - 1) < record.last).sum())))
+    levels, length = np.array(counts, dtype=np.intp).T
     return Chains(
         **lanes(parts, weight, dt=dt, steps=jump + 1, every=every, substeps=substeps),
-        motion=np.stack(motion), length=np.array(length, dtype=np.intp),
+        motion=np.stack(motion), length=length,
         levels=tuple(np.flatnonzero(levels == k) for k in range(int(levels.max()) + 1)),
     )  # fmt: skip
 
@@ -96,7 +93,7 @@ def _whole(trial: Trial, model: Model, jump: int) -> Record:
 
 
 # Channels of which one must be compared for an initial position or heading to be determined.
-_TOLD_BY = {"x": ("x",), "y": ("y",), "psi": ("psi", "x", "y")}
+_SHOWN_BY = {"x": ("x",), "y": ("y",), "psi": ("psi", "x", "y")}
 
 
 @dataclass(frozen=True)
@@ -119,10 +116,9 @@ class FirstStates:
     def of(cut: Chains, span: Array) -> FirstStates:
         """Those that the compared channels determine; `span` is the spread of each channel, shape (states,)."""
         compared = {STATES[k] for k in np.flatnonzero(cut.scale.max(axis=(0, 1)))}
-        told = [k for k, name in enumerate(STATES) if compared & {*_TOLD_BY.get(name, STATES)}]
-        free = np.array(told, dtype=np.intp)
-        weight = np.array([0.0 if STATES[k] in compared else span[k] ** -2.0 for k in told])
-        lanes = cut.levels[0]
+        known = [k for k, name in enumerate(STATES) if compared & {*_SHOWN_BY.get(name, STATES)}]
+        weight = np.array([0.0 if STATES[k] in compared else span[k] ** -2.0 for k in known])
+        free, lanes = np.array(known, dtype=np.intp), cut.levels[0]
         return FirstStates(free, weight, cut.state0[np.ix_(lanes, free)], lanes)
 
     @staticmethod

@@ -37,10 +37,12 @@ class Inequalities:
     @staticmethod
     def none(problem: Problem) -> Inequalities:
         """No inequality at all."""
-        p = ca.SX.sym("p", len(problem.free))
-        nothing = ca.SX(0, 1)
-        slopes = ca.Function("dh", [p], [nothing, ca.SX(0, p.numel())])
-        return Inequalities((), ca.Function("h", [p], [nothing]), slopes)
+        return Inequalities._traced(ca.SX.sym("p", len(problem.free)), (), ca.SX(0, 1))
+
+    @staticmethod
+    def _traced(p: Any, names: tuple[str, ...], h: Any) -> Inequalities:
+        slopes = ca.Function("dh", [p], [h, ca.densify(ca.jacobian(h, p))])
+        return Inequalities(names, ca.Function("h", [p], [h]), slopes)
 
     @staticmethod
     def of(problem: Problem) -> Inequalities:
@@ -64,8 +66,7 @@ class Inequalities:
         # Sizes are those at the start; a damping that starts at zero is measured in its own units.
         size = np.where(np.abs(values) > 0, np.abs(values), 1.0)
         h = ca.vertcat(*(e / s - _MARGIN for e, s in zip(touched.values(), size, strict=True)))
-        return Inequalities(tuple(touched), ca.Function("h", [p], [h]),
-                            ca.Function("dh", [p], [h, ca.densify(ca.jacobian(h, p))]))  # fmt: skip
+        return Inequalities._traced(p, tuple(touched), h)
 
     def at(self, p: Array) -> tuple[Array, Array]:
         """Values, shape (names,), and derivatives, shape (names, free)."""

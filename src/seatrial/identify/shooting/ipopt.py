@@ -83,7 +83,8 @@ class FullSpace:
         size = np.where(begin > 0, begin, 10.0)
         q, X = ca.MX.sym("q", free), ca.MX.sym("X", states, count)
         p = q * size
-        ends = _interval(problem, cut, method).map(lanes)(X[:, start.tolist()], _acting(cut), ca.repmat(p, 1, lanes))
+        acting = ca.DM(cut.series[:, : cut.every].reshape(lanes, -1).T)
+        ends = _interval(problem, cut, method).map(lanes)(X[:, start.tolist()], acting, ca.repmat(p, 1, lanes))
         gaps = (ends - X[:, (start + 1).tolist()]) / span
         measured, scale = _rows(cut, start, count, states, begun)
         e = (X - measured) * scale
@@ -98,11 +99,9 @@ class FullSpace:
         }  # fmt: skip
         if not exact:
             options["hess_lag"] = _gauss_newton(size, weight, scale, x.numel(), gaps.numel() + len(inequalities.names))
-        few = len(inequalities.names)
-        return FullSpace(
-            problem, cut, ca.nlpsol("shooting", "ipopt", nlp, options), size, start,
-            np.zeros(gaps.numel() + few), np.concatenate([np.zeros(gaps.numel()), np.full(few, np.inf)]), begun,
-        )  # fmt: skip
+        high = np.concatenate([np.zeros(gaps.numel()), np.full(len(inequalities.names), np.inf)])
+        solver = ca.nlpsol("shooting", "ipopt", nlp, options)
+        return FullSpace(problem, cut, solver, size, start, np.zeros(high.size), high, begun)
 
     def solve(self, p: Array, nodes: Array, low: Array, high: Array) -> Solved:
         """Solve from parameters `p` and lane starts `nodes`.
@@ -157,19 +156,12 @@ def _interval(problem: Problem, cut: Chains, method: str) -> Any:
     return ca.Function("interval", [z, ca.vec(acting), p], [ca.cse(at)])
 
 
-def _acting(cut: Chains) -> Any:
-    """Inputs of all lanes, one column each."""
-    return ca.DM(cut.series[:, : cut.every].reshape(len(cut.series), -1).T)
-
-
 def _rows(cut: Chains, start: Index, count: int, states: int, begun: FirstStates) -> tuple[Array, Array]:
     """Measurement and scale of every node, shapes (states, nodes)."""
     measured, scale = np.zeros((count, states)), np.zeros((count, states))
-    n = len(STATES)
+    first, n, drawn = cut.levels[0], len(STATES), begun.weight > 0
     measured[start + 1, :n], scale[start + 1, :n] = cut.measured[:, 1], cut.scale[:, 1]
-    first = cut.levels[0]
     measured[start[first], :n], scale[start[first], :n] = cut.measured[first, 0], cut.scale[first, 0]
-    drawn = begun.weight > 0
     at = np.ix_(start[first], begun.free[drawn])
     measured[at], scale[at] = begun.measured[:, drawn], np.sqrt(begun.weight[drawn])
     return measured.T, scale.T

@@ -4,38 +4,47 @@ LO is a prediction over short stretches from measured states, or, where the mome
 parameters, one linear system.  GO is the whole trajectory by multiple shooting.  Trials are added step by step,
 each GO begins where the last one ended, and LO is the way back in where it stalls.
 
-`Run` is one fit by multiple shooting: its stages, its starting points, and the fit at its end.
+The momentum balance of Fossen's family: over a window the momentum M nu changes by the impulse of thrust, damping and
+Coriolis forces.  Written that way the masses enter linearly too, whatever the search starts from: one linear system,
+within the bounds.  The motion is smoothed first, so that noise in the regressors does not pull the estimates towards
+zero.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from ...data import Array, DataError, Trial
 from ...engine.rollout import is_rk4
-from ...models import STATES
+from ...environment import CHANNELS, Environment
+from ...models import STATES, Model
+from ...models.common import Surroundings
+from ...models.fossen import Fossen
+from ...models.settled import unseen
 from ...simulate.approach import substeps
 from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
+from ..nuisance import INITIAL
 from ..posterior.verdicts import judged
 from ..record import scales, spread, step_of
 from ..trajectory.gauss_newton import Normal
 from ..trajectory.objective import TrajectoryObjective
 from ..watch import tell, with_values
-from .chains import chains
-from .condensed import DAMPING, Condensed, Linear, Point, Search, descend
+from .chains import Chains, chains
+from .condensed import DAMPING, Condensed, Point, Search, bounded, descend
 from .constraints import Inequalities, Penalty
 from .ipopt import FullSpace
-from .momentum import momentum_guess
 
-_SCHEDULES, _INITIAL = ("lo", "go", "logo"), ("free", "measured")
-_BACK_ENDS, _HESSIANS = ("engine", "ipopt"), ("gauss-newton", "exact")
+_KNOWN = {"schedule": ("lo", "go", "logo"), "initial": INITIAL, "back_end": ("engine", "ipopt"),
+          "hessian": ("gauss-newton", "exact")}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -86,8 +95,7 @@ class Shooting:
         for name in ("growth", "ridge"):
             if not getattr(self, name) >= 0:
                 raise StudyError(f"estimator.{name} is {getattr(self, name):g}; it must be zero or above")
-        for name, known in (("schedule", _SCHEDULES), ("initial", _INITIAL), ("back_end", _BACK_ENDS),
-                            ("hessian", _HESSIANS)):  # fmt: skip
+        for name, known in _KNOWN.items():
             if getattr(self, name) not in known:
                 raise StudyError(f"estimator.{name} is '{getattr(self, name)}'; known: {', '.join(known)}")
         for name, weight in self.weights.items():
@@ -116,14 +124,11 @@ class Shooting:
         self._check(problem)
         run = Run.of(self, problem, began, progress)
         p = problem.vector.start
-        for count in self._stages(len(problem.trials)):
-            p = run.early(problem.trials[:count], p)
+        if self.growth and self.schedule != "lo":  # You 2023 Algorithm 1
+            for count in range(self.growth, len(problem.trials), self.growth):
+                p = run.early(problem.trials[:count], p)
         stage = run.stage(problem.trials)
         return run.finished(stage, run.local(stage, p) if self.schedule == "lo" else run.whole(stage, p))
-
-    def _stages(self, count: int) -> list[int]:
-        """How many trials take part before all do, stage by stage (You 2023 Algorithm 1)."""
-        return [*range(self.growth, count, self.growth)] if self.growth and self.schedule != "lo" else []
 
     def _check(self, problem: Problem) -> None:
         if problem.nuisance.initial:
@@ -148,6 +153,9 @@ UNJOINED = "LO only: no whole trajectory could be joined"
 
 # Weight of a squared violation (relative) per sample; rounds of the multipliers of constraints.
 _STIFF, _ROUNDS = 1e5, 6
+# The momentum balance: damping of the step's matrix, so that parameters that the data do not excite keep their values,
+# and passes over the weights of surge, sway and yaw.
+_NUDGE, _PASSES = np.full(1, 1e-9), 2
 
 
 @dataclass
@@ -171,7 +179,13 @@ class Run:
 
     @staticmethod
     def of(settings: Shooting, problem: Problem, began: float, progress: Progress | None) -> Run:
-        sigma, dt = scales(problem), step_of(problem.trials, settings.dt)
+        sigma, dt, watch = scales(problem), step_of(problem.trials, settings.dt), None
+        if problem.validation:  # whole trials from their measured starts, without nuisances
+            longest = max(trial.duration for trial in problem.validation)
+            watch = TrajectoryObjective.build(
+                replace(problem, nuisance=Nuisance()), problem.validation, sigma, window=longest + dt, dt=dt,
+                every=settings.every, method=settings.method, threads=settings.threads,
+            )  # fmt: skip
         start, mean, prior = problem.vector.start, problem.vector.mean, problem.vector.precision
         ridge = settings.ridge * np.where(start != 0, np.abs(start), 1.0) ** -2.0
         weight = prior + ridge
@@ -182,7 +196,7 @@ class Run:
         make = Inequalities.of if settings.constraints else Inequalities.none
         return Run(
             settings, problem, sigma, dt, np.array([*(full[n] for n in STATES), *unseen]), anchor,
-            make(problem), began, progress, _watch(settings, problem, sigma, dt),
+            make(problem), began, progress, watch,
         )  # fmt: skip
 
     @property
@@ -196,20 +210,17 @@ class Run:
         ship = with_values(self.problem.ship, self.problem.free, search.point.p)
         tell(self.progress, (len(self.history), search.cost, seen), ship)
 
-    def stage(
-        self, trials: tuple[Trial, ...], window: float | None = None, *, method: str | None = None
-    ) -> Condensed:
+    def stage(self, trials: tuple[Trial, ...], window: float | None = None, method: str | None = None) -> Condensed:
         """The objective of some trials, cut into windows."""
-        own, part = self.settings, replace(self.problem, trials=trials)
+        own, part, method = self.settings, replace(self.problem, trials=trials), method or self.settings.method
         cut = chains(
             trials, part.ship.model, part.loss, self.sigma, window=own.window if window is None else window,
-            dt=self.dt, every=own.every, weights=own.weights,
-            substeps=substeps(part.ship, self.dt, method or own.method),
+            dt=self.dt, every=own.every, weights=own.weights, substeps=substeps(part.ship, self.dt, method),
         )  # fmt: skip
         penalty = Penalty(self.inequalities, _STIFF * max(cut.entries, 1), np.zeros(len(self.inequalities.names)))
         return Condensed.build(
             part, cut, anchor=self.anchor, penalty=penalty, freed=own.initial == "free", span=self.span,
-            method=method or own.method, threads=own.threads,
+            method=method, threads=own.threads,
         )  # fmt: skip
 
     def local(self, stage: Condensed, p: Array) -> Point:
@@ -226,9 +237,8 @@ class Run:
         """Predictions from measured states over windows that grow, first by a step of Euler's."""
         point, begun = stage.start(p), False
         for k, share in enumerate((0.0, *_LADDER)):
-            rung = stage if share == 1.0 else self.stage(
-                stage.problem.trials, share * self.settings.window, method=None if k else "euler"
-            )
+            way = None if k else "euler"
+            rung = stage if share == 1.0 else self.stage(stage.problem.trials, share * self.settings.window, way)
             rung = replace(rung, linked=False)
             search = descend(
                 rung, rung.start(point.p, point.own), *self.bounds,
@@ -254,7 +264,10 @@ class Run:
         return p
 
     def whole(self, stage: Condensed, p: Array) -> Point:
-        """GO, warm from `p` if that joins; LO where it does not (You 2023 Algorithm 1, lines 4-8)."""
+        """GO, warm from `p` if that joins; LO where it does not (You 2023 Algorithm 1, lines 4-8).
+
+        Where the windows of no way in can be joined: the best of these, as LO has it.
+        """
         ways = [self.short, self.local] if self.settings.schedule == "go" else [self.local, self.short]
         ends: list[Search] = []
         begun: list[Point] = []
@@ -268,13 +281,9 @@ class Run:
             if end.closed and end.done == "converged":
                 break
         best = min((end for end in ends if end.closed), key=lambda end: end.cost, default=None)
-        if best is None:
-            return self.apart(stage, begun)
-        self.status, self.joins = best.done, True
-        return best.point
-
-    def apart(self, stage: Condensed, begun: Sequence[Point]) -> Point:
-        """The best of the ways in, as LO has it, where the windows of none could be joined."""
+        if best is not None:
+            self.status, self.joins = best.done, True
+            return best.point
         costs = [stage.cost(point)[0] for point in begun]
         if not np.isfinite(min(costs, default=np.inf)):
             raise FitError(f"{self.problem.ship.name}: no trajectory could be joined, from the start or from LO")
@@ -318,18 +327,9 @@ class Run:
         return search
 
     def finished(self, stage: Condensed, point: Point) -> Fit:
-        """The fit, with covariance and verdicts from the condensed normal equations."""
+        """The fit, with covariance and verdicts from the condensed normal equations of the parameters alone."""
         p, linked = point.p, self.joins and self.settings.schedule != "lo"
         linear = replace(stage, linked=linked).linear(point)
-        return judged(
-            self.problem, p, *self.information(stage, linear), history=np.array(self.history),
-            seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
-            digest=digest(self.problem, self.settings), ends=np.array([[linear.cost, *p]]),
-            nuisances=stage.nuisances.by_trial(self.problem.trials, point.own),
-        )  # fmt: skip
-
-    def information(self, stage: Condensed, linear: Linear) -> tuple[Normal, float]:
-        """Normal equations of the parameters alone, and the mean squared weighted residual; see `posterior`."""
         n, count, m = linear.g_p.size, *linear.g.shape
         samples = stage.chains.entries * stage.chains.weight
         variance = linear.data / max(samples - n - count * (m - n), 1.0)
@@ -339,26 +339,120 @@ class Run:
         H, g, _ = stage.reduced(replace(linear, N=N), 0.0)
         # The ridge is no knowledge of the parameters: it steers, but does not sharpen what is claimed.
         ridge = np.diag(self.anchor[1] - self.problem.vector.precision)
-        return Normal(linear.cost, H - ridge, g), variance
-
-
-def _watch(own: Shooting, problem: Problem, sigma: Mapping[str, float], dt: float) -> TrajectoryObjective | None:
-    """Whole validation trials from their measured starts, without nuisances; None where there are none."""
-    if not problem.validation:
-        return None
-    longest = max(float(trial.t[-1] - trial.t[0]) for trial in problem.validation)
-    return TrajectoryObjective.build(
-        replace(problem, nuisance=Nuisance()), problem.validation, sigma, window=longest + dt, dt=dt,
-        every=own.every, method=own.method, threads=own.threads,
-    )  # fmt: skip
+        return judged(
+            self.problem, p, Normal(linear.cost, H - ridge, g), variance, history=np.array(self.history),
+            seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
+            digest=digest(self.problem, self.settings), ends=np.array([[linear.cost, *p]]),
+            nuisances=stage.nuisances.by_trial(self.problem.trials, point.own),
+        )  # fmt: skip
 
 
 def _closed(stage: Condensed, end: Search) -> Search:
     """A search that stopped with windows apart, its trajectories run through: an answer, if not the best one."""
-    point = end.point
+    point = replace(end.point, nodes=end.point.nodes.copy())
     for level in stage.chains.levels[1:]:
-        nodes = point.nodes.copy()
-        nodes[level] += stage.cost(point)[1][level]
-        point = replace(point, nodes=nodes)
+        point.nodes[level] += stage.cost(point)[1][level]
     cost = stage.cost(point)[0]
     return replace(end, point=point, cost=cost, closed=bool(np.isfinite(cost)))
+
+
+def momentum_guess(problem: Problem, cut: Chains, *, smooth: float, span: float, start: Array) -> Array | None:
+    """Parameters that balance the momentum best, within bounds; None where one linear system does not give them.
+
+    That is where the balance is not linear in them, or has fewer equations than there are parameters.
+
+    Args:
+        cut: the trials.
+        smooth: length over which velocities are smoothed by a quadratic [s].
+        span: length of the windows over which the balance is drawn [s].
+        start: values of parameters that the data do not excite, shape (free,).
+    """
+    balance = _balance(problem)
+    if balance is None:
+        return None
+    parts = [_equations(balance, problem.ship.model, cut, k, start, smooth, span) for k in range(cut.trials)]
+    error = np.concatenate([part[0] for part in parts])
+    slope = np.concatenate([part[1] for part in parts])
+    if len(error) * 3 <= start.size:
+        return None
+    low, high = problem.vector.low, problem.vector.high
+    scale, p = np.ones(3), start
+    for _ in range(_PASSES):
+        A, b = (slope / scale[:, None]).reshape(-1, start.size), (error / scale).ravel()
+        p = np.clip(start + bounded(A.T @ A, A.T @ b, low - start, high - start, _NUDGE), low, high)
+        left = np.sqrt(np.mean((error + slope @ (p - start)) ** 2, axis=0))
+        scale = np.where(left > 0, left, 1.0)
+    return p
+
+
+def _balance(problem: Problem) -> Any:
+    """CasADi functions of (state, control, environment, p): force less Coriolis force, and momentum, with slopes."""
+    model = problem.ship.model
+    if not isinstance(model, Fossen):
+        return None
+    sizes = {"z": len(model.states), "c": len(model.controls), "e": len(CHANNELS), "p": len(problem.free)}
+    z, c, e, p = (ca.SX.sym(name, size) for name, size in sizes.items())
+    free: Any = problem.vector.model(model, p)
+    control = tuple(ca.vertsplit(c))
+    fixed = (model.propeller is not None) + (model.rudder is not None)
+    flow = Surroundings.of(tuple(ca.vertsplit(z)), Environment(*ca.vertsplit(e))).flow(free.body, *control[:fixed])
+    force, nu = free.force(flow, control[fixed:]), (flow.u, flow.v_m, flow.r)
+    C = free.inertia.coriolis_matrix(*nu)
+    push = [f - sum(a * b for a, b in zip(row, nu, strict=True)) for f, row in zip(force, C, strict=True)]
+    momentum = [sum(a * b for a, b in zip(row, nu, strict=True)) for row in free.inertia.matrix]
+    outs = [ca.vertcat(*(ca.SX(x) for x in side)) for side in (push, momentum)]
+    slopes = [ca.densify(ca.jacobian(out, p)) for out in outs]
+    if any(ca.depends_on(ca.vec(slope), p) for slope in slopes):
+        return None
+    pairs = zip(outs, slopes, strict=True)
+    return [ca.Function("side", [z, c, e, p], [ca.densify(out), slope]) for out, slope in pairs]
+
+
+def _equations(
+    balance: Any, model: Model, cut: Chains, trial: int, start: Array, smooth: float, span: float
+) -> tuple[Array, Array]:
+    """Imbalance at `start` and its derivatives over overlapping windows, shapes (windows, 3) and (windows, 3, free)."""
+    # Measured states (gaps bridged) and mean inputs of the trial, one row per compared row.
+    lanes = np.flatnonzero(cut.trial == trial)
+    mean = cut.series[lanes, :-1].reshape(len(lanes), -1, cut.every, cut.series.shape[2]).mean(axis=2)
+    within = np.arange(mean.shape[1]) < cut.length[lanes][:, None]
+    motion, series = cut.motion[lanes, :-1][within], mean[within]
+    h, n = cut.dt * cut.every, series.shape[1] - len(CHANNELS)
+    motion = smoothed(motion, max(round(0.5 * smooth / h), 1))
+    state = np.hstack([motion, unseen(model, series, h)])
+    push, momentum = balance
+    force, d_force = _called(push, 0.5 * (state[1:] + state[:-1]), series[:-1], n, start)
+    # The momentum on either side of a step under the same environment: a current that changes is no impulse.
+    held, d_held = _called(momentum, state, series, n, start)
+    total, d_total = (np.concatenate([np.zeros_like(x[:1]), np.cumsum(h * x, axis=0)]) for x in (force, d_force))
+    jump = min(max(round(span / h), 1), len(state) - 1)
+    a = np.arange(0, len(state) - jump, max(jump // 4, 1))
+    b = a + jump
+    error = total[b] - total[a] - (held[b] - held[a])
+    return error, d_total[b] - d_total[a] - (d_held[b] - d_held[a])
+
+
+def _called(function: Any, state: Array, series: Array, n: int, start: Array) -> tuple[Array, Array]:
+    rows = len(state)
+    given = (state.T, series[:, :n].T, series[:, n:].T, np.repeat(start[:, None], rows, axis=1))
+    value, slope = function.map(rows)(*given)
+    return np.array(value.full()).T, np.array(slope.full()).reshape(3, rows, -1).transpose(1, 0, 2)
+
+
+def smoothed(values: Array, half: int) -> Array:
+    """Each column by the quadratic that fits `half` rows on either side best; ends by the end's own quadratic.
+
+    Shape (rows, columns) in and out; too few rows stay as they are.
+    """
+    width = 2 * half + 1
+    if width < 4 or len(values) < width:
+        return values
+    x = np.arange(-half, half + 1) / half
+    basis = np.column_stack([np.ones(width), x, x * x])
+    hat = basis @ np.linalg.pinv(basis)
+    view = np.lib.stride_tricks.sliding_window_view(values, width, axis=0)
+    out = values.copy()
+    out[half:-half] = view @ hat[half]
+    out[:half] = hat[:half] @ values[:width]
+    out[-half:] = hat[half + 1 :] @ values[-width:]
+    return out

@@ -1,7 +1,7 @@
 """Fine-tuning: several ranges, two methods on each, and the range chosen by trials that were left out.
 
 Suyama 2023, made routine.  For each ratio a_r the same problem is solved by CMA-ES with restarts and by
-bounded Gauss-Newton from many starts; the better outcome is kept and both are told.  Which range to use is
+bounded Gauss-Newton from many starts; the better outcome is kept and both are reported.  Which range to use is
 decided on the tuning trials alone, each predicted from a fit to the others, never on the test trials.
 """
 
@@ -22,7 +22,7 @@ from ..lint import linted
 from ..nuisance import begun_as, checked_initial
 from ..population.evolution import Evolution
 from ..trajectory.shooting import Trajectory
-from ..watch import part, stage
+from ..watch import Staged, part
 from .ranges import ITERATIONS, TOLERANCE, Scorer, flat_directions, longest, residuals, softened, within
 from .tuned import Method, Range, Tuning
 
@@ -45,8 +45,8 @@ class _Relay:
 
     def __call__(self, what: str, iteration: int, objective: float) -> None:
         """A fit with a trial left out, or in a soft range, has ended."""
-        if hasattr(self.progress, "stage"):
-            stage(self.progress, f"{what}: objective {objective:.6g}")
+        if isinstance(self.progress, Staged):
+            self.progress.stage(f"{what}: objective {objective:.6g}")
         elif self.progress is not None:
             self.progress(iteration, objective, math.nan)
 
@@ -184,7 +184,7 @@ class _Sweep:
     checkpoint: Path | None
 
     def ranges(self, tests: Sequence[Trial]) -> tuple[Range, ...]:
-        """Every range, with all that is told of it."""
+        """Every range with its fits, scores and soft counterpart."""
         own, trials, ratios = self.settings, self.problem.trials, self.settings.ratios
         boxes = {ratio: within(self.problem, ratio) for ratio in ratios}
         sets = (trials, *(tuple(t for t in trials if t is not out) for out in trials))
@@ -226,10 +226,7 @@ class _Sweep:
         def plainly(iteration: int, objective: float, _: float) -> None:
             self.told(what, iteration, objective)
 
-        def run() -> Fit:
-            return estimator.fit(problem, checkpoint=path, progress=part(self.told, what, problem, plainly))
-
-        return run
+        return lambda: estimator.fit(problem, checkpoint=path, progress=part(self.told, what, problem, plainly))
 
     def _left(self, what: str, trials: tuple[Trial, ...], free: tuple[Free, ...], factor: float) -> Callable[[], Array]:
         """The values that fit some of the trials, or a soft range; too short to keep, they are done again."""

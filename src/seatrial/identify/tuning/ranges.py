@@ -18,6 +18,7 @@ from ...data import Array, Trial
 from ...models import STATES
 from .. import FitError, Problem, StudyError
 from ..nuisance import Layout
+from ..posterior.misfit import correlated
 from ..record import scales, step_of, windows
 from ..trajectory.batch import Many
 from ..trajectory.objective import TrajectoryObjective
@@ -81,14 +82,15 @@ class Scorer:
             FitError: the model blows up at every start.
         """
         objective, many = self.objective(trials, free, factor), self.many
+        vector = objective.problem.vector
         ends = replace(
             many, problem=objective.problem, windows=objective.windows,
             packed=many.kernel.pack(np.tile(objective.windows.series, (many.chunk, 1, 1))),
-            low=Vector.of(free).low, high=Vector.of(free).high,
-        ).descend(np.array(_starts(free, starts, seed)), iterations=ITERATIONS)  # fmt: skip
+            low=vector.low, high=vector.high,
+        ).descend(np.array(_starts(vector, starts, seed)), iterations=ITERATIONS)  # fmt: skip
         best = int(np.argmin(ends.normals.costs))
         if not math.isfinite(ends.normals.costs[best]):
-            raise FitError("the model blows up at every start; " + objective.failure(_starts(free, 1, seed)[0]))
+            raise FitError("the model blows up at every start; " + objective.failure(vector.start))
         return ends.values[best]
 
     def residuals(self, trials: Sequence[Trial], values: Array, *, seen: bool = True) -> Array:
@@ -117,10 +119,9 @@ class Scorer:
         return {t.name: float(c) if math.isfinite(c) else math.inf for t, c in zip(trials, costs, strict=True)}
 
 
-def _starts(free: Sequence[Free], starts: int, seed: int) -> list[Array]:
+def _starts(vector: Vector, starts: int, seed: int) -> list[Array]:
     """Where descents begin: the declared start, then anywhere in the box, or in the prior where there is one."""
     draw = np.random.default_rng(seed)
-    vector = Vector.of(free)
     first, low, high, sigma = vector.start, vector.low, vector.high, vector.sigma
     soft = np.isfinite(sigma)
     out = [first]
@@ -192,16 +193,12 @@ class Residuals:
     @property
     def warnings(self) -> tuple[str, ...]:
         """One line for each channel whose residuals are not noise of a sensor."""
-        lines: list[str] = []
-        for name, rms in self.rms.items():
-            large, alike = rms > 2.0 * self.noise[name], self.correlation[name] > 0.5
-            if large or alike:
-                lines.append(
-                    f"the model lacks something: the residual of {name} is {_said(name, rms)} RMS, the noise of its "
-                    f"sensor {_said(name, self.noise[name])}; neighbouring samples are correlated by "
-                    f"{self.correlation[name]:.3f}"
-                )
-        return tuple(lines)
+        return tuple(
+            f"the model lacks something: the residual of {name} is {_said(name, rms)} RMS, the noise of its sensor "
+            f"{_said(name, self.noise[name])}; neighbouring samples are correlated by {self.correlation[name]:.3f}"
+            for name, rms in self.rms.items()
+            if rms > 2.0 * self.noise[name] or self.correlation[name] > 0.5
+        )
 
 
 def _said(name: str, value: float) -> str:
@@ -214,11 +211,8 @@ def residuals(scorer: Scorer, trials: Sequence[Trial], values: Array) -> Residua
     """The residuals of `trials` at `values`."""
     objective = scorer.objective(trials)
     left, scale = objective.residuals(values, objective.begun(values)), objective.windows.scale
-    rms: dict[str, float] = {}
-    noise: dict[str, float] = {}
-    alike: dict[str, float] = {}
-    bias: dict[str, dict[str, float]] = {}
-    times: list[tuple[float, float]] = []
+    rms, noise, alike = dict[str, float](), dict[str, float](), dict[str, float]()
+    bias, times = dict[str, dict[str, float]](), list[tuple[float, float]]()
     for k, name in enumerate(STATES):
         rows = scale[:, :, k] > 0
         if not rows.any():
@@ -238,25 +232,6 @@ def residuals(scorer: Scorer, trials: Sequence[Trial], values: Array) -> Residua
     return Residuals(rms, noise, alike, bias, time, float((left**2).sum()) / compared, compared / time)
 
 
-def correlated(rows: Sequence[Array]) -> tuple[float, float]:
-    """Correlation of neighbours, and samples per independent one, of several series about zero together.
-
-    The correlations are summed up to the first that is not above zero.
-    """
-    power = sum(float(e @ e) for e in rows)
-    if not power > 0:
-        return 0.0, 1.0
-    total, first = 1.0, 0.0
-    for lag in range(1, max(e.size for e in rows)):
-        # The sum over all products, as the power: the fewer the products at a long lag, the less it counts.
-        c = sum(float(e[lag:] @ e[:-lag]) for e in rows if e.size > lag) / power
-        first = c if lag == 1 else first
-        if c <= 0.0:
-            break
-        total += 2.0 * c
-    return first, total
-
-
 def flat_directions(
     scorer: Scorer, trials: Sequence[Trial], free: Sequence[Free], values: Array, left: Residuals
 ) -> int:
@@ -265,8 +240,8 @@ def flat_directions(
     The information of the trials is counted by independent samples, and held against the variance of
     a value that lies anywhere in its range.
     """
-    objective = scorer.objective(trials)
-    half = 0.5 * (Vector.of(free).high - Vector.of(free).low)
+    objective, vector = scorer.objective(trials), Vector.of(free)
+    half = 0.5 * (vector.high - vector.low)
     normal = objective.normal(values, objective.begun(values))
     H = normal.reduced(0.0)[0] - np.diag(objective.problem.vector.precision)
     curvature = half[:, None] * H * half[None, :] / max(left.variance * left.time, 1e-300)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,8 +18,10 @@ from .ranges import Residuals
 
 # A value this near to an end of its range, over the range, is taken to be at it.
 _AT_END = 1e-6
-# Test trials that come out so much worse than in the best range are told.
+# Test trials whose loss is larger than in the best range by more than this factor are reported as a warning.
 _WORSE = 1.05
+
+info, warning = partial(Issue, "info"), partial(Issue, "warning")
 
 
 @dataclass(frozen=True)
@@ -131,127 +135,90 @@ class Tuning:
 
 def findings(tuning: Tuning) -> tuple[Issue, ...]:
     """Findings in words: "info" for what is as expected, "warning" for what needs care."""
-    return (*_choice(tuning), *_data(tuning), *_search(tuning), *_tests(tuning), *_left(tuning))
+    left = (warning("residuals", line) for line in tuning.residuals.warnings)
+    return (*_choice(tuning), *_data(tuning), *_search(tuning), *_tests(tuning), *left)
 
 
 def _choice(tuning: Tuning) -> Iterator[Issue]:
     best, others = tuning.best, [r for r in tuning.ranges if r is not tuning.best]
     total, names = sum(best.left_out.values()), list(best.left_out)
-    yield Issue(
-        "info", "range", f"a_r = {best.ratio:g} is chosen: it predicts the tuning trials left out best, "
-        f"with a loss of {total:.4g}; no test trial was used",
-    )  # fmt: skip
+    yield info("range", f"a_r = {best.ratio:g} is chosen: it predicts the tuning trials left out best, with a loss of "
+               f"{total:.4g}; no test trial was used")  # fmt: skip
     if others and best is tuning.ranges[-1]:
-        yield Issue(
-            "warning", "range", "the widest range tried is the best: a wider one may be better still, or the "
-            "parameters make up for something that the model lacks",
-        )  # fmt: skip
+        yield warning("range", "the widest range tried is the best: a wider one may be better still, or the "
+                      "parameters make up for something that the model lacks")  # fmt: skip
     unclear: list[str] = []
     for other in others:
         more = np.array([other.left_out[n] - best.left_out[n] for n in names])
         if more.sum() <= more.std(ddof=1) * math.sqrt(len(names)):
             unclear.append(f"{other.ratio:g}")
     if unclear:
-        yield Issue(
-            "warning", "range", f"the {len(names)} trials left out cannot distinguish a_r = {best.ratio:g} from "
-            f"{', '.join(unclear)}: the difference is within its own scatter",
-        )  # fmt: skip
+        yield warning("range", f"the {len(names)} trials left out cannot distinguish a_r = {best.ratio:g} from "
+                      f"{', '.join(unclear)}: the difference is within its own scatter")  # fmt: skip
     wins = {n: min(tuning.ranges, key=lambda r: r.left_out[n]).ratio for n in names}
     if len(set(wins.values())) > 1:
         said = ", ".join(f"{n} {a:g}" for n, a in wins.items())
-        yield Issue("warning", "range", f"the trials left out do not agree on a range: {said}")
+        yield warning("range", f"the trials left out do not agree on a range: {said}")
     softest = min(tuning.ranges, key=lambda r: sum(r.soft_left_out.values()))
     soft = sum(softest.soft_left_out.values())
     word = "better than" if soft < total else "no better than"
-    yield Issue(
-        "info", "soft range", f"the best soft range, a Gaussian in place of the box of a_r = {softest.ratio:g}, "
-        f"predicts the trials left out {word} the chosen box ({soft:.4g} to {total:.4g})",
-    )  # fmt: skip
+    yield info("soft range", f"the best soft range, a Gaussian in place of the box of a_r = {softest.ratio:g}, "
+               f"predicts the trials left out {word} the chosen box ({soft:.4g} to {total:.4g})")  # fmt: skip
 
 
 def _data(tuning: Tuning) -> Iterator[Issue]:
-    p, left = len(tuning.problem.free), tuning.residuals
-    if left.independent < p:
-        yield Issue(
-            "warning", "data", f"too few data: the errors of the fit last {left.time:.0f} samples, so the trials hold "
-            f"some {left.independent:.0f} independent ones for {p} parameters",
-        )  # fmt: skip
-    else:
-        yield Issue(
-            "info", "data", f"the errors of the fit last {left.time:.0f} samples, so the trials hold some "
-            f"{left.independent:.0f} independent ones for {p} parameters",
-        )  # fmt: skip
+    p, left, widest = len(tuning.problem.free), tuning.residuals, tuning.ranges[-1]
+    said = (f"the errors of the fit last {left.time:.0f} samples, so the trials hold some {left.independent:.0f} "
+            f"independent ones for {p} parameters")  # fmt: skip
+    yield info("data", said) if left.independent >= p else warning("data", f"too few data: {said}")
     if tuning.flat:
-        yield Issue(
-            "warning", "parameters", f"{tuning.flat} of {p} combinations of the parameters are left as wide as their "
-            "ranges: the values are not to be read as physics, nor trusted for manoeuvres of another kind",
-        )  # fmt: skip
-    cut = [f.path for f, half in zip(tuning.ranges[-1].free, _halves(tuning), strict=True)
-           if f.high - f.low < 2.0 * half * (1.0 - 1e-9)]  # fmt: skip
+        yield warning("parameters", f"{tuning.flat} of {p} combinations of the parameters are left as wide as their "
+                      "ranges: the values are not to be read as physics, nor trusted for manoeuvres of another "
+                      "kind")  # fmt: skip
+    wanted = 2.0 * widest.ratio * np.abs(tuning.problem.vector.current(tuning.problem.ship.model))
+    cut = [f.path for f, width in zip(widest.free, wanted, strict=True) if f.high - f.low < width * (1.0 - 1e-9)]
     if cut:
-        yield Issue(
-            "warning", "range", f"a_r = {tuning.ranges[-1].ratio:g} would leave what [free] declares, or what is "
-            f"physically possible, and is cut there: {', '.join(cut)}",
-        )  # fmt: skip
-    stuck = tuning.best.at_bound
-    if stuck:
-        yield Issue(
-            "warning", "parameters", f"{len(stuck)} of {p} end at a bound of their range ({', '.join(stuck)}): the "
-            "trials want them further out, or the model lacks something",
-        )  # fmt: skip
-
-
-def _halves(tuning: Tuning) -> list[float]:
-    """Half widths that the widest ratio asks for."""
-    problem = tuning.problem
-    return (tuning.ranges[-1].ratio * np.abs(problem.vector.current(problem.ship.model))).tolist()
+        yield warning("range", f"a_r = {widest.ratio:g} would leave what [free] declares, or what is physically "
+                      f"possible, and is cut there: {', '.join(cut)}")  # fmt: skip
+    if stuck := tuning.best.at_bound:
+        yield warning("parameters", f"{len(stuck)} of {p} end at a bound of their range ({', '.join(stuck)}): the "
+                      "trials want them further out, or the model lacks something")  # fmt: skip
 
 
 def _search(tuning: Tuning) -> Iterator[Issue]:
     apart = max(r.apart for r in tuning.ranges)
     if apart <= tuning.agreement:
-        yield Issue("info", "search", f"both methods find the same objective in every range, to {apart:.1g} at worst")
+        yield info("search", f"both methods find the same objective in every range, to {apart:.1g} at worst")
     for r in tuning.ranges:
         if r.apart > tuning.agreement:
-            yield Issue(
-                "warning", f"a_r {r.ratio:g}", f"the methods end {r.apart:.2g} apart; the better, {r.kept}, is kept"
-            )  # fmt: skip
-    for a, b in zip(tuning.ranges, tuning.ranges[1:], strict=False):
+            text = f"the methods end {r.apart:.2g} apart; the better, {r.kept}, is kept"
+            yield warning(f"a_r {r.ratio:g}", text)
+    for a, b in pairwise(tuning.ranges):
         if b.fit.objective > a.fit.objective * (1.0 + tuning.agreement):
-            yield Issue(
-                "warning", f"a_r {b.ratio:g}", f"fits the tuning trials worse than the narrower a_r {a.ratio:g}: the "
-                "search has missed the optimum; give it more runs or starts",
-            )  # fmt: skip
+            yield warning(f"a_r {b.ratio:g}", f"fits the tuning trials worse than the narrower a_r {a.ratio:g}: the "
+                          "search has missed the optimum; give it more runs or starts")  # fmt: skip
 
 
 def _tests(tuning: Tuning) -> Iterator[Issue]:
+    where = "test trials"
     if not tuning.tests:
-        yield Issue("warning", "test trials", "there are none: nothing is known of manoeuvres that were not tuned to")
+        yield warning(where, "there are none: nothing is known of manoeuvres that were not tuned to")
         return
     before = tuning.untuned_test
     lost = [f"{n} at {r.ratio:g}" for r in tuning.ranges for n, cost in r.test.items() if cost >= before[n]]
     if lost:
-        yield Issue("warning", "test trials", f"predicted no better than untuned: {', '.join(lost)}")
+        yield warning(where, f"predicted no better than untuned: {', '.join(lost)}")
     else:
-        yield Issue("info", "test trials", "tuned beats untuned on every test trial, in every range")
+        yield info(where, "tuned beats untuned on every test trial, in every range")
     after, ratio = sum(tuning.best.test.values()), tuning.best_test
     least = min(sum(r.test.values()) for r in tuning.ranges)
     said = f"afterwards, a_r = {ratio:g} is seen to predict the test trials best"
     if after == least:
-        yield Issue("info", "test trials", f"{said}: it is the chosen one")
+        yield info(where, f"{said}: it is the chosen one")
     elif after <= _WORSE * least:
-        share = 100.0 * (after / least - 1.0)
-        yield Issue("info", "test trials", f"{said}; the loss in the chosen one is {share:.2g} % above it")
+        yield info(where, f"{said}; the loss in the chosen one is {100.0 * (after / least - 1.0):.2g} % above it")
     else:
-        yield Issue("warning", "test trials", f"{said}; the chosen one has {after / least:.3g} times its loss")
-    wider = [r for r in tuning.ranges if r.ratio > ratio]
-    if wider:
-        yield Issue(
-            "warning", "test trials", f"beyond a_r = {ratio:g} the loss of the test trials rises while that of the "
-            "tuning trials falls: overfitting",
-        )  # fmt: skip
-
-
-def _left(tuning: Tuning) -> Iterator[Issue]:
-    for line in tuning.residuals.warnings:
-        yield Issue("warning", "residuals", line)
+        yield warning(where, f"{said}; the chosen one has {after / least:.3g} times its loss")
+    if any(r.ratio > ratio for r in tuning.ranges):
+        yield warning(where, f"beyond a_r = {ratio:g} the loss of the test trials rises while that of the tuning "
+                      "trials falls: overfitting")  # fmt: skip
