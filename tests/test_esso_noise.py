@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -12,38 +11,11 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "studies" / "reports"))
-from noise_disturbances import (
-    Drift,
-    averaged,
-    coherence,
-    correlation,
-    drifted,
-    fitted,
-    lagged,
-    memory,
-    missing_acceleration,
-    previous,
-)
-from noise_windows import (
-    BODY,
-    CURRENT,
-    WIND,
-    Cut,
-    Predictor,
-    kinematic_floor,
-    loss,
-    scatter,
-    sensor_floor,
-    slow_velocity_error,
-    smoothed,
-    start_floor,
-    states,
-    white_noise,
-)
+import noise_disturbances as disturbances
+import noise_windows as windows
 
+from esso_osaka import ROOT, by_kind
 from seatrial.data import DataError, Trial
-from seatrial.data.formats.frt_esso import read
-from seatrial.data.prepare import drop_trailing_gaps
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
@@ -51,7 +23,6 @@ from seatrial.simulate.run import approach, simulate
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 
-ROOT = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared" / "data")) / "esso_osaka_frt" / "data"
 FIGURES = Path(__file__).parents[1] / "benchmarks" / "results" / "noise_esso_osaka.json"
 SD = np.array([0.01, 0.01, 0.002, 0.004, 0.004, 0.001])
 DRIFTING = (0.012, -0.008)
@@ -79,8 +50,8 @@ def blown(ship, trial: Trial, **more: np.ndarray) -> Trial:
     return replace(trial, channels={**trial.channels, **predicted.channels})
 
 
-def cut_of(ship, *trials: Trial) -> tuple[Cut, Predictor]:
-    return Cut.of({"zigzag": trials}, ship, ESSO_OSAKA_SIGMA, 100.0), Predictor.of([ship])[0]
+def cut_of(ship, *trials: Trial) -> tuple[windows.Cut, windows.Predictor]:
+    return windows.Cut.of({"zigzag": trials}, ship, ESSO_OSAKA_SIGMA, 100.0), windows.Predictor.of([ship])[0]
 
 
 def test_windows_are_predicted_as_replay_predicts_them(ship, calm):
@@ -88,7 +59,7 @@ def test_windows_are_predicted_as_replay_predicts_them(ship, calm):
     cut, predictor = cut_of(ship, noisy)
     predicted = replay(ship, noisy, restart=100.0, method="euler")
     wanted = compare(noisy, predicted, label="", restart=100.0, sigma=ESSO_OSAKA_SIGMA)
-    found = loss(cut, predictor.errors(cut))
+    found = windows.loss(cut, predictor.errors(cut))
     assert found["zigzag"] == found["all"] == pytest.approx(pooled([wanted]), rel=1e-9)
     assert found["all"] > 0.01
 
@@ -99,19 +70,19 @@ def test_sensor_noise_is_read_back(calm):
         n: calm[n] + sd * rng.normal(size=len(calm))
         for n, sd in zip(("x", "y", "psi", "u", "v_m", "r"), SD, strict=True)
     })  # fmt: skip
-    assert white_noise([noisy]) == pytest.approx(SD, rel=0.15)
-    assert scatter([noisy]) == pytest.approx(SD, rel=0.2)
-    assert (slow_velocity_error([noisy]) < SD[3:]).all()
-    assert sensor_floor(SD, ESSO_OSAKA_SIGMA) == pytest.approx(
+    assert windows.white_noise([noisy]) == pytest.approx(SD, rel=0.15)
+    assert windows.scatter([noisy]) == pytest.approx(SD, rel=0.2)
+    assert (windows.slow_velocity_error([noisy]) < SD[3:]).all()
+    assert windows.sensor_floor(SD, ESSO_OSAKA_SIGMA) == pytest.approx(
         sum((sd / s) ** 2 for sd, s in zip(SD, ESSO_OSAKA_SIGMA.values(), strict=True))
     )
 
 
 def test_velocities_that_fit_the_positions_leave_no_kinematic_error(ship, calm):
     cut, _ = cut_of(ship, calm)
-    assert kinematic_floor(cut)["all"] < 1e-12
+    assert windows.kinematic_floor(cut)["all"] < 1e-12
     biased, _ = cut_of(ship, calm.having(u=calm["u"] + 0.01))
-    assert kinematic_floor(biased)["all"] > 1e-4
+    assert windows.kinematic_floor(biased)["all"] > 1e-4
 
 
 def test_the_error_of_a_start_is_carried_as_a_thousand_noisy_starts_carry_it(ship, calm):
@@ -119,7 +90,7 @@ def test_the_error_of_a_start_is_carried_as_a_thousand_noisy_starts_carry_it(shi
     rng = np.random.default_rng(3)
     squares = [(predictor.errors(cut.starting(cut.state0 + SD * rng.normal(size=cut.state0.shape))) ** 2).sum()
                for _ in range(300)]  # fmt: skip
-    assert start_floor(cut, predictor, SD).sum() == pytest.approx(np.mean(squares), rel=0.2)
+    assert windows.start_floor(cut, predictor, SD).sum() == pytest.approx(np.mean(squares), rel=0.2)
 
 
 def test_a_smoothed_start_is_nearer_to_the_truth(ship, calm):
@@ -129,8 +100,8 @@ def test_a_smoothed_start_is_nearer_to_the_truth(ship, calm):
         for n, sd in zip(("x", "y", "psi", "u", "v_m", "r"), SD, strict=True)
     })  # fmt: skip
     cut, _ = cut_of(ship, noisy)
-    truth = states(calm)[cut.row]
-    better = smoothed(cut, [noisy], 3.0)
+    truth = windows.states(calm)[cut.row]
+    better = windows.smoothed(cut, [noisy], 3.0)
     assert np.abs(better.state0 - truth)[1:].sum() < np.abs(cut.state0 - truth)[1:].sum()
     assert (better.state0[0] == cut.state0[0]).all()
 
@@ -139,25 +110,25 @@ def test_a_current_is_found_in_its_window_and_carried_to_the_next(ship, calm):
     n, (north, east) = len(calm), DRIFTING
     trial = blown(ship, calm, U_C=np.full(n, np.hypot(north, east)), gamma_C=np.full(n, np.arctan2(east, north)))
     cut, predictor = cut_of(ship, trial)
-    found = fitted(cut, predictor, CURRENT, 0.05)
+    found = disturbances.fitted(cut, predictor, windows.CURRENT, 0.05)
     assert found[:2] == pytest.approx(np.array([DRIFTING] * 2), abs=1e-3)
-    plain = loss(cut, predictor.errors(cut))["all"]
-    assert loss(cut, predictor.errors(cut.adding(CURRENT, found)))["all"] < 0.02 * plain
-    carried = previous(cut, found)
+    plain = windows.loss(cut, predictor.errors(cut))["all"]
+    assert windows.loss(cut, predictor.errors(cut.adding(windows.CURRENT, found)))["all"] < 0.02 * plain
+    carried = disturbances.previous(cut, found)
     assert (carried[0] == 0.0).all()
     assert (carried[1:] == found[:-1]).all()
-    assert memory(cut, found) == pytest.approx([1.0, 1.0], abs=0.05)
+    assert disturbances.memory(cut, found) == pytest.approx([1.0, 1.0], abs=0.05)
 
 
 def test_a_drift_is_filtered_from_the_past_alone(ship, calm):
     cut, predictor = cut_of(ship, calm)
-    assert max(np.abs(m[1:]).max() for m in missing_acceleration(cut, predictor)) < 1e-9
+    assert max(np.abs(m[1:]).max() for m in disturbances.missing_acceleration(cut, predictor)) < 1e-9
     # a model that lacks a steady moment: the measured ship has it
     pushed = calm.having(r=calm["r"] + 1e-4 * calm.t)
     cut, predictor = cut_of(ship, pushed)
-    missing = missing_acceleration(cut, predictor)
-    drift = Drift(filter=10.0, forget=20.0, share=1.0)
-    series = drift.carried(cut, missing).series[:, :, cut.at(BODY)]
+    missing = disturbances.missing_acceleration(cut, predictor)
+    drift = disturbances.Drift(filter=10.0, forget=20.0, share=1.0)
+    series = drift.carried(cut, missing).series[:, :, cut.at(windows.BODY)]
     assert (series[0] == 0.0).all()
     assert series[1, 0, 2] > 5e-5
     assert series[1, 200, 2] == pytest.approx(series[1, 0, 2] * np.exp(-1.0), rel=1e-9)
@@ -169,31 +140,31 @@ def test_a_drift_is_filtered_from_the_past_alone(ship, calm):
 def test_correlation_of_means():
     rng = np.random.default_rng(0)
     white = [rng.normal(size=(20_000, 2)) for _ in range(2)]
-    assert correlation(white, 0.1, 5.0, (5.0, 50.0)) == pytest.approx(np.zeros((2, 2)), abs=0.15)
+    assert disturbances.correlation(white, 0.1, 5.0, (5.0, 50.0)) == pytest.approx(np.zeros((2, 2)), abs=0.15)
     slow = [np.sin(np.arange(20_000) * 0.1 * 2 * np.pi / 100.0)[:, None]]
-    assert correlation(slow, 0.1, 5.0, (50.0, 100.0))[:, 0] == pytest.approx([-1.0, 1.0], abs=0.1)
+    assert disturbances.correlation(slow, 0.1, 5.0, (50.0, 100.0))[:, 0] == pytest.approx([-1.0, 1.0], abs=0.1)
 
 
 def test_other_winds(calm):
-    assert lagged(calm, 2.0)["U_T"][20:] == pytest.approx(calm["U_T"][:-20])
-    assert lagged(calm, -2.0)["U_T"][:-20] == pytest.approx(calm["U_T"][20:])
-    steady = averaged(calm, np.inf)
+    assert disturbances.lagged(calm, 2.0)["U_T"][20:] == pytest.approx(calm["U_T"][:-20])
+    assert disturbances.lagged(calm, -2.0)["U_T"][:-20] == pytest.approx(calm["U_T"][20:])
+    steady = disturbances.averaged(calm, np.inf)
     assert np.ptp(steady["U_T"]) < 1e-12
     north = calm["U_T"] * np.cos(calm["gamma_T"])
-    some = averaged(calm, 3.0)
+    some = disturbances.averaged(calm, 3.0)
     assert (some["U_T"] * np.cos(some["gamma_T"]))[200] == pytest.approx(north[171:201].mean())
-    current = drifted(calm.having(U_T=np.ones(len(calm)), gamma_T=np.zeros(len(calm))), 0.01, 100.0)
+    current = disturbances.drifted(calm.having(U_T=np.ones(len(calm)), gamma_T=np.zeros(len(calm))), 0.01, 100.0)
     assert current["U_C"] == pytest.approx(np.full(len(calm), 0.01))
     assert np.cos(current["gamma_C"]) == pytest.approx(-np.ones(len(calm)))
 
 
 def test_coherence_is_whole_where_the_wind_explains_all(ship, calm):
     cut, predictor = cut_of(ship, calm)
-    found = coherence(cut, predictor, ((0.0, 0.05),))
+    found = disturbances.coherence(cut, predictor, ((0.0, 0.05),))
     assert found.before == pytest.approx(np.ones((1, 3)), abs=1e-6)
     assert found.left == pytest.approx(np.zeros((1, 3)), abs=1e-9)
     assert found.chance == 0.5
-    still = fitted(cut, predictor, WIND, 0.5)
+    still = disturbances.fitted(cut, predictor, windows.WIND, 0.5)
     assert still == pytest.approx(np.zeros_like(still), abs=1e-6)
 
 
@@ -210,14 +181,14 @@ def test_uneven_steps_are_refused(ship, calm):
 @pytest.mark.long
 def test_sensors_and_starts_of_the_esso_osaka_set_are_not_what_limits_a_prediction(ship):
     """With the published coefficients; the fitted ones are in studies/reports/noise_esso_osaka.py."""
-    trials = [drop_trailing_gaps(read(f)) for f in sorted((ROOT / "berthing").glob("*.csv"))]
+    trials = by_kind()["berthing"]
     cut, predictor = cut_of(ship, *trials)
-    plain = loss(cut, predictor.errors(cut))["all"]
+    plain = windows.loss(cut, predictor.errors(cut))["all"]
     assert plain == pytest.approx(0.223, abs=0.002)
-    kinematic, start = kinematic_floor(cut)["all"], start_floor(cut, predictor, scatter(trials))
+    kinematic, start = windows.kinematic_floor(cut)["all"], windows.start_floor(cut, predictor, windows.scatter(trials))
     assert kinematic == pytest.approx(0.0014, abs=0.0002)
-    assert loss(cut, np.sqrt(start))["all"] < 0.002
-    assert abs(loss(cut, predictor.errors(smoothed(cut, trials, 5.0)))["all"] - plain) < 0.005
+    assert windows.loss(cut, np.sqrt(start))["all"] < 0.002
+    assert abs(windows.loss(cut, predictor.errors(windows.smoothed(cut, trials, 5.0)))["all"] - plain) < 0.005
 
 
 def test_the_page_shows_the_figures_that_the_command_wrote():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -105,3 +106,8 @@ def test_tests_do_not_import_from_tests() -> None:
         if "test_" in line and line_of_import.match(line)
     ]
     assert not wrong, "\n".join(wrong)
+
+
+def test_no_rule_of_lint_is_both_selected_and_ignored() -> None:
+    lint = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["ruff"]["lint"]
+    assert not set(lint["select"]) & set(lint["ignore"])

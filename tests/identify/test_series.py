@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from network_trials import untrained, virtual
 
+from network_trials import untrained, virtual
 from seatrial.cli.app import main
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import Problem, Progress, StudyError

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from network_trials import problem, untrained, virtual
 
+from network_trials import problem, untrained, virtual
 from seatrial.core.parameters import Free
 from seatrial.data import DataError, Trial
 from seatrial.identify import FitError, StudyError
@@ -339,7 +339,7 @@ def test_without_torch_it_names_the_extra() -> None:
         "try: Training().fit(problem())\n"
         "except ValueError as error: print(error)"
     )
-    here = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}
+    here = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=here)
     assert "pip install 'seatrial[neural]'" in done.stdout
     assert done.stdout.count("\n") == 1

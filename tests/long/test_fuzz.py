@@ -2,7 +2,7 @@
 
 The files are valid ones with bytes flipped, lines lost, numbers replaced by absurd ones and tables nested;
 the command is the real one, run within this process under an alarm.  ``SEATRIAL_FUZZ`` sets how many mutations of
-each kind are tried (12).
+each kind are tried (12), ``SEATRIAL_FUZZ_SEED`` which (1).
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]
 DATA = Path(os.environ.get("SEATRIAL_DATA", ROOT / ".." / "shared" / "data"))
 COUNT = int(os.environ.get("SEATRIAL_FUZZ", "12"))
+SEED = int(os.environ.get("SEATRIAL_FUZZ_SEED", "1"))
 LONGEST = 30
 """Seconds after which a command counts as one that hangs."""
 
@@ -295,7 +296,7 @@ def test_mutations_end_in_a_result_or_in_one_line(kind: str, tmp_path: Path, mon
     monkeypatch.setattr(Trajectory, "fit", stub)
     make, command = KINDS[kind]
     (tmp_path / "given").mkdir()
-    file, rng = make(tmp_path / "given"), random.Random(kind)
+    file, rng = make(tmp_path / "given"), random.Random(f"{kind} {SEED}")
     whole, wrong = file.read_bytes(), []
     for k in range(COUNT):
         out = tmp_path / f"out{k}"

@@ -1,118 +1,139 @@
-"""kill -9 at random moments: `identify` goes on from its folder and ends with the same numbers."""
+"""kill -9 at sixty random moments over six kinds of long work: begun again, it ends with the same results."""
 
-import json
-import math
-import os
+from __future__ import annotations
+
+import shutil
 import signal
 import subprocess
-import sys
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from interrupted import STUDY, TRAJECTORY, lasting, seatrial, write_trials
+from network_trials import untrained, virtual
 from seatrial.data.trialfile import write_trial
-from seatrial.manoeuvres.turning import Turning
-from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.sensors import Sensors
-from seatrial.ships.files import load
-from seatrial.simulate.run import approach, simulate
+from seatrial.ships.writing import save
 
 pytestmark = pytest.mark.long
-STUDY = """schema = "seatrial-study/1"
-ship = "kvlcc2_l7"
-[data]
-root = "{root}"
-train = ["*"]
-[free]
-"hull.*" = {{ ratio = 0.5 }}
-[estimator]
-type = "shooting:Trajectory"
-window = 20.0
-method = "rk4"
-every = 2
-starts = 4
-tolerance = 1e-10
-iterations = 60
-"""
-
-
-EVOLUTION = STUDY[: STUDY.index("[estimator]")].replace('"hull.*"', '"hull.N_*"') + """[estimator]
-type = "evolution:Evolution"
+KILLS = 10
+ENDS = (0, 1)
+"""Exit status of a run that came to its end: 1 where the ship does not meet the requirements."""
+EVOLUTION = STUDY.replace('"hull.*"', '"hull.N_*"') + """type = "evolution:Evolution"
 window = 20.0
 runs = 3
 agree = 3
-generations = 120
+population = 6
+generations = 20
+"""
+NETWORKS = """schema = "seatrial-series/1"
+title = "One network"
+[data]
+root = "random"
+test = { random = "random_3" }
+validation = { random = "random_9" }
+[fits.one]
+ship = "untrained.toml"
+train = ["random_1", "random_2"]
+seeds = [1, 2]
+[fits.one.estimator]
+type = "training:Training"
+epochs = 10
+"""
+SERIES = """schema = "seatrial-series/1"
+title = "Two models, two seeds each"
+[data]
+root = "trials"
+test = { zigzag = "t2" }
+[fits.hull]
+ship = "kvlcc2_l7"
+train = ["t0", "t1"]
+[fits.hull.free]
+"hull.Y_*" = { ratio = 0.5 }
+[fits.hull.estimator]
+type = "shooting:Trajectory"
+window = 20.0
+starts = 3
+tolerance = 1e-10
+[fits.moments]
+like = "hull"
+[fits.moments.free]
+"hull.N_*" = { ratio = 0.5 }
 """
 
 
 @pytest.fixture(scope="module")
-def evolution(study):
-    path = study.with_name("evolution.toml")
-    path.write_text(EVOLUTION.format(root=study.parent / "trials"))
-    return path
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    at = tmp_path_factory.mktemp("work")
+    write_trials(at / "trials", 80.0, (35, -35), (20,))
+    (at / "random").mkdir()
+    for seed in (1, 2, 3, 9):
+        write_trial(virtual(seed), at / "random" / f"random_{seed}.csv")
+    save(untrained(), at / "untrained.toml")
+    return at
 
 
-@pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("study")
-    ship, rng = load("kvlcc2_l7"), np.random.default_rng(5)
-    n_P, noise = approach(ship)[1], Sensors(noise={"u": 0.01, "v_m": 0.01, "r": 0.002, "psi": 0.005})
-    policies = [Turning(n_P, math.radians(a)) for a in (35, -35, 20, -20)]
-    policies += [Zigzag(n_P, math.radians(a), math.radians(a)) for a in (10, 20)]
-    (folder / "trials").mkdir()
-    for i, policy in enumerate(policies):
-        run = noise.read(simulate(ship, policy, duration=200.0, dt=0.1, name=f"t{i}"), rng)
-        write_trial(run, folder / "trials" / f"t{i}.csv")
-    (folder / "study.toml").write_text(STUDY.format(root=folder / "trials"))
-    return folder / "study.toml"
+def identify(name: str, text: str) -> Callable[[Path, Path], list[str | Path]]:
+    def command(folder: Path, out: Path) -> list[str | Path]:
+        (folder / name).write_text(text)
+        return ["identify", folder / name, "-o", out]
+
+    return command
 
 
-def identify(study, out):
-    command = [sys.executable, "-m", "seatrial", "identify", str(study), "-o", str(out)]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=os.environ, text=True)
+def requirements(_: Path, out: Path) -> list[str | Path]:
+    out.mkdir(exist_ok=True)
+    return ["requirements", "esso_osaka_3m", "-o", out / "page.html"]
 
 
-def killed_after(run, iterations):
-    """Kill a run once it has told of so many iterations; whether it was still alive."""
-    told = 0
-    with run:
-        for line in run.stderr:
-            told += line.startswith("iteration")
-            if told == iterations:
-                time.sleep(np.random.default_rng().uniform(0.0, 0.02))
-                run.send_signal(signal.SIGKILL)
-                break
-    return run.returncode == -signal.SIGKILL
+KINDS: dict[str, Callable[[Path, Path], list[str | Path]]] = {
+    "trajectory": identify("trajectory.toml", STUDY + TRAJECTORY.replace("starts = 2", "starts = 4")),
+    "evolution": identify("evolution.toml", EVOLUTION),
+    "shooting": identify("shooting.toml", STUDY + 'type = "logo:Shooting"\n'),
+    "networks": identify("networks.toml", NETWORKS),
+    "series": identify("series.toml", SERIES),
+    "requirements": requirements,
+}
 
 
-def values(out):
-    return json.loads((out / "fit.json").read_text())["parameters"]
+def finished(command: list[str | Path]) -> float:
+    """Run to the end; how long it took [s]."""
+    began = time.perf_counter()
+    run = seatrial(*command)
+    _, said = run.communicate()
+    assert run.returncode in ENDS, said
+    return time.perf_counter() - began
 
 
-def test_killed_at_random_moments_it_ends_with_the_same_numbers(study, tmp_path):
-    whole = identify(study, tmp_path / "whole")
-    whole.communicate()
-    assert whole.returncode == 0
-    for _ in range(5):
-        assert killed_after(identify(study, tmp_path / "killed"), int(np.random.default_rng().integers(1, 9)))
-        assert not (tmp_path / "killed" / "fit.json").exists()
-    last = identify(study, tmp_path / "killed")
-    last.communicate()
-    assert last.returncode == 0
-    assert values(tmp_path / "killed") == values(tmp_path / "whole")
+def killed(command: list[str | Path], after: float) -> bool:
+    """Kill a run after a time [s]; whether it had not ended before."""
+    run = seatrial(*command)
+    try:
+        _, said = run.communicate(timeout=after)
+    except subprocess.TimeoutExpired:
+        run.kill()
+        run.communicate()
+        return run.returncode == -signal.SIGKILL
+    assert run.returncode in ENDS, said
+    return False
 
 
-def test_a_search_by_generations_killed_twenty_times_ends_with_the_same_numbers(evolution, tmp_path):
-    whole = identify(evolution, tmp_path / "whole")
-    whole.communicate()
-    assert whole.returncode == 0
-    rng = np.random.default_rng()
-    for _ in range(20):
-        assert killed_after(identify(evolution, tmp_path / "killed"), int(rng.integers(1, 16)))
-        assert not (tmp_path / "killed" / "fit.json").exists()
-        assert not list((tmp_path / "killed").glob("*.partial*"))
-    last = identify(evolution, tmp_path / "killed")
-    last.communicate()
-    assert last.returncode == 0
-    assert values(tmp_path / "killed") == values(tmp_path / "whole")
+@pytest.mark.parametrize("kind", KINDS)
+def test_killed_at_random_moments_it_ends_with_the_same_results(kind: str, folder: Path, tmp_path: Path) -> None:
+    """Moments are even over a whole run; one that ends before its kill is judged, and another begins."""
+    at, draw = tmp_path / "killed", np.random.default_rng()
+    finished(KINDS[kind](folder, tmp_path / "first"))  # whatever has to be compiled
+    usual, wanted = finished(KINDS[kind](folder, tmp_path / "whole")), lasting(tmp_path / "whole")
+    assert wanted == lasting(tmp_path / "first")
+    command, kills = KINDS[kind](folder, at), 0
+    while kills < KILLS:
+        if killed(command, draw.uniform(0.1, 1.0) * usual):
+            kills += 1
+        else:
+            assert lasting(at) == wanted
+            shutil.rmtree(at)
+            KINDS[kind](folder, at)
+    finished(command)
+    assert lasting(at) == wanted

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -322,3 +322,11 @@ def test_thrusters_beside_a_propeller() -> None:
     model = Fossen(body=BODY, inertia=FREE, damping=NO_DAMPING, propeller=mmg.propeller, thrusters=bow)
     assert model.controls == ("n_P", "n_bow", "alpha_bow")
     assert model.follows == (("n_P", 1.0), ("n_P", 1.0), ("delta", 1.0))
+
+
+def test_the_page_on_models_says_which_matrix_goes_with_M_by_default() -> None:
+    """Two readings of C give two ships, so nobody should have to find out which one a file without a word means."""
+    (default,) = (field.default for field in fields(Inertia) if field.name == "coriolis")
+    page = (Path(__file__).parents[2] / "docs" / "models.md").read_text(encoding="utf-8")
+    section = " ".join(page.partition("## Fossen\n")[2].partition("\n## ")[0].split())
+    assert f'`coriolis` is "{default}" (the default)' in section

@@ -12,6 +12,7 @@ from collections import Counter
 from datetime import UTC, datetime
 
 import mutations
+import numpy as np
 import pytest
 
 from seatrial.cli.app import main
@@ -456,6 +457,18 @@ def test_a_recording_of_steer_says_when_and_where(tmp_path):
     meta = read_trial(tmp_path / "run.csv").meta
     assert meta["datum"] == {"latitude": 35.0, "longitude": 139.5}
     assert abs((datetime.fromisoformat(meta["start"]) - before).total_seconds()) < 5.0
+
+
+def test_a_ship_on_the_wire_feels_gusts_and_waves(tmp_path):
+    options = ["--nmea", "udp://127.0.0.1:0", "--duration", "20", "--factor", "inf"]
+    weather = ["--wind", "10,90", "--gusts", "davenport", "--waves", "3,9,0"]
+    assert main(["steer", "kvlcc2", *options, "-o", str(tmp_path / "calm.csv")]) == 0
+    assert main(["steer", "kvlcc2", *options, *weather, "-o", str(tmp_path / "rough.csv")]) == 0
+    calm, rough = (read_trial(tmp_path / f"{name}.csv") for name in ("calm", "rough"))
+    assert np.ptp(rough["U_T"]) > 0.5
+    assert rough["U_T"].mean() == pytest.approx(10.0, rel=0.3)
+    assert set(rough["H_S"]) == {3.0}
+    assert rough["u"][-1] < calm["u"][-1] - 1e-3
 
 
 def test_a_recording_that_ends_by_itself_is_a_failed_run(tmp_path, monkeypatch, capsys):
