@@ -23,6 +23,7 @@ class Channel:
         size: root mean square residual over the noise, degrees of freedom allowed for.
         alike: correlation of neighbouring residuals.
         alike_sigma: scatter of that correlation for white residuals.
+        lasting: time over which residuals are alike: twice the sum of their correlations [s].
         count: number of residuals.
     """
 
@@ -30,6 +31,7 @@ class Channel:
     size: float
     alike: float
     alike_sigma: float
+    lasting: float
     count: int
 
     def grounds(self, name: str) -> tuple[str, ...]:

@@ -10,7 +10,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -21,8 +20,7 @@ from ..data.check import check, check_set
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
-from . import Estimator, Fit, Issue, Nuisance, Problem, Progress, StudyError
-from .noise import screened
+from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
 from .record import scales, step_of
 from .trajectory.objective import TrajectoryObjective
 
@@ -34,8 +32,6 @@ _LENGTH = 0.02
 
 # Length and stride of the predictions by which sensitivity is checked [s].
 _WINDOW, _EVERY = 100.0, 1.0
-# Most errors of instruments that are estimated because the residuals call for them.
-_MOST = 5
 
 
 def lint(
@@ -93,7 +89,9 @@ def linted(fit: _F) -> _F:
             raise_on_errors(lint(problem, estimator=self, felt=False))
             problem = replace(problem, linted=True)
             if tested_by(problem, self):
-                return _tested(fit, self, problem, *args, **options)
+                from .posterior.stages import in_stages
+
+                return in_stages(fit, self, problem, *args, **options)
         return fit(self, problem, *args, **options)
 
     return cast(_F, checked)
@@ -105,41 +103,6 @@ def tested_by(problem: Problem, estimator: Any) -> bool:
     return bool(problem.free) and not isinstance(problem.ship.model, Sampled) and all(
         hasattr(estimator, name) for name in settings
     )
-
-
-def _tested(
-    fit: Callable[..., Fit], estimator: Any, problem: Problem, *, progress: Progress | None = None,
-    checkpoint: Path | None = None,
-) -> Fit:  # fmt: skip
-    """A fit without outliers, tested against the noise and the errors that instruments may have.
-
-    With `nuisance.suspects = "auto"` the error that the residuals call for most is estimated too, one after the other,
-    each in a fit that starts where the last one ended: as long as one of them matters (`Suspicion.matters`) and its
-    drop pays for a parameter by Schwarz's criterion (BIC), at most `_MOST`.
-    """
-    from .posterior.diagnose import diagnosed
-
-    own = problem.nuisance
-    if own.suspects not in ("", "auto"):
-        raise StudyError(f"nuisance.suspects is '{own.suspects}'; it is \"auto\", or left out")
-    if own.suspects and not getattr(estimator, "estimates_common", False):
-        raise StudyError('nuisance.suspects = "auto" needs the estimator shooting:Trajectory')
-    clean = screened(problem.trials, scales(problem))
-    problem = replace(problem, trials=clean.trials)
-    found = diagnosed(fit(estimator, problem, progress=progress, checkpoint=checkpoint), problem, estimator,
-                      clean.rejected)  # fmt: skip
-    for turn in range(_MOST if own.suspects else 0):
-        causes = found.diagnosis.causes if found.diagnosis else ()
-        rows = sum(one.count for one in found.diagnosis.channels.values()) if found.diagnosis else 0
-        if not causes or causes[0].drop < math.log(max(rows, 2)):
-            break
-        common = {**problem.nuisance.common, causes[0].name: math.inf}
-        problem = replace(problem, nuisance=replace(problem.nuisance, common=common))
-        begun = replace(problem, free=problem.vector.started(found.vector.by_path(found.values)))
-        further = checkpoint and checkpoint.with_suffix(f".{turn + 1}{checkpoint.suffix}")
-        then = fit(estimator, begun, progress=progress, checkpoint=further)
-        found = diagnosed(replace(then, free=problem.free), problem, estimator, clean.rejected)
-    return found
 
 
 def _free(problem: Problem) -> Iterator[Issue]:

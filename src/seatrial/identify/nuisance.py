@@ -42,16 +42,16 @@ def begun_as(problem: Problem, initial: str) -> Problem:
 
     States that the loss does not compare start as recorded: nothing is known of their errors.
     """
-    if initial != "free":
+    if initial != "free" or problem.nuisance.initial:
         return problem
     compared = [name for name in STATES if name in (problem.loss.sigma or STATES)]
     return replace(problem, nuisance=replace(problem.nuisance, initial=dict.fromkeys(compared, math.inf)))
 
 
 def held(problem: Problem) -> bool:
-    """Whether the problem has nuisance parameters other than initial states without a prior."""
+    """Whether the problem has nuisance parameters other than initial states."""
     own = problem.nuisance
-    return bool(own.current or own.bias or own.common or np.isfinite(list(own.initial.values())).any())
+    return bool(own.current or own.bias or own.common)
 
 
 @dataclass(frozen=True)

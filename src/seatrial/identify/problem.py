@@ -141,6 +141,7 @@ class Fit:
         ends: where each run of the search ended, shape (runs, 1 + free): objective and values.
         nuisances: nuisance parameters by trial and name: current_x, current_y (north, east) [m/s], bias_CHANNEL.
         diagnosis: whether the model explains the data, and what else would; None where it was not tested.
+        loss: residual weights where they were estimated from the residuals; None where they are those of the problem.
         details: what else the estimator has found, for sections of its own in the report; None where nothing.
     """
 
@@ -161,6 +162,7 @@ class Fit:
     ends: Array = field(default_factory=lambda: np.zeros((0, 0)))
     nuisances: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
     diagnosis: Diagnosis | None = field(default=None, compare=False, repr=False)
+    loss: Loss | None = None
     details: object = field(default=None, compare=False, repr=False)
 
     @property

@@ -52,7 +52,9 @@ class _Linear:
     leverage: Array
 
 
-def diagnosed(fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[str, Mapping[str, int]]) -> Fit:
+def diagnosed(
+    fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[str, Mapping[str, int]], *, widen: bool
+) -> Fit:
     """The fit with its diagnosis, and with verdicts that it caps; sigma follows where the loss leaves it open.
 
     Args:
@@ -60,11 +62,12 @@ def diagnosed(fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[
         problem: what was fitted.
         settings: how trajectories were cut and compared; the estimator.
         rejected: outliers, for the record.
+        widen: whether sigma follows from the residuals; else it is as the estimator states it.
     """
     if fit.covariance.shape != (len(fit.free),) * 2:
         return fit  # an estimator that states no covariance
     problem = replace(problem, free=fit.free)
-    own = problem if problem.nuisance.initial else begun_as(problem, getattr(settings, "initial", "free"))
+    own = begun_as(problem, getattr(settings, "initial", "free"))
     sigma, arguments = cut_as(problem, settings)
     objective = TrajectoryObjective.build(own, own.trials, sigma, **arguments)
     found = fit.nuisances.get(EVERY, {})
@@ -82,7 +85,7 @@ def diagnosed(fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[
         np.append(vector.precision, objective.deviation**-2.0)
     )  # fmt: skip
     channels, size = _channels(objective, linear, A, noise(problem.trials))
-    covariance = _covariance(linear, A, size, objective)
+    covariance = _covariance(linear, A, size / objective.windows.weight)
     tested = _suspicions(linear, A, size, known, covariance, problem)
     first = problem.ship.model.controls[:1]
     diagnosis = Diagnosis(
@@ -96,8 +99,7 @@ def diagnosed(fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[
         diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)),
         fixed=_influence(linear, A, fixed, covariance, vector),
     )  # fmt: skip
-    own_sigma = problem.loss.correlation is None
-    return judged_by(fit, problem, diagnosis, wide[:count, :count] if own_sigma else fit.covariance)
+    return judged_by(fit, problem, diagnosis, wide[:count, :count] if widen else fit.covariance)
 
 
 def _estimated(name: str, problem: Problem) -> bool:
@@ -150,7 +152,7 @@ def _channels(
     objective: TrajectoryObjective, linear: _Linear, A: Array, level: Mapping[str, float]
 ) -> tuple[dict[str, Channel], Array]:
     """Residuals of each compared channel, and their mean square per degree of freedom (weighted), shape (6,)."""
-    scale = objective.windows.scale
+    cut, scale = objective.windows, objective.windows.scale
     lean = ((linear.J @ np.linalg.pinv(A, hermitian=True)) * linear.J).sum(axis=2).reshape(scale.shape)
     lean += linear.leverage
     out: dict[str, Channel] = {}
@@ -167,9 +169,26 @@ def _channels(
         alike = float(product) / max(int(both.sum()), 1) / max(float((e**2).sum()) / seen.sum(), 1e-300)
         unit = float(np.median(scale[:, :, k][seen]))
         if name in level:
-            out[name] = Channel(level[name], float(np.sqrt(size[k])) / (unit * level[name]), alike,
-                                max(int(both.sum()), 1) ** -0.5, int(seen.sum()))  # fmt: skip
+            out[name] = Channel(
+                level[name], float(np.sqrt(size[k])) / (unit * level[name]), alike, max(int(both.sum()), 1) ** -0.5,
+                _lasting(e) * cut.dt * cut.every, int(seen.sum()),
+            )  # fmt: skip
     return out, size
+
+
+def _lasting(e: Array) -> float:
+    """Number of rows over which residuals are alike: 1 + 2 sum of their correlations up to the first below 0.05.
+
+    Args:
+        e: residuals, zero where there is none, shape (windows, rows).
+    """
+    total, out = max(float((e * e).sum()), 1e-300), 1.0
+    for lag in range(1, e.shape[1]):
+        alike = float((e[:, lag:] * e[:, :-lag]).sum()) / total
+        if alike < 0.05:
+            break
+        out += 2.0 * alike
+    return out
 
 
 def _by_channel(J: Array, size: Array) -> Array:
@@ -183,8 +202,8 @@ def _gram(J: Array) -> Array:
     return flat.T @ flat
 
 
-def _covariance(linear: _Linear, A: Array, size: Array, objective: TrajectoryObjective) -> Array:
-    """Covariance for white residuals of these mean squares by channel."""
+def _covariance(linear: _Linear, A: Array, size: Array) -> Array:
+    """Covariance for residuals of these mean squares by channel, each over the share that counts as independent."""
     prior = A - _gram(linear.J)
     back = np.linalg.pinv(A, hermitian=True)
     return back @ (_by_channel(linear.J, size) + prior) @ back

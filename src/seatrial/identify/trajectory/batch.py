@@ -136,12 +136,14 @@ class Many:
         packed: series of the windows, repeated for a chunk.
         low, high: bounds, shape (free,).
         begun: entries of the initial state of each window that are estimated; the others are as recorded.
+        near: inverse variances of the priors of these, zero without one, shape (begun,).
     """
 
     problem: Problem
     windows: Windows
     compared: tuple[int, ...]
     begun: tuple[int, ...]
+    near: Array
     kernel: Sensitivity
     chunk: int
     packed: Any
@@ -167,11 +169,13 @@ class Many:
             trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
             substeps=substeps(problem.ship, dt, method),
         )  # fmt: skip
-        vector = problem.vector
+        vector, own = problem.vector, Nuisances.of(problem.nuisance)
+        near = np.array(list(problem.nuisance.initial.values())) ** -2.0
+        cut.scale[:, 0, own.initial[near > 0]] = 0.0  # the prior of an initial state represents its measurement
         kernel, chunk = sensitivity(open_loop(problem.ship), vector.paths, vector.paths), _chunk(cut.state0.shape[0])
         return Many(
             problem, cut, tuple(np.flatnonzero((cut.scale > 0).any(axis=(0, 1))).tolist()),
-            tuple(Nuisances.of(problem.nuisance).initial.tolist()), kernel, chunk,
+            tuple(own.initial.tolist()), near, kernel, chunk,
             kernel.pack(np.tile(cut.series, (chunk, 1, 1))), open_loop_parameters(problem.ship),
             vector.low, vector.high, method, threads or default_threads(),
         )  # fmt: skip
@@ -226,11 +230,12 @@ class Many:
         weight, away = vector.precision, values - (vector.mean if data is None else data.mean)
         whole = G.sum(axis=1)
         whole[:, range(n), range(n)] += weight
-        costs = whole[:, -1, -1] + (weight * away**2).sum(axis=1)
+        costs = whole[:, -1, -1] + (weight * away**2).sum(axis=1) + (self.near * offset**2).sum(axis=(1, 2))
         good = np.isfinite(G).all(axis=(1, 2, 3))
         return Normals(
             np.where(good, costs, np.inf), np.where(good, whole[:, -1, -1], np.inf), whole[:, :n, :n],
-            whole[:, :n, -1] + weight * away, G[:, :, n:-1, n:-1], G[:, :, n:-1, :n], G[:, :, n:-1, -1], offset,
+            whole[:, :n, -1] + weight * away, G[:, :, n:-1, n:-1] + np.diag(self.near), G[:, :, n:-1, :n],
+            G[:, :, n:-1, -1] + self.near * offset[:, : G.shape[1]], offset,
         )  # fmt: skip
 
     def _part(self, values: Array, offset: Array, data: Data | None, index: NDArray[np.intp]) -> Array:

@@ -102,7 +102,7 @@ class Trajectory:
             fit = replace(self, later=()).fit(self._begun(problem), progress=progress, checkpoint=checkpoint)
             return replace(fit, free=problem.free, seconds=time.perf_counter() - began, digest=digest(problem, self))
         sigma, dt = scales(problem), step_of(problem.trials, self.dt)
-        own = problem if problem.nuisance.initial else begun_as(problem, self.initial)
+        own = begun_as(problem, self.initial)
         objective = TrajectoryObjective.build(
             own, problem.trials, sigma, window=self.window, dt=dt, every=every_of(self.every, dt),
             method=self.method, threads=self.threads, stride=self.stride,
