@@ -73,8 +73,9 @@ def noise_of(values: Array) -> float:
     good = values[np.isfinite(values)]
     if good.size < _LEAST:
         return 0.0
-    levels = np.unique(good)
-    step = float(np.median(np.diff(levels))) if 2 < levels.size < 0.25 * good.size else 0.0
+    moves = np.abs(np.diff(good))
+    some = moves[moves > 0]
+    step = float(np.quantile(some, 0.05)) if 2 < some.size < 0.95 * moves.size else 0.0
     return max(float(np.nan_to_num(sensor_noise(values))), 0.3 * step)
 
 

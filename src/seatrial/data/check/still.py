@@ -54,7 +54,10 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
                 "the sensor is slower than the log: keep its own samples, or smooth", "quality", "repeated",
             )  # fmt: skip
     for run, names in stuck.items():
-        yield _frozen(trial, names, *run)
+        for pair in (("x", "y"), ("u", "v_m"), *((name,) for name in names)):
+            if set(pair) <= set(names):
+                yield _frozen(trial, [*pair], *run)
+                names = [name for name in names if name not in pair]
     if steady:
         yield Fault(
             "info", ", ".join(steady), "steady values without noise",

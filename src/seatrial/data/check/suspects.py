@@ -29,6 +29,7 @@ _QUIET = 0.3
 # Suspects whose logarithm of the squares differ by less than this part of the windows are told together.
 _TIE = 0.02
 _ROUNDS = 3
+_ROWS, _WINDOWS, _TRIALS = 16, 60, 6
 # A factor beyond this is a unit, if one explains it.
 _LARGE = 0.3
 
@@ -59,6 +60,13 @@ class Suspect:
     last: bool = False
 
 
+def differing(trials: Sequence[Trial]) -> list[int]:
+    """Indices of trials that fit together much worse than the others."""
+    own = [_rms(found.left) if (found := left_over([trial], causes=False)) else 0.0 for trial in trials]
+    usual = float(np.median([one for one in own if one] or [0.0]))
+    return [k for k, one in enumerate(own) if one > max(1.5 * usual, 1.5)]
+
+
 def accused(trials: Sequence[Trial]) -> tuple[list[Fault], list[Trial]]:
     """Faults of channels that some trials of one ship have in common, and the trials repaired."""
     repaired = list(trials)
@@ -79,10 +87,11 @@ def _worst(trials: Sequence[Trial], told: set[str]) -> tuple[Fault | None, Repai
     squares = _squares(now.left)
     rivals: list[tuple[float, Suspect]] = []
     if _rms(now.left) > _MUCH:
-        thin = [_thinned(trial) for trial in trials]
-        for suspect in _gross(trials):
+        thin = [_thinned(trial) for trial in _turning_most(trials)]
+        before = left_over(thin, causes=False)
+        for suspect in _gross(trials) if before is not None else ():
             after = left_over([suspect.repair(trial) for trial in thin], causes=False)
-            if after is not None and _rms(after.left) ** 2 < _GROSS * _rms(now.left) ** 2:
+            if after is not None and _rms(after.left) ** 2 < _GROSS * _rms(before.left if before else now.left) ** 2:
                 rivals.append((_squares(after.left), suspect))
     rivals += [pair for pair in _fine(trials, now) if pair[1].key not in told]
     if not rivals:
@@ -123,10 +132,19 @@ def _unexplained(now: Window) -> Fault:
                  "check axes, reference point and time of the sensors", "quality", "inconsistent")  # fmt: skip
 
 
+def _turning_most(trials: Sequence[Trial]) -> list[Trial]:
+    """The few trials whose heading changes most."""
+
+    def turned(trial: Trial) -> float:
+        return -float(np.nanmax(trial["psi"]) - np.nanmin(trial["psi"])) if has(trial, "psi") else 0.0
+
+    return sorted(trials, key=turned)[:_TRIALS]
+
+
 def _thinned(trial: Trial) -> Trial:
-    """Some forty rows a window, of a log of many."""
-    every = int(window_of(trial) / (40.0 * trial.dt))
-    return trial if every < 2 else trial.rows(slice(None, None, every))
+    """Few rows a window and few windows, which is enough for signs, axes and units."""
+    every = max(int(window_of(trial) / (_ROWS * trial.dt)), 1)
+    return trial.rows(slice(0, _WINDOWS * _ROWS * every, every))
 
 
 def _rms(left: Array) -> float:
@@ -362,7 +380,8 @@ def _late(*names: str) -> Callable[[Sequence[Trial], list[float], list[float]], 
         return Suspect(
             "lag", names, f"{which} {'is' if len(names) == 1 else 'are'} {'late' if lag > 0 else 'early'} by "
             f"{abs(lag):.2g} s", f"shift by {-lag:+.3g} s: prepare.shifted(trial, {lag:.3g}, {', '.join(map(repr, names))})",
-            "quality", lambda trial: _shifted(trial, lag, names), f"{lag:+.3g} +- {errors[0]:.2g} s", False,
+            "quality", lambda trial: _shifted(trial, lag, names), f"{lag:+.3g} +- {errors[0]:.2g} s against "
+            f"{'heading and speeds' if names[0] == 'x' else 'the others'}", False,
         )  # fmt: skip
 
     return make
