@@ -46,7 +46,7 @@ class Drift:
 def drift_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     """Currents nobody told of, compasses that straight legs contradict, and winds that blow the other way."""
     turns = {trial.name: drift for trial in trials if (drift := circle(trial)) is not None}
-    wind = [fault for trial in trials[:1] for fault in _wind_axes(trials)]
+    wind = [*_wind_axes(trials)]
     if wind:
         yield wind[0]
         return
@@ -296,7 +296,7 @@ def _wind_to(trials: Sequence[Trial], turns: dict[str, Drift]) -> Fault | None:
     if share < -0.5 and sure > 0.7 * _SURE:
         return Fault(
             "warning", "gamma_T", "wind direction is 'to', not 'from'",
-            f"turns drift {np.mean(drifts):.2g} m/s, {-100 * share:.0f} % of it to windward of {np.mean(winds):.3g} m/s",
+            f"turns drift {np.mean(drifts):.2g} m/s, {-1e2 * share:.0f} % of it to windward ({np.mean(winds):.3g} m/s)",
             "add pi to gamma_T (offset = 180, in deg, in the mapping)", "quality", "wind_to",
         )  # fmt: skip
     return None

@@ -164,7 +164,7 @@ def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
 
 
 def _misfit(trials: Sequence[tuple[Trial, list[tuple[int, int]]]], lag: float) -> tuple[float, int] | None:
-    """Squares left of r about moves of the rudder, by a quartic in time and what a rudder `lag` [s] earlier adds; rows."""
+    """Squares left of r about moves of the rudder, and rows: a quartic in time, and the rudder `lag` [s] earlier."""
     total, rows = 0.0, 0
     for trial, events in trials:
         scale = float(np.nanmax(np.abs(trial["r"]))) or 1.0
@@ -264,7 +264,7 @@ def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
     elif more.size and abs(float(np.median(parts))) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN:
         yield _sided(float(np.median(parts)), words)
     elif len(straight) >= 3 and abs(ahead) > _NEUTRAL and float(np.ptp(straight)) < _NEUTRAL:
-        yield _offset(ahead, f"straight ahead at {ahead / _DEG:+.2f} deg in {len(straight)} trials; or its neutral angle")
+        yield _offset(ahead, f"straight ahead at {ahead / _DEG:+.2f} deg in {len(straight)} trials; or a neutral angle")
     elif (scale := _round_scale([*starboard, *port])) is not None:
         yield Fault(
             "warning", "delta", f"rudder angles are {100 * (scale - 1):+.1f} % off",

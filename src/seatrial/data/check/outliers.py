@@ -117,7 +117,7 @@ def _blocks(trial: Trial, name: str) -> Flags:
         if name in ANGLES:
             into, out = ((one + math.pi) % _TURN - math.pi for one in (into, out))
         leaps = into * out < 0 and min(abs(into), abs(out)) > max(2.0 * least, 8.0 * usual)
-        if leaps and (not steered or _elsewhere(values, values[a])):
+        if leaps and (not steered or _elsewhere(values, float(values[a]))):
             bad[at[a:b]] = True
     return bad
 

@@ -121,32 +121,30 @@ def _run(run: Trial, noise: Mapping[str, float], track: bool, turn: bool, causes
     span, zero, gap = t[b] - t[a], np.zeros(a.size), np.full(a.size, np.nan)
     left, weight = [gap, gap, gap], [1.0 + zero] * 3
     r = run["r"] if turn else np.gradient(psi, t)
+    parts: _Parts = {}
     if turn:
-        turned = over(r)
-        left[2] = change(psi) - turned
+        left[2] = change(psi) - over(r)
         spread = 2.0 * noise["psi"] ** 2 + span * run.dt * noise["r"] ** 2
         weight[2] = np.sqrt(spread + (_FLOOR * np.abs(change(psi))) ** 2 + 1e-12)
-    parts: dict[str, tuple[Array, Array, Array]] = {}
     if track:
-        c, s = np.cos(psi), np.sin(psi)
-        u, v = run["u"], run["v_m"]
-        north, east = u * c - v * s, u * s + v * c
-        moved_n, moved_e = over(north), over(east)
-        left[0], left[1] = change(run["x"]) - moved_n, change(run["y"]) - moved_e
-        far = np.hypot(moved_n, moved_e)
-        aside = (far * noise["psi"]) ** 2 * run.dt / np.maximum(span, run.dt)
-        speeds = span * run.dt * max(noise["u"], noise["v_m"]) ** 2
-        fixes = 2.0 * max(noise["x"], noise["y"]) ** 2
-        weight[0] = weight[1] = np.sqrt(fixes + speeds + aside + (_FLOOR * far) ** 2 + 1e-12)
-        if causes:
-            parts = _track_columns(over, change, (c, s), (u, v, r), span)
-    columns: dict[str, Array] = {}
-    if causes:
-        parts |= _turn_columns(over, change, r, span, parts) if turn else {}
-        for name in CAUSES:
-            x, y, angle = parts.get(name, (zero, zero, zero))
-            columns[name] = np.column_stack([x, y, angle]) / np.column_stack(weight)
-    return Window(np.column_stack(left) / np.column_stack(weight), columns)
+        c, s, u, v = np.cos(psi), np.sin(psi), run["u"], run["v_m"]
+        moved = over(u * c - v * s), over(u * s + v * c)
+        left[0], left[1] = change(run["x"]) - moved[0], change(run["y"]) - moved[1]
+        weight[0] = weight[1] = _track_noise(np.hypot(*moved), span, run.dt, noise)
+        parts = _track_columns(over, change, (c, s), (u, v, r), span) if causes else {}
+    if causes and turn:
+        parts |= _turn_columns(over, change, r, span, parts)
+    scale = np.column_stack(weight)
+    columns = {name: np.column_stack(parts.get(name, (zero, zero, zero))) / scale for name in CAUSES if causes}
+    return Window(np.column_stack(left) / scale, columns)
+
+
+def _track_noise(far: Array, span: Array, dt: float, noise: Mapping[str, float]) -> Array:
+    """Standard deviation of what is left over of a displacement [m]: fixes, speeds, heading, and the floor."""
+    aside = (far * noise["psi"]) ** 2 * dt / np.maximum(span, dt)
+    speeds = span * dt * max(noise["u"], noise["v_m"]) ** 2
+    fixes = 2.0 * max(noise["x"], noise["y"]) ** 2
+    return np.sqrt(fixes + speeds + aside + (_FLOOR * far) ** 2 + 1e-12)
 
 
 _Over = Callable[[Array], Array]

@@ -29,6 +29,8 @@ _QUIET = 0.3
 # Suspects whose logarithm of the squares differ by less than this part of the windows are told together.
 _TIE = 0.02
 _ROUNDS = 3
+# Without any explanation it is told from this many times the noise on.
+_LOST = 60.0
 _ROWS, _WINDOWS, _TRIALS = 16, 60, 6
 # A factor beyond this is a unit, if one explains it.
 _LARGE = 0.3
@@ -100,6 +102,9 @@ def _worst(trials: Sequence[Trial], told: set[str]) -> tuple[Fault | None, Repai
     rivals.sort(key=lambda pair: pair[0])
     best = rivals[0]
     even = [s for left, s in rivals if math.log(left / best[0]) < _TIE and s.key not in ("",)]
+    if not np.isfinite(now.left[:, :2]).any():  # psi and r alone: either may be the one
+        either = [s for _, s in rivals if s.channels in (("psi",), ("r",)) and s.kind == even[0].kind]
+        even = [next((s for s in either if s.channels == one), even[0]) for one in (("psi",), ("r",))]
     even = _third_witness(trials, even)
     return _told(even, _rms(now.left), math.sqrt(best[0] / squares)), even[0].repair
 
@@ -119,9 +124,8 @@ def _gross_misfit(trials: Sequence[Trial]) -> bool:
     """Whether positions do not follow the velocities at all."""
     for trial in trials:
         if has(trial, "x", "y", "u", "psi"):
-            far = np.hypot(*(np.nanmax(trial[n]) - np.nanmin(trial[n]) for n in ("x", "y")))
             lost = left_over([trial], causes=False)
-            if lost is not None and far > 0 and _rms(lost.left) > 60.0:
+            if lost is not None and _rms(lost.left) > _LOST:
                 return True
     return False
 
@@ -379,8 +383,9 @@ def _late(*names: str) -> Callable[[Sequence[Trial], list[float], list[float]], 
         which = ", ".join(names)
         return Suspect(
             "lag", names, f"{which} {'is' if len(names) == 1 else 'are'} {'late' if lag > 0 else 'early'} by "
-            f"{abs(lag):.2g} s", f"shift by {-lag:+.3g} s: prepare.shifted(trial, {lag:.3g}, {', '.join(map(repr, names))})",
-            "quality", lambda trial: _shifted(trial, lag, names), f"{lag:+.3g} +- {errors[0]:.2g} s against "
+            f"{abs(lag):.2g} s",
+            f"shift by {-lag:+.3g} s: prepare.shifted(trial, {lag:.3g}, {', '.join(map(repr, names))})", "quality",
+            lambda trial: _shifted(trial, lag, names), f"{lag:+.3g} +- {errors[0]:.2g} s against "
             f"{'heading and speeds' if names[0] == 'x' else 'the others'}", False,
         )  # fmt: skip
 
