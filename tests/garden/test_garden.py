@@ -15,6 +15,7 @@ from garden.run import keys, one, table
 from seatrial import load
 from seatrial.data import Trial
 from seatrial.data.check import check_folder
+from seatrial.data.prepare import shifted
 from seatrial.environment import Environment
 
 SEEDS = (1, 2, 3)
@@ -67,11 +68,9 @@ REMEDIES = {
     "heading_bias": plants.plus(-np.radians(3.0), "psi"),
     "heading_sign": plants.times(-1.0, "psi"),
     "heading_degrees": plants.times(np.radians(1.0), "psi"),
-    "heading_late": plants.late(-2.0, "psi"),
     "gyro_bias": plants.plus(-np.radians(2.0) / 60.0, "r"),
     "gyro_scale": plants.times(1.0 / 1.06, "r"),
     "rate_per_minute": plants.times(60.0, "r"),
-    "gnss_late": plants.late(-3.0, "x", "y"),
     "antenna_aft": plants.antenna(100.0, 0.0),
     "axes_swapped": plants.swapped("x", "y"),
     "speed_knots": plants.times(0.514444, "u", "v_m"),
@@ -81,11 +80,23 @@ REMEDIES = {
     "rudder_scale": plants.times(1.0 / 1.1, "delta"),
     "rudder_sides": plants.side(1.0 / 1.12, 1.0),
     "rudder_sign": plants.times(-1.0, "delta"),
-    "rudder_late": plants.late(-4.0, "delta"),
     "revolutions_rpm": plants.times(1.0 / 60.0, "n_P"),
     "clock_fast": plants.clock(lambda t: t / 1.01),
     "wind_relative": lambda f: f.each(lambda log: log.having(gamma_T=log.table["gamma_T"] + log.true("psi"))),
 }
+
+
+SHIFTS = {"heading_late": (2.0, "psi"), "rate_late": (3.0, "r"), "gnss_late": (3.0, "x", "y"),
+          "speed_late": (5.0, "u", "v_m"), "rudder_late": (4.0, "delta")}  # fmt: skip
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", sorted(SHIFTS))
+def test_a_lag_is_gone_after_it_was_shifted(name: str) -> None:
+    late = trials(BY_NAME[name].plant(clean()))
+    assert "lag" in keys(check_folder(late))
+    lag, *channels = SHIFTS[name]
+    assert keys(check_folder([shifted(trial, lag, *channels) for trial in late])) == ()
 
 
 def _sizes(name: str) -> list[float]:

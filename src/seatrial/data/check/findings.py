@@ -103,6 +103,8 @@ def _alone(trial: Trial) -> tuple[list[Fault], Trial | None]:
     if not bool((np.diff(trial.t) > 0).all()):
         return faults, None
     outliers, clean = outlier_faults(trial)
+    spoilt = {name for one in outliers for name in one.channels}
+    faults = [one for one in faults if one.key != "wraps" or not spoilt & set(one.channels)]
     return [*faults, *outliers, *still_faults(clean)], without_frozen(clean)
 
 

@@ -276,8 +276,8 @@ def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
 def _offset(offset: float, evidence: str) -> Fault:
     return Fault(
         "warning", "delta", f"rudder offset of {offset / _DEG:+.2f} deg", evidence,
-        f"offset = {-offset / _DEG:.2f} of delta (deg) in the mapping, or subtract {offset:.5f} rad", "quality",
-        "rudder_offset",
+        f"offset = {-offset / _DEG:.2f} of delta (deg) in the mapping, or "
+        f"trial.having(delta=trial['delta'] {-offset:+.5f})", "quality", "rudder_offset",
     )  # fmt: skip
 
 

@@ -110,9 +110,8 @@ def _blocks(trial: Trial, name: str) -> Flags:
     first, last = edges[:-1], edges[1:]
     least = _threshold(trial, name, values)
     usual = float(np.quantile(np.abs(_differences(name, values)), 0.95))
-    for a, b in zip(first.tolist(), last.tolist(), strict=True):
-        if not (a > 0 and b < at.size and b - a > 1 and b - a < _LONGEST * at.size):
-            continue
+    repeats = (first > 0) & (last < at.size) & (last - first > 1) & (last - first < _LONGEST * at.size)
+    for a, b in zip(first[repeats].tolist(), last[repeats].tolist(), strict=True):
         into, out = values[a] - values[a - 1], values[b] - values[a]
         if name in ANGLES:
             into, out = ((one + math.pi) % _TURN - math.pi for one in (into, out))

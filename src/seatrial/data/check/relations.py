@@ -32,10 +32,12 @@ class Window:
 
     Attributes:
         left: left over in x, y and psi, in their noise, shape (windows, 3); NaN where a channel lacks.
-        columns: the same per unit of each cause.
+        moved: what the windows moved, in the same noise, same shape.
+        columns: what is left over per unit of each cause.
     """
 
     left: Array
+    moved: Array
     columns: Mapping[str, Array]
 
 
@@ -87,6 +89,7 @@ def left_over(trials: Iterable[Trial], causes: bool = True) -> Window | None:
     names = parts[0].columns
     return Window(
         np.concatenate([part.left for part in parts]),
+        np.concatenate([part.moved for part in parts]),
         {name: np.concatenate([part.columns[name] for part in parts]) for name in names},
     )
 
@@ -119,24 +122,25 @@ def _run(run: Trial, noise: Mapping[str, float], track: bool, turn: bool, causes
         return value[b] - value[a]
 
     span, zero, gap = t[b] - t[a], np.zeros(a.size), np.full(a.size, np.nan)
-    left, weight = [gap, gap, gap], [1.0 + zero] * 3
+    left, weight, went = [gap, gap, gap], [1.0 + zero] * 3, [gap, gap, gap]
     r = run["r"] if turn else np.gradient(psi, t)
     parts: _Parts = {}
     if turn:
-        left[2] = change(psi) - over(r)
+        left[2], went[2] = change(psi) - over(r), change(psi)
         spread = 2.0 * noise["psi"] ** 2 + span * run.dt * noise["r"] ** 2
         weight[2] = np.sqrt(spread + (_FLOOR * np.abs(change(psi))) ** 2 + 1e-12)
     if track:
         c, s, u, v = np.cos(psi), np.sin(psi), run["u"], run["v_m"]
         moved = over(u * c - v * s), over(u * s + v * c)
         left[0], left[1] = change(run["x"]) - moved[0], change(run["y"]) - moved[1]
+        went[0], went[1] = change(run["x"]), change(run["y"])
         weight[0] = weight[1] = _track_noise(np.hypot(*moved), span, run.dt, noise)
         parts = _track_columns(over, change, (c, s), (u, v, r), span) if causes else {}
     if causes and turn:
         parts |= _turn_columns(over, change, r, span, parts)
     scale = np.column_stack(weight)
     columns = {name: np.column_stack(parts.get(name, (zero, zero, zero))) / scale for name in CAUSES if causes}
-    return Window(np.column_stack(left) / scale, columns)
+    return Window(np.column_stack(left) / scale, np.column_stack(went) / scale, columns)
 
 
 def _track_noise(far: Array, span: Array, dt: float, noise: Mapping[str, float]) -> Array:
