@@ -21,8 +21,9 @@ from ..models import STATES
 _ORDERS = range(2, 9)
 # Differences beyond so many standard deviations are clipped: outliers, and the kinks of a manoeuvre.
 _CLIP = 4.0
-# Least noise, as a share of the spread of a channel: exact data would have infinite weight.
-_FLOOR = 1e-5
+# Least noise, as a share of the spread of a channel; and where no channel has more than `_EXACT`, the log is a simulation
+# without noise, and all of them have `_MODELLED`: what the steps of log and integrator leave.
+_FLOOR, _EXACT, _MODELLED = 1e-5, 2e-4, 3e-3
 # A reading is an outlier if it is so many noises off what its neighbours on both sides say.
 _OUTLIER = 8.0
 # Most successive readings that count as one outlier; more of them are a fault that `check` names.
@@ -86,9 +87,11 @@ def channel(trial: Trial, name: str) -> Array:
 def noise(trials: Sequence[Trial]) -> dict[str, float]:
     """Noise of each state, pooled over trials: as a sidecar declares it (`meta["noise"]`), else `sensor_noise`.
 
-    States that are constant in every trial are left out: they contain no information.
+    States that are constant in every trial are left out: they contain no information.  A simulated log without noise
+    gets that of its steps, .3 % of the spread of each state.
     """
     out: dict[str, float] = {}
+    spreads: dict[str, float] = {}
     for name in STATES:
         parts = [(channel(t, name), t.meta.get("noise")) for t in trials if name in t]
         spread = float(np.nanstd(np.concatenate([values for values, _ in parts]))) if parts else 0.0
@@ -101,8 +104,9 @@ def noise(trials: Sequence[Trial]) -> dict[str, float]:
         sizes = np.array([values.size for values, _ in parts], dtype=np.float64)
         known = np.isfinite(levels)
         pooled = math.sqrt(float(np.average(np.square(levels)[known], weights=sizes[known]))) if known.any() else spread
-        out[name] = max(pooled, _FLOOR * spread)
-    return out
+        out[name], spreads[name] = max(pooled, _FLOOR * spread), spread
+    exact = all(level < _EXACT * spreads[name] for name, level in out.items())
+    return {name: _MODELLED * spread for name, spread in spreads.items()} if exact else out
 
 
 def outliers(values: Array, level: float) -> NDArray[np.bool_]:

@@ -46,7 +46,7 @@ class Drift:
 def drift_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     """Currents nobody told of, compasses that straight legs contradict, and winds that blow the other way."""
     turns = {trial.name: drift for trial in trials if (drift := circle(trial)) is not None}
-    wind = [fault for trial in trials[:1] for fault in _wind_axes(trials)]
+    wind = [*_wind_axes(trials)]
     if wind:
         yield wind[0]
         return
@@ -275,26 +275,28 @@ def _turned(ahead: Array, aside: Array, psi: Array) -> tuple[Array, Array]:
 
 def _wind_to(trials: Sequence[Trial], turns: dict[str, Drift]) -> Fault | None:
     """Turns to both sides drift to leeward of their wind; those that drift to windward have it turned round."""
-    lee, drifts, winds = [], [], []
+    lee, drifts, winds, errors = [], [], [], []
     for trial in trials:
         drift = turns.get(trial.name)
         if drift is None or "gamma_T" not in trial or not np.isfinite(trial["gamma_T"]).any():
             continue
         wind = _wind_speed(trial)
-        if wind < 3.0 * math.sqrt((length_of(trial) or 100.0) / 100.0) or drift.speed < _SURE * drift.error:
+        if wind < 3.0 * math.sqrt((length_of(trial) or 100.0) / 100.0):
             continue
         north, east = np.nanmean(np.cos(trial["gamma_T"])), np.nanmean(np.sin(trial["gamma_T"]))
         lee.append((-(drift.north * north + drift.east * east), drift.side))
         drifts.append(drift.speed)
         winds.append(wind)
+        errors.append(drift.error)
     if {side for _, side in lee} != {1.0, -1.0} or any(abs(_logged_current(t)[0]) > 0 for t in trials):
         return None
     down = [np.mean([part for part, side in lee if side == which]) for which in (1.0, -1.0)]
     share = float(np.mean(down)) / float(np.mean(drifts))
-    if share < -0.4 and float(np.mean(drifts)) > 0.004 * float(np.mean(winds)):
+    sure = -float(np.mean(down)) / float(np.linalg.norm(errors) / len(errors))
+    if share < -0.5 and sure > 0.7 * _SURE:
         return Fault(
             "warning", "gamma_T", "wind direction is 'to', not 'from'",
-            f"turns drift {np.mean(drifts):.2g} m/s, {-100 * share:.0f} % of it to windward of {np.mean(winds):.3g} m/s",
+            f"turns drift {np.mean(drifts):.2g} m/s, {-1e2 * share:.0f} % of it to windward ({np.mean(winds):.3g} m/s)",
             "add pi to gamma_T (offset = 180, in deg, in the mapping)", "quality", "wind_to",
         )  # fmt: skip
     return None

@@ -18,8 +18,8 @@ from .outliers import outlier_faults
 from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
 from .shaft import shaft_faults
 from .still import still_faults, without_frozen
-from .suspects import accused
-from .track import track_faults
+from .suspects import accused, differing
+from .track import surge_faults, track_faults
 
 Severity = Literal["error", "warning", "info"]
 _COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
@@ -78,6 +78,9 @@ def check_folder(trials: Sequence[Trial]) -> tuple[Finding, ...]:
             alike.setdefault((sound.meta.get("L_pp"), sound.meta.get("ship")), []).append(sound)
     for some in alike.values():
         _together(some, told)
+    coarse = {name for faults in told.values() for one in faults if one.key == "coarse" for name in one.channels}
+    for name, faults in told.items():  # a channel in coarse steps repeats itself
+        told[name] = [one for one in faults if one.key not in ("frozen", "zeros") or not coarse & set(one.channels)]
     order = {trial.name: k for k, trial in enumerate(trials)}
     merged: dict[tuple[str, ...], list[tuple[str, Fault]]] = {}
     for name, faults in told.items():
@@ -96,9 +99,12 @@ def _alone(trial: Trial) -> tuple[list[Fault], Trial | None]:
     if beyond := [*beyond_faults(trial)]:
         return beyond, None
     faults = [*gap_faults(trial), *sensor_faults(trial)]
+    faults = [one for one in faults if one.severity == "error" or not _repeats(one, faults)]
     if not bool((np.diff(trial.t) > 0).all()):
         return faults, None
     outliers, clean = outlier_faults(trial)
+    spoilt = {name for one in outliers for name in one.channels}
+    faults = [one for one in faults if one.key != "wraps" or not spoilt & set(one.channels)]
     return [*faults, *outliers, *still_faults(clean)], without_frozen(clean)
 
 
@@ -108,30 +114,32 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
     for trial in trials:
         told[trial.name] = [one for one in told[trial.name] if not _repeats(one, common)] + common
     if len(trials) > 1:
-        for k, trial in enumerate(sound):
-            own, [sound[k]] = accused([trial])
+        for k in differing(sound):
+            own, [sound[k]] = accused([sound[k]])
             keys = {one.key for one in common}
-            told[trial.name] += [one for one in own if one.key not in keys]
+            told[sound[k].name] += [one for one in own if one.key not in keys]
     for trial in sound:
         for one in (rudder_faults, scale_faults, track_faults, wind_faults):
             told[trial.name] += [fault for fault in one(trial) if not _repeats(fault, told[trial.name])]
     wrong = {name for trial in sound for one in told[trial.name] if one.severity == "error" for name in one.channels}
-    shared = [*shaft_faults(sound)]
+    shared = [*surge_faults(sound)]
+    if not any(one.key == "length" for trial in sound for one in told[trial.name]):
+        shared += shaft_faults(sound)
     if "delta" not in wrong:
         shared += helm_faults(sound)
     if not any(one.key in ("through_water", "heading_bias", "inconsistent") for one in common):
         shared += drift_faults(sound)
     for trial in sound:
-        told[trial.name] += shared
+        told[trial.name] = [one for one in told[trial.name] if not _repeats(one, shared)] + shared
 
 
-_SHADOWS = ("wraps", "unit", "coarse", "length", "time_scale", "sign")
+_SHADOWS = ("wraps", "unit", "coarse", "length", "time_scale", "sign", "zeros", "frozen")
 
 
 def _repeats(fault: Fault, told: Sequence[Fault]) -> bool:
     """Whether a fault is the shadow of one that is told already: the same channels in the wrong unit."""
-    accused = {name for one in told if one.severity == "error" for name in one.channels}
-    return fault not in told and fault.key in _SHADOWS and bool(accused & set(fault.channels))
+    known = {name for one in told if one.severity == "error" and one is not fault for name in one.channels}
+    return fault.key in _SHADOWS and bool(known & set(fault.channels))
 
 
 def check_set(train: Iterable[Trial], test: Iterable[Trial]) -> tuple[Finding, ...]:

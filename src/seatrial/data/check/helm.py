@@ -8,18 +8,22 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from .. import Trial
-from ..prepare import integral, segments
+from ..prepare import integral
 from .relations import G, has, length_of, noise_of
 from .sensors import Fault
 
 _DEG = math.pi / 180.0
-# Fastest steering gear of a ship of 100 m [rad/s]; smaller ones are quicker by Froude's law.
-_QUICKEST = 8.0 * _DEG
+# Fastest steering gear of a ship [rad/s], and the length from which on it is one [m].
+_QUICKEST, _SHIP = 8.0 * _DEG, 20.0
 # Yaw rate r L/u per rudder angle: 1 to 3 for ships; beyond, the rudder is in another unit.
 _EFFECTIVE = 12.0
 # Differences of held angles that matter, and those that do not [rad]; and by side [-].
 _OFFSET, _EVEN, _SIDES = 0.45 * _DEG, 0.25 * _DEG, 0.04
 _NEUTRAL = 1.0 * _DEG
+# What the damping of a hull adds to the time of the rudder by its yaw, in ship times.
+_DAMPED = 0.18
+# Rows that an indicator repeats at most where its noise makes it flicker.
+_FLICKER = 15
 
 
 def helm_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
@@ -72,8 +76,9 @@ def _small(trials: Sequence[Trial]) -> Iterator[Fault]:
             continue
         fast = u > 0.3 * float(np.nanmax(u))
         turn = float(np.nanquantile(np.abs(trial["r"][fast]) * length / u[fast], 0.9))
-        if turn > 0.15:
-            most.append(turn / float(np.nanquantile(np.abs(trial["delta"]), 0.9)))
+        angle = float(np.nanquantile(np.abs(trial["delta"]), 0.9))
+        if turn > 0.15 and angle > 0.0:
+            most.append(turn / angle)
     if most and min(most) > _EFFECTIVE:
         yield Fault(
             "error", "delta", "the rudder is too small for these turns: radians that were converted from degrees",
@@ -86,7 +91,9 @@ def _orders(trials: Sequence[Trial]) -> Iterator[Fault]:
     leaps = 0
     fastest = 0.0
     for trial in trials:
-        limit = _QUICKEST * math.sqrt(100.0 / (length_of(trial) or 100.0))
+        if (length_of(trial) or 0.0) < _SHIP:
+            continue  # the servo of a model may be that quick
+        limit = _QUICKEST
         steps, dt = np.abs(np.diff(trial["delta"])), np.diff(trial.t)
         leap = (steps > 6.0 * _DEG) & (steps / dt > limit)
         leaps += int(leap.sum())
@@ -113,7 +120,7 @@ def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
             continue
         order = np.argsort(lengths)
         longest, next_one = int(lengths[order[-1]]), int(lengths[order[-2]])
-        if longest > max(30, 4 * next_one) and noise > 0:
+        if longest > max(30, 4 * next_one) and next_one < _FLICKER and noise > 0:
             k = int(starts[order[-1]])
             yield Fault(
                 "warning", "delta", "frozen rudder indicator",
@@ -127,12 +134,13 @@ def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
 
 
 def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
-    """Time at which the rudder must have moved for the yaw that follows: r' = a u v + b u r + c u^2 delta + ..."""
+    """When the rudder must have moved for the yaw that followed: r bends where the rudder moves."""
     step = float(np.median([trial.dt for trial in trials]))
     ship_time = float(np.median([_ship_time(trial) for trial in trials]))
     reach = 1.6 * ship_time
     lags = np.linspace(-reach, reach, 17)
-    found = [_misfit(trials, float(lag)) for lag in lags]
+    moving = [(trial, moves) for trial in trials if (moves := _moves(trial))]
+    found = [_misfit(moving, float(lag)) for lag in lags]
     if any(one is None for one in found):
         return
     left = np.array([one[0] for one in found if one is not None])
@@ -142,11 +150,11 @@ def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
         return
     curve = left[k + 1] - 2.0 * left[k] + left[k - 1]
     width = lags[1] - lags[0]
-    lag = float(lags[k] - 0.5 * width * (left[k + 1] - left[k - 1]) / curve)
+    lag = float(lags[k] - 0.5 * width * (left[k + 1] - left[k - 1]) / curve) - _DAMPED * ship_time
     error = math.sqrt(2.0 * left[k] / max(rows, 1) / (curve / width**2))
-    gain = _misfit(trials, 0.0)
-    much = gain is not None and gain[0] > 1.1 * left[k]
-    if much and abs(lag) > max(0.22 * ship_time, 0.7 * step) and abs(lag) > 8.0 * error:
+    gain = _misfit(moving, 0.0)
+    much = gain is not None and gain[0] > 1.5 * left[k]
+    if much and abs(lag) > max(0.35 * ship_time, 0.7 * step) and abs(lag) > 8.0 * error:
         yield Fault(
             "warning", "delta", f"the rudder is {'late' if lag > 0 else 'early'} by {abs(lag):.2g} s",
             f"the yaw fits a rudder {lag:+.3g} +- {error:.1g} s "
@@ -156,32 +164,46 @@ def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
         )  # fmt: skip
 
 
-def _misfit(trials: Sequence[Trial], lag: float) -> tuple[float, int] | None:
-    """Squares left of the changes of r by a linear yaw equation with the rudder `lag` [s] later, and rows."""
-    columns, gains = [], []
-    for trial in trials:
-        moved = np.interp(trial.t + lag, trial.t, trial["delta"], left=np.nan, right=np.nan)
-        names = ["u", "r", "moved_", *(["v_m"] if has(trial, "v_m") else [])]
-        speed = float(np.nanmax(np.abs(trial["u"])))
-        for run in segments(trial.having(moved_=moved), names):
-            width = max(round(0.8 * _ship_time(trial) / trial.dt), 2)
-            if len(run) < 20 + width:
-                continue
-            u, r, d = run["u"] / speed, run["r"], run["moved_"]
-            v = run["v_m"] / speed if "v_m" in names else 0.0 * u
-            scale = float(np.nanmax(np.abs(trial["r"]))) or 1.0
-            parts = [u * v, u * r / scale, u * u * d, v * np.abs(v), r * np.abs(r) / scale**2, v * v * r / scale,
-                     u * d, np.ones_like(u)]  # fmt: skip
-            sums = np.column_stack([integral(run.t, part) for part in parts])
-            a = np.arange(0, len(run) - width, max(width // 2, 1))
-            columns.append(sums[a + width] - sums[a])
-            gains.append((r[a + width] - r[a]) / scale)
-    if not columns or sum(map(len, columns)) < 60:
-        return None
-    matrix, gain = np.concatenate(columns), np.concatenate(gains)
-    factor, *_ = np.linalg.lstsq(matrix, gain, rcond=None)
-    rest = gain - matrix @ factor
-    return float(rest @ rest), len(gain)
+def _misfit(trials: Sequence[tuple[Trial, list[tuple[int, int]]]], lag: float) -> tuple[float, int] | None:
+    """Squares left of r about moves of the rudder, and rows: a quartic in time, and the rudder `lag` [s] earlier."""
+    total, rows = 0.0, 0
+    for trial, events in trials:
+        scale = float(np.nanmax(np.abs(trial["r"]))) or 1.0
+        turned = integral(trial.t, np.nan_to_num(trial["delta"]))
+        for a, b in events:
+            t = trial.t[a:b]
+            s = 2.0 * (t - t[0]) / (t[-1] - t[0]) - 1.0
+            matrix = np.column_stack([np.ones_like(s), s, s * s, s**3, s**4, np.interp(t + lag, trial.t, turned)])
+            matrix[:, 5] -= matrix[:, 5].mean()
+            matrix[:, 5] /= float(np.max(np.abs(matrix[:, 5]))) or 1.0
+            r = trial["r"][a:b] / scale
+            factor, *_ = np.linalg.lstsq(matrix, r, rcond=None)
+            rest = r - matrix @ factor
+            total, rows = total + float(rest @ rest), rows + len(r)
+    return (total, rows) if rows > 60 else None
+
+
+def _moves(trial: Trial) -> list[tuple[int, int]]:
+    """Rows about each move of the rudder going ahead, some ship times to either side."""
+    delta, r, dt, ship_time = trial["delta"], trial["r"], trial.dt, _ship_time(trial)
+    near = max(round(ship_time / dt), 1)
+    if len(trial) < 8 * near + 20:
+        return []
+    ahead = trial["u"] > 0.3 * float(np.nanmax(np.abs(trial["u"])))
+    if "n_P" in trial:
+        ahead &= ~(trial["n_P"] <= 0)
+    swing = np.abs(delta[near:] - delta[:-near])
+    found: list[tuple[int, int]] = []
+    k = 3 * near
+    while k < swing.size - 5 * near:
+        if swing[k] > 4.0 * _DEG:
+            a, b = k - 2 * near, k + 5 * near
+            if np.isfinite(r[a:b]).all() and np.isfinite(delta[a - near : b + near]).all() and ahead[a:b].all():
+                found.append((a, b))
+            k = b
+        else:
+            k += 1
+    return found
 
 
 # -- port against starboard
@@ -237,13 +259,13 @@ def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
     parts = pairs[:, 0] / pairs[:, 1] - 1.0 if len(pairs) else np.zeros(0)
     offset = 0.5 * float(np.median(more)) if more.size else 0.0
     level_offset = more.size > 0 and float(np.ptp(more)) < 2.0 * _EVEN and abs(offset) > _OFFSET
-    agree = not straight or abs(ahead - offset) < 0.5 * _OFFSET
+    agree = abs(ahead - offset) < 0.5 * _OFFSET if straight else len(pairs) > 1
     if level_offset and agree:
         yield _offset(offset, f"{words}; straight ahead at {ahead / _DEG:+.2f} deg")
     elif more.size and abs(float(np.median(parts))) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN:
         yield _sided(float(np.median(parts)), words)
     elif len(straight) >= 3 and abs(ahead) > _NEUTRAL and float(np.ptp(straight)) < _NEUTRAL:
-        yield _offset(ahead, f"straight ahead at {ahead / _DEG:+.2f} deg in {len(straight)} trials; or its neutral angle")
+        yield _offset(ahead, f"straight ahead at {ahead / _DEG:+.2f} deg in {len(straight)} trials; or a neutral angle")
     elif (scale := _round_scale([*starboard, *port])) is not None:
         yield Fault(
             "warning", "delta", f"rudder angles are {100 * (scale - 1):+.1f} % off",
@@ -255,8 +277,8 @@ def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
 def _offset(offset: float, evidence: str) -> Fault:
     return Fault(
         "warning", "delta", f"rudder offset of {offset / _DEG:+.2f} deg", evidence,
-        f"offset = {-offset / _DEG:.2f} of delta (deg) in the mapping, or subtract {offset:.5f} rad", "quality",
-        "rudder_offset",
+        f"offset = {-offset / _DEG:.2f} of delta (deg) in the mapping, or "
+        f"trial.having(delta=trial['delta'] {-offset:+.5f})", "quality", "rudder_offset",
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import Array, Trial
+from .. import Trial
 from ..prepare import integral, segments
 from .relations import G as _G
 from .relations import length_of as _length

@@ -10,15 +10,18 @@ from numpy.typing import NDArray
 
 from .. import Array, Trial
 from ..prepare import ANGLES
-from .relations import noise_of
+from .relations import length_of, noise_of
 from .sensors import MEASURED, Fault
 
 _TURN = 2.0 * math.pi
 # A spike is this many times the noise, this part of the span of its channel, and rises this much above other kinks.
-_NOISE, _SPAN, _KINKS = 10.0, 0.02, 4.0
+_NOISE, _SPAN, _KINKS = 12.0, 0.05, 4.0
 # Rows that are spikes at most; beyond, it is what the channel does.
 _SHARE = 0.06
 _LONGEST = 0.2
+
+_GUSTY = ("U_A", "gamma_A", "U_T", "gamma_T")
+"""Channels that may leap from row to row."""
 
 Flags = NDArray[np.bool_]
 
@@ -28,7 +31,9 @@ def outlier_faults(trial: Trial) -> tuple[list[Fault], Trial]:
     groups: dict[tuple[str, bytes], tuple[list[str], Flags]] = {}
     words: dict[str, Fault] = {}
     for name in _names(trial):
-        bad = _blocks(trial, name) | _spikes(trial, name)
+        bad = _blocks(trial, name)
+        if name not in _GUSTY:
+            bad |= _spikes(trial, name)
         if not bad.any():
             continue
         fault = _fault(trial, name, bad)
@@ -54,8 +59,10 @@ def _differences(name: str, values: Array) -> Array:
     return (steps + math.pi) % _TURN - math.pi if name in ANGLES else steps
 
 
-def _threshold(name: str, values: Array) -> float:
+def _threshold(trial: Trial, name: str, values: Array) -> float:
     """How far out a value must be: beyond noise, and beyond a part of what the channel usually spans."""
+    if name in ("x", "y"):
+        return max(_NOISE * noise_of(values), _SPAN * (length_of(trial) or 10.0))
     low, high = np.quantile(values, [0.05, 0.95])
     span = min(float(high - low), math.pi) if name in ANGLES else float(high - low)
     return max(_NOISE * noise_of(values), _SPAN * span, 1e-9)
@@ -73,11 +80,22 @@ def _spikes(trial: Trial, name: str) -> Flags:
     out = np.where(there * back < 0, np.minimum(np.abs(there), np.abs(back)), 0.0)
     out = np.where(np.abs(there + back) < 0.5 * out, out, 0.0)
     usual = float(np.quantile(out, 1.0 - _SHARE))
-    far = out > max(_threshold(name, values), _KINKS * usual)
+    far = out > max(_threshold(trial, name, values), _KINKS * usual)
     rest = out[~far]
+    if name not in MEASURED:  # a control that moves all the time is not spoilt by it
+        far &= _calm_about(values, out)
     if far.any() and float(out[far].min()) > 3.0 * float(rest.max(initial=0.0)):
         bad[at[1:-1][far]] = True
     return bad
+
+
+def _calm_about(values: Array, out: Array) -> Flags:
+    """Rows (but the first and the last) about which the channel moves little within four rows to either side."""
+    calm = np.ones(out.size, dtype=np.bool_)
+    for k in np.flatnonzero(out > 0).tolist():
+        near = np.delete(values[max(k - 3, 0) : k + 6], min(k, 3) + 1)
+        calm[k] = float(np.ptp(near)) < 0.25 * out[k]
+    return calm
 
 
 def _blocks(trial: Trial, name: str) -> Flags:
@@ -90,16 +108,15 @@ def _blocks(trial: Trial, name: str) -> Flags:
     values = trial[name][at]
     edges = np.flatnonzero(np.concatenate([[True], np.diff(values) != 0, [True]]))
     first, last = edges[:-1], edges[1:]
-    least = _threshold(name, values)
+    least = _threshold(trial, name, values)
     usual = float(np.quantile(np.abs(_differences(name, values)), 0.95))
-    for a, b in zip(first.tolist(), last.tolist(), strict=True):
-        if not (a > 0 and b < at.size and b - a > 1 and b - a < _LONGEST * at.size):
-            continue
+    repeats = (first > 0) & (last < at.size) & (last - first > 1) & (last - first < _LONGEST * at.size)
+    for a, b in zip(first[repeats].tolist(), last[repeats].tolist(), strict=True):
         into, out = values[a] - values[a - 1], values[b] - values[a]
         if name in ANGLES:
             into, out = ((one + math.pi) % _TURN - math.pi for one in (into, out))
         leaps = into * out < 0 and min(abs(into), abs(out)) > max(2.0 * least, 8.0 * usual)
-        if leaps and (not steered or _elsewhere(values, values[a])):
+        if leaps and (not steered or _elsewhere(values, float(values[a]))):
             bad[at[a:b]] = True
     return bad
 

@@ -32,10 +32,12 @@ class Window:
 
     Attributes:
         left: left over in x, y and psi, in their noise, shape (windows, 3); NaN where a channel lacks.
-        columns: the same per unit of each cause.
+        moved: what the windows moved, in the same noise, same shape.
+        columns: what is left over per unit of each cause.
     """
 
     left: Array
+    moved: Array
     columns: Mapping[str, Array]
 
 
@@ -73,8 +75,9 @@ def noise_of(values: Array) -> float:
     good = values[np.isfinite(values)]
     if good.size < _LEAST:
         return 0.0
-    levels = np.unique(good)
-    step = float(np.median(np.diff(levels))) if 2 < levels.size < 0.25 * good.size else 0.0
+    moves = np.abs(np.diff(good))
+    some = moves[moves > 0]
+    step = float(np.quantile(some, 0.05)) if 2 < some.size < 0.95 * moves.size else 0.0
     return max(float(np.nan_to_num(sensor_noise(values))), 0.3 * step)
 
 
@@ -86,6 +89,7 @@ def left_over(trials: Iterable[Trial], causes: bool = True) -> Window | None:
     names = parts[0].columns
     return Window(
         np.concatenate([part.left for part in parts]),
+        np.concatenate([part.moved for part in parts]),
         {name: np.concatenate([part.columns[name] for part in parts]) for name in names},
     )
 
@@ -118,34 +122,33 @@ def _run(run: Trial, noise: Mapping[str, float], track: bool, turn: bool, causes
         return value[b] - value[a]
 
     span, zero, gap = t[b] - t[a], np.zeros(a.size), np.full(a.size, np.nan)
-    left, weight = [gap, gap, gap], [1.0 + zero] * 3
+    left, weight, went = [gap, gap, gap], [1.0 + zero] * 3, [gap, gap, gap]
     r = run["r"] if turn else np.gradient(psi, t)
+    parts: _Parts = {}
     if turn:
-        turned = over(r)
-        left[2] = change(psi) - turned
+        left[2], went[2] = change(psi) - over(r), change(psi)
         spread = 2.0 * noise["psi"] ** 2 + span * run.dt * noise["r"] ** 2
         weight[2] = np.sqrt(spread + (_FLOOR * np.abs(change(psi))) ** 2 + 1e-12)
-    parts: dict[str, tuple[Array, Array, Array]] = {}
     if track:
-        c, s = np.cos(psi), np.sin(psi)
-        u, v = run["u"], run["v_m"]
-        north, east = u * c - v * s, u * s + v * c
-        moved_n, moved_e = over(north), over(east)
-        left[0], left[1] = change(run["x"]) - moved_n, change(run["y"]) - moved_e
-        far = np.hypot(moved_n, moved_e)
-        aside = (far * noise["psi"]) ** 2 * run.dt / np.maximum(span, run.dt)
-        speeds = span * run.dt * max(noise["u"], noise["v_m"]) ** 2
-        fixes = 2.0 * max(noise["x"], noise["y"]) ** 2
-        weight[0] = weight[1] = np.sqrt(fixes + speeds + aside + (_FLOOR * far) ** 2 + 1e-12)
-        if causes:
-            parts = _track_columns(over, change, (c, s), (u, v, r), span)
-    columns: dict[str, Array] = {}
-    if causes:
-        parts |= _turn_columns(over, change, r, span, parts) if turn else {}
-        for name in CAUSES:
-            x, y, angle = parts.get(name, (zero, zero, zero))
-            columns[name] = np.column_stack([x, y, angle]) / np.column_stack(weight)
-    return Window(np.column_stack(left) / np.column_stack(weight), columns)
+        c, s, u, v = np.cos(psi), np.sin(psi), run["u"], run["v_m"]
+        moved = over(u * c - v * s), over(u * s + v * c)
+        left[0], left[1] = change(run["x"]) - moved[0], change(run["y"]) - moved[1]
+        went[0], went[1] = change(run["x"]), change(run["y"])
+        weight[0] = weight[1] = _track_noise(np.hypot(*moved), span, run.dt, noise)
+        parts = _track_columns(over, change, (c, s), (u, v, r), span) if causes else {}
+    if causes and turn:
+        parts |= _turn_columns(over, change, r, span, parts)
+    scale = np.column_stack(weight)
+    columns = {name: np.column_stack(parts.get(name, (zero, zero, zero))) / scale for name in CAUSES if causes}
+    return Window(np.column_stack(left) / scale, np.column_stack(went) / scale, columns)
+
+
+def _track_noise(far: Array, span: Array, dt: float, noise: Mapping[str, float]) -> Array:
+    """Standard deviation of what is left over of a displacement [m]: fixes, speeds, heading, and the floor."""
+    aside = (far * noise["psi"]) ** 2 * dt / np.maximum(span, dt)
+    speeds = span * dt * max(noise["u"], noise["v_m"]) ** 2
+    fixes = 2.0 * max(noise["x"], noise["y"]) ** 2
+    return np.sqrt(fixes + speeds + aside + (_FLOOR * far) ** 2 + 1e-12)
 
 
 _Over = Callable[[Array], Array]

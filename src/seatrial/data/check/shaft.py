@@ -51,7 +51,7 @@ def _one(trials: Sequence[Trial], name: str) -> Iterator[Fault]:
     yield Fault(
         "error", name, "revolutions are in 1/s that were converted from rpm" if small
         else "revolutions are in rpm, or in percent",
-        f"{np.median(turns[known]):.3g} 1/s at {np.median(speeds[known]):.3g} m/s: the ship moves {advance:.2g} lengths "
+        f"{np.median(turns[known]):.3g} 1/s at {np.median(speeds[known]):.3g} m/s: {advance:.2g} lengths "
         f"a revolution ({_LEAST:g} to {_MOST:g} for ships)",
         'say unit = "1/s" of the column, or multiply by 60' if small else 'say unit = "rpm", or divide by 60',
         "unit", "unit",

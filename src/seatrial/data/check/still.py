@@ -53,8 +53,7 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
                 f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
                 "the sensor is slower than the log: keep its own samples, or smooth", "quality", "repeated",
             )  # fmt: skip
-    for run, names in stuck.items():
-        yield _frozen(trial, names, *run)
+    yield from _stuck(trial, stuck)
     if steady:
         yield Fault(
             "info", ", ".join(steady), "steady values without noise",
@@ -62,6 +61,16 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
             f"of turn agree to {100 * _EXACT:g} %",
             "no action in a simulated run; a frozen sensor would disagree with the others", "quality", "steady",
         )  # fmt: skip
+
+
+def _stuck(trial: Trial, stuck: dict[tuple[int, int], list[str]]) -> Iterator[Fault]:
+    """Frozen sensors, the two channels of one instrument together."""
+    for run, names in stuck.items():
+        left = list(names)
+        for pair in (("x", "y"), ("u", "v_m"), *((name,) for name in names)):
+            if set(pair) <= set(left):
+                yield _frozen(trial, [*pair], *run)
+                left = [name for name in left if name not in pair]
 
 
 def _frozen(trial: Trial, names: list[str], start: int, length: int) -> Fault:

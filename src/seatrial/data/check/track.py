@@ -6,13 +6,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import Array, Trial
-from ..prepare import integral
+from .. import Array, Trial, unwrapped
+from ..prepare import complete, integral
+from .relations import has, slides_unseen, window_of
 from .sensors import Fault
 
 # Course from displacements over this many fixes either way; not defined below this share of top speed.
@@ -53,6 +54,41 @@ def track_miss(trial: Trial, name: str) -> float:
         return math.nan
     off = (trial[name][rows] - course + math.pi) % (2.0 * math.pi) - math.pi
     return float(np.sqrt(np.nanmean(off**2))) if np.isfinite(off).any() else math.nan
+
+
+def surge_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
+    """Where no sway was logged: whether what is called surge is the whole speed over ground.
+
+    Over short windows the displacement makes an angle beta with the heading, and is U cos beta ahead.
+    """
+    ahead, whole, said = [], [], []
+    for trial in trials:
+        if not (slides_unseen(trial) and has(trial, "x", "y", "u", "psi")) or trial["v_m"][0] != 0.0:
+            continue
+        rows = trial.rows(complete(trial, ("x", "y", "u", "psi")))
+        n = max(round(0.25 * window_of(rows) / rows.dt), 3)
+        psi, a = unwrapped(rows["psi"]), np.arange(0, len(rows) - n, n)
+        total, mean = integral(rows.t, rows["u"]), integral(rows.t, psi)
+        span = rows.t[a + n] - rows.t[a]
+        north, east = rows["x"][a + n] - rows["x"][a], rows["y"][a + n] - rows["y"][a]
+        arc = np.sinc(0.5 * (psi[a + n] - psi[a]) / math.pi)
+        heading = (mean[a + n] - mean[a]) / span
+        ahead.append((north * np.cos(heading) + east * np.sin(heading)) / arc)
+        whole.append(np.hypot(north, east) / arc)
+        said.append(total[a + n] - total[a])
+    if not said:
+        return
+    along, far, log = (np.concatenate(part) for part in (ahead, whole, said))
+    gap, off = far - along, log - along
+    share = float(gap @ off / max(gap @ gap, 1e-12))
+    error = float(np.std(off - share * gap) / math.sqrt(max(gap @ gap, 1e-12)))
+    if share > 0.6 and share > 6.0 * error:
+        yield Fault(
+            "error", "u, v_m", "the speed over ground is logged as surge, and no sway",
+            f"u is the distance over ground to {share:.2f} +- {error:.1g} of the difference that drift makes",
+            "call the column U_G, and compute u = U_G cos(gamma_G - psi), v_m = U_G sin(gamma_G - psi) with the course "
+            "over ground", "axes", "speed_as_surge",
+        )  # fmt: skip
 
 
 def track_faults(trial: Trial) -> Iterator[Fault]:

@@ -10,5 +10,5 @@ from .timing import ANGLES, interpolate_gaps, nearest_rows, resample, resampling
 
 __all__ = [
     "ANGLES", "complete", "cut", "drop_trailing_gaps", "froude_scaled", "integral", "interpolate_gaps",
-    "nearest_rows", "resample", "resampling", "segments", "split", "shifted", "to_body", "to_earth", "unbroken",
+    "nearest_rows", "resample", "resampling", "segments", "shifted", "split", "to_body", "to_earth", "unbroken",
 ]  # fmt: skip

@@ -68,16 +68,19 @@ def resample(trial: Trial, dt: float) -> Trial:
 def shifted(trial: Trial, lag: float, *names: str) -> Trial:
     """The trial with channels that came `lag` [s] late put where they belong, by straight lines.
 
-    Rows for which nothing was logged (at the end; at the beginning, where `lag` is below zero) become gaps.
+    Rows for which nothing was logged (at the end; at the beginning, where `lag` is below zero) are left out.
+
+    Raises:
+        DataError: a lag that is no number, or leaves fewer than two rows.
     """
+    if not (math.isfinite(lag) and abs(lag) < trial.duration - trial.dt):
+        raise DataError(f"{trial.name}: a shift of {lag:g} s, and the trial lasts {trial.duration:g} s")
+    known = (trial.t + lag >= trial.t[0]) & (trial.t + lag <= trial.t[-1])
     moved: dict[str, Array] = {}
     for name in names:
-        at, values = trial.t + lag, _continuous(name, trial[name])
-        inside = (at >= trial.t[0]) & (at <= trial.t[-1])
-        out = np.full(len(trial), np.nan)
-        out[inside] = _resampled(trial.t, values, at[inside])
-        moved[name] = out
-    return trial.having(**moved).noting(f"{', '.join(names)} shifted by {-lag:g} s")
+        moved[name] = np.full(len(trial), np.nan)
+        moved[name][known] = _resampled(trial.t, _continuous(name, trial[name]), (trial.t + lag)[known])
+    return trial.having(**moved).rows(known).noting(f"{', '.join(names)} shifted by {-lag:g} s")
 
 
 def resampling(dt: float, *trials: Trial) -> str:

@@ -1,0 +1,165 @@
+"""The garden: the simulator against the package, five faults in the unit tier, all of them in the long tier."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from garden import plants, ships
+from garden.faults import BY_NAME, FAULTS
+from garden.logs import WEATHERS, Folder, clean
+from garden.motion import Weather
+from garden.run import keys, one, table
+from seatrial import load
+from seatrial.data import Trial
+from seatrial.data.check import check_folder
+from seatrial.data.prepare import shifted
+from seatrial.environment import Environment
+
+SEEDS = (1, 2, 3)
+
+
+def trials(folder: Folder) -> list[Trial]:
+    return [Trial(log.name, log.t, dict(log.table), {}, dict(folder.meta)) for log in folder.logs]
+
+
+def told(name: str, seed: int = 1) -> tuple[str, ...]:
+    fault = BY_NAME[name]
+    return keys(check_folder(trials(fault.plant(clean(weather=fault.weather, seed=seed)))))
+
+
+@pytest.mark.parametrize("ship", [ships.FULL, ships.MODEL], ids=lambda ship: ship.name)
+def test_the_simulator_has_the_equations_of_the_paper_as_the_package_has(ship: ships.Mmg) -> None:
+    """Two independent codes of one paper; the garden uses nothing of the package."""
+    model, random = load(ship.name).model, np.random.default_rng(0)
+    wind = (6.0, -4.0) if ship.areas else (0.0, 0.0)
+    for _ in range(50):
+        u, v, r = ship.speed * random.uniform((0.3, -0.4, -0.8), (1.0, 0.4, 0.8)) / (1.0, 1.0, ship.length)
+        controls = ship.revolutions(ship.speed) * random.uniform(0.3, 1.2), random.uniform(-0.6, 0.6)
+        ours = ship.rates(u, v, r, controls, (u + wind[0], v + wind[1]))
+        theirs = model.derivative((0.0, 0.0, 0.0, u, v, r), controls, Environment(*wind))[3:6]
+        np.testing.assert_allclose(ours, np.array(theirs, dtype=float), rtol=1e-8, atol=1e-12)
+
+
+def test_a_clean_folder_gets_no_warning() -> None:
+    for weather in WEATHERS:
+        found = keys(check_folder(trials(clean(weather=weather))))
+        assert set(found) <= ({"current", "current:x", "current:y"} if weather == "current" else set())
+
+
+@pytest.mark.parametrize("name", ["heading_bias", "gnss_late", "antenna_aft", "rate_sign", "rudder_offset"])
+def test_the_right_culprit_is_named(name: str) -> None:
+    assert set(told(name)) & set(BY_NAME[name].culprits)
+
+
+def test_the_list_is_long_and_says_why_what_cannot_be_seen() -> None:
+    assert len(FAULTS) >= 60
+    assert len(BY_NAME) == len(FAULTS)
+    assert all(fault.why for fault in FAULTS if not fault.visible)
+
+
+# -- remedies: what a finding asks for, done by hand, and the log is checked again
+
+
+
+REMEDIES = {
+    "heading_bias": plants.plus(-np.radians(3.0), "psi"),
+    "heading_sign": plants.times(-1.0, "psi"),
+    "heading_degrees": plants.times(np.radians(1.0), "psi"),
+    "gyro_bias": plants.plus(-np.radians(2.0) / 60.0, "r"),
+    "gyro_scale": plants.times(1.0 / 1.06, "r"),
+    "rate_per_minute": plants.times(60.0, "r"),
+    "antenna_aft": plants.antenna(100.0, 0.0),
+    "axes_swapped": plants.swapped("x", "y"),
+    "speed_knots": plants.times(0.514444, "u", "v_m"),
+    "log_scale": plants.times(1.0 / 1.05, "u", "v_m"),
+    "log_bias": plants.plus(-0.3, "u"),
+    "rudder_offset": plants.plus(-np.radians(1.5), "delta"),
+    "rudder_scale": plants.times(1.0 / 1.1, "delta"),
+    "rudder_sides": plants.side(1.0 / 1.12, 1.0),
+    "rudder_sign": plants.times(-1.0, "delta"),
+    "revolutions_rpm": plants.times(1.0 / 60.0, "n_P"),
+    "clock_fast": plants.clock(lambda t: t / 1.01),
+    "wind_relative": lambda f: f.each(lambda log: log.having(gamma_T=log.table["gamma_T"] + log.true("psi"))),
+}
+
+
+SHIFTS = {"heading_late": (2.0, "psi"), "rate_late": (3.0, "r"), "gnss_late": (3.0, "x", "y"),
+          "speed_late": (5.0, "u", "v_m"), "rudder_late": (4.0, "delta")}  # fmt: skip
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", sorted(SHIFTS))
+def test_a_lag_is_gone_after_it_was_shifted(name: str) -> None:
+    late = trials(BY_NAME[name].plant(clean()))
+    assert "lag" in keys(check_folder(late))
+    lag, *channels = SHIFTS[name]
+    assert keys(check_folder([shifted(trial, lag, *channels) for trial in late])) == ()
+
+
+def _sizes(name: str) -> list[float]:
+    """Numbers in the words of the first warning or error."""
+    fault = BY_NAME[name]
+    found = [f for f in check_folder(trials(fault.plant(clean(weather=fault.weather)))) if f.severity != "info"]
+    words = found[0].what.replace(",", " ").split()
+    return [float(word) for word in words if word.lstrip("+-").replace(".", "", 1).isdigit()]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", sorted(REMEDIES))
+def test_a_fault_is_gone_after_its_remedy(name: str) -> None:
+    fault = BY_NAME[name]
+    spoilt = fault.plant(clean(weather=fault.weather))
+    assert set(keys(check_folder(trials(spoilt)))) & set(fault.culprits)
+    assert keys(check_folder(trials(REMEDIES[name](spoilt)))) == ()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("name", "size", "off"),
+    [("heading_bias", 3.0, 0.05), ("heading_bias_1", -1.0, 0.05), ("gyro_bias", 2.0, 0.1), ("gnss_late", 3.0, 0.2),
+     ("gnss_late_1", 1.0, 0.2), ("heading_late", 2.0, 0.2), ("rate_late", 3.0, 0.2), ("antenna_aft", 100.0, 2.0),
+     ("log_scale", 5.0, 0.1), ("rudder_offset", 1.5, 0.1), ("log_bias", 0.3, 0.01), ("speed_late", 5.0, 0.3)],
+)  # fmt: skip
+def test_the_size_is_right(name: str, size: float, off: float) -> None:
+    assert min(abs(found - size) for found in _sizes(name)) < off
+
+
+@pytest.mark.long
+def test_clean_logs_get_no_warning() -> None:
+    """20 seeds, calm, wind and current, full scale and model, 1 to 10 Hz: no warning but of the current."""
+    for seed in range(1, 21):
+        for ship, weather, rate in (("full", "calm", 1.0), ("full", "wind", 1.0 + seed % 5), ("model", "calm", 5.0),
+                                    ("full", "current", 1.0), ("model", "current", 10.0)):  # fmt: skip
+            found = set(keys(check_folder(trials(clean(ship, weather, seed, rate)))))
+            allowed = {"current", "current:x", "current:y"} if weather == "current" else set()
+            assert found <= allowed, (ship, weather, seed, found)
+
+
+@pytest.mark.long
+def test_check_names_the_culprit_of_what_it_can_see() -> None:
+    """Without a fit; some faults only a fit can see (scales of revolutions and wind)."""
+    outcomes = [one(fault, seed, fit=False) for fault in FAULTS for seed in SEEDS]
+    visible = [o for o in outcomes if BY_NAME[o.fault].visible]
+    named = sum(o.named(BY_NAME[o.fault].culprits) for o in visible)
+    assert named >= 0.85 * len(visible), table(outcomes, BY_NAME)
+
+
+@pytest.mark.long
+def test_nothing_is_silently_wrong() -> None:
+    """The bars of the whole: import, check and fit together, three seeds."""
+    outcomes = [one(fault, seed) for fault in FAULTS for seed in SEEDS]
+    shown = table(outcomes, BY_NAME)
+    wrong = [o for o in outcomes if o.wrong]
+    assert not [o for o in wrong if not o.said], shown
+    assert len(wrong) <= 0.02 * len(outcomes), shown
+
+
+def test_a_current_is_motion_in_still_water_and_a_drift() -> None:
+    still, moved = clean(seed=1), plants.drift(0.5, 1.0)(clean(seed=1))
+    [a, b] = (folder.logs[0] for folder in (still, moved))
+    east = b.table["y"] - a.table["y"]
+    np.testing.assert_allclose(east, 0.5 * np.sin(1.0) * a.t, atol=1e-9)
+    assert replace(Weather(), current=0.5).current == 0.5
