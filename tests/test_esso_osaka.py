@@ -55,7 +55,8 @@ def test_fitted_coefficients_in_cross_validation(trials, folds, bar):
     free = tuple(f for f in free_everywhere(ship, FREED, 0.3) if f.path not in MEASURED)
     for fold in range(folds):
         train = tuple(t for kind in KINDS for i, t in enumerate(trials[kind]) if i % 5 != fold)
-        fit = Trajectory(window=100.0, method="euler").fit(Problem(ship, train, free, Loss(ESSO_OSAKA_SIGMA)))
+        protocol = Trajectory(window=100.0, every=10, method="euler", initial="measured")
+        fit = protocol.fit(Problem(ship, train, free, Loss(ESSO_OSAKA_SIGMA, correlation=5.0)))
         for t in (t for kind in KINDS for i, t in enumerate(trials[kind]) if i % 5 == fold):
             predicted = replay(fit.ship, t, restart=100.0, method="euler")
             held.append(compare(t, predicted, label="", restart=100.0, sigma=ESSO_OSAKA_SIGMA))

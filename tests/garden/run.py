@@ -23,9 +23,9 @@ import numpy as np
 from seatrial.core.errors import SeatrialError
 from seatrial.data.check import Finding
 from seatrial.workflow import Silent
-from seatrial.workflow.validate import check
 from seatrial.workflow.data import import_logs
 from seatrial.workflow.identify import identify
+from seatrial.workflow.validate import check
 
 from .faults import FAULTS, Fault
 from .logs import Folder, clean

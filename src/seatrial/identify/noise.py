@@ -21,9 +21,9 @@ from ..models import STATES
 _ORDERS = range(2, 9)
 # Differences beyond so many standard deviations are clipped: outliers, and the kinks of a manoeuvre.
 _CLIP = 4.0
-# Least noise, as a share of the spread of a channel; and where no channel has more than `_EXACT`, the log is a simulation
+# Least noise, as a share of the spread of a channel; where no channel has more than `_EXACT`, the log is a simulation
 # without noise, and all of them have `_MODELLED`: what the steps of log and integrator leave.
-_FLOOR, _EXACT, _MODELLED = 1e-5, 2e-4, 3e-3
+_FLOOR, _EXACT, _MODELLED = 1e-5, 2e-4, 1e-2
 # A reading is an outlier if it is so many noises off what its neighbours on both sides say.
 _OUTLIER = 8.0
 # Most successive readings that count as one outlier; more of them are a fault that `check` names.
@@ -88,7 +88,7 @@ def noise(trials: Sequence[Trial]) -> dict[str, float]:
     """Noise of each state, pooled over trials: as a sidecar declares it (`meta["noise"]`), else `sensor_noise`.
 
     States that are constant in every trial are left out: they contain no information.  A simulated log without noise
-    gets that of its steps, .3 % of the spread of each state.
+    gets that of its steps, 1 % of the spread of each state.
     """
     out: dict[str, float] = {}
     spreads: dict[str, float] = {}

@@ -15,7 +15,7 @@ from ..core.errors import StudyError as StudyError
 from ..core.parameters import Free
 from ..data import Array, Trial
 from ..ships import Ship
-from .diagnosis import Diagnosis
+from .posterior.diagnosis import Diagnosis
 from .vector import Vector
 
 

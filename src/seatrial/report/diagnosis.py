@@ -10,7 +10,7 @@ import numpy as np
 
 from ..data import Array
 from ..identify import Fit
-from ..identify.diagnosis import Diagnosis, Residuals
+from ..identify.posterior.diagnosis import Diagnosis, Residuals
 from . import figures
 from .page import bullets, figure, gallery, lead, number, soft, table
 

@@ -59,6 +59,11 @@ class Widths(Trajectory):
         if not self.parts >= 2:
             raise StudyError(f"estimator.parts is {self.parts:g}; leave out one part of two at least")
 
+    @property
+    def estimates_common(self) -> bool:
+        """It compares priors by left-out trials, at weights that stay."""
+        return False
+
     @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters with the width that predicts left-out trials best; see `Estimator`.

@@ -19,13 +19,13 @@ from ...core.parameters import values
 from ...data import Array
 from ...models import STATES, unit
 from .. import Fit, Problem
-from ..diagnosis import Channel, Diagnosis, Residuals, Suspicion
 from ..noise import noise
 from ..nuisance import EVERY, begun_as
 from ..record import Settings, cut_as
-from ..suspects import suspects
 from ..trajectory.objective import TrajectoryObjective
+from ..trajectory.suspects import suspects
 from ..vector import Vector
+from .diagnosis import Channel, Diagnosis, Residuals, Suspicion
 from .verdicts import judged_by
 
 # A fixed parameter is tested with this change, relative.
@@ -86,7 +86,10 @@ def diagnosed(
     )  # fmt: skip
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance = _covariance(linear, A, size / objective.windows.weight)
-    tested = _suspicions(linear, A, size, known, covariance, problem)
+    # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
+    least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(STATES)])
+    floor = np.maximum(size, least**2)
+    tested = _suspicions(linear, A, floor, known, _covariance(linear, A, floor / objective.windows.weight), problem)
     first = problem.ship.model.controls[:1]
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
@@ -167,13 +170,19 @@ def _channels(
         both = seen[:, 1:] & seen[:, :-1]
         product = np.where(both, e[:, 1:] * e[:, :-1], 0.0).sum()
         alike = float(product) / max(int(both.sum()), 1) / max(float((e**2).sum()) / seen.sum(), 1e-300)
-        unit = float(np.median(scale[:, :, k][seen]))
+        per = _unit(objective, k)
         if name in level:
             out[name] = Channel(
-                level[name], float(np.sqrt(size[k])) / (unit * level[name]), alike, max(int(both.sum()), 1) ** -0.5,
+                level[name], float(np.sqrt(size[k])) / (per * level[name]), alike, max(int(both.sum()), 1) ** -0.5,
                 _lasting(e) * cut.dt * cut.every, int(seen.sum()),
             )  # fmt: skip
     return out, size
+
+
+def _unit(objective: TrajectoryObjective, channel: int) -> float:
+    """Weight of a residual of a channel [1/SI unit]; 0 where it is not compared."""
+    scale = objective.windows.scale[:, :, channel]
+    return float(np.median(scale[scale > 0])) if (scale > 0).any() else 0.0
 
 
 def _lasting(e: Array) -> float:

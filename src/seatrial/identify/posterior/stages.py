@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from .. import Fit, Loss, Problem, Progress, StudyError
-from ..diagnosis import Channel
 from ..noise import noise, screened
 from ..record import scales
 from .diagnose import diagnosed
+from .diagnosis import Channel
 
 # Most errors of instruments that are estimated because the residuals call for them, and rounds of residual weights.
 _MOST, _ROUNDS = 5, 2
@@ -40,11 +40,10 @@ def in_stages(
         StudyError: suspects are to be estimated, and the estimator cannot.
     """
     own, able = problem.nuisance, getattr(estimator, "estimates_common", False)
-    if own.suspects not in ("", "auto"):
-        raise StudyError(f"nuisance.suspects is '{own.suspects}'; it is \"auto\", or left out")
-    if own.suspects and not able:
-        raise StudyError('nuisance.suspects = "auto" needs the estimator shooting:Trajectory')
-    clean = screened(problem.trials, scales(problem))
+    _refuse(own.suspects, able)
+    # A declared sigma may be wider than the noise, or, as a weight, narrower.
+    level, wide = noise(problem.trials), scales(problem)
+    clean = screened(problem.trials, {name: max(sd, wide.get(name, sd)) for name, sd in level.items()})
     problem = replace(problem, trials=clean.trials)
     stages, widen = 0, problem.loss.correlation is None
 
@@ -56,7 +55,9 @@ def in_stages(
         further = checkpoint.with_suffix(f".{stages}{checkpoint.suffix}") if checkpoint and stages else checkpoint
         stages += 1
         then = fit(estimator, begun, progress=progress, checkpoint=further)
-        then = replace(then, free=posed.free) if last else then
+        if last is not None:  # as declared, not as started
+            declared = {f.path: f for f in posed.free}
+            then = replace(then, free=tuple(declared[f.path] for f in then.free))
         return diagnosed(then, posed, estimator, clean.rejected, widen=widen)
 
     found = again(problem)
@@ -75,6 +76,13 @@ def in_stages(
     # Suspects are tested where the noise decides: weights that a fault has made small would hide it.
     said = found.diagnosis and replace(found.diagnosis, suspicions=by_noise.suspicions)
     return replace(found, diagnosis=said, loss=problem.loss)
+
+
+def _refuse(suspects: str, able: bool) -> None:
+    if suspects not in ("", "auto"):
+        raise StudyError(f"nuisance.suspects is '{suspects}'; it is \"auto\", or left out")
+    if suspects and not able:
+        raise StudyError('nuisance.suspects = "auto" needs the estimator shooting:Trajectory')
 
 
 def _worth(fit: Fit) -> str:

@@ -17,8 +17,8 @@ from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem
 from ..nuisance import Index, Layout
 from ..record import Windows, windows
-from ..suspects import Suspect, named
 from .gauss_newton import Block, Normal
+from .suspects import Suspect, named
 
 # Steps to the best initial states for given parameters: the readings are near, so a few suffice.
 _TOWARDS = 8

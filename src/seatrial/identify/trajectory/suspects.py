@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.errors import StudyError
-from ..data import Array, Trial
-from ..environment import CHANNELS
-from ..models import Model, Sampled, unit
-from ..simulate.replay import from_apparent, wind_of
+from ...core.errors import StudyError
+from ...data import Array, Trial
+from ...environment import CHANNELS
+from ...models import Model, Sampled, unit
+from ...simulate.replay import from_apparent, wind_of
 
 X, Y, PSI, U, V, R = range(6)
 Acts = Callable[[Array, float], Array]
