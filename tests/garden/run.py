@@ -40,6 +40,16 @@ train = ["*"]
 {free}
 """
 FAR = 4.0
+KEYS = {
+    "bias.psi": "heading_bias", "bias.r": "gyro_bias", "bias.u": "log_bias", "bias.v_m": "sway_bias",
+    "scale.u": "log_scale", "scale.r": "gyro_scale", "delay.position": "lag:x", "delay.psi": "lag:psi",
+    "delay.speed": "lag:u", "delay.r": "lag:r", "antenna.ahead": "lever_arm", "antenna.starboard": "lever_arm",
+    "offset.delta": "rudder_offset", "port.delta": "rudder_sides", "scale.delta": "rudder_scale",
+    "delay.delta": "lag:delta", "scale.n_P": "revolutions_scale", "delay.n_P": "lag:n_P",
+    "current.north": "current", "current.east": "current", "wind.north": "wind", "wind.east": "wind",
+    "scale.wind": "wind_scale", "direction.wind": "wind_to",
+}
+"""Names of suspects of a fit as the keys of `check` have them."""
 
 
 @dataclass(frozen=True)
@@ -160,8 +170,10 @@ def distances(fit: Any, truth: Mapping[str, float]) -> dict[str, float]:
 
 
 def suspects(fit: Any) -> tuple[str, ...]:
-    """Keys of the suspects that a fit says matter."""
-    return tuple(one.name for one in fit.diagnosis.causes) if fit.diagnosis else ()
+    """Keys of the two likeliest suspects of a fit, those that matter."""
+    causes = fit.diagnosis.causes[:2] if fit.diagnosis else ()
+    turned = any(one.name == "scale.wind" and abs(one.size - 2.0) < 0.5 for one in causes)
+    return (*(KEYS[one.name] for one in causes), *["wind_to"] * turned)
 
 
 def capped(fit: Any) -> bool:

@@ -154,6 +154,10 @@ def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
     for way, channel in (("north", "current_x"), ("east", "current_y")):
         found.append(Suspect(f"current.{way}", f"a current to the {way}", "m/s", 1.0,
                              acts=_column([around[channel]], lambda v, _: np.ones_like(v))))  # fmt: skip
+    if model.feels_wind:
+        for way, channel in (("north", "wind_x"), ("east", "wind_y")):
+            found.append(Suspect(f"wind.{way}", f"a wind from the {way} that is not in the log", "m/s", 1.0, step=1e-2,
+                                 acts=_column([around[channel]], lambda v, _: np.ones_like(v))))  # fmt: skip
     if model.feels_wind and any(wind_of(trial) is not None for trial in trials):
         wind = [around["wind_x"], around["wind_y"]]
         told = "a scale error of the apparent wind" if any(map(from_apparent, trials)) else "a scale error of the wind"
