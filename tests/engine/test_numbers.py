@@ -28,7 +28,7 @@ def make(thing: Any) -> tuple[Any, ...]:
     return (type(thing), own, *(make(p) for p in parts if is_dataclass(p)))
 
 
-# One ship of each make in every run; her sisters, whose kernels differ in numbers only, in the long tier.
+# One ship of each make in every run; its sisters, whose kernels differ in numbers only, in the long tier.
 UNIT = {make(load(name).model): name for name in reversed(library())}.values()
 every_ship = pytest.mark.parametrize(
     "case", [pytest.param(name, marks=() if name in UNIT else pytest.mark.long) for name in library()], indirect=True

@@ -1,4 +1,4 @@
-"""Williamson, Scharnow and the single turn bring a ship back towards where she came from."""
+"""Williamson, Scharnow and the single turn bring a ship back towards where it came from."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_kvlcc2_ends_on_the_reciprocal_course_near_the_track(side):
     assert policy.complete(run)
     assert abs(run["psi"][-1] + side * math.pi) < DEGREE
     found = policy.indices(run, ship.L_pp)
-    # her tactical diameter is 3.05 L
+    # its tactical diameter is 3.05 L
     assert abs(found["lateral_offset"].over_L) < 1.5
     assert found["miss_distance"].over_L < 1.5
     assert found["greatest_transfer"].over_L > 2.0

@@ -20,7 +20,7 @@ DEGREE = math.radians(1.0)
 
 
 def kvlcc2(gamma_R):
-    """KVLCC2 made symmetric to port and starboard, and her settings."""
+    """KVLCC2 made symmetric to port and starboard, and its settings."""
     ship = replace(load("kvlcc2"), validity={})
     ship = ship.having({"rudder.gamma_Rp": gamma_R, "rudder.gamma_Rn": gamma_R, "propeller.C_2n": 1.6})
     speed, n_P = approach(ship)

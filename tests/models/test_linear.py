@@ -45,7 +45,7 @@ def test_every_ship_of_the_library_has_a_linear_form(name: str) -> None:
 
 def test_mariner_has_the_constants_of_mss() -> None:
     model: Any = load("mariner").model
-    # About the exact design point, as MSS linearises: her own Y_0 and N_0 ask for a little helm otherwise.
+    # About the exact design point, as MSS linearises: its own Y_0 and N_0 ask for a little helm otherwise.
     found = linearise(model, point(model, (0.0, 0.0, 0.0, 7.7175, 0.0, 0.0), {})).nomoto()
     for value, digits in zip(found, (".1850", "118.0", "7.76", "18.53"), strict=True):
         assert printed(value, digits), (value, digits)
@@ -62,7 +62,7 @@ def test_milliampere_is_unstable_ahead(speed: float, digits: str) -> None:
     assert found.stability()[0] == "unstable"
 
 
-def test_kvlcc2_full_scale_from_her_derivatives() -> None:
+def test_kvlcc2_full_scale_from_its_derivatives() -> None:
     ship = load("kvlcc2")
     model: Any = ship.model
     found = straight(model, ship.speed)
