@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-# Workers share the cores already: threads of NumPy and PyTorch in each of them would only wait for one another.
+# Workers share the cores already: threads of NumPy, PyTorch and kernels in each would only wait for one another.
 if "PYTEST_XDIST_WORKER" in os.environ:
-    for library in ("OMP", "OPENBLAS", "MKL"):
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "SEATRIAL_THREADS"):
+        os.environ.setdefault(name, "1")
 
 STUDY = """schema = "seatrial-study/1"
 ship = "mine.toml"

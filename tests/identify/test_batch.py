@@ -56,7 +56,7 @@ def test_the_number_of_threads_and_the_neighbours_change_nothing(turns, many):
     assert np.array_equal(found.H[4], alone.H[0])
 
 
-@pytest.mark.parametrize("ratio", [0.3, 0.5])
+@pytest.mark.parametrize("ratio", [pytest.param(0.3, marks=pytest.mark.long), 0.5])
 def test_the_optimum_is_that_of_one_search_after_the_other(ratio):
     told = problem(ratio=ratio)
     mine = ESTIMATOR.fit(told)

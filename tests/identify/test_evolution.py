@@ -124,7 +124,8 @@ class KilledError(Exception):
     """Thrown in the place of a kill."""
 
 
-@pytest.mark.parametrize("generation", [1, 17, 63])
+@pytest.mark.parametrize("generation", [pytest.param(1, marks=pytest.mark.long), 17,
+                                        pytest.param(63, marks=pytest.mark.long)])  # fmt: skip
 def test_it_goes_on_from_its_record(problem: Problem, tmp_path: Path, generation: int) -> None:
     quick, path = Evolution(runs=2, agree=2, generations=50), tmp_path / "checkpoint.npz"
 

@@ -125,7 +125,7 @@ def test_nothing_but_valid_sentences_moves_the_ship(ship):
         return (con.mode, con.commander, con.control.course, con.control.across, plant["n_P_cmd"], *by_hand)
 
     moved = 0
-    for data in mutations.datagrams(3000, seed=2):
+    for data in mutations.datagrams(1000, seed=2):
         loop.step()  # an order acts from the next tick on
         before = settings()
         wire.waiting.append(data)
@@ -134,8 +134,8 @@ def test_nothing_but_valid_sentences_moves_the_ship(ship):
         if settings() != before:
             moved += 1
             assert known_to_pynmeagps(data), data
-    assert moved > 100
-    assert loop.k == 9000
+    assert moved > 30
+    assert loop.k == 3000
     assert loop.report.events.get("dropped", 0) == 0
     assert math.isfinite(plant["psi"])
 
