@@ -10,6 +10,7 @@ import ctypes
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +20,7 @@ from .cache import library
 from .csource import LANES, rollout_source, sensitivity_source
 
 _LONG, _DOUBLE, _ARRAY = ctypes.c_long, ctypes.c_double, ctypes.c_void_p
+_TRACED = 64
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,23 @@ def _spread(job: Callable[[int, int], None], count: int, threads: int) -> None:
             done.result()
 
 
+def _places(system: System, lanewise: tuple[str, ...]) -> dict[int, int]:
+    return {system.parameters.index(name): k for k, name in enumerate(lanewise)}
+
+
+# A system is traced and printed once, however often it is compiled: that takes longer than a short run.
+@lru_cache(maxsize=_TRACED)
+def _rollout_source(system: System, lanewise: tuple[str, ...]) -> str:
+    return rollout_source(
+        system, trace.right_hand_side(system), trace.preparation(system), _places(system, lanewise)
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=_TRACED)
+def _sensitivity_source(system: System, free: tuple[str, ...], lanewise: tuple[str, ...]) -> str:
+    return sensitivity_source(system, trace.jacobian(system, free), _places(system, lanewise))
+
+
 @dataclass(frozen=True)
 class SimdRollout:
     """A system compiled for plain integration."""
@@ -84,9 +103,7 @@ class SimdRollout:
     @staticmethod
     def compile(system: System, lanewise: tuple[str, ...]) -> SimdRollout:
         """Trace, print, compile (or take from the cache) and load."""
-        where = {system.parameters.index(name): k for k, name in enumerate(lanewise)}
-        source = rollout_source(system, trace.right_hand_side(system), trace.preparation(system), where)
-        code = library(source)
+        code = library(_rollout_source(system, lanewise))
         code.rollout.argtypes = [_LONG] * 3 + [_DOUBLE] * 2 + [_LONG] * 2 + [_ARRAY] * 3 + [_LONG] * 2 + [
             _ARRAY, _ARRAY, _ARRAY, _LONG]  # fmt: skip
         code.rollout.restype = None
@@ -135,8 +152,7 @@ class SimdSensitivity:
     @staticmethod
     def compile(system: System, free: tuple[str, ...], lanewise: tuple[str, ...]) -> SimdSensitivity:
         """Trace, differentiate, print, compile (or take from the cache) and load."""
-        where = {system.parameters.index(name): k for k, name in enumerate(lanewise)}
-        code = library(sensitivity_source(system, trace.jacobian(system, free), where))
+        code = library(_sensitivity_source(system, free, lanewise))
         code.sensitivity.argtypes = [_LONG] * 3 + [_DOUBLE] + [_LONG] * 2 + [_ARRAY] * 2 + [_LONG] * 2 + [
             _ARRAY] * 4 + [_LONG, _ARRAY]  # fmt: skip
         code.sensitivity.restype = None
