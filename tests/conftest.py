@@ -5,9 +5,11 @@ from __future__ import annotations
 import gc
 import os
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
+import typer
 
 # Workers share the cores already: threads of NumPy, PyTorch and kernels in each would only wait for one another.
 if "PYTEST_XDIST_WORKER" in os.environ:
@@ -35,6 +37,8 @@ iterations = 8
 def pytest_configure() -> None:
     """Collecting makes hardly any garbage, and much to look through for it."""
     gc.disable()
+    # The command line is built once, not for each of some 700 commands that tests run in this process.
+    typer.main.get_command = cache(typer.main.get_command)
 
 
 def pytest_collection_finish() -> None:

@@ -163,8 +163,10 @@ def test_bad_tables(n: list[float], T: list[float], words: str) -> None:
 
 
 @pytest.mark.parametrize(("levels", "repeats", "sigma"), [
-    ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.05), ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.3),
-    ([2.0, 4.0, 5.5, 7.0, 8.5, 10.0], 1, 0.3), ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 3, 0.3),
+    ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.3),
+    pytest.param([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.05, marks=pytest.mark.long),
+    pytest.param([2.0, 4.0, 5.5, 7.0, 8.5, 10.0], 1, 0.3, marks=pytest.mark.long),
+    pytest.param([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 3, 0.3, marks=pytest.mark.long),
 ])  # fmt: skip
 def test_a_small_table_knows_how_little_it_knows(levels: list[float], repeats: int, sigma: float) -> None:
     """No set of terms goes through all points; beyond three sigma lies one map in twenty at most."""

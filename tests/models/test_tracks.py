@@ -53,7 +53,7 @@ def reference(name: str) -> list[State]:
     ("name", "block", "n_P", "u", "dt", "steps"),
     [
         ("kvlcc2_l7", "L7", 11.851590315879161, 1.179, 0.02, 5000),
-        ("kvlcc2", "full", 1.7785105973628208, 7.973888888888889, 0.1, 7000),
+        pytest.param("kvlcc2", "full", 1.7785105973628208, 7.973888888888889, 0.1, 7000, marks=pytest.mark.long),
     ],
 )
 def test_kvlcc2_turns(name: str, block: str, n_P: float, u: float, dt: float, steps: int, order: int) -> None:

@@ -285,13 +285,13 @@ def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
     if loop.stepped:
         return _closed_loop(loop)
     free = frozenset(loop.names)
-    servos = ((f"{name}.", servo) for name, servo in _servos(ship).items())
+    servos = [(f"{table(control)}.", ship.actuators.of(control)) for control in ship.model.controls]
     try:
         return _built(_Equations(
             lambda: _closed_loop(loop), loop.names, loop.sources, loop.held, dt, logged(ship, policy),
             *(_structure(part, free, prefix)
               for prefix, part in (("ship.", ship.model), ("policy.", policy), *servos)),
-            *(servo.at_once for servo in _servos(ship).values()),
+            *(servo.at_once for _, servo in servos),
         ))  # fmt: skip
     except TypeError:  # a model with arrays is not compared
         return _closed_loop(loop)
