@@ -69,6 +69,7 @@ def test_the_optimum_is_that_of_one_search_after_the_other(ratio):
     assert np.all((mine.ends[:, 1:] >= low) & (mine.ends[:, 1:] <= high))
 
 
+@pytest.mark.long
 def test_held_parameters_stay_and_the_others_follow(turns, many):
     fit = ESTIMATOR.fit(turns)
     start = np.repeat(fit.values[None], 2, axis=0)

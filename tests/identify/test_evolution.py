@@ -112,6 +112,7 @@ def test_it_finds_what_the_gradient_finds_also_in_the_corners(problem: Problem, 
     assert "of" in fit.status
 
 
+@pytest.mark.long
 def test_the_outcome_depends_on_the_seed_only(problem: Problem) -> None:
     quick = Evolution(runs=2, agree=2, generations=60, threads=1)
     one, two, other = quick.fit(problem), replace(quick, threads=2).fit(problem), replace(quick, seed=2).fit(problem)

@@ -77,6 +77,7 @@ def test_sigma_of_the_coefficients_covers_the_truth() -> None:
     assert np.std(z) == pytest.approx(1.0, abs=0.15)
 
 
+@pytest.mark.long
 def test_order_by_cross_validation() -> None:
     rng = np.random.default_rng(1)
     square = 0.8 * LEVELS**2 + 0.2 * rng.standard_normal(LEVELS.size)

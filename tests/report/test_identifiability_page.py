@@ -24,7 +24,7 @@ ESTIMATOR = MultiStart(starts=2, method="euler", initial="measured")
 
 @pytest.fixture(scope="module")
 def parts():
-    told = problem(duration=200.0)
+    told = problem(angles=(10, -35), duration=200.0)
     fit = ESTIMATOR.fit(told)
     group = ensemble(fit, told, ESTIMATOR, members=6)
     seen = Sensors(GNSS).read(turn(TRUTH, 20), np.random.default_rng(1))

@@ -109,6 +109,7 @@ def test_a_hull_without_damping_fails() -> None:
     assert "sway" in found.reason
 
 
+@pytest.mark.long
 def test_a_hull_that_pushes_is_found_out() -> None:
     """The wrong sign of the resistance: motion without engines, and never at rest."""
     ship = load("esso_osaka_3m")
