@@ -9,6 +9,9 @@ DEFINITIONS := pyproject.toml constraints.txt
 demo: .venv/core.stamp
 	$(BIN)/seatrial demo -o demo
 
+# Compiled files are kept, as half of a collection is otherwise the rewriting of assertions.
+test test-all: export PYTHONDONTWRITEBYTECODE =
+
 test: .venv/test.stamp
 	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not long"
 

@@ -1,6 +1,6 @@
 """A million damaged datagrams against a ship on the wire: no crash, no missed step, no effect but by valid sentences.
 
-Every datagram goes through the sieve and to the steering of a running ship; whatever changes her orders or her steering
+Every datagram goes through the sieve and to the steering of a running ship; whatever changes its orders or its steering
 control must have a sentence behind it that pynmeagps, which is more lenient, takes as well.
 
     python benchmarks/fuzz_wire.py [NUMBER]

@@ -4,7 +4,7 @@
     python examples/autopilot_nmea.py 127.0.0.1:10110 --length 320 --course 20
 
 It steers a course, or a track of waypoints, and prints one JSON object when it has arrived.  With a real ship behind
-the port it would do the same, which is the point: nothing here tells it that she is simulated.
+the port it would do the same, which is the point: nothing here depends on the ship being simulated.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Track:
     across: float = 0.0
 
     def course(self, ship: Ship) -> float:
-        """Heading that keeps her over the ground on the track [deg]."""
+        """Heading that keeps the ship over the ground on the track [deg]."""
         here = self._metres(ship.latitude or 0.0, ship.longitude)
         while True:
             start, end = self._metres(*self.points[self.leg]), self._metres(*self.points[self.leg + 1])
@@ -109,7 +109,7 @@ class Track:
                 break
             self.leg += 1
         self.across = east * math.cos(along) - north * math.sin(along)
-        # what wind and current make between heading and course, learned slowly and not while she turns
+        # what wind and current make between heading and course, learned slowly and not while the ship turns
         dt, self.last = max(ship.time - (self.last or ship.time), 0.0), ship.time
         if abs(ship.rate) < STRAIGHT and ship.heading is not None:
             self.drift += min(dt / self.slow, 1.0) * wrapped(ship.course - ship.heading - self.drift)
@@ -160,7 +160,7 @@ class Run:
         self.begin = self.since = self.overshoot = 0.0
 
     def answer(self, data: bytes) -> bytes | None:
-        """The order that follows from what she says; None while there is no new heading."""
+        """The order that follows from the sentences of the ship; None while there is no new heading."""
         ship = self.ship
         for line in data.splitlines():
             ship.hear(line)
@@ -215,14 +215,14 @@ def steer(link: socket.socket, given: argparse.Namespace) -> dict[str, object]:
 
 def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("ship", help="HOST:PORT where she listens, udp")
+    parser.add_argument("ship", help="HOST:PORT where the ship listens, udp")
     parser.add_argument("--course", type=float, default=0.0, help="change of course [deg], positive to starboard")
     parser.add_argument("--track", nargs="+", help="waypoints LAT,LON [deg], the first being passed already")
     parser.add_argument("--by", choices=("rudder", "heading"), default="rudder", help="order rudder angles or headings")
     parser.add_argument("--length", type=float, required=True, help="of the ship [m]")
     parser.add_argument("--speed", type=float, default=8.0, help="of the ship [m/s]")
     parser.add_argument("--limit", type=float, default=20.0, help="greatest rudder [deg]")
-    parser.add_argument("--duration", type=float, default=3600.0, help="give up after so long, by her clock [s]")
+    parser.add_argument("--duration", type=float, default=3600.0, help="give up after so long, by the ship's clock [s]")
     parser.add_argument("--patience", type=float, default=20.0, help="give up after so long without a word [s]")
     given = parser.parse_args(arguments)
     if given.track:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import gc
 import os
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
+import typer
 
-# Workers share the cores already: threads of NumPy and PyTorch in each of them would only wait for one another.
+# Workers share the cores already: threads of NumPy, PyTorch and kernels in each would only wait for one another.
 if "PYTEST_XDIST_WORKER" in os.environ:
-    for library in ("OMP", "OPENBLAS", "MKL"):
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "SEATRIAL_THREADS"):
+        os.environ.setdefault(name, "1")
 
 STUDY = """schema = "seatrial-study/1"
 ship = "mine.toml"
@@ -35,11 +37,14 @@ iterations = 8
 def pytest_configure() -> None:
     """Collecting makes hardly any garbage, and much to look through for it."""
     gc.disable()
+    # The command line is built once, not for each of some 700 commands that tests run in this process.
+    typer.main.get_command = cache(typer.main.get_command)
 
 
 def pytest_collection_finish() -> None:
     gc.enable()
     gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 @pytest.fixture(scope="session")

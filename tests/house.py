@@ -42,7 +42,7 @@ def imports(path: Path) -> tuple[tuple[int, str], ...]:
 def imported(path: Path, source: ast.AST) -> Iterator[tuple[int, str]]:
     """Line and dotted name, below the package, of each import from the package itself, wherever in the file."""
     package = ("seatrial", *path.relative_to(ROOT).parent.parts)
-    for node in ast.walk(source):
+    for node in _statements(source):
         names: list[str] = []
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -54,6 +54,14 @@ def imported(path: Path, source: ast.AST) -> Iterator[tuple[int, str]]:
             first, _, rest = name.partition(".")
             if first == "seatrial":
                 yield node.lineno, rest
+
+
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """The statements below a node at any depth; what is within an expression is none."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
+            yield child
+            yield from _statements(child)
 
 
 def arrows() -> dict[str, set[str]]:

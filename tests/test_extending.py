@@ -160,11 +160,11 @@ def test_an_estimator(put: Put) -> None:
 
 
 def test_a_study() -> None:
-    from seatrial.study import study
+    from seatrial.study.schema import StudyFile, checked
 
     table = tomllib.loads(BLOCKS["studies/esso_osaka_mmg.toml"][0])
-    checked = study._checked(Path("studies/esso_osaka_mmg.toml"), table)
-    assert checked.data.validation == ["turning/turn_14-Oct-2020_14_29_49*"]
+    study = checked(Path("studies/esso_osaka_mmg.toml"), StudyFile, table)
+    assert study.data.validation == ["turning/turn_14-Oct-2020_14_29_49*"]
     assert read_estimator(Path("s"), table["estimator"]).window == 100.0
 
 

@@ -91,6 +91,7 @@ def held(study: Study) -> list[tuple[Ship, Trial]]:
 
 
 @data
+@pytest.mark.long
 @pytest.mark.parametrize("restart", [None, 30.0])
 def test_each_zigzag_left_out_in_turn(held: list[tuple[Ship, Trial]], restart: float | None) -> None:
     assert (ratios(held, restart) <= 0.5).all()

@@ -62,7 +62,7 @@ def test_rudder_to_starboard_turns_to_starboard_and_the_ship_goes_on(name: str) 
     if "delta" not in {order for order, _ in ship.model.follows}:
         pytest.skip("obeys no rudder order")
     U, n_P = approach(ship)
-    angle = math.radians(10.0 if name == "qiuxin5_6" else 15.0)  # from 12 on she spins, and her file says so
+    angle = math.radians(10.0 if name == "qiuxin5_6" else 15.0)  # from 12 on it spins, and its file says so
     for side in (1.0, -1.0):
         run = simulate(ship, Turning(n_P=n_P, delta=side * angle), duration=4 * ship.L_pp / U)
         assert side * run["psi"][-1] > angle

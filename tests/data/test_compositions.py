@@ -33,6 +33,7 @@ def write(path: Path, text: str) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_durations_are_those_of_the_papers_table(data_file):
     sets, cache = read_compositions(SETS), {}
     root = data_file("esso_osaka_frt", "data")

@@ -3,36 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
 import pytest
 
+from makes import ships
 from seatrial.core.parameters import ParameterError
 from seatrial.engine import floats
 from seatrial.engine.rollout import sensitivity, simulator
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.ships.files import library, load
 from seatrial.simulate.loop import closed_loop, loop_values
 
 FREE = ("hull.Y_v", "hull.N_r", "rudder.t_R", "propeller.w_P0")
 
 
-def make(thing: Any) -> tuple[Any, ...]:
-    """The classes and choices that a model is built from: what decides its kernel."""
-    values = [getattr(thing, f.name) for f in fields(thing)]
-    parts = [part for value in values for part in (value if isinstance(value, tuple) else (value,))]
-    own = tuple(p for p in parts if isinstance(p, str))
-    return (type(thing), own, *(make(p) for p in parts if is_dataclass(p)))
-
-
-# One ship of each make in every run; her sisters, whose kernels differ in numbers only, in the long tier.
-UNIT = {make(load(name).model): name for name in reversed(library())}.values()
-every_ship = pytest.mark.parametrize(
-    "case", [pytest.param(name, marks=() if name in UNIT else pytest.mark.long) for name in library()], indirect=True
-)
+every_ship = pytest.mark.parametrize("case", ships(), indirect=True)
 
 
 def slope(errors: list[float]) -> float:

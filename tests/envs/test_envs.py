@@ -71,7 +71,7 @@ def test_the_plant_is_that_of_everywhere() -> None:
 
 
 def test_steps_are_short_enough() -> None:
-    """Forty times as many time steps move the ship by less than a thousandth of her length in ten lengths."""
+    """Forty times as many time steps move the ship by less than a thousandth of its length in ten lengths."""
     ends: list[np.ndarray[Any, Any]] = []
     for steps in (None, 80):
         env = ShipEnv("kvlcc2", Course(off=math.inf), steps=steps)
@@ -242,8 +242,8 @@ def aboard(ship: Any, task: Any, ships: int = 20, **settings: Any) -> Lanes:
     return lanes
 
 
-def test_a_current_alone_takes_no_ship_out_of_her_validity() -> None:
-    """At her approach speed through 2 m/s of moving water kcs is within 0 to 14 m/s, whatever she makes good."""
+def test_a_current_alone_takes_no_ship_out_of_its_validity() -> None:
+    """At its approach speed through 2 m/s of moving water kcs is within 0 to 14 m/s, whatever its speed over ground."""
     lanes = aboard("kcs", Course(), 64, current=(2.0, 2.0))
     assert lanes.value("u").max() > load("kcs").validity["u"][1]
     for _ in range(3):
@@ -284,7 +284,7 @@ def test_shafts_that_nothing_limits_work_over_the_approachs_revolutions() -> Non
 
 
 def test_no_effort_without_orders() -> None:
-    """The shaft of kvlcc2_l7 runs from 0 to 20 1/s: what she pays for is to run, not to be off the middle."""
+    """The shaft of kvlcc2_l7 runs from 0 to 20 1/s: the cost is that of running, not to be off the middle."""
     work = aboard("kvlcc2_l7", Berth()).work
     assert work.shares((0.0, 0.0)) == (0.0, 0.0)
     assert work.shares((20.0, -35.0 * DEGREE)) == pytest.approx((1.0, -1.0))
@@ -313,7 +313,7 @@ def test_ships_of_other_kinds(ship: str, task: Any) -> None:
     for _ in range(20):
         seen = env.step(env.action_space.high)[0]
     assert seen in env.observation_space
-    assert seen[-1] != 0.0  # her last actuator moved
+    assert seen[-1] != 0.0  # its last actuator moved
     if ship == "milliampere":
         assert [(o.name, round(o.high / DEGREE)) for o in env.lanes.work.orders] == [("delta", 35)]
 

@@ -18,6 +18,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from makes import ships
 from seatrial.actuators import Actuator, Actuators, Shaft
 from seatrial.cli.app import main
 from seatrial.core.parameters import ParameterError, Parts
@@ -103,14 +104,14 @@ def printed(program: Path, rows: np.ndarray) -> np.ndarray:
     return np.array([[float(v) for v in line.split()] for line in done.stdout.splitlines()])
 
 
-@pytest.mark.parametrize("name", CONTINUOUS)
+@pytest.mark.parametrize("name", ships(CONTINUOUS))
 def test_rates_of_the_casadi_function(name: str) -> None:
     x, u, e = points(name)
     got = np.array([np.asarray(exported(name).rates(*row)).ravel() for row in zip(x, u, e, strict=True)])
     assert_rates(got, engine_rates(name, x, u, e), name)
 
 
-@pytest.mark.parametrize("name", CONTINUOUS)
+@pytest.mark.parametrize("name", ships(CONTINUOUS))
 def test_rates_of_the_python_file(name: str, tmp_path: Path) -> None:
     x, u, e = points(name)
     path = save_python(exported(name), tmp_path / "ship.py")
@@ -123,7 +124,7 @@ def test_rates_of_the_python_file(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.long
 @needs_gcc
-@pytest.mark.parametrize("name", CONTINUOUS)
+@pytest.mark.parametrize("name", ships(CONTINUOUS))
 def test_rates_of_the_c_file(name: str, tmp_path: Path) -> None:
     made, (x, u, e) = exported(name), points(name)
     upper = made.name.upper()
@@ -424,7 +425,7 @@ def test_the_description_of_an_fmu_is_xml_whatever_its_texts_hold(tmp_path: Path
     assert root.attrib["modelName"].isprintable()
 
 
-@pytest.mark.parametrize("name", CONTINUOUS)
+@pytest.mark.parametrize("name", ships(CONTINUOUS))
 def test_the_python_file_takes_arrays_as_it_takes_lists(name: str, tmp_path: Path) -> None:
     """Of any type of number, for rates, step and actuators: the same floats, those of the engine."""
     made: dict[str, Any] = {}

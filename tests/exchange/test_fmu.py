@@ -455,7 +455,7 @@ def test_every_variable_of_the_groups_is_one_of_the_slave(whole: Made) -> None:
 
 
 def test_a_range_through_the_water_is_none_over_ground() -> None:
-    """KCS holds within speeds through the water; a following current may take her beyond them over ground."""
+    """KCS holds within speeds through the water; a following current may take it beyond them over ground."""
     ranges = {real.name: (real.low, real.high) for real in slave(load("kcs"), dt=DT).outputs}
     assert ranges["body_velocity.surge"] == (-math.inf, math.inf)
 

@@ -56,7 +56,8 @@ def test_what_is_remembered_has_names_and_units(hybrid: Ship) -> None:
     assert starts["initial.state.slow_n"] == pytest.approx(starts["initial.feedback.n_P"]), "settled to its shaft"
 
 
-@pytest.mark.parametrize("fmi", [2, pytest.param(3, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("fmi", [2, 3])
 def test_fmpy_follows_the_engine_for_300_s(
     hybrid: Ship, run: tuple[np.ndarray, np.ndarray], tmp_path: Path, fmi: int
 ) -> None:

@@ -56,7 +56,7 @@ def test_the_number_of_threads_and_the_neighbours_change_nothing(turns, many):
     assert np.array_equal(found.H[4], alone.H[0])
 
 
-@pytest.mark.parametrize("ratio", [0.3, 0.5])
+@pytest.mark.parametrize("ratio", [pytest.param(0.3, marks=pytest.mark.long), 0.5])
 def test_the_optimum_is_that_of_one_search_after_the_other(ratio):
     told = problem(ratio=ratio)
     mine = ESTIMATOR.fit(told)
@@ -69,6 +69,7 @@ def test_the_optimum_is_that_of_one_search_after_the_other(ratio):
     assert np.all((mine.ends[:, 1:] >= low) & (mine.ends[:, 1:] <= high))
 
 
+@pytest.mark.long
 def test_held_parameters_stay_and_the_others_follow(turns, many):
     fit = ESTIMATOR.fit(turns)
     start = np.repeat(fit.values[None], 2, axis=0)

@@ -112,6 +112,7 @@ def test_it_finds_what_the_gradient_finds_also_in_the_corners(problem: Problem, 
     assert "of" in fit.status
 
 
+@pytest.mark.long
 def test_the_outcome_depends_on_the_seed_only(problem: Problem) -> None:
     quick = Evolution(runs=2, agree=2, generations=60, threads=1)
     one, two, other = quick.fit(problem), replace(quick, threads=2).fit(problem), replace(quick, seed=2).fit(problem)
@@ -124,7 +125,8 @@ class KilledError(Exception):
     """Thrown in the place of a kill."""
 
 
-@pytest.mark.parametrize("generation", [1, 17, 63])
+@pytest.mark.parametrize("generation", [pytest.param(1, marks=pytest.mark.long), 17,
+                                        pytest.param(63, marks=pytest.mark.long)])  # fmt: skip
 def test_it_goes_on_from_its_record(problem: Problem, tmp_path: Path, generation: int) -> None:
     quick, path = Evolution(runs=2, agree=2, generations=50), tmp_path / "checkpoint.npz"
 

@@ -63,6 +63,7 @@ def short() -> Problem:
     return problem(duration=200.0, count=2)
 
 
+@pytest.mark.long
 def test_the_noise_of_the_first_row_does_not_pass_for_a_coefficient() -> None:
     told = problem()
     assert abs(away(MultiStart(starts=1).fit(told))) < 1.96

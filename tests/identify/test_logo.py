@@ -57,6 +57,7 @@ def test_condensed_slopes_are_those_of_the_objective(told):
     np.testing.assert_allclose(up[1], (1 - t) * linear.gaps, atol=1e-7)
 
 
+@pytest.mark.long
 def test_windows_that_join_are_one_trajectory(told, fit):
     """Cutting does not change the optimum: windows of 5 s and of 20 s end at the same place."""
     longer = Shooting(window=20.0).fit(told)

@@ -62,6 +62,7 @@ def test_four_turns_leave_a_valley_that_is_flat_to_nine_digits_over_more_than_si
     assert "trade off against each other" in words[0].text
 
 
+@pytest.mark.long
 def test_verdicts_are_words_and_intervals_hold_the_truth(noisy):
     known = noisy[2]
     assert known.better < 1e-3

@@ -268,6 +268,7 @@ def test_without_pytorch_the_other_fits_are_made(
     assert [path.name for path in (out / FITS).iterdir()] == ["fitted"]
 
 
+@pytest.mark.long
 def test_a_hybrid_has_members_that_judge_the_tests(
     logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -35,7 +35,7 @@ def test_without_noise_equation_20_comes_back() -> None:
     assert pytest.approx(1.0, abs=1e-12) == found.R2
 
 
-@pytest.mark.parametrize("sigma", [0.05, 0.3])
+@pytest.mark.parametrize("sigma", [0.05, pytest.param(0.3, marks=pytest.mark.long)])
 def test_with_noise_thrust_comes_back_within_it(sigma: float) -> None:
     grid = np.linspace(0.25, 10.0, 100)
     errors: list[float] = []
@@ -77,6 +77,7 @@ def test_sigma_of_the_coefficients_covers_the_truth() -> None:
     assert np.std(z) == pytest.approx(1.0, abs=0.15)
 
 
+@pytest.mark.long
 def test_order_by_cross_validation() -> None:
     rng = np.random.default_rng(1)
     square = 0.8 * LEVELS**2 + 0.2 * rng.standard_normal(LEVELS.size)
@@ -163,8 +164,10 @@ def test_bad_tables(n: list[float], T: list[float], words: str) -> None:
 
 
 @pytest.mark.parametrize(("levels", "repeats", "sigma"), [
-    ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.05), ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.3),
-    ([2.0, 4.0, 5.5, 7.0, 8.5, 10.0], 1, 0.3), ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 3, 0.3),
+    ([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.3),
+    pytest.param([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 1, 0.05, marks=pytest.mark.long),
+    pytest.param([2.0, 4.0, 5.5, 7.0, 8.5, 10.0], 1, 0.3, marks=pytest.mark.long),
+    pytest.param([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 3, 0.3, marks=pytest.mark.long),
 ])  # fmt: skip
 def test_a_small_table_knows_how_little_it_knows(levels: list[float], repeats: int, sigma: float) -> None:
     """No set of terms goes through all points; beyond three sigma lies one map in twenty at most."""

@@ -48,6 +48,7 @@ def test_clean_records_give_back_what_they_were_made_of(case: tuple[float, float
     assert by_computer.prime == pytest.approx((case[0] * L / 7.7175, case[1] * 7.7175 / L), rel=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("way", [fitted, classical])
 def test_noise_is_told_by_the_deviations(way: Any) -> None:
     off = []

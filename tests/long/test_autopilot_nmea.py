@@ -86,4 +86,4 @@ def test_track_with_a_turn(weather):
     assert last.any()
     assert np.abs(across[last]).max() < 0.25 * 320.0
     first = (x > 0.0) & (x < 3000.0) & (along < -100.0)
-    assert np.abs(y[first]).max() < 0.4 * 320.0  # in a current that she is put into without drift
+    assert np.abs(y[first]).max() < 0.4 * 320.0  # in a current that the ship is put into without drift

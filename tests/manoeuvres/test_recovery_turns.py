@@ -1,4 +1,4 @@
-"""Williamson, Scharnow and the single turn bring a ship back to its own track."""
+"""Williamson, Scharnow and the single turn bring a ship back towards where it came from."""
 
 from __future__ import annotations
 

@@ -72,6 +72,7 @@ def test_reverse_spiral_holds_the_unstable_middle():
     assert found["slope"].value == pytest.approx((4e4 * 0.0005**2 - 1) / 0.05, rel=0.05)
 
 
+@pytest.mark.long
 def test_reverse_spiral_of_a_stable_ship():
     policy = ReverseSpiral.ordered(SETTINGS)
     found = policy.indices(simulate(norrbin(), policy, speed=U, duration=480 * L / U), L)
@@ -80,6 +81,7 @@ def test_reverse_spiral_of_a_stable_ship():
     assert found["neutral_rudder"].value == pytest.approx(0.0, abs=0.02 * DEGREE)
 
 
+@pytest.mark.long
 def test_symmetric_kvlcc2_stable_is_single_valued_and_odd():
     policy, run = spiral_of(*kvlcc2(0.64))
     delta, r = policy.curve(run)

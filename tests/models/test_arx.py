@@ -70,7 +70,7 @@ def test_closed_loop_runs_at_its_own_step_only() -> None:
         simulate(ship, zigzag, duration=10.0, dt=0.1)
 
 
-def test_a_current_only_drifts_her() -> None:
+def test_a_current_only_drifts_it() -> None:
     ship = load("kvlcc2_l7_arx")
     zigzag = Zigzag(n_P=ship.n_P, delta=math.radians(10), psi=math.radians(10))
     still = simulate(ship, zigzag, duration=60.0)

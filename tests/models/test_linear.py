@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from makes import ships
 from seatrial.actuators import Actuators
 from seatrial.core.parameters import ParameterError
 from seatrial.environment import CALM, Uniform
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models.linear import Linear, course_stability, linearise, straight, trim
 from seatrial.models.trim import point
-from seatrial.ships.files import library, load
+from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
 
 
@@ -31,7 +32,7 @@ def about(name: str, speed: float | None = None) -> Linear:
     return straight(ship.model, speed or ship.speed)
 
 
-@pytest.mark.parametrize("name", library())
+@pytest.mark.parametrize("name", ships())
 def test_every_ship_of_the_library_has_a_linear_form(name: str) -> None:
     found = about(name)
     assert np.isfinite(found.A).all()
@@ -62,7 +63,7 @@ def test_milliampere_is_unstable_ahead(speed: float, digits: str) -> None:
     assert found.stability()[0] == "unstable"
 
 
-def test_kvlcc2_full_scale_from_her_derivatives() -> None:
+def test_kvlcc2_full_scale_from_its_derivatives() -> None:
     ship = load("kvlcc2")
     model: Any = ship.model
     found = straight(model, ship.speed)

@@ -48,12 +48,12 @@ def reference(name: str) -> list[State]:
     return [tuple(float(cell or "nan") for cell in line.split(",")) for line in lines]
 
 
-@pytest.mark.parametrize("order", [35, -35])
+@pytest.mark.parametrize("order", [35, pytest.param(-35, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     ("name", "block", "n_P", "u", "dt", "steps"),
     [
         ("kvlcc2_l7", "L7", 11.851590315879161, 1.179, 0.02, 5000),
-        ("kvlcc2", "full", 1.7785105973628208, 7.973888888888889, 0.1, 7000),
+        pytest.param("kvlcc2", "full", 1.7785105973628208, 7.973888888888889, 0.1, 7000, marks=pytest.mark.long),
     ],
 )
 def test_kvlcc2_turns(name: str, block: str, n_P: float, u: float, dt: float, steps: int, order: int) -> None:

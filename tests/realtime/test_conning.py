@@ -186,7 +186,7 @@ def test_full_on_the_telegraph_is_that_of_the_page_and_ends_where_the_engine_doe
     assert free.take(huge, "a", 0.0) == {"n_P": ranges(free.ship, 10.0)["n_P"].high}
 
 
-def test_a_ship_whose_model_keeps_her_speed_has_no_shaft():
+def test_a_ship_whose_model_keeps_its_speed_has_no_shaft():
     con = conning("zeefakkel")
     assert shafts(con.ship) == ()
     assert con.take(said("ETL", time=0.0, msgtype="O", engtelposind="05", operatinglocind="B"), "a", 0.0) == {}

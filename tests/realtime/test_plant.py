@@ -144,7 +144,7 @@ def test_every_family_sails_and_is_saved(name):
     assert sailed(plant, 5).tolist() == onward.tolist()
 
 
-def test_without_a_compiler_she_sails_the_same(compiled, monkeypatch):
+def test_without_a_compiler_the_ship_moves_the_same(compiled, monkeypatch):
     monkeypatch.setenv("SEATRIAL_CC", "none")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # said once per process, perhaps before
@@ -203,7 +203,7 @@ def test_a_ship_that_blows_up_says_so(compiled):
         sailed(plant, 50)
 
 
-def test_outside_her_validity_is_told():
+def test_outside_its_validity_is_reported():
     plant = Plant.of(load("kvlcc2"), dt=0.5)
     assert plant.outside() is None
     plant.order("n_P", -1.0)
@@ -213,7 +213,7 @@ def test_outside_her_validity_is_told():
     assert plant.outside() == ("u", plant["u"])
 
 
-def test_a_current_takes_her_not_out_of_her_validity():
+def test_a_current_takes_the_ship_not_out_of_its_validity():
     """It is the velocity through the water that the file speaks of."""
     plant = Plant.of(load("kcs"), dt=0.5, environment=Uniform(U_C=2.0))
     assert plant["u"] > plant.ship.validity["u"][1]

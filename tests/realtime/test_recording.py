@@ -185,7 +185,7 @@ def test_a_single_row_is_no_trial_and_leaves_nothing(compiled, tmp_path):
     assert recording.paths == []
 
 
-def test_where_she_blew_up_is_no_row(compiled, tmp_path):
+def test_where_the_ship_blew_up_is_no_row(compiled, tmp_path):
     plant = compiled.plant()
     recording = Recording(plant, tmp_path / "run.csv")
     for _ in range(3):
@@ -262,7 +262,7 @@ loop.run()
 """
 
 
-@pytest.mark.parametrize("delay", [0.05, 0.3])
+@pytest.mark.parametrize("delay", [0.05, pytest.param(0.3, marks=pytest.mark.long)])
 def test_a_killed_process_leaves_a_valid_trial_that_runs_again(compiled, tmp_path, delay):
     path = tmp_path / "run.csv"
     process = subprocess.Popen([sys.executable, "-c", SAIL, str(path)])

@@ -19,14 +19,14 @@ from seatrial.report.identifiability import sections
 from seatrial.report.page import Page
 from seatrial.sensors import Sensors
 
-ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")
+ESTIMATOR = MultiStart(starts=2, method="euler", initial="measured")
 
 
 @pytest.fixture(scope="module")
 def parts():
-    told = problem()
+    told = problem(angles=(10, -35), duration=200.0)
     fit = ESTIMATOR.fit(told)
-    group = ensemble(fit, told, ESTIMATOR, members=20)
+    group = ensemble(fit, told, ESTIMATOR, members=6)
     seen = Sensors(GNSS).read(turn(TRUTH, 20), np.random.default_rng(1))
     return (fit, profiles(fit, told, ESTIMATOR), group, [bands(group, seen, manoeuvre(20))],
             misfit(fit, told, ESTIMATOR))  # fmt: skip

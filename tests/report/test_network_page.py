@@ -36,7 +36,8 @@ def standing(key: str, *errors: float) -> Standing:
 
 def verdict(better: tuple[float, ...], worse: tuple[float, ...], factor: float = 1.0) -> str:
     table = Table(("random",), (standing("a", *better), standing("b", *worse)), (), SIGMA)
-    return outcomes(table, Claim("", "a", "b", ("random",), factor))[0].verdict
+    claim = Claim(says="", better="a", worse="b", rows=("random",), factor=factor)
+    return outcomes(table, claim)[0].verdict
 
 
 @pytest.mark.parametrize(
@@ -68,7 +69,7 @@ def test_a_claim(better: tuple[float, ...], worse: tuple[float, ...], factor: fl
 
 def test_no_credit_to_a_residual_that_was_not_used() -> None:
     bare, wide = (replace(standing("a", 1.0), title="hybrid", width=width) for width in (0.0, 0.3))
-    claim = Claim("", "a", "b", ("random",), 1.0)
+    claim = Claim(says="", better="a", worse="b", rows=("random",))
     table = Table(("random",), (bare, standing("b", 2.0)), (), SIGMA)
     assert outcomes(table, claim)[0].verdict == "holds without residual"
     assert outcomes(replace(table, standings=(wide, standing("b", 2.0))), claim)[0].verdict == "holds"
@@ -97,8 +98,9 @@ def series() -> Series:
     rows = (Row("true", "what made them", SHIP, (), ()), Row("wrong", "another yaw damping", wrong, (), (), "MMG"))
     return Series(
         "demo", Path("demo.toml"), "A <table>", "", rows, tests, {},
-        (Claim("Truth is better", "true", "wrong", ("turning",), 1.0),),
-        Published("a paper", "protocol not confirmed", {"MMG": {"turning": (0.8, 0.1), "berthing 3": (0.2,)}}),
+        (Claim(says="Truth is better", better="true", worse="wrong", rows=("turning",)),),
+        Published(source="a paper", note="protocol not confirmed",
+                  rows={"MMG": {"turning": (0.8, 0.1), "berthing 3": (0.2,)}}),
         10.0, SIGMA, ("true", "wrong"), (), ("berthing",),
     )  # fmt: skip
 

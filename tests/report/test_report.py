@@ -60,7 +60,7 @@ def test_refusals(tmp_path):
     with pytest.raises(ReportError, match="two comparisons labelled"):
         Report("twice", (one, one))
     with pytest.raises(ReportError, match="overwritten"):
-        report().write(tmp_path / "report.json")
+        Report("nothing", ()).write(tmp_path / "report.json")
 
 
 @pytest.mark.long

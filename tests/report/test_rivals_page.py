@@ -62,6 +62,7 @@ def test_the_general_page_holds_errors_estimates_and_servos(found):
         assert words in html, words
 
 
+@pytest.mark.long
 def test_the_page_of_the_paper_adds_its_figures(found):
     html = you2023.page(found, {}).html
     assert html.count("<svg") == 2 + 2 + 1 + 1

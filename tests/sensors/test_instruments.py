@@ -220,7 +220,7 @@ def test_the_resolution_of_speeds_and_directions():
             assert reading.values[name] / quantum == pytest.approx(round(reading.values[name] / quantum), abs=1e-9)
 
 
-def test_true_wind_is_that_of_the_weather_from_the_bow_whatever_she_does():
+def test_true_wind_is_that_of_the_weather_from_the_bow_whatever_the_ship_does():
     truth = {"wind_x": 8.0, "psi": math.radians(350.0), "u": 5.0, "v_m": -0.5, "r": 0.02}
     told = once(Anemometer(at_x=-30.0, at_y=4.0), **truth)
     assert (told["U_T"], told["gamma_T_bow"]) == pytest.approx((8.0, math.radians(10.0)))
@@ -248,7 +248,7 @@ def test_the_log_tells_the_stern_where_it_is_asked_to():
     assert told == pytest.approx({"u_w": 5.0, "v_w": -0.2, "v_w_stern": -0.7, "u": 5.0, "v_m": 0.3, "v_stern": -0.2})
 
 
-def test_the_usual_instruments_of_a_ship_tell_her_controls():
+def test_the_usual_instruments_of_a_ship_report_its_controls():
     for name in ("kvlcc2", "milliampere"):
         ship = load(name)
         truth = REST | dict.fromkeys(ship.model.controls, 0.1)

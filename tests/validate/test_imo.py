@@ -57,7 +57,7 @@ def test_a_shaft_that_ends_at_standstill_does_not_turn_astern():
 
 
 def test_kvlcc2_cannot_say_how_it_stops(kvlcc2):
-    """Her propeller was fitted ahead: the stop has a value, but no verdict."""
+    """Its propeller was fitted ahead: the stop has a value, but no verdict."""
     stop = kvlcc2.rows[-1]
     assert stop.name == "track reach, full astern"
     assert (stop.verdict, stop.limit, stop.unit) == (NOT_APPLICABLE, 15.0, "L")

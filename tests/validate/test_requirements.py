@@ -78,7 +78,7 @@ def test_a_ship_left_alone_loses_half_its_motion_in_300_lengths(left: float, ver
 
 
 @pytest.mark.long
-def test_esso_osaka_meets_berthing_but_for_the_thrusters_she_lacks() -> None:
+def test_esso_osaka_meets_berthing_but_for_the_thrusters_it_lacks() -> None:
     found = judge(load("esso_osaka_3m"), "berthing")
     assert found.failed == ()
     aside = {i.number: j.reason for i, j in found.rows if j.verdict == "not applicable"}
@@ -109,6 +109,7 @@ def test_a_hull_without_damping_fails() -> None:
     assert "sway" in found.reason
 
 
+@pytest.mark.long
 def test_a_hull_that_pushes_is_found_out() -> None:
     """The wrong sign of the resistance: motion without engines, and never at rest."""
     ship = load("esso_osaka_3m")

@@ -10,6 +10,7 @@ import ctypes
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -20,6 +21,7 @@ from .cache import library
 from .csource import LANES, rollout_source, sensitivity_source
 
 _TYPES = {"l": ctypes.c_long, "d": ctypes.c_double, "a": ctypes.c_void_p}
+_TRACED = 64
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,23 @@ def _spread(job: Callable[[int, int], None], count: int, threads: int) -> None:
             done.result()
 
 
+def _places(system: System, lanewise: tuple[str, ...]) -> dict[int, int]:
+    return {system.parameters.index(name): k for k, name in enumerate(lanewise)}
+
+
+# A system is traced and printed once, however often it is compiled: that takes longer than a short run.
+@lru_cache(maxsize=_TRACED)
+def _rollout_source(system: System, lanewise: tuple[str, ...]) -> str:
+    return rollout_source(
+        system, trace.right_hand_side(system), trace.preparation(system), _places(system, lanewise)
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=_TRACED)
+def _sensitivity_source(system: System, free: tuple[str, ...], lanewise: tuple[str, ...]) -> str:
+    return sensitivity_source(system, trace.jacobian(system, free), _places(system, lanewise))
+
+
 @dataclass(frozen=True)
 class SimdRollout:
     """A system compiled for plain integration."""
@@ -92,9 +111,7 @@ class SimdRollout:
     @staticmethod
     def compile(system: System, lanewise: tuple[str, ...]) -> SimdRollout:
         """Trace, print, compile (or take from the cache) and load."""
-        where = {system.parameters.index(name): k for k, name in enumerate(lanewise)}
-        source = rollout_source(system, trace.right_hand_side(system), trace.preparation(system), where)
-        code = library(source)
+        code = library(_rollout_source(system, lanewise))
         _declare(code.rollout, "lll dd ll aaa ll aaa l")
         _declare(code.evaluate, "l aaaaa")
         return SimdRollout(system, code)
@@ -136,8 +153,7 @@ class SimdSensitivity:
     @staticmethod
     def compile(system: System, free: tuple[str, ...], lanewise: tuple[str, ...]) -> SimdSensitivity:
         """Trace, differentiate, print, compile (or take from the cache) and load."""
-        where = {system.parameters.index(name): k for k, name in enumerate(lanewise)}
-        code = library(sensitivity_source(system, trace.jacobian(system, free), where))
+        code = library(_sensitivity_source(system, free, lanewise))
         _declare(code.sensitivity, "lll d ll aa ll aaaa l a")
         return SimdSensitivity(system, free, code)
 

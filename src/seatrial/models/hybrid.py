@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ..core.parameters import Scalar, Scalars, Terms, spec, terms
 from ..data import Array
@@ -104,6 +103,8 @@ def _lagged(x: Array, tau: float, dt: float) -> Array:
     """First-order lag of a series, held from row to row, that begins settled."""
     if x.size <= 1:  # called by the thousand, where many ships begin at once
         return x.copy()
+    from scipy.signal import lfilter  # nearly half a second, for what only measured rows need
+
     share = -math.expm1(-dt / tau)
     later, _ = lfilter([share], [1.0, share - 1.0], x, zi=np.array([(1.0 - share) * x[0]]))
     return np.append(x[0], np.asarray(later, dtype=np.float64)[:-1])

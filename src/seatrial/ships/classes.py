@@ -15,6 +15,7 @@ from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import Any
 
 from ..core.parameters import Parts, unknown
@@ -54,6 +55,9 @@ def find_class(name: object, room: str, where: str) -> type:
         raise ShipError(f"{where}: a type is written 'module:Class'; got {name!r}")
     module, _, cls = name.partition(":")
     inside = _modules(room)
+    if module not in inside:  # it may have come since
+        _listed.cache_clear()
+        inside = _modules(room)
     full = inside.get(module, module)
     if full.partition(".")[0] == "seatrial":
         if not any(full in _modules(r).values() for r in ROOMS):
@@ -85,8 +89,12 @@ def foreign(thing: Any) -> frozenset[str]:
 
 def _modules(room: str) -> dict[str, str]:
     """Full names of the modules of a room by their own names, at whatever depth; packages are no modules."""
-    folder = importlib.import_module(f"seatrial.{room}").__path__
-    found = pkgutil.walk_packages(folder, f"seatrial.{room}.")
+    return _listed(room, tuple(importlib.import_module(f"seatrial.{room}").__path__))
+
+
+@cache
+def _listed(room: str, folders: tuple[str, ...]) -> dict[str, str]:
+    found = pkgutil.walk_packages(folders, f"seatrial.{room}.")
     return {m.name.rpartition(".")[2]: m.name for m in found if not m.ispkg}
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Container, Hashable, Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from ..actuators import Servo, queue_length, queued, table
-from ..core.parameters import Scalar, unknown, update, values
+from ..core.parameters import Parts, Scalar, Terms, unknown, update, values
 from ..data import Array
 from ..engine import Scalars, System
 from ..environment import CHANNELS, Environment
@@ -33,11 +34,61 @@ def _rates(model: Any, state: Scalars, acting: Scalars) -> Scalars:
     return model.derivative(state, acting[:n], Environment(*acting[n:]))
 
 
+class _Equations:
+    """A system yet to be built, equal to every other whose equations are the same but for the numbers of parameters."""
+
+    def __init__(self, build: Callable[[], System], *parts: Hashable) -> None:
+        self.build, self.parts, self.mark = build, parts, hash(parts)
+
+    def __hash__(self) -> int:
+        return self.mark
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Equations) and self.parts == other.parts
+
+
+@lru_cache(maxsize=64)
+def _built(equations: _Equations) -> System:
+    return equations.build()
+
+
+def _structure(thing: Any, free: Container[str], prefix: str) -> Hashable:
+    """What the equations of a model, a servo or a policy depend on besides the numbers named in `free`.
+
+    Raises:
+        TypeError: a part that cannot be compared by its value, as an array.
+    """
+    if isinstance(thing, float):
+        return thing.hex()  # tells zeros by their sign, and NaN is itself
+    if isinstance(thing, Terms | Parts):
+        items: Iterable[tuple[str, Any]] = thing.items()
+    elif is_dataclass(thing) and not isinstance(thing, type):
+        items = ((f.name, getattr(thing, f.name)) for f in fields(thing))
+    else:
+        hash(thing)
+        return type(thing), thing
+    return type(thing), tuple(
+        (name, None if f"{prefix}{name}" in free else _structure(value, free, f"{prefix}{name}."))
+        for name, value in items
+    )
+
+
 def open_loop(ship: Ship) -> System:
-    """The ship under given controls and environment; parameters are those of its model."""
+    """The ship under given controls and environment; parameters are those of its model.
+
+    Ships that differ in the numbers of parameters only have one system, which is traced once.
+    """
     if isinstance(ship.model, Stepped):
         return _stepped(ship)
-    names, n = tuple(_free_values(ship.model)), len(ship.model.controls)
+    names = tuple(_free_values(ship.model))
+    try:
+        return _built(_Equations(lambda: _open_loop(ship, names), names, _structure(ship.model, frozenset(names), "")))
+    except TypeError:  # a model with arrays is not compared
+        return _open_loop(ship, names)
+
+
+def _open_loop(ship: Ship, names: tuple[str, ...]) -> System:
+    n = len(ship.model.controls)
     sampled = ship.model if isinstance(ship.model, Sampled) else None
 
     def model_of(parameters: Scalars) -> Any:
@@ -218,6 +269,23 @@ def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
         ShipError: the policy orders a control that the ship lacks.
     """
     loop = _Loop(ship, policy, dt, tuple(loop_values(ship, policy)), _sources(ship, policy), _memory(ship, dt))
+    if loop.stepped:
+        return _closed_loop(loop)
+    free = frozenset(loop.names)
+    servos = [(f"{table(control)}.", ship.actuators.of(control)) for control in ship.model.controls]
+    try:
+        return _built(_Equations(
+            lambda: _closed_loop(loop), loop.names, loop.sources, loop.held, dt, logged(ship, policy),
+            *(_structure(part, free, prefix)
+              for prefix, part in (("ship.", ship.model), ("policy.", policy), *servos)),
+            *(servo.at_once for _, servo in servos),
+        ))  # fmt: skip
+    except TypeError:  # a model with arrays is not compared
+        return _closed_loop(loop)
+
+
+def _closed_loop(loop: _Loop) -> System:
+    ship, policy = loop.ship, loop.policy
     controls = ship.model.controls
     flat = tuple(name for group in loop.held for name in group)
     return System(

@@ -20,6 +20,9 @@ from ..core.parameters import Free, ParameterError, read, specs, unknown
 from ..data import DataError, Trial
 from ..data.check.track import own_samples
 from ..data.documents import read_toml
+from ..data.formats import formats, reader, recordings
+from ..data.prepare import drop_trailing_gaps, froude_scaled
+from ..data.trialfile import SUFFIXES, read_trial
 from ..identify import StudyError
 from ..identify.filters.filtering import Kalman
 from ..identify.filters.measurement import Antenna, Heading
@@ -106,8 +109,7 @@ def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ..
             raise StudyError(f"{path}: {where}.{kind}: {twice[0]} is in {held[twice[0]]} too; keep it in one")
         held |= dict.fromkeys(found, kind)
         taken |= set(found)
-        made = (_prepared(path, where, read(names[name]), data.scale_to, ship) for name in found)
-        parts.append(tuple(_moving(path, where, trial, data.smoother, ship) for trial in made))
+        parts.append(tuple(_prepared(path, where, read(names[name]), data, ship) for name in found))
     return tuple(parts)
 
 
@@ -129,9 +131,6 @@ def _root(path: Path, where: str, root: str) -> Path:
 
 
 def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> Callable[[Path], Trial]:
-    from ..data.formats import reader
-    from ..data.trialfile import read_trial
-
     if format is None:
         if mapping is not None:
             raise StudyError(f"{path}: {where}.mapping is of no use without a format; write format = \"csv\"")
@@ -146,9 +145,6 @@ def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> 
 
 def _recordings(path: Path, where: str, root: Path, format: str | None) -> dict[str, Path]:
     """Recordings below the root, by their names in patterns."""
-    from ..data.formats import formats, recordings
-    from ..data.trialfile import SUFFIXES
-
     if format is not None and format in formats():
         try:
             found = recordings(format, root)
@@ -161,28 +157,25 @@ def _recordings(path: Path, where: str, root: Path, format: str | None) -> dict[
     return {f.relative_to(root).as_posix(): f for f in found}
 
 
-def _moving(path: Path, where: str, trial: Trial, said: Any, ship: Ship) -> Trial:
-    """The trial as it is, or with its motion from a smoother where the study asks for one."""
-    if said is None:
+def _prepared(path: Path, where: str, trial: Trial, data: Any, ship: Ship) -> Trial:
+    """The trial without its empty end, at the scale of the ship and with smoothed motion where the set asks for it."""
+    trial = drop_trailing_gaps(trial)
+    if data.scale_to is not None:
+        trial = _scaled(path, where, trial, ship)
+    if data.smoother is None:
         return trial
-
     try:
-        return smoothed(said, ship, trial)
+        return smoothed(data.smoother, ship, trial)
     except (StudyError, ParameterError) as error:
         raise StudyError(f"{path}: {where}.smoother: {error}") from None
 
 
-def _prepared(path: Path, where: str, trial: Trial, scale_to: str | None, ship: Ship) -> Trial:
-    """The trial without its empty end, at the scale of the ship where the set says so."""
-    from ..data.prepare import drop_trailing_gaps, froude_scaled
-
-    whole = drop_trailing_gaps(trial)
-    if scale_to is None:
-        return whole
+def _scaled(path: Path, where: str, whole: Trial, ship: Ship) -> Trial:
+    """The trial at the scale of the ship, by Froude's law."""
     length = whole.meta.get("L_pp")
     if isinstance(length, bool) or not isinstance(length, int | float) or not length > 0:
         raise StudyError(
-            f"{path}: {where}.scale_to: {trial.name} does not say of what length its ship is; give L_pp in its sidecar"
+            f"{path}: {where}.scale_to: {whole.name} does not say of what length its ship is; give L_pp in its sidecar"
         )
     scaled = froude_scaled(whole, ship.L_pp / length)
     lost = [name for name in whole.channels if name not in scaled]
@@ -284,6 +277,7 @@ def _resolved(where: str, name: str, sets: Mapping[str, Composition]) -> Sequenc
     return sets[outer].parts[kind]
 
 
+_CURRENT = ("U_C", "gamma_C")
 # Window of the innovation test [s]; the usual 2 L/U depends on a length that may be assumed.
 _WINDOW = 10.0
 
@@ -317,5 +311,6 @@ def smoothed(said: Any, ship: Ship, trial: Trial) -> Trial:
     The current that the filter estimates is left out: the fit estimates its own, and a forecast must not use it.
     """
     found = kalman(said, ship).run(ship, own_samples(trial)).smoothed().trial()
-    own = {name: v for name, v in found.channels.items() if name not in ("U_C", "gamma_C") or name in trial}
-    return replace(found, channels={name: trial[name] if name in ("U_C", "gamma_C") else v for name, v in own.items()})
+    return replace(found, channels={name: trial[name] if name in _CURRENT else values
+                                    for name, values in found.channels.items()
+                                    if name not in _CURRENT or name in trial})  # fmt: skip

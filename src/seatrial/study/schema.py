@@ -1,19 +1,21 @@
-"""The keys of a study file and their types; imported only when one is read."""
+"""The keys of study files and of files of many fits, and their types."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ..core.parameters import unknown
 from ..identify import StudyError
 
+_Model = TypeVar("_Model", bound=BaseModel)
+
 
 class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=False)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class SmootherTable(_Table):
@@ -28,13 +30,18 @@ class SmootherTable(_Table):
     parameters: dict[str, float] = {}
 
 
-class DataSetTable(_Table):
-    """Trials of one folder and format; `scale_to` brings them to the scale of the study's ship by Froude's law."""
+class FolderTable(_Table):
+    """A folder of recordings, their format, and the file of sets that names compositions of them."""
 
     root: str = "."
     sets: str | None = None
     format: str | None = None
     mapping: str | None = None
+
+
+class DataSetTable(FolderTable):
+    """Trials of one folder and format; `scale_to` brings them to the scale of the study's ship by Froude's law."""
+
     train: list[str] = []
     validation: list[str] = []
     test: list[str] = []
@@ -153,6 +160,83 @@ class StudyFile(_Table):
     rival: RivalTable | None = None
 
 
+class TrialsTable(FolderTable):
+    """Where the trials are, and which are kept apart from every fit; labels of `test` are the rows of the table."""
+
+    test: dict[str, str] = Field(min_length=1)
+    validation: dict[str, str] = {}
+
+
+class FitTable(_Table):
+    """One model; what it does not say is that of the fit named in `like`."""
+
+    title: str = ""
+    like: str = ""
+    ship: str = ""
+    train: list[str] = []
+    exclude: list[str] = []
+    validation: list[str] | None = None
+    free: dict[str, Any] = {}
+    loss: LossTable | None = None
+    nuisance: NuisanceTable = NuisanceTable()
+    estimator: dict[str, Any] = {}
+    seeds: list[int] | None = None
+    published: str = ""
+
+
+class Claim(_Table):
+    """An expected order: the error of `worse` is at least `factor` times that of `better` in every row.
+
+    1 asks for better or equal, 10 for ten times better, 0.9 for no worse than by a margin (1/0.9, eleven per cent).
+    """
+
+    says: str
+    better: str
+    worse: str
+    rows: tuple[str, ...] = Field(min_length=1)
+    factor: float = Field(default=1.0, gt=0.0)
+
+
+class BudgetTable(_Table):
+    """Another size of the same: which fits, their seeds, and settings that replace those of an estimator by type."""
+
+    fits: list[str] = []
+    seeds: list[int] | None = None
+    settings: dict[str, dict[str, Any]] = {}
+
+
+class Published(_Table):
+    """Results of a publication: by column, then by row, the mean and the standard deviation over its seeds."""
+
+    source: str
+    note: str = ""
+    rows: dict[str, dict[str, tuple[float, ...]]] = {}
+
+
+class SeriesReportTable(_Table):
+    restart: float | None = Field(default=None, gt=0.0)
+    sigma: dict[str, float] = {}
+    draw: list[str] = []
+    seeds: list[str] = []
+    tracks: list[str] = []
+
+
+class SeriesFile(_Table):
+    """One file of many fits."""
+
+    schema_: str = Field(alias="schema")
+    title: str = ""
+    about: str = ""
+    seeds: list[int] = Field(default=[0], min_length=1)
+    data: TrialsTable
+    loss: LossTable = LossTable()
+    fits: dict[str, FitTable] = Field(min_length=1)
+    claims: list[Claim] = []
+    budgets: dict[str, BudgetTable] = {}
+    published: Published | None = None
+    report: SeriesReportTable = SeriesReportTable()
+
+
 def known_keys(schema: Any, place: Sequence[int | str]) -> list[str]:
     """Known keys of the table at `place` of a document."""
     table = schema
@@ -164,12 +248,19 @@ def known_keys(schema: Any, place: Sequence[int | str]) -> list[str]:
     return [f.alias or name for name, f in table.model_fields.items()]
 
 
-def told(path: Path, schema: Any, error: ValidationError) -> StudyError:
-    """The first thing wrong in a document, in one line."""
-    first = error.errors()[0]
+def checked(path: Path, schema: type[_Model], document: Any) -> _Model:
+    """The document with its keys and types checked.
+
+    Raises:
+        StudyError: the first thing wrong in it, in one line.
+    """
+    try:
+        return schema.model_validate(document)
+    except ValidationError as error:
+        first = error.errors()[0]
     key = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
         known = known_keys(schema, first["loc"][:-1])
-        return StudyError(f"{path}: {key}: {unknown(str(first['loc'][-1]), known, 'key')}")
-    said = "is missing" if first["type"] == "missing" else f"is {first['input']!r}: {first['msg']}"
-    return StudyError(f"{path}: {key} {said}")
+        raise StudyError(f"{path}: {key}: {unknown(str(first['loc'][-1]), known, 'key')}")
+    what = "is missing" if first["type"] == "missing" else f"is {first['input']!r}: {first['msg']}"
+    raise StudyError(f"{path}: {key} {what}")

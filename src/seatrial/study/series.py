@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
-
-from pydantic import BaseModel, ConfigDict, Field
 
 from ..core.files import is_plain, read_toml
 from ..core.parameters import unknown
@@ -23,7 +21,7 @@ from ..ships import Ship
 from ..ships.classes import Trust, trusting
 from .data import read_data
 from .freedom import freedom
-from .schema import LossTable, NuisanceTable
+from .schema import Claim, DataTable, Published, SeriesFile, checked
 from .study import read_estimator, read_ship
 
 SCHEMA = "seatrial-series/1"
@@ -74,31 +72,6 @@ class Row:
     train: tuple[str, ...]
     cells: tuple[Cell, ...]
     published: str = ""
-
-
-@dataclass(frozen=True)
-class Claim:
-    """An expected order: the error of `worse` is at least `factor` times that of `better` in every row.
-
-    A factor below one is a margin: `better` is then no worse.
-    """
-
-    says: str
-    better: str
-    worse: str
-    rows: tuple[str, ...]
-    factor: float
-
-
-@dataclass(frozen=True)
-class Published:
-    """Results of a publication by column and row: mean and, where there is one, standard deviation."""
-
-    source: str = ""
-    note: str = ""
-    rows: Mapping[str, Mapping[str, tuple[float, ...]]] = field(
-        default_factory=dict[str, Mapping[str, tuple[float, ...]]]
-    )
 
 
 @dataclass(frozen=True)
@@ -164,31 +137,18 @@ def read_series(path: str | Path, budget: str = FULL, *, trust: Trust = False) -
         rows = tuple(reader.row(key) for key in said.fits if size is None or not size.fits or key in size.fits)
     held = [row.key for row in rows]
     tests, watched = reader.kept_apart(rows[0].ship)
-    source = said.published
     return Series(
         here.stem, here, said.title or here.stem, said.about, rows, tests, watched,
-        tuple(Claim(c.says, c.better, c.worse, tuple(c.rows), c.factor) for c in said.claims
-              if c.better in held and c.worse in held),
-        Published() if source is None else Published(
-            source.source, source.note,
-            {column: {row: tuple(found) for row, found in table.items()} for column, table in source.rows.items()},
-        ),
+        tuple(claim for claim in said.claims if claim.better in held and claim.worse in held),
+        said.published or Published(source=""),
         said.report.restart, said.report.sigma or said.loss.sigma, tuple(k for k in said.report.draw if k in held),
-        tuple(k for k in said.report.seeds if k in held),
-        tuple(said.report.tracks), budget,
+        tuple(k for k in said.report.seeds if k in held), tuple(said.report.tracks), budget,
     )  # fmt: skip
 
 
 def _checked(path: Path, document: Mapping[str, Any]) -> Any:
     """The document with its keys and types checked, each fit completed by the one that it is like."""
-    from pydantic import ValidationError
-
-    from .schema import told
-
-    try:
-        found = SeriesFile.model_validate({**document, "fits": _completed(path, document.get("fits", {}))})
-    except ValidationError as error:
-        raise told(path, SeriesFile, error) from None
+    found: Any = checked(path, SeriesFile, {**document, "fits": _completed(path, document.get("fits", {}))})
     for key, fit in found.fits.items():
         if not is_plain(key):
             raise StudyError(f"{path}: fits: '{key}' names a folder of the run; take letters, digits, spaces, '-', '_'")
@@ -291,8 +251,6 @@ class _Reader:
         alone: bool = False,
     ) -> tuple[tuple[Trial, ...], ...]:  # fmt: skip
         """Training, validation and test; `alone` asks for what is kept apart only."""
-        from .schema import DataTable
-
         data = self.said.data
         if (train, exclude, labels) not in self._read:
             # What is watched by another fit is left out of this one too: no model has more to learn from.
@@ -304,88 +262,3 @@ class _Reader:
                 exclude=[*exclude, *apart],
             ), ship)  # fmt: skip
         return self._read[train, exclude, labels]
-
-
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=False)
-
-
-class TrialsTable(_Table):
-    """Where the trials are, and which are kept apart from every fit; labels of `test` are the rows of the table."""
-
-    root: str = "."
-    sets: str | None = None
-    format: str | None = None
-    mapping: str | None = None
-    test: dict[str, str] = Field(min_length=1)
-    validation: dict[str, str] = {}
-
-
-class FitTable(_Table):
-    """One model; what it does not say is that of the fit named in `like`."""
-
-    title: str = ""
-    like: str = ""
-    ship: str = ""
-    train: list[str] = []
-    exclude: list[str] = []
-    validation: list[str] | None = None
-    free: dict[str, Any] = {}
-    loss: LossTable | None = None
-    nuisance: NuisanceTable = NuisanceTable()
-    estimator: dict[str, Any] = {}
-    seeds: list[int] | None = None
-    published: str = ""
-
-
-class ClaimTable(_Table):
-    """An order that is expected: the error of `worse` over that of `better` is at least `factor` in every row.
-
-    1 asks for better or equal, 10 for ten times better, 0.9 for no worse than by a margin (1/0.9, eleven per cent).
-    """
-
-    says: str
-    better: str
-    worse: str
-    rows: list[str] = Field(min_length=1)
-    factor: float = Field(default=1.0, gt=0.0)
-
-
-class BudgetTable(_Table):
-    """Another size of the same: which fits, their seeds, and settings that replace those of an estimator by type."""
-
-    fits: list[str] = []
-    seeds: list[int] | None = None
-    settings: dict[str, dict[str, Any]] = {}
-
-
-class PublishedTable(_Table):
-    """What a paper found: by column, then by row, the mean and the standard deviation over its seeds."""
-
-    source: str
-    note: str = ""
-    rows: dict[str, dict[str, list[float]]] = {}
-
-
-class ReportTable(_Table):
-    restart: float | None = Field(default=None, gt=0.0)
-    sigma: dict[str, float] = {}
-    draw: list[str] = []
-    seeds: list[str] = []
-    tracks: list[str] = []
-
-
-class SeriesFile(_Table):
-    """One file of many fits."""
-
-    schema_: str = Field(alias="schema")
-    title: str = ""
-    about: str = ""
-    seeds: list[int] = Field(default=[0], min_length=1)
-    data: TrialsTable
-    loss: LossTable = LossTable()
-    fits: dict[str, FitTable] = Field(min_length=1)
-    claims: list[ClaimTable] = []
-    budgets: dict[str, BudgetTable] = {}
-    published: PublishedTable | None = None
-    report: ReportTable = ReportTable()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import math
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -29,6 +29,7 @@ from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
 from .data import Split, chosen, read_data, read_raw
 from .freedom import freedom
+from .schema import StudyFile, checked
 
 if TYPE_CHECKING:
     from .virtual import VirtualTrials
@@ -38,7 +39,7 @@ SCHEMA = "seatrial-study/1"
 _FILLED = 0.9
 # A trial is split at a leap of so many median steps; a time step of more than so many is coarse.
 _MISSING, _COARSE = 10, 10
-_KINDS = ((int, "a whole number"), (float, "a number"), (str, "a text"), (bool, "true or false"))
+_KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
 
 
 @dataclass(frozen=True)
@@ -94,34 +95,31 @@ def read_study(path: str | Path, *, trust: Trust = False) -> Study:
 
 def _read(here: Path) -> Study:
     document = _document(here)
-    said = _checked(here, document)
+    said = checked(here, StudyFile, document)
     ship = read_ship(here, said.ship)
-    virtual, (train, validation, test) = (None, read_data(here, said.data, ship)) if said.virtual is None \
-        else _made(here, said)
+    virtual, (train, validation, test) = _made(here, said) if said.virtual else (None, read_data(here, said.data, ship))
     try:
         free, fixed = freedom(ship.model, said.free)
     except StudyError as error:
         raise StudyError(f"{here}: {error}") from None
-    _known(here, ship, said.report.unidentified)
-    (train, torn), (validation, off), (test, kept) = (whole(trials) for trials in (train, validation, test))
-    filled(here, ship, (*train, *validation, *test))
-    no_infinity(f"{here}: ", {key: document[key] for key in document if key != "free"}, ("estimator",))
-    no_infinity(f"{here}: free", said.free, ("low", "high"))
-    finite(f"{here}: estimator", said.estimator)
-    positive(f"{here}: loss.sigma", said.loss.sigma)
-    positive(f"{here}: nuisance.bias", said.nuisance.bias)
+    (train, torn), (validation, off), (test, kept) = (_whole(trials) for trials in (train, validation, test))
+    _filled(here, ship, (*train, *validation, *test))
+    _check_numbers(here, document)
+    known = specs(ship.model)
+    for path in said.report.unidentified:
+        if path not in known:
+            raise StudyError(f"{here}: report.unidentified: {unknown(path, known)}")
     problem = Problem(
         ship, train, free, _loss(here, said.loss, train),
         Nuisance(**said.nuisance.model_dump()), validation, said.data.extrapolate,
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
-    _long_enough(here, train, said.estimator)
     notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *torn, *off, *kept,
-             *steps(here, train, said.estimator))  # fmt: skip
-    mark = _run_digest(problem, estimator, test, said)
+             *_steps(here, train, said.estimator))  # fmt: skip
     return Study(
-        here.stem, here, problem, estimator, test, said.report.restart, mark, notes,
-        said.title, _rival(here, said.rival, free), virtual,
+        here.stem, here, problem, estimator, test, said.report.restart,
+        _run_digest(problem, estimator, test, said), notes, said.title,
+        _rival(here, said.rival.free if said.rival else (), free), virtual,
         said.report.published.model_dump() if said.report.published else {}, said.report.unidentified,
     )  # fmt: skip
 
@@ -131,16 +129,8 @@ def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:
 
     Empty where the study has no such table. Forecasts are compared with these: smoothed states use later readings.
     """
-    said = _checked(study.path, _document(study.path))
+    said = checked(study.path, StudyFile, _document(study.path))
     return () if said.virtual is not None else read_raw(study.path, said.data, study.problem.ship)
-
-
-def _known(here: Path, ship: Ship, unidentified: Mapping[str, str]) -> None:
-    """Refuse a path of [report.unidentified] that the ship does not have."""
-    known = specs(ship.model)
-    for path in unidentified:
-        if path not in known:
-            raise StudyError(f"{here}: report.unidentified: {unknown(path, known)}")
 
 
 def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:
@@ -154,9 +144,8 @@ def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:
 
 def _run_digest(problem: Problem, estimator: Estimator, test: Sequence[Trial], said: Any) -> str:
     """Fingerprint of everything that decides what a run leaves in its folder, the report too."""
-    found = hashlib.sha256(f"{__version__} {digest(problem, estimator)}".encode())
-    for part in (said.title, said.report, said.rival, said.virtual):
-        found.update(repr(part).encode())
+    parts = "".join(map(repr, (said.title, said.report, said.rival, said.virtual)))
+    found = hashlib.sha256(f"{__version__} {digest(problem, estimator)}{parts}".encode())
     include(found, "test", test)
     return found.hexdigest()[:16]
 
@@ -175,18 +164,6 @@ def _document(path: Path) -> dict[str, Any]:
     return document
 
 
-def _checked(path: Path, document: Mapping[str, Any]) -> Any:
-    """The document with its keys and types checked."""
-    from pydantic import ValidationError
-
-    from .schema import StudyFile, told
-
-    try:
-        return StudyFile.model_validate(document)
-    except ValidationError as error:
-        raise told(path, StudyFile, error) from None
-
-
 def read_ship(path: Path, name: str) -> Ship:
     """The ship that the study at `path` names: a file beside it, or one of the library.
 
@@ -200,20 +177,8 @@ def read_ship(path: Path, name: str) -> Ship:
         raise StudyError(f"{path}: ship: {error}") from None
 
 
-def _long_enough(path: Path, trials: Iterable[Trial], estimator: Mapping[str, Any]) -> None:
-    """Refuse a window of the study that is longer than a trial; a default window adapts."""
-    window = float(estimator.get("window") or 0.0)
-    for trial in trials:
-        if trial.duration + trial.dt < _FILLED * window:
-            raise StudyError(
-                f"{path}: {trial.name} lasts {trial.duration:g} s, estimator.window is {window:g} s; shorten the "
-                "window, or leave the trial out (data.exclude)"
-            )
-
-
-def _rival(path: Path, table: Any, free: tuple[Free, ...]) -> tuple[Free, ...]:
+def _rival(path: Path, names: Sequence[str], free: tuple[Free, ...]) -> tuple[Free, ...]:
     """The parameters of the rival, as the study frees them."""
-    names = () if table is None else tuple(table.free)
     known = [f.path for f in free]
     for name in names:
         if name not in known:
@@ -261,76 +226,64 @@ def read_estimator(path: Path, table: Mapping[str, Any], where: str = "estimator
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
             given[key] = float(value)
         elif isinstance(default, float | int | str | bool) and type(value) is not type(default):
-            raise StudyError(f"{path}: {where}.{key} is {value!r}; it must be {kind(default)}")
+            raise StudyError(f"{path}: {where}.{key} is {value!r}; it must be {_KINDS[type(default)]}")
     try:
         return cls(**given)
     except (TypeError, ValueError) as error:
         raise StudyError(f"{path}: {where}: {error}") from None
 
 
-def kind(value: object) -> str:
-    """The type that a key must have, in words, by an example of its value."""
-    return next((words for known, words in _KINDS if type(value) is known), f"a {type(value).__name__}")
-
-
-def finite(where: str, table: Mapping[str, Any]) -> None:
-    """Refuse settings that are not finite, weights that are no numbers, and a wrong number of threads.
+def _check_numbers(path: Path, document: Mapping[str, Any]) -> None:
+    """Refuse numbers that are not finite, standard deviations and weights that are not positive, no threads.
 
     Raises:
         StudyError: naming the key.
     """
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            for name, one in value.items():
-                if key == "weights" and (isinstance(one, bool) or not isinstance(one, int | float)):
-                    raise StudyError(f"{where}.{key}.{name} is {one!r}; it must be a number above zero")
-            finite(f"{where}.{key}", value)
-        elif isinstance(value, float) and not math.isfinite(value):
-            raise StudyError(f"{where}.{key} is {value}; it must be a finite number")
-    threads = table.get("threads")
-    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
-        raise StudyError(f"{where}.threads is {threads!r}; it must be 1 or more, or left out for all processors")
+    for keys, value in _leaves(document):
+        where, estimator = f"{path}: {'.'.join(keys)}", keys[0] == "estimator"
+        if keys[:-1] in (("loss", "sigma"), ("nuisance", "bias")) and not 0.0 < float(value) < math.inf:
+            raise StudyError(f"{where} is {value}; it must be a finite number above zero")
+        if isinstance(value, float) and (math.isinf(value) or (estimator and math.isnan(value))):
+            if keys[0] == "free" and keys[-1] in ("low", "high"):
+                continue
+            raise StudyError(f"{where} is {value:g}; it must be a finite number")
+        if not estimator:
+            continue
+        if "weights" in keys[1:-1] and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise StudyError(f"{where} is {value!r}; it must be a number above zero")
+        if keys[-1] == "threads" and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+            raise StudyError(f"{where} is {value!r}; it must be 1 or more, or left out for all processors")
 
 
-def positive(where: str, table: Mapping[str, float]) -> None:
-    """Refuse a standard deviation that is not positive and finite.
-
-    Raises:
-        StudyError: naming the key.
-    """
-    for key, value in table.items():
-        if not (value > 0 and math.isfinite(value)):
-            raise StudyError(f"{where}.{key} is {value:g}; it must be a finite number above zero")
-
-
-def no_infinity(where: str, value: Any, but: tuple[str, ...]) -> None:
-    """Refuse an infinite number anywhere in a document except below the keys `but`.
-
-    Raises:
-        StudyError: naming the key.
-    """
+def _leaves(value: Any, *keys: str) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Values of a document below its tables and lists, each with the keys that lead to it."""
     if isinstance(value, Mapping):
         for key, one in value.items():
-            if key not in but:
-                no_infinity(f"{where}.{key}" if where[-1:] != " " else f"{where}{key}", one, but)
+            yield from _leaves(one, *keys, key)
     elif isinstance(value, list):
         for one in value:
-            no_infinity(where, one, but)
-    elif isinstance(value, float) and math.isinf(value):
-        raise StudyError(f"{where} is {value:g}; it must be a finite number")
+            yield from _leaves(one, *keys)
+    else:
+        yield keys, value
 
 
-def steps(path: Path, trials: Iterable[Trial], table: Mapping[str, Any]) -> list[str]:
-    """Check dt and every against the trials.
+def _steps(path: Path, trials: Iterable[Trial], table: Mapping[str, Any]) -> list[str]:
+    """Check window, dt and every of an estimator against the trials; a default window adapts.
 
     Returns:
         Warnings.
 
     Raises:
-        StudyError: a step, or the time between compared rows, longer than half a trial.
+        StudyError: a window longer than a trial, or more than a quarter of it from one compared row to the next.
     """
     notes: list[str] = []
+    window = float(table.get("window") or 0.0)
     for trial in trials:
+        if trial.duration + trial.dt < _FILLED * window:
+            raise StudyError(
+                f"{path}: {trial.name} lasts {trial.duration:g} s, estimator.window is {window:g} s; shorten the "
+                "window, or leave the trial out (data.exclude)"
+            )
         dt, every = float(table.get("dt") or trial.dt), int(table.get("every") or 1)
         for key, value, span in (("dt", dt, dt), ("every", every, dt * every)):
             if span > 0.25 * trial.duration:
@@ -343,7 +296,7 @@ def steps(path: Path, trials: Iterable[Trial], table: Mapping[str, Any]) -> list
     return notes
 
 
-def whole(trials: tuple[Trial, ...]) -> tuple[tuple[Trial, ...], list[str]]:
+def _whole(trials: tuple[Trial, ...]) -> tuple[tuple[Trial, ...], list[str]]:
     """The trials split at long leaps of time, and a warning for each that was split."""
     out: list[Trial] = []
     notes: list[str] = []
@@ -355,7 +308,7 @@ def whole(trials: tuple[Trial, ...]) -> tuple[tuple[Trial, ...], list[str]]:
     return tuple(out), notes
 
 
-def filled(path: Path, ship: Ship, trials: Iterable[Trial]) -> None:
+def _filled(path: Path, ship: Ship, trials: Iterable[Trial]) -> None:
     """Refuse a trial in which a channel that the fit needs is empty.
 
     Raises:

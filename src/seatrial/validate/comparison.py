@@ -23,14 +23,9 @@ CONSTANT_VELOCITY = "constant velocity"
 
 
 def compare(
-    measured: Trial,
-    predicted: Trial,
-    *,
-    label: str,
-    restart: float | None = None,
-    sigma: Mapping[str, float] | None = None,
-    L_pp: float | None = None,
-) -> Comparison:
+    measured: Trial, predicted: Trial, *, label: str, restart: float | None = None,
+    sigma: Mapping[str, float] | None = None, L_pp: float | None = None,
+) -> Comparison:  # fmt: skip
     """Compare `predicted` with `measured` at equal times.
 
     Args:
@@ -52,17 +47,9 @@ def compare(
     scale = dict(sigma) if sigma is not None else {n: s for n, s in spread([truth]).items() if n in both}
     values, units = _indices(truth, guess, restart, L_pp)
     return Comparison(
-        measured=truth,
-        predicted=guess,
-        label=label,
-        restart=restart,
-        metrics={name: metrics(a, b) for name, (a, b) in both.items()},
-        horizons=horizons(truth, guess, restart),
-        standardised=standardised(truth, guess, scale, restart=restart),
-        indices=values,
-        sigma=scale,
-        index_units=units,
-    )
+        truth, guess, label, restart, {name: metrics(a, b) for name, (a, b) in both.items()},
+        horizons(truth, guess, restart), standardised(truth, guess, scale, restart=restart), values, scale, units,
+    )  # fmt: skip
 
 
 def constant_velocity(trial: Trial, restart: float | None) -> Trial:
@@ -71,17 +58,15 @@ def constant_velocity(trial: Trial, restart: float | None) -> Trial:
     The kinematics are integrated exactly (an arc).  A segment begins at its first complete sample;
     rows before it are NaN.
     """
-    out = {name: np.full(len(trial), np.nan) for name in STATES}
     state, segment = trial.stack(*STATES), segments(trial.t, restart)
+    out = np.full_like(state, np.nan)
     for number in np.unique(segment):
         rows = np.flatnonzero(segment == number)
         whole = rows[np.isfinite(state[rows]).all(axis=1)]
         if whole.size:
             rows = rows[rows >= whole[0]]
-            course = _arc(state[whole[0]], trial.t[rows] - trial.t[rows[0]])
-            for name, values in zip(STATES, course, strict=True):
-                out[name][rows] = values
-    return trial.having(**out)
+            out[rows] = _arc(state[whole[0]], trial.t[rows] - trial.t[rows[0]])
+    return trial.having(**dict(zip(STATES, out.T, strict=True)))
 
 
 def pooled(comparisons: Iterable[Comparison]) -> float:
@@ -148,20 +133,21 @@ def _aligned(measured: Trial, predicted: Trial) -> tuple[Trial, Trial]:
     return truth, replace(predicted.rows(shared), t=truth.t)
 
 
-def _arc(start: Array, tau: Array) -> tuple[Array, ...]:
+def _arc(start: Array, tau: Array) -> Array:
+    """States `tau` seconds after `start` at constant velocities, shape (rows, 6)."""
     x, y, psi, u, v_m, r = start
     half = 0.5 * r * tau
     chord = tau * np.sinc(half / math.pi)
     north, east = to_earth(u, v_m, np.cos(psi + half), np.sin(psi + half))
     same = np.ones_like(tau)
-    return x + north * chord, y + east * chord, psi + r * tau, u * same, v_m * same, r * same
+    return np.column_stack([x + north * chord, y + east * chord, psi + r * tau, u * same, v_m * same, r * same])
 
 
 def _indices(
     measured: Trial, predicted: Trial, restart: float | None, L_pp: float | None
 ) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
     policy = manoeuvre(measured)
-    # A prediction that was set back to the measured state on its way has no indices of its own.
+    # A prediction that was reset to the measured state on its way has no indices of its own.
     if policy is None or L_pp is None or segments(measured.t, restart)[-1] > 0:
         return {}, {}
     # The prediction was steered by the measured rudder, so both have one execute point.

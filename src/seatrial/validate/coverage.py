@@ -20,6 +20,10 @@ from ..data import Array, DataError, Trial
 LEAVES, EDGE = 0.20, 0.05
 """Shares of novel samples above which a manoeuvre leaves the training data, or touches their edge."""
 
+VERDICTS = {"leaves": "leaves the training data", "edge": "touches the edge of the training data",
+            "inside": "stays within the training data"}  # fmt: skip
+"""Each verdict in words."""
+
 WIND = ("wind ahead", "wind aside")
 """Components of the apparent wind that the ship meets, from ahead and from starboard [m/s]."""
 
@@ -55,7 +59,7 @@ class Reference:
 
     @cached_property
     def tree(self) -> Any:
-        """The points, ready for many questions."""
+        """Search tree of the points."""
         from scipy import spatial
 
         return spatial.KDTree(self.points)
@@ -131,20 +135,15 @@ class Coverage:
         return tuple(sorted(blamed or [worst], key=lambda n: -self.telling[n]))
 
     def __str__(self) -> str:
-        words = {
-            "leaves": "this manoeuvre leaves the training data",
-            "edge": "this manoeuvre touches the edge of the training data",
-            "inside": "this manoeuvre stays within the training data",
-        }[self.verdict]
         where = f", in {', '.join(self.channels)}" if self.channels else ""
-        return f"{self.name}: {words}{where} ({100 * self.share:.1f} % of the samples are novel, 1 % is usual)"
+        return (f"{self.name}: this manoeuvre {VERDICTS[self.verdict]}{where} "
+                f"({100 * self.share:.1f} % of the samples are novel, 1 % is usual)")  # fmt: skip
 
     def numbers(self) -> dict[str, Any]:
         """The same for a JSON file, without the samples."""
-        median, largest = float(np.median(self.novelty)), float(self.novelty.max())
         return {"verdict": self.verdict, "share": self.share, "channels": list(self.channels),
-                "telling": dict(self.telling), "outside": dict(self.outside),
-                "novelty": {"median": median, "largest": largest}}  # fmt: skip
+                "telling": dict(self.telling), "outside": dict(self.outside), "novelty": {
+                    "median": float(np.median(self.novelty)), "largest": float(self.novelty.max())}}  # fmt: skip
 
 
 def coverage(reference: Reference, trial: Trial) -> Coverage:
@@ -186,15 +185,14 @@ def columns(trial: Trial, channels: Sequence[str]) -> Array:
     Raises:
         DataError: a channel is missing.
     """
-    wind = dict(zip(WIND, _apparent(trial), strict=True)) if set(WIND) & set(channels) else {}
+    wind: dict[str, Array] = {}
+    if set(WIND) & set(channels):
+        bearing = trial["gamma_T"] - trial["psi"]
+        apparent = trial["U_T"] * np.cos(bearing) + trial["u"], trial["U_T"] * np.sin(bearing) + trial["v_m"]
+        wind = dict(zip(WIND, apparent, strict=True))
     found = [wind[n] if n in wind else trial[n if n in trial or f"{n}_cmd" not in trial else f"{n}_cmd"]
              for n in channels]  # fmt: skip
     return np.column_stack(found)
-
-
-def _apparent(trial: Trial) -> tuple[Array, Array]:
-    bearing = trial["gamma_T"] - trial["psi"]
-    return trial["U_T"] * np.cos(bearing) + trial["u"], trial["U_T"] * np.sin(bearing) + trial["v_m"]
 
 
 def _thin(trial: Trial, table: Array) -> Array:
@@ -213,7 +211,7 @@ def _groups(names: Sequence[str], thin: Sequence[Array]) -> list[tuple[str, Arra
 def apart(parts: Sequence[Array]) -> list[Array]:
     """Root mean square distance of each part's points to their nearest neighbours among the other parts.
 
-    One search among all points serves every part: it is asked for more neighbours than are needed, and again for more
+    One search among all points serves every part: it returns more neighbours than are needed, and is repeated with more
     where too many of them are of the part itself.
     """
     from scipy import spatial

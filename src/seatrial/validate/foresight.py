@@ -6,7 +6,6 @@ states uses later data, and a model.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -63,7 +62,7 @@ def foreseen(study: Study, fitted: Ship) -> tuple[tuple[Foresight, ...], tuple[s
     found: list[Foresight] = []
     notes: list[str] = []
     for smoother, trial in readings(study):
-        for label, (table, ship) in _rivals(smoother, study.problem.ship, fitted).items():
+        for label, table, ship in _rivals(smoother, study.problem.ship, fitted):
             try:
                 found += _of_trial(label, table, ship, trial)
             except (DataError, StudyError, SimulationError) as error:
@@ -71,17 +70,13 @@ def foreseen(study: Study, fitted: Ship) -> tuple[tuple[Foresight, ...], tuple[s
     return tuple(found), tuple(notes)
 
 
-def _rivals(smoother: Any, start: Ship, fitted: Ship) -> Mapping[str, tuple[Any, Ship]]:
-    """Filter table and ship by label."""
+def _rivals(smoother: Any, start: Ship, fitted: Ship) -> tuple[tuple[str, Any, Ship], ...]:
+    """Label, filter table and ship of each."""
     fresh = {path: float(read(start.model, path)) for path in smoother.parameters}
     still = replace(start, model=Nomoto(K=1e-9, T=1e6, U=max(start.speed, 1e-2)), notes={}, n_P=None)
     walk = {name: sd for name, sd in smoother.process.items() if name in ("u", "v_m", "r")}
     bare = smoother.model_copy(update={"current": 0.0, "parameters": {}, "process": walk})
-    return {
-        FITTED: (smoother, fitted.having(fresh)),
-        UNTUNED: (smoother, start),
-        CONSTANT_VELOCITY: (bare, still),
-    }
+    return (FITTED, smoother, fitted.having(fresh)), (UNTUNED, smoother, start), (CONSTANT_VELOCITY, bare, still)
 
 
 def _of_trial(label: str, smoother: Any, ship: Ship, trial: Trial) -> list[Foresight]:

@@ -1,9 +1,8 @@
 """The IMO standards for ship manoeuvrability, resolution MSC.137(76), as a table of simulated trials.
 
 Every criterion of section 5.3 is run to both sides where it has sides: value, limit, verdict, and the
-reason where nothing can be said.  Definitions are those of section 4.2 and of MSC/Circ.1053.
-
-What a model can know of the trials of the IMO standards: propulsion, reverse thrust, scale.
+reason where the model cannot give one (no propulsion, no reverse thrust, extrapolation).  Definitions are those of
+section 4.2 and of MSC/Circ.1053.
 """
 
 from __future__ import annotations
@@ -41,6 +40,9 @@ _BESIDE = "the ship slides to the other side of its course: this is no turning c
 # Surge acceleration over V^2/L beyond which an approach is not called steady.
 _STEADY = 2e-3
 _SIDES = {1.0: "starboard", -1.0: "port"}
+# Change of the surge acceleration, over U^2/L, below which a model does not answer.
+_NOTHING = 1e-9
+_SHIP_LENGTH = 100.0
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,6 @@ class ImoTable:
         return f"Meets every criterion that could be judged ({self.count(PASS)}){open_}."
 
 
-
 def overshoot_limits(L_over_V: float) -> tuple[float, float]:
     """Limits of the first and the second overshoot of the 10/10 zigzag [deg] for L/V [s] (MSC.137(76) 5.3.3)."""
     if L_over_V < 10.0:
@@ -120,7 +121,7 @@ def imo_table(ship: Ship) -> ImoTable:
     """
     V, n_P = approach(ship)
     settings = Settings(n_P, V, ship.L_pp, rudder_limit(ship))
-    astern = _astern(ship, n_P)
+    astern = max(-abs(n_P), float(ship.actuators.of("n_P").low))
     rows = (*_steering(ship, settings), _stop(ship, settings, astern))
     return ImoTable(
         ship.name, ship.L_pp, V, n_P, rows,
@@ -155,40 +156,29 @@ def _steering(ship: Ship, settings: Settings) -> Iterator[Criterion]:
              (("20/20 zigzag, first overshoot", "first_overshoot", "deg", OVERSHOOT_20),)),
         )  # fmt: skip
         for policy, figures in runs:
-            reason = "" if steered else "nothing of this ship obeys a rudder order"
-            found, reason, over = _figures(ship, policy, settings.speed, reason)
+            run, reason, over = _run(ship, policy, settings.speed) if steered \
+                else (None, "nothing of this ship obeys a rudder order", True)
+            found = {} if run is None else {
+                name: (_DEGREE if one.unit == "rad" else 1.0) * (one.value if one.over_L is None else one.over_L)
+                for name, one in policy.indices(run, ship.L_pp).items()
+            }  # fmt: skip
             for name, index, unit, limit in figures:
                 yield _judged(name, word, found.get(index), unit, limit, reason, over)
 
 
-def _figures(ship: Ship, policy: Manoeuvre, V: float, reason: str) -> tuple[dict[str, float], str, bool]:
-    """Values by index, lengths in L and angles in deg; or why there are none; and whether the run ended by itself."""
-    if reason:
-        return {}, reason, True
-    try:
-        run, over = _run(ship, policy, V)
-    except SimulationError as error:
-        return {}, str(error), True
-    units = {"rad": _DEGREE}
-    found = {
-        name: units.get(index.unit, 1.0) * (index.value if index.over_L is None else index.over_L)
-        for name, index in policy.indices(run, ship.L_pp).items()
-    }
-    return found, "" if over else _unfinished(ship, run, V), over
-
-
-def _unfinished(ship: Ship, run: Trial, V: float) -> str:
-    way = V * run.duration / ship.L_pp
-    return f"the run was not over after the time of {way:.0f} ship lengths at test speed"
-
-
-def _run(ship: Ship, policy: Manoeuvre, V: float) -> tuple[Trial, bool]:
+def _run(ship: Ship, policy: Manoeuvre, V: float) -> tuple[Trial | None, str, bool]:
+    """The run, None where it blows up; why it is missing or too short; and whether more time would change nothing."""
     lengths = _FIRST
     while True:
-        run = simulate(ship, policy, speed=V, duration=lengths * ship.L_pp / V)
-        over = policy.complete(run)
-        if over or lengths >= _LAST:
-            return run, over
+        try:
+            run = simulate(ship, policy, speed=V, duration=lengths * ship.L_pp / V)
+        except SimulationError as error:
+            return None, str(error), True
+        if policy.complete(run):
+            return run, "", True
+        if lengths >= _LAST:
+            way = V * run.duration / ship.L_pp
+            return run, f"the run was not over after the time of {way:.0f} ship lengths at test speed", False
         lengths *= 2.0
 
 
@@ -196,17 +186,12 @@ def _judged(
     name: str, side: str, value: float | None, unit: str, limit: float, reason: str, over: bool = True
 ) -> Criterion:  # fmt: skip
     if value is None:
-        # A ship that is still swinging after so long never gives the figure: that is no matter of the model.
+        # A ship that is still swinging after so long never gives the figure: that is a failure of the ship.
         verdict = NOT_APPLICABLE if over else FAIL
         return Criterion(name, side, None, unit, limit, verdict, reason or "the run did not yield it")
     if value < 0 and unit == "L":
         return Criterion(name, side, value, unit, limit, NOT_APPLICABLE, reason or _BESIDE)
     return Criterion(name, side, value, unit, limit, PASS if value <= limit else FAIL, reason)
-
-
-def _astern(ship: Ship, n_P: float) -> float:
-    """Revolutions of full astern [1/s]: those of the approach, reversed, as far as the shaft goes."""
-    return max(-abs(n_P), float(ship.actuators.of("n_P").low))
 
 
 def _stop(ship: Ship, settings: Settings, astern: float) -> Criterion:
@@ -215,28 +200,19 @@ def _stop(ship: Ship, settings: Settings, astern: float) -> Criterion:
     missing = no_stop(ship, settings.speed, settings.n_P, astern)
     if missing:
         return Criterion(name, "", None, unit, TRACK_REACH, NOT_APPLICABLE, missing)
-    policy, V = CrashAstern(settings.n_P, astern), settings.speed
-    try:
-        run, over = _run(replace(ship, validity={}), policy, V)
-    except SimulationError as error:
-        return _judged(name, "", None, unit, TRACK_REACH, str(error))
-    reach = policy.indices(run, ship.L_pp).get("track_reach")
-    if not over or reach is None:
-        return _judged(name, "", None, unit, TRACK_REACH, _unfinished(ship, run, V), over=False)
+    policy = CrashAstern(settings.n_P, astern)
+    run, reason, over = _run(replace(ship, validity={}), policy, settings.speed)
+    reach = policy.indices(run, ship.L_pp).get("track_reach") if run is not None and over else None
+    if run is None or reach is None:
+        return _judged(name, "", None, unit, TRACK_REACH, reason, over=run is None)
     value = reach.value / ship.L_pp
-    doubts = unreliable_stop(ship, astern, _ranges(run, float(policy.end)))
+    stopped = np.flatnonzero(run["u"] <= float(policy.end) * run["u"][0])
+    doubts = unreliable_stop(ship, astern, run.rows(slice(0, int(stopped[0]) if stopped.size else None)))
     if doubts:
         return Criterion(name, "", value, unit, TRACK_REACH, NOT_APPLICABLE, f"extrapolates: {doubts}")
     row = _judged(name, "", value, unit, TRACK_REACH, "")
     relaxed = f"up to {TRACK_REACH_RELAXED:g} L if the Administration allows it for a ship of large displacement"
     return replace(row, reason=relaxed) if TRACK_REACH < value <= TRACK_REACH_RELAXED else row
-
-
-def _ranges(run: Trial, end: float) -> dict[str, tuple[float, float]]:
-    """Range of each channel until the ship has stopped."""
-    stopped = np.flatnonzero(run["u"] <= end * run["u"][0])
-    part = run.rows(slice(0, int(stopped[0]) if stopped.size else None))
-    return {name: (float(np.min(v)), float(np.max(v))) for name, v in part.channels.items()}
 
 
 def _caveats(ship: Ship, V: float, n_P: float) -> Iterator[str]:
@@ -255,16 +231,13 @@ def _caveats(ship: Ship, V: float, n_P: float) -> Iterator[str]:
         "The test speed is the approach speed of the ship file; the standards ask for at least 90 % of the speed "
         "at 85 % of the engine's greatest output, which the file does not hold."
     )
-    note = scale_note(ship)
-    if note:
-        yield note
+    if ship.L_pp < _SHIP_LENGTH:
+        yield (
+            f"The standards hold for ships of {_SHIP_LENGTH:g} m and more (chemical tankers and gas carriers of any "
+            f"length); this one has {ship.L_pp:.4g} m.  If it is a model, its zigzag limits are not those of the ship: "
+            "L/V grows with the square root of the scale."
+        )
     yield "The standards hold for full load on even keel; the loading is that of the ship file, whatever it is."
-
-
-# Change of the surge acceleration, over U^2/L, below which a model does not answer.
-_NOTHING = 1e-9
-_SHIP_LENGTH = 100.0
-_LIKE = "propeller:{}, whose reversed thrust is its curve for ahead turned round and was never fitted"
 
 
 def rudder_limit(ship: Ship) -> float:
@@ -303,33 +276,25 @@ def no_stop(ship: Ship, V: float, n_P: float, astern: float) -> str:
     return ""
 
 
-def unreliable_stop(ship: Ship, astern: float, ranges: Mapping[str, tuple[float, float]]) -> str:
+def unreliable_stop(ship: Ship, astern: float, run: Trial) -> str:
     """Why a computed stop is not to be trusted; empty where it lies within what the model was made for.
 
     Args:
         astern: revolutions ordered [1/s].
-        ranges: least and greatest value of each channel of the run.
+        run: until the ship has stopped.
     """
     doubts: list[str] = []
     propeller = ship.model.part("propeller")
     if isinstance(propeller, Standard | KoseWake):
-        doubts.append(_LIKE.format(type(propeller).__name__))
+        doubts.append(f"propeller:{type(propeller).__name__}, whose reversed thrust is its curve for ahead turned "
+                      "round and was never fitted")  # fmt: skip
     low = ship.validity.get("n_P", (-math.inf, math.inf))[0]
     if astern < low:
         doubts.append(f"the ship file is valid for n_P of {low:g} 1/s and above, full astern is {astern:.3g} 1/s")
     for name, (low, high) in ship.validity.items():
-        least, greatest = ranges.get(name, (math.nan, math.nan))
-        if name != "n_P" and (least < low or greatest > high):
+        if name == "n_P" or name not in run:
+            continue
+        least, greatest = float(np.min(run[name])), float(np.max(run[name]))
+        if least < low or greatest > high:
             doubts.append(f"{name} leaves its validity of {low:g} to {high:g} ({least:.3g} to {greatest:.3g})")
     return "; ".join(doubts)
-
-
-def scale_note(ship: Ship) -> str:
-    """What a ship below the length of the standards should know about the limits; empty for the others."""
-    if ship.L_pp >= _SHIP_LENGTH:
-        return ""
-    return (
-        f"The standards hold for ships of {_SHIP_LENGTH:g} m and more (chemical tankers and gas carriers of any "
-        f"length); this one has {ship.L_pp:.4g} m.  If it is a model, its zigzag limits are not those of the ship: "
-        "L/V grows with the square root of the scale."
-    )

@@ -26,7 +26,6 @@ together, heading unwrapped [m, m, rad, m/s, m/s, rad/s]."""
 HORIZONS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0)
 """Upper ends of the horizon bins [s since the restart]."""
 
-
 _UNITS = {"x": "m", "y": "m", "psi": "deg", "u": "m/s", "v_m": "m/s", "r": "deg/s"}
 
 
@@ -38,38 +37,23 @@ def scale_words(sigma: Mapping[str, float]) -> str:
 
 def rmse(measured: Array, predicted: Array) -> float:
     """Root mean square error, in the unit of the channel."""
-    return _root_mean_square(_error(measured, predicted))
-
-
-def bias(measured: Array, predicted: Array) -> float:
-    """Mean error, predicted - measured, in the unit of the channel."""
     error = _error(measured, predicted)
-    return float(np.mean(error)) if error.size else math.nan
-
-
-def r2(measured: Array, predicted: Array) -> float:
-    """1 - SSE / SST about the measured mean; NaN where the measured channel is constant."""
-    error, about_mean = _error(measured, predicted), _compared(measured, predicted)
-    total = float(np.sum((about_mean - np.mean(about_mean)) ** 2)) if error.size else 0.0
-    return 1.0 - float(np.sum(error**2)) / total if total > 0 else math.nan
-
-
-def fvu(measured: Array, predicted: Array) -> float:
-    """Fraction of variance unexplained, var(error) / var(measured); NaN for a constant channel."""
-    error, values = _error(measured, predicted), _compared(measured, predicted)
-    spread = float(np.var(values)) if error.size else 0.0
-    return float(np.var(error)) / spread if spread > 0 else math.nan
+    return float(np.sqrt(np.mean(error**2))) if error.size else math.nan
 
 
 def metrics(measured: Array, predicted: Array) -> Metrics:
-    """All error measures of one channel."""
+    """All error measures of one channel; NaN where there is nothing to compare, or no variance to compare with."""
+    error = _error(measured, predicted)
+    if not error.size:
+        return Metrics(math.nan, math.nan, math.nan, math.nan, 0)
+    compared = measured[np.isfinite(predicted - measured)]
+    total, variance = float(np.sum((compared - np.mean(compared)) ** 2)), float(np.var(compared))
     return Metrics(
         rmse(measured, predicted),
-        r2(measured, predicted),
-        fvu(measured, predicted),
-        bias(measured, predicted),
-        int(_error(measured, predicted).size),
-    )
+        1.0 - float(np.sum(error**2)) / total if total > 0 else math.nan,
+        float(np.var(error)) / variance if variance > 0 else math.nan,
+        float(np.mean(error)), error.size,
+    )  # fmt: skip
 
 
 def segments(t: Array, restart: float | None) -> NDArray[np.intp]:
@@ -87,11 +71,9 @@ def segments(t: Array, restart: float | None) -> NDArray[np.intp]:
 
 
 def heading(measured: Array, predicted: Array, segment: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Measured and predicted heading, unwrapped and without whole turns between them [rad].
+    """Measured and predicted heading on the same rows, unwrapped and without whole turns between them [rad].
 
     Args:
-        measured: measured heading [rad].
-        predicted: predicted heading on the same rows [rad].
         segment: number of the prediction each row belongs to; each is aligned at its own start.
     """
     truth, out = unwrapped(measured), np.full_like(predicted, np.nan)
@@ -117,8 +99,7 @@ def standardised(
     """Sum over the states of the mean squared error over sigma^2 (Wakita 2022 Eq. 25).
 
     Args:
-        measured: measured trial.
-        predicted: prediction on the same rows.
+        measured, predicted: on the same rows.
         sigma: scale of each state to count, SI units; `ESSO_OSAKA_SIGMA` for that data set.
         restart: seconds between restarts from the measured state, or None for one free run.
 
@@ -154,9 +135,7 @@ def spread(trials: Iterable[Trial]) -> dict[str, float]:
     return {name: value for name, value in found.items() if value > 0}
 
 
-def horizons(
-    measured: Trial, predicted: Trial, restart: float | None = None
-) -> dict[float, dict[str, float]]:
+def horizons(measured: Trial, predicted: Trial, restart: float | None = None) -> dict[float, dict[str, float]]:
     """RMSE by channel in bins of the time since the restart; key: upper end of the bin [s].
 
     A bin reaches from the end of the one before it; the restart itself, free of error, is in none.
@@ -178,11 +157,3 @@ def horizons(
 def _error(measured: Array, predicted: Array) -> Array:
     difference = predicted - measured
     return difference[np.isfinite(difference)]
-
-
-def _compared(measured: Array, predicted: Array) -> Array:
-    return measured[np.isfinite(predicted - measured)]
-
-
-def _root_mean_square(error: Array) -> float:
-    return float(np.sqrt(np.mean(error**2))) if error.size else math.nan

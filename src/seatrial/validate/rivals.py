@@ -21,7 +21,7 @@ from ..identify import Fit, Problem
 from ..identify.components.servo import ServoFit, fit_servo, servos
 from ..identify.components.thrust_map import ThrustMap, fit_thrust
 from ..identify.record import between
-from ..models import STATES, Model
+from ..models import STATES
 from ..ships import Ship
 from ..simulate.approach import substeps
 from ..simulate.loop import open_loop, open_loop_memory, open_loop_parameters
@@ -194,52 +194,36 @@ def _with_wind(ship: Ship, virtual: VirtualTrials) -> Ship:
 
 def _becalmed(ship: Ship, studied: Ship) -> Ship:
     """Without wind force, unless the model has one too: in a calm it is that of the ship's own motion."""
-    model: Any = ship.model
-    if studied.model.part("wind") is not None:
+    if studied.model.part("wind") is not None or not ship.model.takes("wind"):
         return ship
-    still: Model = replace(model, wind=None) if ship.model.takes("wind") else model
-    return replace(ship, model=still)
+    model: Any = ship.model
+    return replace(ship, model=replace(model, wind=None))
 
 
 def _drive(trials: tuple[Trial, ...], virtual: VirtualTrials) -> Drive:
     maps = {name: (fit_thrust(n, pull, name=name), n, pull) for name, (n, pull) in virtual.pulled().items()}
-    found: dict[str, ServoFit] = {}
-    for control in servos(trials):
-        busy = [t for t in trials if np.ptp(t[f"{control}_cmd"]) > _TURNS]
-        if busy:
-            found[control] = fit_servo(busy, control)
-    return Drive(maps, found, virtual.ship)
+    busy = {name: [t for t in trials if np.ptp(t[f"{name}_cmd"]) > _TURNS] for name in servos(trials)}
+    return Drive(maps, {name: fit_servo(some, name) for name, some in busy.items() if some}, virtual.ship)
 
 
 def score(ship: Ship, trials: Sequence[Trial]) -> Score:
     """Errors of `ship` on `trials`, which must have complete rows at even steps, the same in all."""
-    states = [_states(trial) for trial in trials]
+    states = [trial.having(psi=unwrapped(trial["psi"])).stack(*STATES) for trial in trials]
     acting = [inputs(trial, ship.model) for trial in trials]
     known = [np.hstack([state, unseen(ship.model, rows, trials[0].dt)])
              for state, rows in zip(states, acting, strict=True)]  # fmt: skip
     longest = max(len(trial) for trial in trials)
-    begun, lanes = np.array([state[0] for state in known]), np.array([_held(rows, longest) for rows in acting])
-    whole = _predicted(ship, begun, lanes, trials[0].dt)
+    # The last row of a shorter trial is held to the end of the longest.
+    lanes = np.array([np.pad(rows, ((0, longest - len(rows)), (0, 0)), mode="edge") for rows in acting])
+    whole = _predicted(ship, np.array([state[0] for state in known]), lanes, trials[0].dt)
     columns = [STATES.index(name) for name in VELOCITIES]
     errors = [run[: len(state), columns] - state[:, columns] for run, state in zip(whole, states, strict=True)]
     runs = {t.name: dict(zip(VELOCITIES, _rms(e), strict=True)) for t, e in zip(trials, errors, strict=True)}
-    size = _rms(np.concatenate(states)[:, columns])
-    away = _rms(np.concatenate(errors))
+    away, size = _rms(np.concatenate(errors)), _rms(np.concatenate(states)[:, columns])
     relative = {name: a / b for name, a, b in zip(VELOCITIES, away, size, strict=True)}
     short = _short(ship, known, acting, trials[0].dt)
     steps = {name: np.array(_rms(short[:, :, k])) for k, name in enumerate(STATES)}
     return Score(relative, runs, steps, len(short))
-
-
-def _states(trial: Trial) -> Array:
-    state = trial.stack(*STATES)
-    state[:, 2] = unwrapped(state[:, 2])
-    return state
-
-
-def _held(rows: Array, count: int) -> Array:
-    """The rows, the last of them held until there are `count`."""
-    return np.concatenate([rows, np.repeat(rows[-1:], count - len(rows), axis=0)])
 
 
 def _short(ship: Ship, states: Sequence[Array], acting: Sequence[Array], dt: float) -> Array:

@@ -1,9 +1,10 @@
-"""A series judged: every model on every trial kept apart, over its seeds (Wakita 2022 Eq. 25, Table 9)."""
+"""Results of a series: errors of every model on every test trial, over its seeds (Wakita 2022 Eq. 25, Table 9)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -94,6 +95,11 @@ class Standing:
         found = self.errors[test]
         return float(np.std(found, ddof=1)) if found.size > 1 and np.isfinite(found).all() else math.nan
 
+    def uncertain(self, test: str) -> float:
+        """Standard error of the mean over the seeds; 0 where there is one."""
+        deviation = self.deviation(test)
+        return deviation / math.sqrt(self.errors[test].size) if math.isfinite(deviation) else 0.0
+
     @property
     def weights(self) -> int:
         """Numbers of a network that were trained; 0 for other models."""
@@ -161,14 +167,12 @@ def sigma(series: Series) -> Mapping[str, float]:
 
 
 def _standing(series: Series, row: Row, found: tuple[Member, ...], scale: Mapping[str, float]) -> Standing:
-    every = [_predicted(series, member, row.title, scale) for member in found]
-    errors = {test: np.array([math.inf if one[test] is None else _error(one[test]) for one in every])
-              for test in series.tests}  # fmt: skip
-    errors[TOGETHER] = np.array([_together(tuple(one.values())) for one in every])
-    # One that nothing was watched for, or that has no rival, is the first.
+    every = tuple(_predicted(series, member, row.title, scale) for member in found)
+    # Without validation trials, or with one seed, it is the first.
     best = min(range(len(found)), key=lambda k: (math.isnan(found[k].objective), found[k].objective), default=0)
     drawn = {test: one for test, one in every[best].items() if one is not None} if every else {}
-    return Standing(row.key, row.title, row.published, found, errors, drawn, tuple(every), _width(row, found))
+    errors = _errors(series, every)
+    return Standing(row.key, row.title, row.published, found, errors, drawn, every, _width(row, found))
 
 
 def _width(row: Row, found: Sequence[Member]) -> float:
@@ -176,40 +180,35 @@ def _width(row: Row, found: Sequence[Member]) -> float:
     estimator = row.cells[0].estimator if row.cells else None
     if not found or not isinstance(estimator, Widths):
         return math.nan
-    priors = {path: float(told["prior_sigma"]) for path, told in found[0].summary["parameters"].items()
-              if told["prior_sigma"] is not None}  # fmt: skip
+    priors = {path: float(one["prior_sigma"]) for path, one in found[0].summary["parameters"].items()
+              if one["prior_sigma"] is not None}  # fmt: skip
     return estimator.chosen(row.cells[0].problem, priors)
 
 
-def _predicted(
-    series: Series, member: Member, label: str, scale: Mapping[str, float]
-) -> dict[str, Comparison | None]:  # fmt: skip
-    out: dict[str, Comparison | None] = {}
+def _predicted(series: Series, member: Member, label: str, scale: Mapping[str, float]) -> dict[str, Comparison | None]:
+    out: dict[str, Comparison | None] = dict.fromkeys(series.tests)
     for test, trial in series.tests.items():
-        try:
+        with suppress(SimulationError):
             guess = replay(member.ship, trial, restart=series.restart, method="euler")
-        except SimulationError:
-            out[test] = None
-            continue
-        out[test] = compare(trial, guess, label=label, restart=series.restart, sigma=scale)
+            out[test] = compare(trial, guess, label=label, restart=series.restart, sigma=scale)
     return out
 
 
 def _baseline(series: Series, scale: Mapping[str, float]) -> Standing:
     drawn = {test: compare(trial, constant_velocity(trial, series.restart), label=BASELINE, restart=series.restart,
                            sigma=scale) for test, trial in series.tests.items()}  # fmt: skip
-    errors = {test: np.array([one.standardised]) for test, one in drawn.items()}
-    errors[TOGETHER] = np.array([_together(tuple(drawn.values()))])
-    return Standing(BASELINE, BASELINE, "", (), errors, drawn)
+    return Standing(BASELINE, BASELINE, "", (), _errors(series, [drawn]), drawn)
 
 
-def _error(comparison: Comparison | None) -> float:
-    return math.inf if comparison is None or not math.isfinite(comparison.standardised) else comparison.standardised
-
-
-def _together(found: Sequence[Comparison | None]) -> float:
-    whole = [one for one in found if one is not None]
-    return pooled(whole) if len(whole) == len(found) else math.inf
+def _errors(series: Series, every: Sequence[Mapping[str, Comparison | None]]) -> dict[str, Array]:
+    """Standardised error of each member by test, and of all tests together; infinite without a prediction."""
+    found: dict[str, list[float]] = {test: [] for test in (*series.tests, TOGETHER)}
+    for comparisons in every:
+        for test, one in comparisons.items():
+            found[test].append(one.standardised if one is not None and math.isfinite(one.standardised) else math.inf)
+        whole = [one for one in comparisons.values() if one is not None]
+        found[TOGETHER].append(pooled(whole) if len(whole) == len(comparisons) else math.inf)
+    return {test: np.array(errors) for test, errors in found.items()}
 
 
 def outcomes(table: Table, claim: Claim) -> list[Found]:
@@ -227,7 +226,7 @@ def outcomes(table: Table, claim: Claim) -> list[Found]:
         if better is None or worse is None or math.isnan(ratio):
             out.append(Found(test, low, high, ratio, "not run"))
             continue
-        error = math.hypot(_uncertain(better, test) * claim.factor, _uncertain(worse, test))
+        error = math.hypot(better.uncertain(test) * claim.factor, worse.uncertain(test))
         away = -math.inf if math.isinf(low) else high - claim.factor * low
         if error > 0.0 and abs(away) <= _APART * error:
             verdict = "within the spread of the seeds"
@@ -237,12 +236,6 @@ def outcomes(table: Table, claim: Claim) -> list[Found]:
             verdict = "holds without residual" if better.width == 0.0 else "holds"
         out.append(Found(test, low, high, ratio, verdict))
     return out
-
-
-def _uncertain(standing: Standing, test: str) -> float:
-    """Standard error of the mean over the seeds; 0 where there is one."""
-    spread_ = standing.deviation(test)
-    return spread_ / math.sqrt(standing.errors[test].size) if math.isfinite(spread_) else 0.0
 
 
 def compositions(series: Series) -> dict[str, tuple[Trial, ...]]:

@@ -12,6 +12,7 @@ import math
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ from ..models.hybrid import Hybrid
 from ..ships import Ship, ShipError
 from ..simulate.approach import substeps
 from ..simulate.loop import open_loop, open_loop_parameters
-from .coverage import Coverage, Reference, coverage, usual
+from .coverage import VERDICTS, Coverage, Reference, coverage, usual
 
 NAME = "spread.npz"
 """File of the members, beside model.toml."""
@@ -105,9 +106,7 @@ class Spread:
         return "edge" if self.ratio > math.sqrt(WIDE) or novel == "edge" else "inside"
 
     def __str__(self) -> str:
-        words = {"leaves": "leaves the training data", "edge": "touches the edge of the training data",
-                 "inside": "stays within the training data"}[self.verdict]  # fmt: skip
-        c = self.coverage
+        words, c = VERDICTS[self.verdict], self.coverage
         if c is None and self.verdict == "inside":
             words = "moves the members no more than usual; its samples could not be compared with the training data"
         novel = "" if c is None else f", {100 * c.share:.1f} % of the samples are novel" \
@@ -133,9 +132,7 @@ def members(
     Those of a hybrid fitted through the trajectory have random units that only the trials constrain (`freer`).
 
     Args:
-        fit: with a covariance.
-        problem: what was fitted.
-        estimator: what fitted it.
+        fit: with a covariance, of `problem` by `estimator`.
         sigma: scale of each state.
         restart: seconds between restarts of the predictions.
         count: number of members.
@@ -168,14 +165,11 @@ def spreads(found: Members, ship: Ship, trials: Sequence[Trial]) -> list[Spread]
         DataError: a trial lacks what the ship needs.
     """
     out: list[Spread] = []
+    known = found.reference
     for trial, (deviation, level) in zip(trials, _drifts(found, ship, trials), strict=True):
-        covered = coverage(found.reference, trial) if found.reference and _has(trial, found.reference) else None
+        covered = coverage(known, trial) if known and set(known.channels) <= set(usual([trial])) else None
         out.append(Spread(trial.name, deviation, level, level / max(found.usual, 1e-300), covered))
     return out
-
-
-def _has(trial: Trial, reference: Reference) -> bool:
-    return set(reference.channels) <= set(usual([trial]))
 
 
 def _drifts(found: Members, ship: Ship, trials: Sequence[Trial]) -> list[tuple[Array, float]]:
@@ -203,8 +197,6 @@ def _drifts(found: Members, ship: Ship, trials: Sequence[Trial]) -> list[tuple[A
 
 def save_members(found: Members, path: Path) -> Path:
     """Write the members beside the ship file, whole or not at all."""
-    from io import BytesIO
-
     arrays: dict[str, Any] = {
         "schema": _SCHEMA, "paths": list(found.paths), "fitted": found.fitted, "drawn": found.drawn,
         "units": -1 if found.units is None else found.units,

@@ -232,7 +232,7 @@ def test_a_page_loaded_later_learns_the_way_so_far(compiled: Compiled) -> None:
     assert bridge.frame()["t"] == 0.0
 
 
-def test_a_ship_that_blew_up_stays_where_she_was_seen_last(compiled: Compiled) -> None:
+def test_a_ship_that_blew_up_stays_where_it_was_seen_last(compiled: Compiled) -> None:
     trial = simulate(SHIP, Turning(N_P, math.radians(20.0)), speed=SHIP.speed, duration=60.0, dt=0.05)
     time = Time()
     loop = Loop({OWN: compiled.plant(n_P=N_P), "other": compiled.plant(n_P=N_P)}, 20.0, math.inf)

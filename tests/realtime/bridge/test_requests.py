@@ -75,7 +75,7 @@ def test_a_number_of_hundreds_of_digits_is_refused_in_a_line(value: int) -> None
     assert re.fullmatch("value .*finite number", ask(deck, "order", name="n_P", value=value))
 
 
-def test_wind_that_she_has_no_force_of_is_refused() -> None:
+def test_wind_without_a_wind_force_is_refused() -> None:
     deck, loop = aboard()
     assert wind(deck, 30.0).startswith("kvlcc2_l7 has no force of wind")
     assert deck.hello("A")["feels"] == {"wind": False, "current": True}
@@ -84,7 +84,7 @@ def test_wind_that_she_has_no_force_of_is_refused() -> None:
     assert deck.frame()["around"] == [0.0, 0.0, 1.0, 0.0]
 
 
-def test_a_ship_beside_her_that_feels_no_wind_is_told_of() -> None:
+def test_a_second_ship_without_a_wind_force_is_reported() -> None:
     deck, loop = aboard("esso_osaka_3m", None, "kvlcc2_l7")
     assert deck.hello("A")["feels"] == {"wind": True, "current": True}
     assert wind(deck, 5.0) == ""
@@ -162,7 +162,7 @@ def test_a_recording_stays_in_its_folder_whatever_the_ship_is_called(tmp_path: P
     assert re.fullmatch(r"\w[\w.+-]*\.csv", path.name)
 
 
-def test_a_state_is_kept_and_she_sails_on_from_it_as_she_did() -> None:
+def test_a_state_is_kept_and_the_run_continues_from_it_the_same() -> None:
     deck, loop = aboard(outfit=Outfit({"zigzag": lambda n: Zigzag(n, HARD, HARD)}, hold=1e6))
     assert "no state" in ask(deck, "back")
     assert ask(deck, "drill", name="zigzag") == ""

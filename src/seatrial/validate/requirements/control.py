@@ -74,22 +74,9 @@ def reversing(p: Probe) -> Judgement:
                  "a reversed propeller makes no side force: the model has no hand", evidence, plot)  # fmt: skip
 
 
-def delay(p: Probe) -> Judgement:
-    """An order takes time to act."""
-    return _delayed(p, (*p.steering, *p.propulsion) or p.ship.model.controls)
-
-
-def delay_of_steering(p: Probe) -> Judgement:
-    """A rudder order takes time to act."""
-    return _delayed(p, p.steering)
-
-
-def delay_of_propulsion(p: Probe) -> Judgement:
-    """A propeller order takes time to act."""
-    return _delayed(p, p.propulsion)
-
-
-def _delayed(p: Probe, controls: tuple[str, ...]) -> Judgement:
+def delay(p: Probe, controls: tuple[str, ...] | None = None) -> Judgement:
+    """An order takes time to act; all orders, or those of `controls`."""
+    controls = (*p.steering, *p.propulsion) or p.ship.model.controls if controls is None else controls
     if not controls:
         return Judgement("not applicable", "the ship has no such order")
     run = p.run(0.5 * p.n_P, 0.5 * p.limit, 10 * p.unit_time)

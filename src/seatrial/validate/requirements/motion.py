@@ -1,15 +1,17 @@
-"""Checks of the ship's own motion: resistance, stability, plausibility, answer to rudder and propeller."""
+"""Checks of the ship's motion: resistance, stability, plausibility, answer to rudder and propeller, wind and waves."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from ...core.parameters import ParameterError, update, values
 from ...data import Array, Trial, unwrapped
+from ...environment import Environment
 from . import Judgement, Plot, given
 from .probe import Probe
 
@@ -53,8 +55,9 @@ def stability(p: Probe) -> Judgement:
     rates = [growth(p, u) for u in speeds]
     unit = 1.0 / p.unit_time
     with_speed = max(rates) - min(rates) > _NOTICEABLE * max(map(abs, rates))
-    effect, name = max(_effects(p, rates[-1]), default=(0.0, ""))
-    flip = _flip(p, rates[-1])
+    effects = sorted(_effects(p, rates[-1]), reverse=True)
+    effect, name = effects[0] if effects else (0.0, "")
+    flip = _flip(p, rates[-1], [path for _, path in effects[:5]])
     evidence = {
         "growth of a disturbance at the approach": (rates[-1] / unit, "U/L"),
         "the same at a quarter of the speed": (rates[0] / unit, "U/L"),
@@ -72,19 +75,10 @@ def stability(p: Probe) -> Judgement:
     )  # fmt: skip
 
 
-def _hull(p: Probe) -> Iterator[str]:
-    """Parameters of the hull's answer; body, propeller and rudder left aside where they are told apart."""
-    paths = [path for path, value in values(p.ship.model).items() if value]
-    own = [path for path in paths if path.partition(".")[0] in ("hull", "damping", "derivatives")]
-    yield from own or paths
-
-
 def _varied(p: Probe, path: str, factor: float) -> float | None:
-    from dataclasses import replace
-
-    value = values(p.ship.model)[path]
+    """Growth of a disturbance with one parameter multiplied; None where the ship cannot have it."""
     try:
-        model = update(p.ship.model, {path: factor * value})
+        model = update(p.ship.model, {path: factor * values(p.ship.model)[path]})
         found = growth(replace(p, ship=replace(p.ship, model=model)), p.U)
     except (ParameterError, ArithmeticError, ValueError):
         return None
@@ -92,17 +86,19 @@ def _varied(p: Probe, path: str, factor: float) -> float | None:
 
 
 def _effects(p: Probe, usual: float) -> Iterator[tuple[float, str]]:
-    for path in _hull(p):
+    """Effect of each parameter of the hull; of every parameter where the model does not separate those of the hull."""
+    paths = [path for path, value in values(p.ship.model).items() if value]
+    own = [path for path in paths if path.partition(".")[0] in ("hull", "damping", "derivatives")]
+    for path in own or paths:
         found = _varied(p, path, 1.5)
         if found is not None:
             yield abs(found - usual), path
 
 
-def _flip(p: Probe, usual: float) -> str:
-    """A change of one of the five strongest parameters that turns stable into unstable, or back; in words."""
-    strongest = sorted(_effects(p, usual), reverse=True)[:5]
+def _flip(p: Probe, usual: float, strongest: list[str]) -> str:
+    """A change of one of the strongest parameters that makes stable unstable, or unstable stable; in words."""
     for factor in (0.8, 1.25, 0.5, 2.0, 0.2, -1.0):
-        for _, path in strongest:
+        for path in strongest:
             found = _varied(p, path, factor)
             if found is not None and found * usual < 0:
                 return f"{path} times {factor:g}"
@@ -118,7 +114,10 @@ def plausible(p: Probe) -> Judgement:
         size = float(np.abs(push * (1.0, 1.0, p.ship.L_pp)).max()) * p.ship.L_pp / p.U**2
         evidence["acceleration at rest without orders"] = (size, "U^2/L")
         wrong += ["starts to move from rest without any order"] if size > 1e-9 else []
-    _, runs = _any_orders(p)
+    lowest = -1.0 if p.allows("n_P", -p.n_P) and p.allows("u", -0.1 * p.U) else 0.3
+    orders = [(float(n), float(d)) for n in np.linspace(lowest, 1.0, 5) for d in np.linspace(-1.0, 1.0, 5)]
+    controls = [p.controls(n * p.n_P, d * p.limit) for n, d in orders]
+    _, runs = p.drift([p.state(u=p.U)] * len(controls), controls, 60 * p.unit_time)
     fastest = float(np.nanmax(np.hypot(runs[:, :, 3], runs[:, :, 4]))) / p.U
     turning = float(np.nanmax(np.abs(runs[:, :, 5]))) * p.unit_time
     evidence |= {"greatest speed under any steady orders": (fastest, "U"), "greatest rate of turn": (turning, "U/L")}
@@ -127,36 +126,25 @@ def plausible(p: Probe) -> Judgement:
     left = _energy_left(p)
     evidence["motion left 20 L/U after the engines stop, at most"] = (left, "of the start")
     wrong += ["gains motion with the engines stopped"] if not left <= 1.0 + 1e-9 else []
-    several = tuple((label, runs[k, :, 1], runs[k, :, 0]) for k, label in _some(p))
+    several = tuple((f"{n:+.2f} n_P, {d * p.limit / _DEGREE:+.0f} deg", run[:, 1], run[:, 0])
+                    for (n, d), run in zip(orders[::4], runs[::4], strict=True))  # fmt: skip
     plot = Plot("Tracks under steady orders", "east [m]", "north [m]", several, equal=True)
     return given(not wrong, "no motion that physics forbids was found", "; ".join(wrong), evidence, plot)
 
 
-def _pairs(p: Probe) -> list[tuple[float, float]]:
-    """Revolutions and rudder over those of the approach and the limit."""
-    lowest = -1.0 if p.allows("n_P", -p.n_P) and p.allows("u", -0.1 * p.U) else 0.3
-    return [(float(n), float(d)) for n in np.linspace(lowest, 1.0, 5) for d in np.linspace(-1.0, 1.0, 5)]
-
-
-def _some(p: Probe) -> Iterator[tuple[int, str]]:
-    """Every fourth of those runs, and what was ordered in it."""
-    for k, (n, d) in list(enumerate(_pairs(p)))[::4]:
-        yield k, f"{n:+.2f} n_P, {d * p.limit / _DEGREE:+.0f} deg"
-
-
-def _any_orders(p: Probe) -> tuple[Array, Array]:
-    controls = [p.controls(n * p.n_P, d * p.limit) for n, d in _pairs(p)]
-    return p.drift([p.state(u=p.U)] * len(controls), controls, 60 * p.unit_time)
+def _motion(p: Probe, runs: Array) -> Array:
+    """Square of the motion of each row, yaw at 0.3 L [m^2/s^2]."""
+    return runs[:, :, 3] ** 2 + runs[:, :, 4] ** 2 + (0.3 * p.ship.L_pp * runs[:, :, 5]) ** 2
 
 
 def _energy_left(p: Probe) -> float:
     """Greatest share of the initial motion that is left 20 L/U after everything stopped."""
     rng = np.random.default_rng(1)
-    low = 0.0 if p.allows("u", -0.5 * p.U) else 0.5
+    lowest = -0.5 if p.allows("u", -0.5 * p.U) else 0.5
     states = [p.state(f * p.U, g * 0.2 * p.U, h * 0.2 * p.U / p.ship.L_pp)
-              for f, g, h in rng.uniform((low - 0.5 if not low else 0.5, -1, -1), (1, 1, 1), (24, 3))]  # fmt: skip
+              for f, g, h in rng.uniform((lowest, -1, -1), (1, 1, 1), (24, 3))]  # fmt: skip
     _, runs = p.drift(states, [p.controls()] * len(states), 20 * p.unit_time)
-    motion = runs[:, :, 3] ** 2 + runs[:, :, 4] ** 2 + (0.3 * p.ship.L_pp * runs[:, :, 5]) ** 2
+    motion = _motion(p, runs)
     return float(np.nanmax(np.where(np.isfinite(motion[:, -1]), motion[:, -1], np.inf) / motion[:, 0]))
 
 
@@ -166,7 +154,7 @@ def rest_is_stable(p: Probe) -> Judgement:
     size = 0.1 * p.U
     states = [p.state(size * a, size * b, 2 * size / p.ship.L_pp * c) for a, b, c in rng.uniform(-1, 1, (32, 3))]
     t, runs = p.drift(states, [p.controls()] * len(states), 300 * p.unit_time)
-    motion = np.sqrt(runs[:, :, 3] ** 2 + runs[:, :, 4] ** 2 + (0.3 * p.ship.L_pp * runs[:, :, 5]) ** 2)
+    motion = np.sqrt(_motion(p, runs))
     share = motion / motion[:, :1]
     half, end = float(np.nanmax(share[:, share.shape[1] // 2])), float(np.nanmax(share[:, -1]))
     holds = bool(np.isfinite(share).all()) and end < 0.5 and end < half
@@ -241,9 +229,9 @@ def answer_varies(p: Probe) -> Judgement:
     delta, span = 0.3 * p.limit, 2 * p.unit_time
     cases = {"usual": (p.U, p.n_P), "half the speed": (0.5 * p.U, p.n_P),
              "1.3 times the revolutions": (p.U, 1.3 * p.n_P)}  # fmt: skip
-    t, runs = p.drift([p.state(u=u) for u, _ in cases.values()],
-                      [p.controls(n, delta) for _, n in cases.values()], span)  # fmt: skip
-    _, straight = p.drift([p.state(u=u) for u, _ in cases.values()], [p.controls(n) for _, n in cases.values()], span)
+    states = [p.state(u=u) for u, _ in cases.values()]
+    t, runs = p.drift(states, [p.controls(n, delta) for _, n in cases.values()], span)
+    _, straight = p.drift(states, [p.controls(n) for _, n in cases.values()], span)
     gained = unwrapped(runs[:, -1, 2]) - straight[:, -1, 2]
     evidence = {f"heading after 2 L/U, {name}": (float(g) / _DEGREE, "deg")
                 for name, g in zip(cases, gained, strict=True)}  # fmt: skip
@@ -254,4 +242,45 @@ def answer_varies(p: Probe) -> Judgement:
         all(differs), "the answer to the rudder changes with speed and with revolutions",
         f"the answer to the rudder does not change with {missing}", evidence,
         Plot("Heading after a rudder order", "t U/L", "psi [deg]", lines),
+    )  # fmt: skip
+
+
+def wind(p: Probe) -> Judgement:
+    """Wind from the beam carries the ship to leeward, or turns it."""
+    return _carried(p, (("wind", Environment(wind_y=3.0 * p.U)),))
+
+
+def wind_and_waves(p: Probe) -> Judgement:
+    """Wind and waves from the beam carry the ship to leeward, or turn it."""
+    waves = Environment(wave_y=0.02 * p.ship.L_pp, wave_T=math.sqrt(0.5 * p.ship.L_pp * 2 * math.pi / 9.81))
+    return _carried(p, (("wind", Environment(wind_y=3.0 * p.U)), ("waves", waves)))
+
+
+def _carried(p: Probe, cases: tuple[tuple[str, Environment], ...]) -> Judgement:
+    """Both come from the east of a ship that heads north: to leeward is west."""
+    moving = not p.allows("u", 0.0)
+    start, control = p.state(u=p.U if moving else 0.0), p.controls(p.n_P if moving else 0.0)
+    _, (calm,) = p.drift([start], [control], 20 * p.unit_time)
+    evidence: dict[str, tuple[float, str]] = {"speed when it begins": (p.U if moving else 0.0, "m/s")}
+    lines = [("calm", calm[:, 1], calm[:, 0])]
+    without: list[str] = []
+    for name, around in cases:
+        _, (run,) = p.drift([start], [control], 20 * p.unit_time, around)
+        away = float(calm[-1, 1] - run[-1, 1]) / p.ship.L_pp
+        turned = math.degrees(float(run[-1, 2] - calm[-1, 2]))
+        size = math.hypot(around.wind_y, around.wave_y)
+        evidence[f"{name} from the beam"] = (size, "m/s" if around.wind_y else "m significant height")
+        evidence |= {f"{name}: way to leeward in 20 L/U": (away, "L"), f"{name}: turned": (turned, "deg")}
+        lines.append((name, run[:, 1], run[:, 0]))
+        u = start[3]
+        push = float((p.rates(u, 0.0, 0.0, control, around) - p.rates(u, 0.0, 0.0, control))[1])
+        evidence[f"{name}: first push to leeward"] = (-push * p.ship.L_pp / p.U**2, "U^2/L")
+        if not (push < 0 and (away > 1e-3 or abs(turned) > 0.1)) or not np.isfinite(run).all():
+            without.append(name)
+    return given(
+        not without, "carried to leeward or turned by " + " and by ".join(name for name, _ in cases),
+        f"{' and '.join(without)}: not carried to leeward; no [{'], ['.join(without)}] force in the ship's file, or a "
+        "wrong one",
+        evidence,
+        Plot("Twenty L/U with wind and waves from the east", "east [m]", "north [m]", tuple(lines), equal=True),
     )  # fmt: skip

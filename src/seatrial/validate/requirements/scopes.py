@@ -1,16 +1,58 @@
-"""The items of each scope, in our words, and the judge."""
+"""The items of each scope, in our words, and the judge; checks of the computation and of what is no motion."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from ...core.parameters import unknown
+import numpy as np
+
+from ...core.parameters import unknown, values
+from ...models import Sampled
 from ...ships import Ship, ShipError
-from ...simulate.run import time_step
-from . import Item, Judgement, Table, around, control, motion, numerics
+from ...simulate.run import fastest, time_step
+from . import Item, Judgement, Plot, Table, control, given, motion
 from .probe import Probe
+
+_ALLOWED = 1e-3
+
+
+def _step(p: Probe) -> Judgement:
+    """The time step is chosen by scale and stiffness; what it costs in accuracy is measured."""
+    dt = time_step(p.ship)
+    evidence = {"time step": (dt, "s"), "in time of one ship length": (dt / p.unit_time, "L/U")}
+    if isinstance(p.ship.model, Sampled):
+        return Judgement("pass", "a model in discrete time runs at the step it was made for", evidence)
+    evidence["step times fastest motion"] = (dt * fastest(p.ship), "-")
+    coarse, fine = (p.run(p.n_P, p.limit, 15 * p.unit_time, dt=dt / k) for k in (1, 4))
+    every = np.interp(coarse.t, fine.t, np.arange(len(fine))).round().astype(int)
+    apart = np.hypot(coarse["x"] - fine["x"][every], coarse["y"] - fine["y"][every]) / p.ship.L_pp
+    evidence["track error of a hard turn over 15 lengths"] = (float(apart.max()), "L")
+    evidence["heading error"] = (float(np.degrees(np.abs(coarse["psi"] - fine["psi"][every]).max())), "deg")
+    plot = Plot("Error of the track by the time step", "t U/L", "L", (("a hard turn", coarse.t / p.unit_time, apart),))
+    return given(
+        float(apart.max()) < _ALLOWED,
+        f"chosen automatically; a hard turn is {float(apart.max()):.1e} L from that at a quarter of the step",
+        f"a hard turn is {float(apart.max()):.1e} L from that at a quarter of the step; wanted below {_ALLOWED:g} L",
+        evidence, plot,
+    )  # fmt: skip
+
+
+def _real_time(p: Probe) -> Judgement:
+    """A step takes less time than it covers."""
+    length, dt = 100 * p.unit_time, time_step(p.ship)
+    p.run(p.n_P, 0.1 * p.limit, length)
+    begun = p.clock()
+    run = p.run(p.n_P, 0.1 * p.limit, length)
+    taken = max(p.clock() - begun, 1e-9)
+    factor = run.duration / taken
+    evidence = {
+        "real-time factor, one ship": (factor, "times"), "step": (1e6 * dt, "us"),
+        "time per step": (1e6 * taken * dt / run.duration, "us"),
+    }  # fmt: skip
+    return given(factor > 1.0, f"runs {factor:.3g} times as fast as the clock, everything included",
+                 "does not keep up with the clock", evidence)  # fmt: skip
 
 
 def _connection(p: Probe) -> Judgement:
@@ -22,10 +64,8 @@ def _connection(p: Probe) -> Judgement:
 
 
 def _simplicity(p: Probe) -> Judgement:
-    from ...core.parameters import values
-
-    count = len(values(p.ship.model))
-    sourced = len([path for path in values(p.ship.model) if path in p.ship.entries])
+    paths = values(p.ship.model)
+    count, sourced = len(paths), sum(path in p.ship.entries for path in paths)
     return Judgement(
         "pass", f"the equations are open; {sourced} of {count} numbers of this ship are given with their source "
         "(seatrial show SHIP --sources), the rest are constants of a published formula or leave a term out",
@@ -33,40 +73,40 @@ def _simplicity(p: Probe) -> Judgement:
     )  # fmt: skip
 
 
-COLLISION_AVOIDANCE = (
-    Item("1", "Surge, sway and yaw meet a resistance that follows each velocity", motion.resistance),
-    Item("2", "Course stability depends on hull and speed", motion.stability),
-    Item("3", "No motion that theory or physics rules out", motion.plausible),
-    Item("4", "The rudder makes the ship turn", motion.turning),
-    Item("5", "Speed follows the propeller's revolutions", motion.speed_by_revolutions),
-    Item("6", "The answer to the rudder depends on speed and revolutions", motion.answer_varies),
-    Item("7", "Wind and waves carry the ship off or turn it", around.wind_and_waves),
-    Item("8", "An order takes time to reach the actuator", control.delay),
-    Item("9", "Actuators have greatest values and rates", control.limits),
-    Item("10", "The time step follows scale and stiffness by itself", numerics.step),
-    Item("11", "Each step is computed in real time", numerics.real_time),
+def _numbered(*rows: tuple[str, Callable[[Probe], Judgement]]) -> tuple[Item, ...]:
+    return tuple(Item(str(number), text, check) for number, (text, check) in enumerate(rows, start=1))
+
+
+_MANOEUVRING = (
+    ("Surge, sway and yaw meet a resistance that follows each velocity", motion.resistance),
+    ("Course stability depends on hull and speed", motion.stability),
+    ("No motion that theory or physics rules out", motion.plausible),
+    ("The rudder makes the ship turn", motion.turning),
+    ("Speed follows the propeller's revolutions", motion.speed_by_revolutions),
+    ("The answer to the rudder depends on speed and revolutions", motion.answer_varies),
 )
-BERTHING = (
-    Item("1", "Left alone, the ship comes to rest", motion.rest_is_stable),
-    Item("2", "Surge, sway and yaw meet a resistance that follows each velocity", motion.resistance),
-    Item("3", "Course stability depends on hull and speed", motion.stability),
-    Item("4", "No motion that theory or physics rules out", motion.plausible),
-    Item("5", "The rudder makes the ship turn", motion.turning),
-    Item("6", "Speed follows the propeller's revolutions", motion.speed_by_revolutions),
-    Item("7", "The answer to the rudder depends on speed and revolutions", motion.answer_varies),
-    Item("8", "Side thrusters lose force with headway", control.side_thrusters),
-    Item("9", "Backing swings the bow by the hand of the propeller", control.reversing),
-    Item("10", "Wind carries the ship off or turns it", around.wind),
-    Item("11", "An order takes time to reach the actuator", control.delay),
-    Item("12", "Actuators have greatest values and rates", control.limits),
-    Item("13", "The time step follows scale and stiffness by itself", numerics.step),
-    Item("14", "Each step is computed in real time", numerics.real_time),
+_ACTUATORS_AND_TIME = (
+    ("An order takes time to reach the actuator", control.delay),
+    ("Actuators have greatest values and rates", control.limits),
+    ("The time step follows scale and stiffness by itself", _step),
+    ("Each step is computed in real time", _real_time),
+)
+COLLISION_AVOIDANCE = _numbered(
+    *_MANOEUVRING, ("Wind and waves carry the ship off or turn it", motion.wind_and_waves), *_ACTUATORS_AND_TIME
+)
+BERTHING = _numbered(
+    ("Left alone, the ship comes to rest", motion.rest_is_stable),
+    *_MANOEUVRING,
+    ("Side thrusters lose force with headway", control.side_thrusters),
+    ("Backing swings the bow by the hand of the propeller", control.reversing),
+    ("Wind carries the ship off or turns it", motion.wind),
+    *_ACTUATORS_AND_TIME,
 )
 FUNCTIONAL = (
-    Item("1a", "The propulsion answers its order", control.delay_of_propulsion),
+    Item("1a", "The propulsion answers its order", lambda p: control.delay(p, p.propulsion)),
     Item("1b", "The ship answers the propulsion", motion.speed_by_revolutions),
     Item("1c", "Straight ahead it meets a resistance", motion.resistance),
-    Item("1d", "The rudder answers its order", control.delay_of_steering),
+    Item("1d", "The rudder answers its order", lambda p: control.delay(p, p.steering)),
     Item("1e", "The hull answers the rudder's actual angle", motion.turning),
     Item("1f", "In a turn the ship moves sideways", motion.lateral),
     Item("2", "A ship that is unstable on course can be represented", motion.stability),
