@@ -59,7 +59,7 @@ REFUSED = {
         "no channel n_2"),
     "degrees, azimuth": (
         lambda t: t.having(alpha_1=np.degrees(t["alpha_1"])), "direction of the thrust is in degrees"),
-    "degrees, heading": (lambda t: t.having(psi=np.degrees(t["psi"])), "heading and rate of turn disagree"),
+    "degrees, heading": (lambda t: t.having(psi=np.degrees(t["psi"])), "psi is in deg"),
     "too short": (lambda t: t.rows(slice(0, 40)), "lasts 7.8 s, estimator.window is 10 s"),
 }  # fmt: skip
 

@@ -94,7 +94,8 @@ def noise(trials: Sequence[Trial]) -> dict[str, float]:
     spreads: dict[str, float] = {}
     for name in STATES:
         parts = [(channel(t, name), t.meta.get("noise")) for t in trials if name in t]
-        spread = float(np.nanstd(np.concatenate([values for values, _ in parts]))) if parts else 0.0
+        together = np.concatenate([values[np.isfinite(values)] for values, _ in parts]) if parts else np.zeros(0)
+        spread = float(np.std(together)) if together.size else 0.0
         if not spread > 0:
             continue
         levels = [
