@@ -124,30 +124,30 @@ def _linear(
     e, slopes, extra, held = objective.linear(p, eta, known, fixed, fit.ship.model)
     scale = objective.windows.scale
     n, k, h = p.size, extra.shape[-1], held.shape[-1]
-    Z = np.concatenate([slopes[..., :n], extra, held], axis=-1)
-    Z *= scale[..., None]
-    Z[(scale == 0.0) | ~np.isfinite(Z).all(axis=-1)] = 0.0
-    Z = Z.reshape(len(Z), -1, n + k + h)
+    whole = np.concatenate([slopes[..., :n], extra, held], axis=-1)
+    whole *= scale[..., None]
+    whole[(scale == 0.0) | ~np.isfinite(whole).all(axis=-1)] = 0.0
+    columns = whole.reshape(len(whole), -1, n + k + h)
     weighted = slopes * scale[..., None]
     weighted[scale == 0.0] = 0.0
-    leverage = np.zeros((len(Z), Z.shape[1]))
+    leverage = np.zeros((len(columns), columns.shape[1]))
     layout = objective.layout
     if objective.nuisances and not layout.own.count:  # initial states only: window by window
-        N = weighted.reshape(len(Z), -1, weighted.shape[-1])[:, :, n + layout.own.initial]
+        eta_columns = weighted.reshape(len(columns), -1, weighted.shape[-1])[:, :, n + layout.own.initial]
         prior = np.stack([np.diag(layout.deviation[part] ** -2.0) for part in layout.by_window])
-        back = np.linalg.solve(N.transpose(0, 2, 1) @ N + prior, N.transpose(0, 2, 1))
-        Z -= N @ (back @ Z)
-        leverage = np.einsum("lrk,lkr->lr", N, back)
+        back = np.linalg.solve(eta_columns.transpose(0, 2, 1) @ eta_columns + prior, eta_columns.transpose(0, 2, 1))
+        columns -= eta_columns @ (back @ columns)
+        leverage = np.einsum("lrk,lkr->lr", eta_columns, back)
     for index in range(len(layout.slices)) if layout.own.count else ():
         part, mine = layout.slices[index], layout.lanes[index]
-        N = layout.columns(index, weighted[mine], scale[mine], n)
-        flat = N.reshape(-1, N.shape[2])
+        eta_columns = layout.columns(index, weighted[mine], scale[mine], n)
+        flat = eta_columns.reshape(-1, eta_columns.shape[2])
         own = flat.T @ flat + np.diag(layout.deviation[part] ** -2.0)
         back = np.linalg.solve(own, flat.T)
-        mixed = Z[mine].reshape(-1, n + k + h)
-        Z[mine] = (mixed - flat @ (back @ mixed)).reshape(Z[mine].shape)
+        mixed = columns[mine].reshape(-1, n + k + h)
+        columns[mine] = (mixed - flat @ (back @ mixed)).reshape(columns[mine].shape)
         leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
-    J, extra, held = (np.ascontiguousarray(part) for part in np.split(Z, [n, n + k], axis=-1))
+    J, extra, held = (np.ascontiguousarray(part) for part in np.split(columns, [n, n + k], axis=-1))
     return _Linear(e, J, extra, held, leverage.reshape(scale.shape))
 
 
@@ -261,7 +261,7 @@ def _residuals(
             scale = cut.scale[mine][:, :, k]
             raw = np.where(scale > 0, linear.e[mine][:, :, k] / np.where(scale > 0, scale, 1.0), np.nan)
             found[name] = (raw / channel.noise)[seen]
-        t = np.arange(int(seen.sum())) * cut.dt * cut.every
+        t = np.arange(int(seen.sum()), dtype=np.float64) * (cut.dt * cut.every)
         out[problem.trials[index].name] = Residuals(t, found, control[mine][seen])
     return out
 
