@@ -172,7 +172,7 @@ def distances(fit: Any, truth: Mapping[str, float]) -> dict[str, float]:
 def suspects(fit: Any) -> tuple[str, ...]:
     """Keys of the two likeliest suspects of a fit, those that matter."""
     causes = fit.diagnosis.causes[:2] if fit.diagnosis else ()
-    turned = any(one.name == "scale.wind" and abs(one.size - 2.0) < 0.5 for one in causes)
+    turned = any(one.turned for one in causes)
     return (*(KEYS[one.name] for one in causes), *["wind_to"] * turned)
 
 

@@ -12,6 +12,8 @@ from ...data import Array
 SIGNIFICANT, MOVES, REMOVES = 25.0, 1.0, 0.05
 # Residuals this much larger than the noise, and neighbours this much alike, are more than chance explains.
 LARGE, ALIKE = 1.3, 0.15
+# A reversed wind (twice its reading too much) shows as at least this scale error in the first step towards it.
+_TURNED = 0.5
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,11 @@ class Suspicion:
         return f"{size / self.per:.3g} +- {sigma / self.per:.1g} {self.unit}"
 
     @property
+    def turned(self) -> bool:
+        """Whether a wind acts so little as logged that it may act the other way: its direction may be reversed."""
+        return self.name == "scale.wind" and self.size > _TURNED
+
+    @property
     def matters(self) -> bool:
         """Whether it is significant and has an effect on the result."""
         most = max((abs(v) for v in self.moves.values()), default=0.0)
@@ -102,8 +109,9 @@ class Suspicion:
         """The finding in one line."""
         most = max(self.moves, key=lambda path: abs(self.moves[path]), default="")
         moved = f"; {most} would move by {self.moves[most]:+.1f} sigma" if most else ""
+        other = "; or its direction is where it blows to" if self.turned else ""
         return (f"{self.words} of {self.value} would remove {self.share:.0%} of the objective"
-                f"{moved}")  # fmt: skip
+                f"{moved}{other}")  # fmt: skip
 
 
 @dataclass(frozen=True)
