@@ -85,7 +85,7 @@ def held(series: Array) -> Array:
 
 def replay(
     ship: Ship, trial: Trial, *, restart: float | None = None, method: str = "rk4",
-    smooth_start: float | None = None, threads: int | None = None,
+    smooth_start: float | None = None, begin: tuple[float, Array] | None = None, threads: int | None = None,
 ) -> Trial:  # fmt: skip
     """Free-running prediction of `trial` from its own controls and wind, on its own rows.
 
@@ -94,7 +94,8 @@ def replay(
     from there on).  Rows range from the first complete sample to the last.  Inputs are constant between rows; uneven
     time is predicted on an even grid of the median step and interpolated at the rows.  The memory of a network starts
     from the measured rows before; without any, as if the first had lasted.  With `smooth_start` each initial state is
-    estimated from the last `smooth_start` seconds (`smoothed_starts`).
+    estimated from the last `smooth_start` seconds (`smoothed_starts`).  With `begin`, a time [s] and the state there,
+    shape (6,), the rows before that time are left out and the first prediction starts in that state.
 
     Raises:
         DataError: a channel is missing, no row is complete, or there are fewer rows than a network looks back on.
@@ -109,6 +110,12 @@ def replay(
     rows = slice(int(np.argmax(good)), int(len(good) - np.argmax(good[::-1])))
     t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial, ship.model)[rows]
     dt = _step(ship, t, trial)
+    hidden = unseen(ship.model, series, dt)
+    if begin is not None:
+        late = slice(int(np.searchsorted(t, begin[0] - 1e-6 * dt)), None)
+        t, state, good, series, hidden = t[late], state[late], good[late], series[late], hidden[late]
+        if t.size < 2:
+            raise DataError(f"{trial.name}: no two rows from t = {begin[0]:g} s on; there is nothing to predict")
     starts = _starts(t, good, restart, dt)
     remembered = _recalled(ship, trial, t, dt, np.column_stack([state, series]), good, starts)
     ends = [*starts[1:], t.size]
@@ -120,7 +127,9 @@ def replay(
         lanes[lane] = series[np.clip(at, 0, t.size - 1)]
     system = open_loop(ship)
     first = state[starts] if smooth_start is None else smoothed_starts(t, state, starts, smooth_start)
-    begun = np.hstack([first, unseen(ship.model, series, dt)[starts]])
+    if begin is not None:
+        first[0] = begin[1]
+    begun = np.hstack([first, hidden[starts]])
     each = substeps(ship, dt, method)
     run = simulator(system).run(
         begun, np.repeat(lanes, each, axis=1), open_loop_parameters(ship), dt=dt / each, every=each,
