@@ -81,7 +81,8 @@ def test_identify_returns_fit_document_and_summary_and_prints_nothing(
     truth = 1.2 * float(load("kvlcc2_l7").model.hull.N_r)
     assert abs(fit.values[0] - truth) < 0.1 * abs(truth)  # it starts at a sixth off
     assert outcome.document["standardised"] == json.loads((out / "report.json").read_text())["standardised"]
-    (table, *lines) = outcome.shown
+    assert outcome.shown[: len(outcome.leads)] == outcome.leads
+    (table, *lines) = outcome.shown[len(outcome.leads) :]
     assert isinstance(table, Table)
     assert table.rows[0][0] == "hull.N_r"
     assert str(lines[-1]).endswith(f"wrote {out}/model.toml, {out}/report.html")

@@ -41,7 +41,7 @@ def instruments(found: Mapping[str, Errors]) -> dict[str, float]:
 def of_trial(name: str, found: Mapping[str, Errors], trained_on: Collection[str]) -> dict[str, float]:
     """Everything that a fit estimated for a trial of this name: shared errors, its current and its biases.
 
-    Empty for a trial that the fit was not trained on.
+    Of a trial that the fit was not trained on, nothing that is shared.
 
     Args:
         found: by trial and name, as in `Fit.nuisances`.

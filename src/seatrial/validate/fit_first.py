@@ -57,6 +57,12 @@ class Beginning:
     sigma: Mapping[str, float]
     size: float
 
+    def numbers(self) -> dict[str, object]:
+        """The same without trial for a JSON document, SI units and radians."""
+        state = dict(zip(STATES, self.state.tolist(), strict=True))
+        estimated = {name: {"value": value, "sigma": self.sigma[name]} for name, value in self.found.items()}
+        return {"t": self.t, "state": state, "estimated": estimated, "residual_over_noise": self.size}
+
 
 def fit_first(ship: Ship, trial: Trial, span: float, *, current: bool = True) -> Beginning:
     """Estimate how a trial begins from its first `span` seconds.
@@ -155,8 +161,8 @@ class _Search:
         """Residuals over the sensors' noise, shape (windows, rows, 6); NaN where nothing is compared."""
         scale = self.objective.windows.scale
         e = self.objective.residuals(np.zeros(0), self.eta)
-        noise = np.array([self.level.get(name, 1.0) for name in STATES])
-        return np.where(scale > 0, e / np.where(scale > 0, scale, 1.0) / noise, np.nan)
+        unit = np.array([self.level.get(name, 1.0) for name in STATES])
+        return np.where(scale > 0, e / np.where(scale > 0, scale, 1.0) / unit, np.nan)
 
     @property
     def size(self) -> float:
@@ -172,13 +178,13 @@ class _Search:
         being the correlation of neighbours, and by n at most.
         """
         out: dict[str, float] = {}
-        for name, noise in self.level.items():
+        for name, least in self.level.items():
             e = np.nan_to_num(self.left[:, :, STATES.index(name)])
             square = float((e**2).sum())
             rho = float((e[:, 1:] * e[:, :-1]).sum()) / max(square, 1e-300)
             count = max(int(np.isfinite(self.left[:, :, STATES.index(name)]).sum()), 1)
             alike = min((1.0 + rho) / max(1.0 - rho, 1e-9), e.shape[1]) if rho > 0.0 else 1.0
-            out[name] = noise * max(math.sqrt(square / count), 1.0) * math.sqrt(alike)
+            out[name] = least * max(math.sqrt(square / count), 1.0) * math.sqrt(alike)
         return out
 
     @property
