@@ -92,7 +92,7 @@ def _acted(trial: Trial, acting: list[tuple[Suspect, float]], model: Model) -> T
     if wind is not None:
         series[:, n], series[:, n + 1] = wind
     change = sum((c * one.acts(series, trial.dt) for one, c in acting if one.acts), np.zeros_like(series))
-    right, moved = series + change, change.any(axis=0)
+    right, moved = series + change, np.asarray(change.any(axis=0))
     channels = {name: right[:, k] for k, name in enumerate(model.controls) if moved[k]}
     if moved[n : n + 2].any():
         north, east = right[:, n], right[:, n + 1]

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 # Greatest current that is accepted [m/s], as in `request.surroundings`.
 _MOST_CURRENT = 15.0
+# What is estimated on the first seconds is listed beyond so many of its standard deviations; all of it acts.
+_CLEAR = 2.0
 
 
 @dataclass(frozen=True)
@@ -205,7 +207,10 @@ def _begun_words(ship: Ship, one: Beginning, span: float) -> list[str]:
     from ..identify.diagnosis import LARGE
     from ..validate.corrected import words
 
-    found = words(one.found, ship.model, one.trial)
+    clear = {name: size for name, size in one.found.items() if abs(size) > _CLEAR * one.sigma[name]}
+    if any(name.startswith("current.") for name in clear):
+        clear |= {name: size for name, size in one.found.items() if name.startswith("current.")}
+    found = words(clear, ship.model, one.trial) or f"no current and no bias beyond {_CLEAR:g} sigma"
     lines = [f"{one.trial.name}: from its first {span:g} s: {found}"]
     if one.size > LARGE:
         lines.append(f"{one.trial.name}: the model does not explain its first {span:g} s (residuals {one.size:.2g} "

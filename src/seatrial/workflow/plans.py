@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from .. import __version__
 from ..identify import Estimator, Fit, Issue, Problem, StudyError
@@ -226,8 +227,10 @@ class TablePlan:
         ))  # fmt: skip
 
     def document(self) -> Document:
-        """The numbers of the report."""
-        return _numbers(self.out)
+        """The numbers of the report, and the fits whose model does not explain the data."""
+        done = [job for job in self.jobs() if (job.where / SUMMARY).exists()]
+        lacking = [job.name for job in done if not _explained(load_fit_summary(job.where))]
+        return {**_numbers(self.out), "not_explained": lacking}
 
     def _cells(self) -> Mapping[str, tuple[Row, Cell]]:
         return {f"{row.key}, {cell.name}": (row, cell) for row, cell in asked(self.series, self.only)}
@@ -242,6 +245,10 @@ class TablePlan:
 
 Plan = StudyPlan | TablePlan
 """A study file, read: its jobs and its report."""
+
+
+def _explained(summary: Mapping[str, Any]) -> bool:
+    return bool((summary.get("diagnosis") or {"explained": True})["explained"])
 
 
 def _numbers(out: Path) -> Mapping[str, object]:

@@ -164,12 +164,16 @@ def leads(document: Document, out: Path, kept_back: bool) -> tuple[str, ...]:
     That the model does not explain the data, with the first ground, and that it predicts worse than before the fit.
     """
     found: Mapping[str, Any] = document
-    tested, lost = found.get("diagnosis") or {"explained": True}, found.get("worse_than_untuned")
+    lost = found.get("worse_than_untuned")
+    tested: Mapping[str, Any] = found.get("diagnosis") or {"explained": True}
     said: list[str] = []
     if not tested["explained"]:
         grounds = tested["lines"][1] if len(tested["lines"]) > 1 else tested["lines"][0]
         short = grounds.removeprefix("suspect: ").partition(";")[0]
         said.append(f"not explained: {short}; see {out}/report.html")
+    if lacking := found.get("not_explained"):
+        named = f"{', '.join(lacking[:3])}{', ...' * (len(lacking) > 3)}"
+        said.append(f"not explained: the data of {len(lacking)} fits ({named}); see fit.json of each in {out}/fits")
     if lost:
         of = "trials kept back" if kept_back else "the training trials"
         mine, before = (figure(lost[label]) for label in ("fitted", "untuned"))

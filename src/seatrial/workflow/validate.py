@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -167,7 +167,7 @@ def predict(
         begin = None if first is None else (first.t, first.state)
         try:
             one = replay(ship, trial, restart=restart, smooth_start=smooth_start, begin=begin)
-            predictions.append(one if first is None else replace(one, meta={**one.meta, "fit_first": first.numbers()}))
+            predictions.append(one if first is None else one.noting(f"begins at {first.t:g} s in an estimated state"))
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
     make_folder(out)
