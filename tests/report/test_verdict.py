@@ -7,7 +7,7 @@ from dataclasses import replace
 from example_report import report
 
 from seatrial.report.evidence import assumptions
-from seatrial.report.report import Report, against, sentence, worse
+from seatrial.report.report import Report, against, sentence, worse, worse_than_start, worse_words
 from seatrial.ships import Entry
 from seatrial.ships.files import load
 from seatrial.validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity
@@ -74,3 +74,17 @@ def test_what_a_ship_file_assumes_is_told_unless_it_is_fitted():
     assert any(line.startswith("Assumed, neither measured nor fitted:") for line in one.numbers()["caveats"])
     assert one.numbers()["assumptions"][0]["path"] == first
 
+
+
+def test_worse_than_before_the_fit_is_said_beyond_a_tie():
+    one = report()
+    before = tuple(replace(c, label="untuned") if c.label == CONSTANT_VELOCITY else c for c in one.comparisons
+                   if c.label in ("fitted", CONSTANT_VELOCITY))  # fmt: skip
+    good = Report("good", before)
+    for factor, said in ((0.5, True), (0.99, False), (1.5, False)):
+        mine = good.pooled["fitted"] * factor
+        level = tuple(replace(c, standardised=mine) if c.label == "untuned" else c for c in before)
+        found = worse_than_start(Report("one", level))
+        assert (found is not None) == said
+        assert len(worse_words(Report("one", level))) == said
+    assert worse_than_start(Report("alone", tuple(c for c in before if c.label == "fitted"))) is None

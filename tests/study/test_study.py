@@ -11,6 +11,7 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
 from seatrial.study.freedom import freedom
+from seatrial.study.series import read_series
 from seatrial.study.study import read_study
 
 STUDY = """
@@ -124,3 +125,50 @@ def test_whatever_changes_the_report_of_a_run_changes_its_digest(study, monkeypa
     assert read_study(study(alone)).digest != seen[1]
     monkeypatch.setattr("seatrial.study.study.__version__", "another", raising=False)
     assert read_study(study(STUDY)).digest != seen[0]
+
+
+def test_suspects_of_the_option_are_those_of_the_study(study) -> None:
+    """One digest, so that a run that was begun by the one is resumed by the other."""
+    path = study(STUDY)
+    plain, asked = read_study(path), read_study(path, suspects=True)
+    said = read_study(study(STUDY.replace("[estimator]", '[nuisance]\nsuspects = "auto"\n[estimator]')))
+    assert plain.problem.nuisance.suspects == ""
+    assert asked.problem.nuisance.suspects == said.problem.nuisance.suspects == "auto"
+    assert asked.digest == said.digest != plain.digest
+
+
+@pytest.mark.parametrize("kind", ["multistart:MultiStart", "evolution:Evolution",
+                                  "fine_tuning:FineTuning", "logo:Shooting"])  # fmt: skip
+def test_suspects_are_refused_where_the_estimator_cannot_estimate_them(study, kind: str) -> None:
+    other = STUDY[: STUDY.index("[estimator]")] + f'[estimator]\ntype = "{kind}"\n'
+    assert read_study(study(other)).problem.nuisance.suspects == ""
+    with pytest.raises(StudyError, match=rf"--free-suspects needs .*; this is {kind.partition(':')[2]} with Mmg"):
+        read_study(study(other), suspects=True)
+    with pytest.raises(StudyError, match=r'nuisance\.suspects = "auto" needs'):
+        read_study(study(other.replace("[estimator]", '[nuisance]\nsuspects = "auto"\n[estimator]')))
+
+
+TABLE = """
+schema = "seatrial-series/1"
+[data]
+root = "logs"
+test = { b = "turn_b" }
+[fits.able]
+ship = "kvlcc2_l7"
+train = ["turn_a"]
+free = { "hull.N_r" = { prior = 0.3 } }
+estimator = { type = "shooting:Trajectory", window = 30.0 }
+[fits.unable]
+like = "able"
+estimator = { type = "multistart:MultiStart" }
+"""
+
+
+def test_suspects_of_a_table_are_for_the_fits_that_are_asked_for(study) -> None:
+    path = study(TABLE)
+    with pytest.raises(StudyError, match=r"fits\.unable: --free-suspects needs"):
+        read_series(path, suspects=True)
+    able, unable = read_series(path, suspects=True, only=("able",)).rows
+    assert able.cells[0].problem.nuisance.suspects == "auto"
+    assert able.cells[0].digest != read_series(path).row("able").cells[0].digest
+    assert unable.cells[0].digest == read_series(path).row("unable").cells[0].digest

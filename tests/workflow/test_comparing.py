@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+import re
+import shutil
 from pathlib import Path
 
 import pytest
 
 from seatrial.cli.app import main
+from seatrial.data.trialfile import read_trial
+from seatrial.ships.files import load
+from seatrial.ships.writing import save
+from seatrial.workflow.comparing import provenance
+from seatrial.workflow.validate import predict, validate
 
 
 def judged(at: Path, model: str, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
@@ -43,3 +50,103 @@ def test_the_estimated_current_acts_on_the_trials_it_was_estimated_on(fitted: Pa
     assert "a: a current of" in told.err
     errors = json.loads(told.out)["trials"]["a"]["fitted"]["metrics"]
     assert errors["x"]["rmse"] < 1.0  # 0.2 m/s over 60 s are 12 m
+
+
+def shared(fitted: Path, to: Path, **errors: float) -> str:
+    """The fit with errors of instruments that it might have estimated on trial a, and only there."""
+    shutil.copytree(fitted / "run", to)
+    held = json.loads((to / "fit.json").read_text())
+    (to / "fit.json").write_text(json.dumps({**held, "nuisances": {"*": {k.replace("_", "."): v for k, v in
+                                                                        errors.items()}}}))  # fmt: skip
+    model = (to / "model.toml").read_text()
+    (to / "model.toml").write_text(re.sub(r'trained_on = \[[^\]]*\]', 'trained_on = ["a"]', model))
+    return str(to / "model.toml")
+
+
+def test_errors_of_instruments_are_taken_out_of_other_trials_only_where_asked(
+    fitted: Path, tmp_path: Path, capsys
+) -> None:
+    fit = shared(fitted, tmp_path / "run", bias_psi=0.1)
+    capsys.readouterr()
+    assert main(["validate", fit, str(fitted / "logs"), "--json"]) == 0
+    told = capsys.readouterr()
+    assert "note: a: corrected by a bias of the heading of 5.73 deg" in told.err
+    assert "note: b: not corrected by what the fit found on its own trials" in told.err
+    assert f"--instruments {fit} does it" in told.err
+    both = judged(fitted, fit, capsys, "--instruments", fit)["trials"]
+    apart = json.loads(told.out)["trials"]
+    assert both["a"] == apart["a"]
+    ours, plain = (found["b"]["fitted"]["metrics"]["x"]["rmse"] for found in (both, apart))
+    assert ours != pytest.approx(plain, rel=1e-2)  # it sails another way from the corrected heading
+    assert main(["validate", fit, str(fitted / "logs"), "--instruments", "kvlcc2"]) == 2
+    assert "no fit beside it has estimated an error of an instrument" in capsys.readouterr().err
+
+
+def test_a_current_that_is_given_acts_in_place_of_any_other(fitted: Path, tmp_path: Path, capsys) -> None:
+    """Trial a met .2 m/s towards .5 rad."""
+    log = str(fitted / "logs" / "a.csv")
+    there = f"0.2,{math.degrees(0.5):.6f}"
+    capsys.readouterr()
+    errors = {}
+    for option in ((), ("--current", there)):
+        assert main(["validate", str(fitted / "mine.toml"), log, "--json", *option]) == 0
+        errors[option] = json.loads(capsys.readouterr().out)["trials"]["a"]
+    assert errors["--current", there]["mine"]["metrics"]["x"]["rmse"] < errors[()]["mine"]["metrics"]["x"]["rmse"]
+    assert errors["--current", there]["constant velocity"] == errors[()]["constant velocity"]
+    fit = str(fitted / "run" / "model.toml")
+    assert main(["predict", fit, log, "-o", str(tmp_path / "p"), "--current", there]) == 0
+    told = capsys.readouterr().err
+    assert "as the fit estimated" not in told
+    assert told.count("acts on every trial") == 1
+
+
+@pytest.mark.parametrize("command", ["predict", "validate"])
+def test_a_current_and_a_time_that_cannot_be_are_refused(command: str, fitted: Path, tmp_path: Path, capsys) -> None:
+    out = ["-o", str(tmp_path / "out")] if command == "predict" else []
+    for option, text, told in (("--current", "90,1", "beyond any on record"), ("--fit-first", "-5", "above zero"),
+                               ("--fit-first", "60", "leave nothing to predict")):  # fmt: skip
+        capsys.readouterr()
+        assert main([command, "kvlcc2_l7", str(fitted / "logs"), *out, option, text]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert told in line
+        assert not (tmp_path / "out").exists()
+    assert main([command, "kvlcc2_l7_arx", str(fitted / "logs"), *out, "--fit-first", "20"]) == 2
+    assert "--fit-first: " in capsys.readouterr().err
+
+
+def test_the_rest_is_compared_from_one_state_for_all(fitted: Path, capsys) -> None:
+    """Nothing that the fit found on trial a is assumed; current and start come from its first 30 s."""
+    report = validate(str(fitted / "run" / "model.toml"), [fitted / "logs"], fit_first=30.0).result
+    for found in report.trials.values():
+        assert set(found) == {"fitted", "untuned", "constant velocity"}
+        starts = [[c.predicted[name][0] for name in ("x", "y", "psi", "u", "v_m", "r")] for c in found.values()]
+        assert starts[1:] == [pytest.approx(starts[0], abs=1e-9)] * 2
+        assert all(c.measured.t[0] == 30.0 for c in found.values())
+    assert "after the first 30 s, on which the start was estimated" in report.numbers()["summary"]
+    assert any("every label starts there in the same state" in line for line in report.numbers()["caveats"])
+    assert not any("taken as the fit estimated" in line for line in report.changes)
+    assert report.pooled["fitted"] < report.pooled["constant velocity"]
+
+
+def test_predictions_begin_after_the_seconds_that_were_fitted(fitted: Path, tmp_path: Path) -> None:
+    outcome = predict(str(fitted / "mine.toml"), [fitted / "logs" / "b.csv"], tmp_path / "p", fit_first=20.0)
+    (one,) = outcome.result
+    assert one.t[0] == 20.0
+    assert read_trial(tmp_path / "p" / "b.csv").t[0] == 20.0
+    assert set(outcome.document["fit_first"]["b"]["estimated"]) >= {"current.north", "bias.psi"}
+
+
+def test_a_fit_that_predicts_worse_than_before_says_so_first(fitted: Path, tmp_path: Path, capsys) -> None:
+    """A model file whose coefficient was moved after the fit."""
+    shutil.copytree(fitted / "run", tmp_path / "run")
+    model = tmp_path / "run" / "model.toml"
+    spoilt = load(model)
+    save(spoilt.having({"hull.N_r": 3.0 * float(spoilt.model.hull.N_r)}), model, provenance(spoilt))
+    outcome = validate(str(model), [fitted / "logs"])
+    (line,) = outcome.leads
+    assert outcome.shown[0] == line
+    assert line.startswith("worse than untuned: standardised error ")
+    assert line.endswith("on the training trials")
+    said = outcome.document["worse_than_untuned"]
+    assert said["fitted"] > 1.02 * said["untuned"]
+    assert validate(str(fitted / "run" / "model.toml"), [fitted / "logs"]).leads == ()

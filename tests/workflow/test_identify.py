@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from seatrial.cli.app import main
@@ -15,6 +17,7 @@ from seatrial.identify import Fit, Problem, Progress, StudyError
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.report.report import Report
+from seatrial.sensors import Sensors
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
 from seatrial.study.study import Study
@@ -81,8 +84,9 @@ def test_identify_returns_fit_document_and_summary_and_prints_nothing(
     truth = 1.2 * float(load("kvlcc2_l7").model.hull.N_r)
     assert abs(fit.values[0] - truth) < 0.1 * abs(truth)  # it starts at a sixth off
     assert outcome.document["standardised"] == json.loads((out / "report.json").read_text())["standardised"]
-    lines = outcome.shown  # stopped after three iterations, it does not explain the log: that is said first
-    table = next(one for one in lines if isinstance(one, Table))
+    assert outcome.shown[: len(outcome.leads)] == outcome.leads
+    (table, *lines) = outcome.shown[len(outcome.leads) :]
+    assert isinstance(table, Table)
     assert table.rows[0][0] == "hull.N_r"
     assert str(lines[-1]).endswith(f"wrote {out}/model.toml, {out}/report.html")
     assert sink.rows["study"][-1] == fit.objective
@@ -161,3 +165,81 @@ def test_an_estimator_brings_its_own_report(
     outcome = identify(study, tmp_path / "run")
     assert outcome.result["study"].details == Halves(2)
     assert "2 halves of study" in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_what_speaks_against_a_fit_is_one_short_line_each() -> None:
+    lines = ["the model does not explain the data: sigma and verdicts hold only if the model were right",
+             "suspect: an offset of delta of 2 +- .1 deg would remove 80% of the objective; hull.N_r would move",
+             "x: residuals are 3 times the sensor noise (0.5)"]  # fmt: skip
+    found = {
+        "schema": "seatrial-fit/1", "verdicts": [], "forecasts": [], "status": "converged", "seconds": 1.0,
+        "standardised": {"fitted": 2.0, "untuned": 1.0}, "diagnosis": {"explained": False, "lines": lines},
+        "parameters": {"hull.N_r": {"start": 1.0, "value": 2.0, "sigma": 0.1, "shrinkage": 1.0, "at_bound": False}},
+    }  # fmt: skip
+    worse = {**found, "worse_than_untuned": {"fitted": 2.0, "untuned": 1.0}}
+    first = "not explained: an offset of delta of 2 +- .1 deg would remove 80% of the objective; see run/report.html"
+    assert reports.leads(found, Path("run"), True) == (first,)
+    (same, second) = reports.leads(worse, Path("run"), True)
+    assert same == first
+    assert second == "worse than untuned: standardised error 2 against 1 before the fit, on trials kept back"
+    table, *details = reports.shown(found, Path("run"), True)
+    assert isinstance(table, Table)
+    assert details[:3] == lines
+    assert reports.leads({**found, "diagnosis": {"explained": True, "lines": []}}, Path("run"), True) == ()
+    assert reports.leads({**found, "diagnosis": None}, Path("run"), True) == ()
+    (many,) = reports.leads({"schema": "seatrial-networks/1", "not_explained": list("abcd")}, Path("run"), True)
+    assert many == "not explained: the data of 4 fits (a, b, c, ...); see fit.json of each in run/fits"
+
+
+@pytest.mark.long
+def test_a_fit_that_does_not_explain_the_data_says_so_first(study: Path, tmp_path: Path, capsys) -> None:
+    """The rudder indicator is 2 deg off: one short line, the table, the details; the option estimates the offset."""
+    at = tmp_path / "study"
+    (at / "logs").mkdir(parents=True)
+    rng = np.random.default_rng(0)
+    for name in ("port", "starboard"):
+        run = read_trial(study.parent / "logs" / f"{name}.csv")
+        read = Sensors({"x": 0.01, "y": 0.01, "psi": 0.002, "u": 0.005, "v_m": 0.005, "r": 0.0005}).read(run, rng)
+        write_trial(read.having(delta=run["delta"] + math.radians(2.0)), at / "logs" / f"{name}.csv")
+    (at / "study.toml").write_text(STUDY.partition("[loss]")[0] + "[estimator]" + STUDY.partition("[estimator]")[2])
+    plain, freed = (identify(at / "study.toml", tmp_path / name, free_suspects=name == "freed")
+                    for name in ("plain", "freed"))  # fmt: skip
+    assert plain.leads[0].startswith("not explained: an offset of delta of 2")
+    assert plain.leads[0].endswith(f"see {tmp_path}/plain/report.html")
+    assert len(plain.leads[0].partition("; see")[0]) < 120
+    assert plain.shown[0] == plain.leads[0]
+    table = next(k for k, block in enumerate(plain.shown) if isinstance(block, Table))
+    details = [str(block) for block in plain.shown[table + 1 :]]
+    assert any(line.startswith("suspect: an offset of delta") for line in details)
+    found = freed.result["study"].nuisances["*"]["offset.delta"]
+    assert found == pytest.approx(math.radians(2.0), abs=math.radians(0.1))
+    assert not any(line.startswith("not explained") for line in freed.leads)
+    assert "--free-suspects" in json.loads((tmp_path / "freed" / "report.json").read_text())["provenance"]["command"]
+    changes = json.loads((tmp_path / "freed" / "report.json").read_text())["changes"]
+    assert "not corrected by what the fit found on the training trials (an offset of delta" in changes[0]
+
+    assert main(["identify", str(at / "study.toml"), "-o", str(tmp_path / "freed")]) == 2, "settings differ"
+    capsys.readouterr()
+    assert main(["identify", str(at / "study.toml"), "-o", str(tmp_path / "plain")]) == 0
+    assert capsys.readouterr().out.startswith("not explained: an offset of delta")
+
+
+@pytest.mark.long
+def test_a_fit_that_predicts_worse_than_its_start_says_so(study: Path, tmp_path: Path) -> None:
+    """It was trained on a ship with twice the yaw damping, and is judged on one as published."""
+    at = tmp_path / "study"
+    (at / "logs").mkdir(parents=True)
+    ship = load("kvlcc2_l7")
+    other = ship.having({"hull.N_r": 2.0 * float(ship.model.hull.N_r)})
+    for name, side, sailed in (("port", -1.0, other), ("starboard", 1.0, ship)):
+        run = simulate(sailed, Zigzag(approach(ship)[1], 0.35, 0.35, side), duration=60.0, dt=0.1, every=5, name=name)
+        write_trial(run, at / "logs" / f"{name}.csv")
+    (at / "study.toml").write_text(STUDY)
+    outcome = identify(at / "study.toml", tmp_path / "run")
+    line = next(one for one in outcome.leads if one.startswith("worse than untuned"))
+    assert line in outcome.shown
+    assert line.endswith("before the fit, on trials kept back")
+    assert outcome.document["worse_than_untuned"]["fitted"] > outcome.document["worse_than_untuned"]["untuned"]
+    written = json.loads((tmp_path / "run" / "report.json").read_text())
+    assert written["worse_than_untuned"] == outcome.document["worse_than_untuned"]
+    assert "worse than untuned" in (tmp_path / "run" / "report.html").read_text()

@@ -43,8 +43,8 @@ def check(
 
 
 def identify(
-    study: o.StudyFile, out: o.RunFolder, quick: o.Quick = False, only: o.OnlyFits = None, page: o.FitPage = False,
-    port: o.FitPort = None, json: o.Json = False,
+    study: o.StudyFile, out: o.RunFolder, quick: o.Quick = False, only: o.OnlyFits = None,
+    free_suspects: o.FreeSuspects = False, page: o.FitPage = False, port: o.FitPort = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Fit a ship to trials; write the model and a report."""
     from ..identify import FitError
@@ -54,7 +54,7 @@ def identify(
 
     with watching(port_of(page, port)) as sink:
         try:
-            outcome = run(study, out, quick=quick, only=only or (), sink=sink)
+            outcome = run(study, out, quick=quick, only=only or (), free_suspects=free_suspects, sink=sink)
         except KeyboardInterrupt:
             again = f" to go on in {out}" if resumes(out) else ""
             raise Stopped(f"interrupted; run the same command again{again}") from None
@@ -66,27 +66,31 @@ def identify(
 
 def predict(
     model: o.ShipName, trials: o.Trials, out: o.PredictionFolder, restart: o.Restart = None,
-    smooth_start: o.SmoothStart = None, json: o.Json = False,
+    smooth_start: o.SmoothStart = None, current: o.Current = None, fit_first: o.FitFirst = None,
+    instruments: o.Instruments = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Predict trials from their controls and initial states."""
     from ..workflow.request import positive
     from ..workflow.validate import predict as run
 
     positive(restart=restart, smooth_start=smooth_start)
-    outcome = run(model, trials, out, restart=restart, smooth_start=smooth_start, sink=Terminal())
+    outcome = run(model, trials, out, restart=restart, smooth_start=smooth_start, current=current,
+                  fit_first=fit_first, instruments=instruments, sink=Terminal())  # fmt: skip
     _end(outcome, json)
 
 
 def validate(
     model: o.ShipName, trials: o.Trials, out: o.Report = None, restart: o.Restart = None,
-    smooth_start: o.SmoothStart = None, scale: o.Scale = None, json: o.Json = False,
+    smooth_start: o.SmoothStart = None, scale: o.Scale = None, current: o.Current = None,
+    fit_first: o.FitFirst = None, instruments: o.Instruments = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Validate a model on trials beside two baselines."""
     from ..workflow.request import positive
     from ..workflow.validate import validate as run
 
     positive(restart=restart, smooth_start=smooth_start)
-    outcome = run(model, trials, out=out, restart=restart, smooth_start=smooth_start, scale=scale, sink=Terminal())
+    outcome = run(model, trials, out=out, restart=restart, smooth_start=smooth_start, scale=scale, current=current,
+                  fit_first=fit_first, instruments=instruments, sink=Terminal())  # fmt: skip
     _end(outcome, json)
 
 

@@ -67,6 +67,13 @@ Against = Annotated[
 ]  # fmt: skip
 Restart = Annotated[float | None, Option(help="Reset to the measured state every N seconds.")]
 SmoothStart = Annotated[float | None, Option(help="Estimate initial states from the last N seconds of data.")]
+FitFirst = Annotated[
+    float | None, Option(metavar="S", help="Estimate start, current and biases on S seconds; predict the rest.")
+]  # fmt: skip
+Instruments = Annotated[
+    str | None, Option(metavar="MODEL", help="Use the instrument errors of the fit of this model.toml.")
+]  # fmt: skip
+FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
 Scale = Annotated[str | None, Option(help="Divide errors as in the fit of this model.toml.")]
 Quick = Annotated[bool, Option("--quick", help="Run the rehearsal of a table of fits.")]
 OnlyFits = Annotated[list[str] | None, Option("--only", help="Run only this fit of a table of fits. Repeatable.")]

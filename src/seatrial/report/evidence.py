@@ -17,6 +17,8 @@ from ..validate.foresight import Foresight
 from .page import ReportError, number
 
 PUBLISHED = "published"
+TIE = 0.02
+"""An error counts as greater if it is so by more than this share."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,8 @@ class Evidence:
         assumptions: numbers of the ship that are neither measured nor fitted.
         forecasts: errors of forecasts from filtered states, if the trials come from a smoother.
         provenance: ship, data files, software version, digest, command, date: name to text.
+        fit_first: seconds of each trial on which its start was estimated, and which are not judged; None for none.
+        changes: what was done to the trials before they were compared, one line each.
     """
 
     title: str
@@ -65,6 +69,8 @@ class Evidence:
     assumptions: tuple[Assumption, ...] = ()
     forecasts: tuple[Foresight, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict[str, str])
+    fit_first: float | None = None
+    changes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         seen: set[tuple[str, str]] = set()
@@ -134,7 +140,13 @@ def _horizon(evidence: Evidence) -> Iterator[str]:
             "The measured states come from a smoother, which uses later data and the untuned model: the forecasts "
             "show what the model predicts."
         )
-    if any(c.restart is None for c in evidence.comparisons):
+    if evidence.fit_first is not None:
+        yield (
+            "State, current and biases of each trial were estimated with this model on its first "
+            f"{evidence.fit_first:g} s, which are not judged; every label starts there in the same state, in the same "
+            "current."
+        )
+    elif any(c.restart is None for c in evidence.comparisons):
         yield "Free-running predictions from the first sample: early errors remain in every later row."
 
 

@@ -19,7 +19,7 @@ from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
 from . import diagnosis, figures
-from .evidence import PUBLISHED, Evidence, caveats
+from .evidence import PUBLISHED, TIE, Evidence, caveats
 from .page import (
     Page,
     ReportError,
@@ -81,7 +81,7 @@ def _head(report: Evidence) -> str:
         f"Eq. 25); 0 is perfect, less is better.{_scale(report)}"
     )
     return (
-        lead(sentence(report)) + bullets(against(report))
+        "".join(map(lead, worse_words(report))) + lead(sentence(report)) + bullets((*against(report), *report.changes))
         + tiles((number(errors[label]), label) for label in report.labels)
         + soft(remark) + note("What this does not show", caveats(report))
     )
@@ -251,8 +251,8 @@ def along(fit: Fit) -> str:
     return f"<h3>Nuisance parameters of each trial</h3>{table(['trial', *names], rows)}{soft(remark)}"
 
 
-# An error counts as greater if it is so by more than this share.
-_TIE = 0.02
+# Labels of the ship that a fit began from.
+_BEFORE = ("untuned", PUBLISHED)
 _GROUPS = {"position": ("x", "y"), "heading": ("psi",)}
 
 
@@ -268,6 +268,9 @@ def sentence(report: Evidence) -> str:
     if None in restarts:
         free = "free-running from the first sample"
         how = free if len(restarts) == 1 else f"{how} or {free}"
+    if report.fit_first is not None:
+        how = how.replace("the first sample", "there")
+        how = f"after the first {report.fit_first:g} s, on which the start was estimated, {how}"
     scores = ", ".join(f"'{label}' {number(errors[label])}" for label in report.labels)
     return f"Standardised error over {shared} trial{'s' * (shared != 1)}, {how}: {scores}.{_foreseen(report)}"
 
@@ -282,6 +285,28 @@ def against(report: Evidence) -> list[str]:
         line = f"'{subject}' against '{other}': smaller standardised error in {wins} of {len(both)}"
         found.append(f"{line}, but greater error of {'; of '.join(lost)}" if lost else line)
     return found
+
+
+def worse_than_start(report: Evidence) -> dict[str, float] | None:
+    """Pooled standardised errors of the fitted ship and of that before the fit, where the fitted one's is larger.
+
+    None where it is not, by more than a tie of 2 %, and where they were not both compared.
+    """
+    errors = report.pooled
+    mine = errors.get("fitted", math.nan)
+    before = next((errors[label] for label in _BEFORE if label in errors), math.nan)
+    return {"fitted": mine, "untuned": before} if _more(mine, before) else None
+
+
+def worse_words(report: Evidence) -> tuple[str, ...]:
+    """The same in words, for the first line of a summary; empty where it is not worse."""
+    found = worse_than_start(report)
+    if found is None:
+        return ()
+    seen = report.trained_on and all(name in report.trained_on for name in report.trials)
+    which = "the training trials" if seen else "these trials"
+    mine, before = (number(found[label]) for label in ("fitted", "untuned"))
+    return (f"worse than untuned: standardised error {mine} against {before} before the fit, on {which}",)
 
 
 def worse(report: Evidence, other: str) -> list[str]:
@@ -306,7 +331,7 @@ def worse(report: Evidence, other: str) -> list[str]:
 
 
 def _more(mine: float, yours: float) -> bool:
-    return mine > (1.0 + _TIE) * yours
+    return mine > (1.0 + TIE) * yours
 
 
 def _grown(comparisons: Iterable[Comparison], end: float, channels: tuple[str, ...]) -> float:
@@ -356,6 +381,7 @@ class Report(Evidence):
         """The numbers of the page, SI units and radians."""
         return plain({
             "schema": "seatrial-report/1", "title": self.title, "summary": sentence(self), "standardised": self.pooled,
+            "worse_than_untuned": worse_than_start(self), "fit_first": self.fit_first, "changes": self.changes,
             "worse": {other: worse(self, other) for other in self.labels[1:]}, "forecasts": self.forecasts,
             "assumptions": self.assumptions,
             "trials": {name: {label: _of_comparison(c) for label, c in found.items()}

@@ -17,6 +17,7 @@ from ..engine import SimulationError
 from ..identify.tuning.tuned import Method, Range, Tuning, findings
 from ..simulate.replay import replay
 from . import figures
+from .evidence import TIE
 from .figures import canvas, svg
 from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
 from .page import provenance as origin
@@ -67,7 +68,10 @@ def _head(tuning: Tuning) -> str:
     first = f"{len(best.free)} parameters of {ship}, tuned to {names[0]}; {judged}."
     warnings, remarks = ([f"{f.where}: {f.text}" for f in issues if (f.severity == "warning") == wanted]
                          for wanted in (True, False))  # fmt: skip
-    return lead(first) + tiles(shown) + note("Warnings", warnings) + bullets(remarks)
+    lost = worse_than_start(tuning)
+    worse = lead(f"Worse than untuned: loss {number(lost['fitted'])} against {number(lost['untuned'])} on the {kind} "
+                 "trials.") if lost else ""  # fmt: skip
+    return worse + lead(first) + tiles(shown) + note("Warnings", warnings) + bullets(remarks)
 
 
 def _methods(tuning: Tuning) -> str:
@@ -203,12 +207,24 @@ def _residuals(tuning: Tuning) -> str:
     return table(head, rows) + soft(remark)
 
 
+def worse_than_start(tuning: Tuning) -> dict[str, Any] | None:
+    """Losses of the chosen range and of the untuned ship on the test trials, where the former is larger by over 2 %.
+
+    On the tuning trials where there are no others; None where it is not larger.
+    """
+    best = tuning.best
+    pairs = (best.test, tuning.untuned_test) if tuning.tests else (best.tune, tuning.untuned_tune)
+    mine, before = (sum(losses.values()) for losses in pairs)
+    return {"fitted": mine, "untuned": before, "what": "loss"} if mine > (1.0 + TIE) * before else None
+
+
 def numbers(tuning: Tuning) -> dict[str, Any]:
     """The numbers of the page, SI units and radians."""
     return {
         "schema": SCHEMA, "ship": tuning.problem.ship.name, "chosen": tuning.best.ratio,
         "tuning_trials": [t.name for t in tuning.problem.trials], "test_trials": [t.name for t in tuning.tests],
         "untuned": {"tune": tuning.untuned_tune, "test": tuning.untuned_test},
+        "worse_than_untuned": worse_than_start(tuning),
         "ranges": [_of_range(r) for r in tuning.ranges],
         "residuals": {**vars(tuning.residuals), "flat_directions": tuning.flat}, "findings": findings(tuning),
     }  # fmt: skip

@@ -9,14 +9,14 @@ row by row, the controls and the environment that a trial did not log and `input
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import groupby
+from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import resampling
-from ..engine import SimulationError
+from ..engine import Rollout, SimulationError
 from ..engine.rollout import simulator
 from ..environment import CHANNELS, VECTORS, to_body, to_earth
 from ..models import STATES, Model, Sampled, Stepped
@@ -85,7 +85,7 @@ def held(series: Array) -> Array:
 
 def replay(
     ship: Ship, trial: Trial, *, restart: float | None = None, method: str = "rk4",
-    smooth_start: float | None = None, threads: int | None = None,
+    smooth_start: float | None = None, begin: tuple[float, Array] | None = None, threads: int | None = None,
 ) -> Trial:  # fmt: skip
     """Free-running prediction of `trial` from its own controls and wind, on its own rows.
 
@@ -94,7 +94,8 @@ def replay(
     from there on).  Rows range from the first complete sample to the last.  Inputs are constant between rows; uneven
     time is predicted on an even grid of the median step and interpolated at the rows.  The memory of a network starts
     from the measured rows before; without any, as if the first had lasted.  With `smooth_start` each initial state is
-    estimated from the last `smooth_start` seconds (`smoothed_starts`).
+    estimated from the last `smooth_start` seconds (`smoothed_starts`).  With `begin`, a time [s] and the state there,
+    shape (6,), the rows before that time are left out and the first prediction starts in that state.
 
     Raises:
         DataError: a channel is missing, no row is complete, or there are fewer rows than a network looks back on.
@@ -109,36 +110,50 @@ def replay(
     rows = slice(int(np.argmax(good)), int(len(good) - np.argmax(good[::-1])))
     t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial, ship.model)[rows]
     dt = _step(ship, t, trial)
+    hidden = unseen(ship.model, series, dt)
+    if begin is not None:
+        late = slice(int(np.searchsorted(t, begin[0] - 1e-6 * dt)), None)
+        t, state, good, series, hidden = t[late], state[late], good[late], series[late], hidden[late]
+        if t.size < 2:
+            raise DataError(f"{trial.name}: no two rows from t = {begin[0]:g} s on; there is nothing to predict")
     starts = _starts(t, good, restart, dt)
     remembered = _recalled(ship, trial, t, dt, np.column_stack([state, series]), good, starts)
-    ends = [*starts[1:], t.size]
-    spans = [t[min(b, t.size - 1)] - t[a] for a, b in zip(starts, ends, strict=True)]
+    spans = [t[min(b, t.size - 1)] - t[a] for a, b in pairwise((*starts, t.size))]
     steps = round(max(spans) / dt) + 1
-    lanes = np.empty((len(starts), steps, series.shape[1]))
-    for lane, a in enumerate(starts):
-        at = np.searchsorted(t, t[a] + dt * np.arange(steps) + 1e-6 * dt, "right") - 1
-        lanes[lane] = series[np.clip(at, 0, t.size - 1)]
-    system = open_loop(ship)
+    ahead = t[starts][:, None] + dt * np.arange(steps) + 1e-6 * dt
+    lanes = series[np.clip(np.searchsorted(t, ahead, "right") - 1, 0, t.size - 1)]
     first = state[starts] if smooth_start is None else smoothed_starts(t, state, starts, smooth_start)
-    begun = np.hstack([first, unseen(ship.model, series, dt)[starts]])
+    if begin is not None:
+        first[0] = begin[1]
+    begun = np.hstack([first, hidden[starts]])
     each = substeps(ship, dt, method)
-    run = simulator(system).run(
+    run = simulator(open_loop(ship)).run(
         begun, np.repeat(lanes, each, axis=1), open_loop_parameters(ship), dt=dt / each, every=each,
         steps=(steps - 1) * each + 1, method=method, threads=threads,
         memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])
         if remembered is None else remembered,
     )  # fmt: skip
-    out = np.empty_like(state)
-    for lane, (a, b) in enumerate(zip(starts, ends, strict=True)):
-        for k in range(out.shape[1]):
+    out = _joined(run, trial, t, starts, state.shape[1])
+    meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
+    return Trial(trial.name, t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+
+
+def _joined(run: Rollout, trial: Trial, t: Array, starts: Sequence[int], width: int) -> Array:
+    """The lanes of a run one after the other, at the rows of the trial, shape (rows, width).
+
+    Raises:
+        SimulationError: a lane blows up; names time and state.
+    """
+    out = np.empty((t.size, width))
+    for lane, (a, b) in enumerate(pairwise((*starts, t.size))):
+        for k in range(width):
             out[a:b, k] = np.interp(t[a:b] - t[a], run.t, run.values[lane, :, k])
         if not np.isfinite(out[a:b]).all():
             failed = next(f for f in run.failures if f.lane == lane)
             raise SimulationError(
                 f"{trial.name}: {failed.state} = {failed.value:g} at t = {t[a] + failed.time:g} s; the model blows up"
             )
-    meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
-    return Trial(trial.name, t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+    return out
 
 
 def _step(ship: Ship, t: Array, trial: Trial) -> float:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from ..core.parameters import MOST, Free, ParameterError, Spec, far, match, specs, unknown, values
-from ..identify import StudyError
+from ..identify import Estimator, Problem, StudyError
+from ..identify.lint import tested_by
 
 KEYS = ("prior", "ratio", "low", "high", "start", "sigma", "floor")
 
@@ -45,6 +47,28 @@ def freedom(model: Any, table: Mapping[str, Any]) -> tuple[tuple[Free, ...], tup
         else:
             raise StudyError(f"free: {path} is zero: 'prior' and 'ratio' leave it no room; give sigma, or low and high")
     return tuple(free), tuple(fixed)
+
+
+def suspected(where: str, problem: Problem, estimator: Estimator, asked: bool) -> Problem:
+    """The problem, with `nuisance.suspects = "auto"` where it is asked for.
+
+    Args:
+        where: the study file, and the fit in a table of fits.
+        asked: by the option --free-suspects; the study may ask for it too.
+
+    Raises:
+        StudyError: it is asked for, and the estimator cannot estimate errors of instruments.
+    """
+    if asked:
+        problem = replace(problem, nuisance=replace(problem.nuisance, suspects="auto"))
+    able = getattr(estimator, "estimates_common", False) and tested_by(problem, estimator)
+    if problem.nuisance.suspects and not able:
+        option = "--free-suspects" if asked else 'nuisance.suspects = "auto"'
+        raise StudyError(
+            f"{where}: {option} needs the estimator shooting:Trajectory and a model in continuous time; "
+            f"this is {type(estimator).__name__} with {type(problem.ship.model).__name__}"
+        )
+    return problem
 
 
 def _specificity(pattern: str) -> tuple[bool, int]:

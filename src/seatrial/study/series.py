@@ -7,7 +7,7 @@ seeds is a `Cell`, a problem of its own that can be run by itself.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from ..identify.digest import digest
 from ..ships import Ship
 from ..ships.classes import Trust, trusting
 from .data import read_data
-from .freedom import freedom
+from .freedom import freedom, suspected
 from .schema import Claim, DataTable, Published, SeriesFile, checked
 from .study import read_estimator, read_ship
 
@@ -115,11 +115,15 @@ def is_series(path: str | Path) -> bool:
         return False
 
 
-def read_series(path: str | Path, budget: str = FULL, *, trust: Trust = False) -> Series:
+def read_series(
+    path: str | Path, budget: str = FULL, *, trust: Trust = False, suspects: bool = False, only: Sequence[str] = ()
+) -> Series:
     """Read a file of many fits and all that it names.
 
     Args:
         budget: "full", or one of its [budgets].
+        suspects: as if each fit had `suspects = "auto"` in its [nuisance].
+        only: keys of the fits that `suspects` is for; none is all.
         trust: modules outside the package whose classes it may name, and so run; True for any.
 
     Raises:
@@ -132,7 +136,7 @@ def read_series(path: str | Path, budget: str = FULL, *, trust: Trust = False) -
         raise StudyError(f"{here}: {unknown(budget, (FULL, *said.budgets), 'budget')}")
     _check_names(here, said)
     size = said.budgets.get(budget)
-    reader = _Reader(here, said, size)
+    reader = _Reader(here, said, size, tuple(only or said.fits) if suspects else ())
     with trusting(trust):
         rows = tuple(reader.row(key) for key in said.fits if size is None or not size.fits or key in size.fits)
     held = [row.key for row in rows]
@@ -203,8 +207,8 @@ def _check_names(path: Path, said: Any) -> None:
 class _Reader:
     """Problems of one file; trials that several fits share are read once."""
 
-    def __init__(self, path: Path, said: Any, size: Any) -> None:
-        self.path, self.said, self.size = path, said, size
+    def __init__(self, path: Path, said: Any, size: Any, suspects: tuple[str, ...]) -> None:
+        self.path, self.said, self.size, self.suspects = path, said, size, suspects
         self._read: dict[tuple[tuple[str, ...], ...], tuple[tuple[Trial, ...], ...]] = {}
 
     def row(self, key: str) -> Row:
@@ -213,7 +217,9 @@ class _Reader:
         cells: tuple[Cell, ...] = ()
         if fit.train:
             problem = self._problem(key, fit, ship)
-            cells = tuple(Cell(seed, problem, who) for seed, who in self._estimators(key, fit))
+            where, asked = f"{self.path}: fits.{key}", key in self.suspects
+            cells = tuple(Cell(seed, suspected(where, problem, who, asked), who)
+                          for seed, who in self._estimators(key, fit))  # fmt: skip
         return Row(key, fit.title or key, ship, tuple(fit.train), cells, fit.published)
 
     def kept_apart(self, ship: Ship) -> tuple[dict[str, Trial], dict[str, Trial]]:

@@ -28,7 +28,7 @@ from ..ships import Ship, ShipError
 from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
 from .data import Split, chosen, read_data, read_raw
-from .freedom import freedom
+from .freedom import freedom, suspected
 from .schema import StudyFile, checked
 
 if TYPE_CHECKING:
@@ -78,10 +78,11 @@ class Study:
         return self.problem.loss.sigma or None
 
 
-def read_study(path: str | Path, *, trust: Trust = False) -> Study:
+def read_study(path: str | Path, *, trust: Trust = False, suspects: bool = False) -> Study:
     """Read a study and all that it names.
 
     Args:
+        suspects: as if the study had `suspects = "auto"` in [nuisance].
         trust: modules outside the package whose code the study and its ship may run by naming their classes;
             True for any.
 
@@ -90,10 +91,10 @@ def read_study(path: str | Path, *, trust: Trust = False) -> Study:
         ShipError, DataError, ParameterError: from what the study names.
     """
     with trusting(trust):
-        return _read(Path(path))
+        return _read(Path(path), suspects)
 
 
-def _read(here: Path) -> Study:
+def _read(here: Path, suspects: bool) -> Study:
     document = _document(here)
     said = checked(here, StudyFile, document)
     ship = read_ship(here, said.ship)
@@ -114,6 +115,7 @@ def _read(here: Path) -> Study:
         Nuisance(**said.nuisance.model_dump()), validation, said.data.extrapolate,
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
+    problem = suspected(str(here), problem, estimator, suspects)
     notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *torn, *off, *kept,
              *_steps(here, train, said.estimator))  # fmt: skip
     return Study(

@@ -52,14 +52,17 @@ def compare(
     )  # fmt: skip
 
 
-def constant_velocity(trial: Trial, restart: float | None) -> Trial:
+def constant_velocity(trial: Trial, restart: float | None, begin: Array | None = None) -> Trial:
     """The baseline: from each restart the ship keeps the u, v_m and r measured there.
 
     The kinematics are integrated exactly (an arc).  A segment begins at its first complete sample;
-    rows before it are NaN.
+    rows before it are NaN.  With `begin`, a state of shape (6,), the first segment begins in that state at the first
+    row.
     """
     state, segment = trial.stack(*STATES), segments(trial.t, restart)
     out = np.full_like(state, np.nan)
+    if begin is not None:
+        state[0] = begin
     for number in np.unique(segment):
         rows = np.flatnonzero(segment == number)
         whole = rows[np.isfinite(state[rows]).all(axis=1)]

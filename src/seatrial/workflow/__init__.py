@@ -52,12 +52,15 @@ class Outcome(Generic[Result]):
         document: the same for JSON.
         shown: the same for people, block by block.
         errors: what failed while the rest was done, one line each; a command exits with 1 where there are any.
+        leads: what speaks against the result, one line each, the first blocks of `shown`: that the model does not
+            explain the data, or that it predicts worse than before the fit.
     """
 
     result: Result
     document: Document
     shown: tuple[Shown, ...]
     errors: tuple[str, ...] = ()
+    leads: tuple[str, ...] = ()
 
 
 class Sink(Protocol):

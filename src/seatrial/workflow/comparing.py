@@ -1,26 +1,70 @@
-"""Comparisons of a model and its baselines with trials, and the scales of their errors."""
+"""Comparisons of a model and its baselines with trials: in which current, from which start, and by what scales."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ..core.parameters import values
 from ..data import Trial
 from ..engine import SimulationError
+from ..models import Sampled
 from ..ships import Ship
 from ..ships.files import library, load
 from ..validate import Comparison
 from . import RequestError, Sink
+from .request import positive, vector
+
+if TYPE_CHECKING:
+    from ..validate.fit_first import Beginning
+
+# Greatest current that is accepted [m/s], as in `request.surroundings`.
+_MOST_CURRENT = 15.0
+# What is estimated on the first seconds is listed beyond so many of its standard deviations; all of it acts.
+_CLEAR = 2.0
+
+
+@dataclass(frozen=True)
+class Around:
+    """What trials are predicted with beside their logs, as the options of these names give it.
+
+    Attributes:
+        current: "M/S,DEG", speed and the direction it flows towards, in place of what was logged or estimated.
+        fit_first: estimate current, biases and initial state on so many first seconds, and predict the rest [s].
+        instruments: model.toml of a fit whose errors of instruments correct every trial.
+    """
+
+    current: str | None = None
+    fit_first: float | None = None
+    instruments: str | None = None
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Trials as they are predicted and compared.
+
+    Attributes:
+        trials: corrected, in the current.
+        begun: how those begin that were fitted first, by name.
+        changes: what was done to them, one line each.
+    """
+
+    trials: tuple[Trial, ...]
+    begun: Mapping[str, Beginning]
+    changes: tuple[str, ...]
 
 
 def compared(
     ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float], base: Ship | None = None,
-    *, smooth_start: float | None = None,
+    *, smooth_start: float | None = None, begun: Mapping[str, Beginning] | None = None,
 ) -> tuple[tuple[Comparison, ...], tuple[str, ...]]:
     """Each trial beside the ship, the ship it was fitted from (`base`, or as its file says), and constant velocity.
+
+    A trial in `begun` is compared from there on; all begin in the same state, and its manoeuvre, being cut, has no
+    indices.
 
     Returns:
         The comparisons, and a line for each prediction that blew up, which is left out.
@@ -31,20 +75,22 @@ def compared(
     found: list[Comparison] = []
     failed: list[str] = []
     for trial in trials:
-        rows = slice(0, 0)
+        rows, first = slice(0, 0), (begun or {}).get(trial.name)
+        begin = None if first is None else (first.t, first.state)
+        length = ship.L_pp if first is None else None
         for label, model in _models(ship, base).items():
             try:
-                predicted = replay(model, trial, restart=restart, smooth_start=smooth_start)
+                predicted = replay(model, trial, restart=restart, smooth_start=smooth_start, begin=begin)
             except SimulationError as error:
                 failed.append(f"{label}: {error}")
                 continue
-            first, last = trial.t.searchsorted([predicted.t[0], predicted.t[-1]])
-            rows = slice(int(first), int(last) + 1)
-            found.append(compare(trial, predicted, label=label, restart=restart, sigma=sigma, L_pp=ship.L_pp))
+            low, high = trial.t.searchsorted([predicted.t[0], predicted.t[-1]])
+            rows = slice(int(low), int(high) + 1)
+            found.append(compare(trial, predicted, label=label, restart=restart, sigma=sigma, L_pp=length))
         part = trial.rows(rows)
         if len(part):
-            steady = constant_velocity(part, restart)
-            found.append(compare(part, steady, label=CONSTANT_VELOCITY, restart=restart, sigma=sigma, L_pp=ship.L_pp))
+            steady = constant_velocity(part, restart, None if first is None else first.state)
+            found.append(compare(part, steady, label=CONSTANT_VELOCITY, restart=restart, sigma=sigma, L_pp=length))
     return tuple(found), tuple(failed)
 
 
@@ -79,22 +125,97 @@ def scales_asked(trials: Sequence[Trial], fit: str | None) -> tuple[Mapping[str,
         else "the spread of these trials"
 
 
-def in_found_currents(trials: Iterable[Trial], model: str, sink: Sink) -> list[Trial]:
-    """The trials, those that the model was fitted to with the current that the fit estimated, which is noted."""
-    from ..identify.nuisance import with_current
+def judged(ship: Ship, model: str, trials: Sequence[Trial], around: Around, sink: Sink) -> Judged:
+    """The trials as they are predicted, with a note on each change.
+
+    Those that the model was fitted to are corrected by all that the fit estimated of them: the errors of instruments
+    that they share, and their own currents and biases.  On other trials nothing of it is assumed, unless the errors of
+    instruments are asked for.  With `Around.fit_first` currents and biases are estimated anew on every trial.
+
+    Args:
+        model: as the user named the ship.
+
+    Raises:
+        RequestError: a current that cannot be, no such fit, or a model in discrete time that is to be fitted first.
+        DataError: a trial is too short for it.
+    """
+    positive(fit_first=around.fit_first)
+    speed, towards = vector("--current", around.current, _MOST_CURRENT)
+    if around.fit_first is not None and isinstance(ship.model, Sampled):
+        raise RequestError(f"--fit-first: {ship.name} is a model in discrete time, which has no sensitivities to "
+                           "fit with; leave the option out")  # fmt: skip
+    right, changes = _corrected(ship, model, trials, around)
+    begun: dict[str, Beginning] = {}
+    if around.current is not None:
+        north, east = speed * np.cos(towards), speed * np.sin(towards)
+        right = [t.having(U_C=np.full(len(t), np.hypot(north, east)), gamma_C=np.full(len(t), np.arctan2(east, north)))
+                 for t in right]  # fmt: skip
+        changes.append(f"--current: {around.current.replace(',', ' m/s towards ')} deg acts on every trial")
+    if around.fit_first is not None:
+        from ..validate.fit_first import fit_first
+
+        begun = {t.name: fit_first(ship, t, around.fit_first, current=around.current is None) for t in right}
+        changes += [line for t in right for line in _begun_words(ship, begun[t.name], around.fit_first)]
+        right = [begun[t.name].trial for t in right]
+    for line in changes:
+        sink.note(f"note: {line}")
+    return Judged(tuple(right), begun, tuple(changes))
+
+
+def _corrected(
+    ship: Ship, model: str, trials: Sequence[Trial], around: Around
+) -> tuple[list[Trial], list[str]]:  # fmt: skip
+    """The trials without the errors that a fit estimated, and a line on each that was corrected or was not."""
     from ..study.store import fitted_nuisances
+    from ..validate.corrected import corrected, instruments, of_trial, words
 
     found = fitted_nuisances(model)
+    shared, fit = instruments(found), model
+    if around.instruments is not None:
+        shared, fit = instruments(fitted_nuisances(around.instruments)), around.instruments
+        if not shared:
+            raise RequestError(f"--instruments: {fit}: no fit beside it has estimated an error of an instrument "
+                               "([nuisance.common], --free-suspects); name the model.toml of one that has")  # fmt: skip
+    names = {*provenance(ship).get("trained_on", ()), *found}
+    own = found if around.fit_first is None else {}
     out: list[Trial] = []
+    lines: list[str] = []
     for trial in trials:
-        out.append(with_current(trial, found))
-        if out[-1] is not trial:
-            own = found[trial.name]
-            north, east = own["current_x"], own["current_y"]
-            towards = math.degrees(math.atan2(east, north)) % 360.0
-            sink.note(f"note: {trial.name}: a current of {math.hypot(north, east):.3g} m/s towards {towards:.3g} deg "
-                      "acts, as the fit estimated it")  # fmt: skip
-    return out
+        mine = {name: size for name, size in of_trial(trial.name, own, names).items()
+                if name not in instruments(found) and not (around.current and name.startswith("current."))}  # fmt: skip
+        if any(mine.values()):
+            lines.append(f"{trial.name}: {words(mine, ship.model, trial)}, taken as the fit estimated")
+        errors = shared if trial.name in names or around.instruments else {}
+        out.append(corrected(trial, {**mine, **errors}, ship.model))
+    right = [trial.name for trial in trials if trial.name in names or around.instruments]
+    others = [trial.name for trial in trials if trial.name not in right]
+    if right and shared:
+        lines.append(f"{_named(right)}: corrected by {words(shared, ship.model, trials[0])}, as the fit of {fit} "
+                     "estimated")  # fmt: skip
+    if others and shared:
+        lines.append(f"{_named(others)}: not corrected by what the fit found on its own trials "
+                     f"({words(shared, ship.model, trials[0])}); --instruments {fit} does it")  # fmt: skip
+    return out, lines
+
+
+def _named(names: Sequence[str]) -> str:
+    """Names of trials, the first ones where there are many."""
+    return ", ".join(names) if len(names) <= 4 else f"{', '.join(names[:3])} and {len(names) - 3} more"
+
+
+def _begun_words(ship: Ship, one: Beginning, span: float) -> list[str]:
+    from ..identify.diagnosis import LARGE
+    from ..validate.corrected import words
+
+    clear = {name: size for name, size in one.found.items() if abs(size) > _CLEAR * one.sigma[name]}
+    if any(name.startswith("current.") for name in clear):
+        clear |= {name: size for name, size in one.found.items() if name.startswith("current.")}
+    found = words(clear, ship.model, one.trial) or f"no current and no bias beyond {_CLEAR:g} sigma"
+    lines = [f"{one.trial.name}: from its first {span:g} s: {found}"]
+    if one.size > LARGE:
+        lines.append(f"{one.trial.name}: the model does not explain its first {span:g} s (residuals {one.size:.2g} "
+                     "times the noise); part of what was estimated is its own error")  # fmt: skip
+    return lines
 
 
 def provenance(ship: Ship) -> Mapping[str, Any]:

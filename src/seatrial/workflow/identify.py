@@ -16,20 +16,22 @@ from ..study.series_run import swept
 from ..study.store import SUMMARY, kept, save_fit
 from . import SILENT, Outcome, RequestError, Sink
 from .plans import Job, Plan, read_plan
-from .reports import shown
+from .reports import leads, shown
 
 CHECKPOINT = "checkpoint.npz"
 
 
 def identify(
-    path: Path, out: Path, *, quick: bool = False, only: Sequence[str] = (), sink: Sink = SILENT
-) -> Outcome[Mapping[str, Fit]]:
+    path: Path, out: Path, *, quick: bool = False, only: Sequence[str] = (), free_suspects: bool = False,
+    sink: Sink = SILENT,
+) -> Outcome[Mapping[str, Fit]]:  # fmt: skip
     """Fit what a study or a table of fits asks for, save it, and write the report; a killed run resumes.
 
     Args:
         path: the study file.
         out: folder of the run.  What is done in it, with the same data and settings, is not run again.
         quick, only: of a table of fits: its rehearsal, and the models to fit.
+        free_suspects: as `suspects = "auto"` in [nuisance] of the study, or of the fits of a table that are asked for.
 
     Returns:
         The fits made in this run by name (that of the study, or "model, seed-N"), and what the run has found.
@@ -43,7 +45,7 @@ def identify(
     if out.exists() and not out.is_dir():
         raise RequestError(f"{out}: is a file; -o takes a folder")
     with held_alone(out):
-        plan = read_plan(path, out, quick, only)
+        plan = read_plan(path, out, quick, only, free_suspects)
         jobs, todo = plan.jobs(), plan.left()
         for line in plan.lint() if todo else ():
             sink.note(line)
@@ -56,7 +58,9 @@ def identify(
                 forget(job.where / CHECKPOINT)
         document = plan.document()
         errors = (f"{len(todo) - len(fits)} of {len(todo)} fits failed, first {failed[0]}",) if failed else ()
-        return Outcome(fits, {**document, "run": str(out)}, shown(document, out, plan.kept_back), errors)
+        said = leads(document, out, plan.kept_back)
+        blocks = (*said, *shown(document, out, plan.kept_back))
+        return Outcome(fits, {**document, "run": str(out)}, blocks, errors, said)
 
 
 def resumes(out: Path) -> bool:

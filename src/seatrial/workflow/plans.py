@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from .. import __version__
 from ..identify import Estimator, Fit, Issue, Problem, StudyError
@@ -52,25 +53,29 @@ class Job:
         return getattr(self.estimator, "several", False)
 
 
-def read_plan(path: Path, out: Path, quick: bool = False, only: Sequence[str] = ()) -> Plan:
+def read_plan(
+    path: Path, out: Path, quick: bool = False, only: Sequence[str] = (), suspects: bool = False
+) -> Plan:  # fmt: skip
     """Read a study or a table of fits.
 
     Args:
         out: folder of the run.
         quick, only: of a table: its rehearsal, and the models to fit.
+        suspects: free the errors of instruments that the residuals call for.
 
     Raises:
         RequestError, StudyError, ShipError, DataError, ParameterError: what is wrong, with file, key and remedy.
     """
     if is_series(path):
-        return TablePlan(read_series(path, QUICK if quick else FULL), out, tuple(only))
+        series = read_series(path, QUICK if quick else FULL, suspects=suspects, only=only)
+        return TablePlan(series, out, tuple(only), suspects)
     if quick or only:
         raise RequestError(f"{path}: is one study; --quick and --only are for a table of fits ('seatrial-series/1')")
-    study = read_study(path)
+    study = read_study(path, suspects=suspects)
     if study.rival and study.virtual and not study.test:
         raise StudyError(f"{path}: [rival] is judged on trials kept back, of a truth that is known; name some in "
                          "data.test, of [virtual]")  # fmt: skip
-    return StudyPlan(study, out)
+    return StudyPlan(study, out, suspects)
 
 
 @dataclass(frozen=True)
@@ -78,11 +83,13 @@ class StudyPlan:
     """One study: one job, in the folder of the run itself.
 
     Attributes:
+        suspects: whether --free-suspects was given.
         partial: the report shows the jobs that are done where others fail; if not, one that fails ends the run.
     """
 
     study: Study
     out: Path
+    suspects: bool = False
     partial: bool = False
 
     @property
@@ -153,7 +160,7 @@ class StudyPlan:
         fit = fits[self.study.name]
         provenance = {
             "study": str(self.path), "digest": self.study.digest, "version": f"seatrial {__version__}",
-            "command": f"seatrial identify {self.path} -o {self.out}",
+            "command": f"seatrial identify {self.path}{' --free-suspects' * self.suspects} -o {self.out}",
         }  # fmt: skip
         report(details(self.study, fit, sink), self.study, fit, self.out / PAGE, provenance, sink)
 
@@ -162,7 +169,7 @@ class StudyPlan:
         numbers = _numbers(self.out)
         if numbers["schema"] != "seatrial-report/1":
             return numbers
-        judged = {key: numbers[key] for key in ("standardised", "forecasts")}
+        judged = {key: numbers[key] for key in ("standardised", "forecasts", "worse_than_untuned") if key in numbers}
         return {**load_fit_summary(self.out), **judged}
 
 
@@ -173,6 +180,7 @@ class TablePlan:
     series: Series
     out: Path
     only: tuple[str, ...] = ()
+    suspects: bool = False
     partial: bool = True
     kept_back: bool = True
 
@@ -209,7 +217,7 @@ class TablePlan:
         from ..validate.series import judged
 
         quick = " --quick" if self.series.budget == QUICK else ""
-        options = quick + "".join(f" --only {name}" for name in self.only)
+        options = quick + "".join(f" --only {name}" for name in self.only) + " --free-suspects" * self.suspects
         write(self.out / PAGE, page(
             self.series, judged(self.series, self.out), covered(self.series), failed=failed, provenance={
                 "study": str(self.path), "version": f"seatrial {__version__}",
@@ -219,8 +227,10 @@ class TablePlan:
         ))  # fmt: skip
 
     def document(self) -> Document:
-        """The numbers of the report."""
-        return _numbers(self.out)
+        """The numbers of the report, and the fits whose model does not explain the data."""
+        done = [job for job in self.jobs() if (job.where / SUMMARY).exists()]
+        lacking = [job.name for job in done if not _explained(load_fit_summary(job.where))]
+        return {**_numbers(self.out), "not_explained": lacking}
 
     def _cells(self) -> Mapping[str, tuple[Row, Cell]]:
         return {f"{row.key}, {cell.name}": (row, cell) for row, cell in asked(self.series, self.only)}
@@ -235,6 +245,10 @@ class TablePlan:
 
 Plan = StudyPlan | TablePlan
 """A study file, read: its jobs and its report."""
+
+
+def _explained(summary: Mapping[str, Any]) -> bool:
+    return bool((summary.get("diagnosis") or {"explained": True})["explained"])
 
 
 def _numbers(out: Path) -> Mapping[str, object]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import singledispatch
 from pathlib import Path
@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 from ..data import Trial
 from ..data.check import check
 from ..identify import Fit, Problem
-from ..identify.nuisance import with_current
 from ..report.evidence import assumptions
 from ..report.page import Section, write
 from ..report.report import Report
 from ..ships.files import load
 from ..study.store import MODEL
 from ..study.study import Study
+from ..validate.corrected import corrected, instruments, of_trial, words
 from ..validate.foresight import foreseen
 from . import Document, Shown, Sink, Table, figure
 from .comparing import compared, scales
@@ -59,11 +59,13 @@ def report(found: object, study: Study, fit: Fit, page: Path, provenance: Proven
     """
     problem, trials, out = study.problem, judged_on(study), page.parent
     ahead, missing = foreseen(study, fit.ship)
-    moved = [with_current(trial, fit.nuisances) for trial in trials]
+    names, model = {trial.name for trial in problem.trials}, problem.ship.model
+    right = [corrected(trial, of_trial(trial.name, fit.nuisances, names), model) for trial in trials]
     fitted = load(out / MODEL)
-    comparisons, failed = compared(fitted, moved, study.restart, scales(trials, study.sigma), problem.ship)
-    for line in failed:
-        sink.note(f"error: {line}")
+    comparisons, failed = compared(fitted, right, study.restart, scales(trials, study.sigma), problem.ship)
+    changes = _changes(fit, trials, names, out)
+    for line in (*(f"error: {line}" for line in failed), *(f"note: {line}" for line in changes)):
+        sink.note(line)
     Report(
         study.title or f"{fit.ship.name}: {'fitted' if study.name == 'study' else f'study {study.name}'}",
         comparisons, fit, tuple(t.name for t in problem.trials),
@@ -71,7 +73,20 @@ def report(found: object, study: Study, fit: Fit, page: Path, provenance: Proven
         assumptions(fit.ship, [f.path for f in fit.free]), ahead,
         {**provenance, "trials": _counted({"for training": problem.trials, "for validation": problem.validation,
                                            "kept back": study.test})},
+        changes=changes,
     ).write(page)  # fmt: skip
+
+
+def _changes(fit: Fit, trials: Sequence[Trial], trained_on: Collection[str], out: Path) -> tuple[str, ...]:
+    """What the errors of instruments that the fit estimated do to the trials of its report."""
+    shared = instruments(fit.nuisances)
+    if not shared:
+        return ()
+    what = words(shared, fit.ship.model, trials[0])
+    if any(trial.name in trained_on for trial in trials):
+        return (f"the training trials are compared as corrected by {what}",)
+    remedy = f"seatrial validate {out / MODEL} TRIAL... --instruments {out / MODEL} does it"
+    return (f"the trials kept back are not corrected by what the fit found on the training trials ({what}); {remedy}",)
 
 
 def _tuned(found: Tuning, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
@@ -143,6 +158,30 @@ def shown(document: Document, out: Path, kept_back: bool) -> tuple[Shown, ...]:
     return (_wrote(out),) if summary is None else summary(document, out, of)
 
 
+def leads(document: Document, out: Path, kept_back: bool) -> tuple[str, ...]:
+    """What speaks against the result of the run in `out`, one short line each; empty where nothing does.
+
+    That the model does not explain the data, with the first ground, and that it predicts worse than before the fit.
+    """
+    found: Mapping[str, Any] = document
+    lost = found.get("worse_than_untuned")
+    tested: Mapping[str, Any] = found.get("diagnosis") or {"explained": True}
+    said: list[str] = []
+    if not tested["explained"]:
+        grounds = tested["lines"][1] if len(tested["lines"]) > 1 else tested["lines"][0]
+        short = grounds.removeprefix("suspect: ").partition(";")[0]
+        said.append(f"not explained: {short}; see {out}/report.html")
+    if lacking := found.get("not_explained"):
+        named = f"{', '.join(lacking[:3])}{', ...' * (len(lacking) > 3)}"
+        said.append(f"not explained: the data of {len(lacking)} fits ({named}); see fit.json of each in {out}/fits")
+    if lost:
+        of = "trials kept back" if kept_back else "the training trials"
+        mine, before = (figure(lost[label]) for label in ("fitted", "untuned"))
+        said.append(f"worse than untuned: {lost.get('what', 'standardised error')} {mine} against {before} before the "
+                    f"fit, on {of}")  # fmt: skip
+    return tuple(said)
+
+
 def comparisons(report: Report) -> Table:
     """Standardised errors by trial and label, the pooled ones last."""
     labels = report.labels
@@ -164,11 +203,10 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> tuple[Shown, ...]:
     )  # fmt: skip
     head = ("parameter", "start", "fitted", "sigma", "from data", "verdict")
     parameters = (Table(head, rows, (1, 2, 3, 4)),) if rows else ()  # a network has weights, no parameters
-    tested = found.get("diagnosis") or {"lines": (), "explained": True}
+    tested = found.get("diagnosis") or {"lines": ()}
     return (
-        *(() if tested["explained"] else tested["lines"]),
         *parameters,
-        *(tested["lines"] if tested["explained"] else ()),
+        *tested["lines"],
         *(f"standardised error on {of}, {label}: {figure(value)}" for label, value in found["standardised"].items()),
         *(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
           f"{figure(f['heading'] / DEGREE)} deg" for f in found["forecasts"]),

@@ -16,14 +16,14 @@ from ..data.check import check as findings_of
 from ..data.trialfile import read_trials, write_trial
 from ..engine import SimulationError
 from ..report.evidence import assumptions
-from ..report.report import Report
+from ..report.report import Report, worse_words
 from ..ships import Ship, ShipError
 from ..ships.felt import feels
 from ..ships.files import load
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
 from ..validate.metrics import scale_words
 from . import SILENT, Document, Outcome, RequestError, Sink
-from .comparing import compared, in_found_currents, provenance, scales_asked
+from .comparing import Around, compared, judged, provenance, scales_asked
 from .reports import comparisons as table_of
 from .request import PAGES, make_folder, separate
 
@@ -100,7 +100,8 @@ def _compared(
 
 def validate(
     model: str, paths: Sequence[Path], *, out: Path | None = None, restart: float | None = None,
-    smooth_start: float | None = None, scale: str | None = None, sink: Sink = SILENT,
+    smooth_start: float | None = None, scale: str | None = None, current: str | None = None,
+    fit_first: float | None = None, instruments: str | None = None, sink: Sink = SILENT,
 ) -> Outcome[Report]:  # fmt: skip
     """Compare a model and its baselines with trials.
 
@@ -108,7 +109,7 @@ def validate(
         model: a name of the library, or a ship file.
         paths: trial files, or folders of them.
         out: page to write, with its numbers beside it.
-        restart, smooth_start, scale: as the options of `seatrial validate`.
+        restart, smooth_start, scale, current, fit_first, instruments: as the options of `seatrial validate`.
 
     Returns:
         The report; a prediction that blew up is in `errors`.
@@ -121,15 +122,17 @@ def validate(
     ship, trials = _read(model, paths, sink)
     sigma, origin = scales_asked(trials, scale)
     scaled = f"{scale_words(sigma)} ({origin})"
-    moved = in_found_currents(trials, model, sink)
-    comparisons, failed = compared(ship, moved, restart, sigma, smooth_start=smooth_start)
+    asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
+    comparisons, failed = compared(
+        ship, asked.trials, restart, sigma, smooth_start=smooth_start, begun=asked.begun,
+    )  # fmt: skip
     spread = spread_of(model, ship, trials, sink)
     made = provenance(ship)
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),
         findings=(*(str(s) for s in spread if s.verdict != "inside"),
                   *(str(f) for t in trials for f in findings_of(t) if f.severity != "info")),
-        assumptions=assumptions(ship),
+        assumptions=assumptions(ship), fit_first=fit_first, changes=asked.changes,
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
                     "errors divided by": scaled, "restart": "none" if restart is None else f"{restart:g} s",
                     **({} if smooth_start is None else {"starts": f"from the readings of {smooth_start:g} s"}),
@@ -137,13 +140,15 @@ def validate(
     )  # fmt: skip
     if out is not None:
         sink.note(f"wrote {report.write(out)}")
-    document = {**report.numbers(), **spread_numbers(spread)}
-    return Outcome(report, document, (table_of(report), f"errors divided by: {scaled}"), failed)
+    begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
+    document = {**report.numbers(), **begun, **spread_numbers(spread)}
+    leads = worse_words(report)
+    return Outcome(report, document, (*leads, table_of(report), f"errors divided by: {scaled}"), failed, leads)
 
 
 def predict(
     model: str, paths: Sequence[Path], out: Path, *, restart: float | None = None, smooth_start: float | None = None,
-    sink: Sink = SILENT,
+    current: str | None = None, fit_first: float | None = None, instruments: str | None = None, sink: Sink = SILENT,
 ) -> Outcome[tuple[Trial, ...]]:  # fmt: skip
     """Predict trials on their own rows, and write the predictions as trial files to `out`; other arguments as above.
 
@@ -156,9 +161,13 @@ def predict(
     ship, trials = _read(model, paths, sink, out)
     predictions: list[Trial] = []
     failed: list[str] = []
-    for trial in in_found_currents(trials, model, sink):
+    asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
+    for trial in asked.trials:
+        first = asked.begun.get(trial.name)
+        begin = None if first is None else (first.t, first.state)
         try:
-            predictions.append(replay(ship, trial, restart=restart, smooth_start=smooth_start))
+            one = replay(ship, trial, restart=restart, smooth_start=smooth_start, begin=begin)
+            predictions.append(one if first is None else one.noting(f"begins at {first.t:g} s in an estimated state"))
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
     make_folder(out)
@@ -166,7 +175,8 @@ def predict(
         write_trial(prediction, out / f"{prediction.name}.csv")
     written = tuple(str(out / f"{one.name}.csv") for one in predictions)
     spread = spread_of(model, ship, trials, sink)
-    document = {"model": ship.name, "restart": restart, "written": list(written), **spread_numbers(spread)}
+    begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
+    document = {"model": ship.name, "restart": restart, "written": list(written), **begun, **spread_numbers(spread)}
     return Outcome(tuple(predictions), document, written, tuple(failed))
 
 

@@ -1,0 +1,139 @@
+"""Trials corrected by what a fit estimated beside the parameters: errors of instruments, currents and sensor biases.
+
+Errors of instruments are those of `identify.suspects`: a reading is the true value plus the error.  An error that all
+trials share (`Fit.nuisances["*"]`) belongs to the instrument; a current or a bias of one trial belongs to that trial.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+
+import numpy as np
+
+from ..data import Array, Trial, unwrapped
+from ..data.prepare import shifted
+from ..environment import CHANNELS
+from ..identify.nuisance import CURRENT, EVERY, with_current
+from ..identify.suspects import Suspect, suspects
+from ..models import STATES, Model
+from ..simulate.replay import wind_of
+
+Errors = Mapping[str, float]
+"""Errors by name as in `identify.suspects`, such as "offset.delta", "bias.psi", "current.north"; SI units."""
+
+# Channels of a sensor that has a delay, where they are not one channel of that name.
+_TOGETHER = {"position": ("x", "y"), "speed": ("u", "v_m")}
+# Kinds of errors that are not corrected by their direction: a shift in time, and the current, which is no error.
+_APART = ("delay", "current")
+_CURRENTS = {"current.north": CURRENT[0].rpartition(".")[2], "current.east": CURRENT[1].rpartition(".")[2]}
+
+
+def instruments(found: Mapping[str, Errors]) -> dict[str, float]:
+    """Errors of instruments that all trials of a fit share; a current that they share is none.
+
+    Args:
+        found: by trial and name, as in `Fit.nuisances`.
+    """
+    return {name: size for name, size in found.get(EVERY, {}).items() if name not in _CURRENTS}
+
+
+def of_trial(name: str, found: Mapping[str, Errors], trained_on: Collection[str]) -> dict[str, float]:
+    """Everything that a fit estimated for a trial of this name: shared errors, its current and its biases.
+
+    Of a trial that the fit was not trained on, nothing that is shared.
+
+    Args:
+        found: by trial and name, as in `Fit.nuisances`.
+    """
+    out = dict(found.get(EVERY, {})) if name in trained_on else {}
+    for key, size in found.get(name, {}).items():
+        named = next((one for one, own in _CURRENTS.items() if own == key), key.replace("bias_", "bias.", 1))
+        out[named] = out.get(named, 0.0) + size
+    return out
+
+
+def corrected(trial: Trial, errors: Errors, model: Model) -> Trial:
+    """The trial as instruments without these errors would have logged it, in the current among them.
+
+    Inputs change as in the fit that estimated the errors (`Suspect.acts`), readings by the inverse of the error.
+    A delay shifts its channels in time; rows without a reading become gaps.  A current adds to the logged one.  Errors
+    of what the trial did not log change nothing.
+    """
+    if not any(errors.values()):
+        return trial
+    known = {one.name: (one, errors[one.name]) for one in suspects(model, [trial]) if errors.get(one.name)}
+    acting = [(one, c) for name, (one, c) in known.items() if one.acts and name.partition(".")[0] not in _APART]
+    out = _acted(trial, acting, model) if acting else trial
+    for name, size in errors.items():
+        kind, _, what = name.partition(".")
+        if kind == "delay" and size:
+            late = [one for one in _TOGETHER.get(what, (_logged(what, trial, model),)) if one in trial]
+            out = shifted(out, size, *late) if late else out
+    out = _read(out, errors, [(one, c) for one, c in known.values() if one.reads])
+    own = {key: errors.get(name, 0.0) for name, key in _CURRENTS.items()}
+    return with_current(out, {trial.name: own}).noting(f"corrected by {', '.join(errors)}, as estimated")
+
+
+def _logged(control: str, trial: Trial, model: Model) -> str:
+    """The channel that a control is read from: its own, or that of the order it follows."""
+    orders = {name: order for name, (order, _) in zip(model.controls, model.follows, strict=True)}
+    return control if control in trial else orders.get(control, control)
+
+
+def _acted(trial: Trial, acting: list[tuple[Suspect, float]], model: Model) -> Trial:
+    """The trial with corrected inputs."""
+    n = len(model.controls)
+    series = np.zeros((len(trial), n + len(CHANNELS)))
+    for k, (name, (order, factor)) in enumerate(zip(model.controls, model.follows, strict=True)):
+        if name in trial or order in trial:
+            series[:, k] = trial[name] if name in trial else factor * trial[order]
+    wind = wind_of(trial)
+    if wind is not None:
+        series[:, n], series[:, n + 1] = wind
+    change = sum((c * one.acts(series, trial.dt) for one, c in acting if one.acts), np.zeros_like(series))
+    right, moved = series + change, np.asarray(change.any(axis=0))
+    channels = {name: right[:, k] for k, name in enumerate(model.controls) if moved[k]}
+    if moved[n : n + 2].any():
+        north, east = right[:, n], right[:, n + 1]
+        channels |= {"U_T": np.hypot(north, east), "gamma_T": np.arctan2(east, north)}
+    return trial.having(**channels)
+
+
+def _read(trial: Trial, errors: Errors, reading: list[tuple[Suspect, float]]) -> Trial:
+    """The trial with corrected readings: biases and scales of each channel first, then the place of the antenna."""
+    state = np.zeros((len(trial), len(STATES)))
+    for k, name in enumerate(STATES):
+        if name in trial:
+            values = unwrapped(trial[name]) if name == "psi" else trial[name]
+            state[:, k] = (values - errors.get(f"bias.{name}", 0.0)) / (1.0 + errors.get(f"scale.{name}", 0.0))
+    right = state.copy()
+    for one, c in reading:
+        if one.reads and one.name.partition(".")[0] == "antenna":
+            right -= c * one.reads(state, None, trial.dt)
+    before = trial.stack(*(name for name in STATES if name in trial))
+    after: dict[str, Array] = {}
+    for k, name in enumerate(one for one in STATES if one in trial):
+        if not np.array_equal(right[:, STATES.index(name)], before[:, k], equal_nan=True):
+            after[name] = right[:, STATES.index(name)]
+    return trial.having(**after)
+
+
+def words(errors: Errors, model: Model, trial: Trial) -> str:
+    """Errors with sizes and units, the current last as speed and direction; for people."""
+    known = {one.name: one for one in suspects(model, [trial])}
+    out: list[str] = []
+    for name, size in errors.items():
+        one = known.get(name)
+        if name in _CURRENTS or not size:
+            continue
+        if one is None:
+            out.append(f"{name} of {size:.3g}")
+            continue
+        share = size / (1.0 - size) if one.of_reading and size < 0.9 else size
+        out.append(f"{one.words} of {share / one.per:.3g} {one.unit}")
+    north, east = (errors.get(name, 0.0) for name in _CURRENTS)
+    if north or east:
+        towards = math.degrees(math.atan2(east, north)) % 360.0
+        out.append(f"a current of {math.hypot(north, east):.3g} m/s towards {towards:.3g} deg")
+    return ", ".join(out)

@@ -1,0 +1,220 @@
+"""Start of a prediction estimated on the first seconds of a trial: initial state, constant current, sensor biases.
+
+The model's parameters are held.  Current and biases have priors of ordinary size; nothing is known of states before.
+Readings weigh by the noise of their sensors, as in a fit, as long as the model explains them.  Where it does not, the
+seconds are cut into shorter windows, each from a state of its own, and each channel weighs by what it leaves over and
+by how alike neighbouring residuals are: errors of the model should not pass for a current.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..data import Array, DataError, Trial
+from ..environment import to_earth
+from ..identify import Loss, Nuisance, Problem
+from ..identify.diagnosis import LARGE
+from ..identify.noise import noise, screened
+from ..identify.nuisance import begun_as
+from ..identify.record import even
+from ..identify.trajectory.gauss_newton import State, minimise
+from ..identify.trajectory.objective import TrajectoryObjective
+from ..models import STATES
+from ..ships import Ship
+from ..simulate.replay import replay
+from .corrected import corrected
+
+# Standard deviations: of each component of the current over sqrt(g L_pp), which is 1 m/s for a ship of 255 m; of the
+# bias of the heading [rad]; of those of the speeds over the ship's speed U, and of the rate over U / L_pp.
+_CURRENT, _HEADING, _SPEED, _RATE = 0.02, 0.05, 0.05, 0.05
+_GRAVITY = 9.81
+# Fewest rows that are fitted, and that are predicted after them.
+_FEWEST, _REST = 10, 2
+# Most windows of the first seconds; rounds of weights; iterations of each descent and its relative tolerance.
+_WINDOWS, _ROUNDS, _ITERATIONS, _CLOSE = 8, 3, 30, 1e-8
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What the first seconds of a trial say about the rest.
+
+    Attributes:
+        trial: with the biases taken from its readings, in the current.
+        t: time of the first row after them, where predictions start [s].
+        state: x, y, psi, u, v_m, r there, by the model, shape (6,).
+        found, sigma: current and biases with standard deviations, by name as in `identify.suspects`, SI units.
+        size: root mean square residual of the first seconds over the sensors' noise; 1 where the model explains them.
+    """
+
+    trial: Trial
+    t: float
+    state: Array
+    found: Mapping[str, float]
+    sigma: Mapping[str, float]
+    size: float
+
+    def numbers(self) -> dict[str, object]:
+        """The same without trial for a JSON document, SI units and radians."""
+        state = dict(zip(STATES, self.state.tolist(), strict=True))
+        estimated = {name: {"value": value, "sigma": self.sigma[name]} for name, value in self.found.items()}
+        return {"t": self.t, "state": state, "estimated": estimated, "residual_over_noise": self.size}
+
+
+def fit_first(ship: Ship, trial: Trial, span: float, *, current: bool = True) -> Beginning:
+    """Estimate how a trial begins from its first `span` seconds.
+
+    Args:
+        ship: a model in continuous time, whose parameters are held.
+        trial: the trial, corrected by what is known of its instruments.
+        span: from the first complete row on [s].
+        current: whether a current is estimated, on top of a logged one.
+
+    Raises:
+        DataError: fewer than ten complete rows within `span`, or fewer than two after it.
+    """
+    level = noise([trial])
+    (clean,) = screened([trial], level).trials
+    whole = np.isfinite(clean.stack(*STATES)).all(axis=1) if all(name in clean for name in STATES) else np.zeros(1)
+    good = np.flatnonzero(whole)
+    begin = float(trial.t[good[0]]) if good.size else 0.0
+    before = trial.t[good] < begin + span * (1.0 - 1e-9)
+    seen, rest = good[before], good[~before]
+    if seen.size < _FEWEST:
+        few = f"{seen.size} complete rows within {span:g} s"
+        raise DataError(f"{trial.name}: {few}; {_FEWEST} are needed to fit them first")
+    if rest.size < _REST:
+        raise DataError(f"{trial.name}: lasts {trial.duration:g} s; the first {span:g} s leave nothing to predict")
+    part = even(clean.rows(slice(int(seen[0]), int(seen[-1]) + 1)), clean.dt)
+    best = _Search.of(ship, part, level, current)
+    t, state = best.end
+    right = corrected(trial, best.found, ship.model)
+    return Beginning(right, *_carried(ship, right, t, state, int(rest[0])), best.found, best.sigma, best.size)
+
+
+def _carried(ship: Ship, trial: Trial, t: float, state: Array, row: int) -> tuple[float, Array]:
+    """Time and state at a row, by the model from a state at time t shortly before [s]."""
+    onwards = int(np.searchsorted(trial.t, t - 1e-6 * trial.dt))
+    late = float(trial.t[onwards]) - t  # a part of a step, where steps are uneven
+    north, east = to_earth(state[3], state[4], math.cos(state[2]), math.sin(state[2]))
+    state = state + late * np.array([float(north), float(east), state[5], 0.0, 0.0, 0.0])
+    if onwards < row:
+        until = replay(ship, trial.rows(slice(onwards, row + 1)), begin=(float(trial.t[onwards]), state))
+        state = until.rows(slice(-1, None)).stack(*STATES)[0]
+    return float(trial.t[row]), state
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The estimate on the first seconds, cut into windows, at its optimum.
+
+    Attributes:
+        part: the first seconds on even steps.
+        level: noise of each compared state.
+        objective, eta: with the weights of `sigma`, and its nuisance parameters.
+    """
+
+    part: Trial
+    level: Mapping[str, float]
+    objective: TrajectoryObjective
+    eta: Array
+
+    @staticmethod
+    def of(ship: Ship, part: Trial, level: Mapping[str, float], current: bool) -> _Search:
+        """In as few windows as the model explains, weighted by what it leaves over."""
+        count = 1
+        found = _Search._with(ship, part, level, level, current, count)
+        while found.size > LARGE and count < _WINDOWS and len(part) >= 2 * count * _FEWEST:
+            count *= 2
+            found = _Search._with(ship, part, level, level, current, count)
+        for _ in range(_ROUNDS if found.size > LARGE else 0):
+            found = _Search._with(ship, part, level, found.weights, current, count)
+        return found
+
+    @staticmethod
+    def _with(
+        ship: Ship, part: Trial, level: Mapping[str, float], sigma: Mapping[str, float], current: bool, count: int
+    ) -> _Search:
+        speed = ship.speed
+        bias = {"psi": _HEADING, "u": _SPEED * speed, "v_m": _SPEED * speed, "r": _RATE * speed / ship.L_pp}
+        nuisance = Nuisance(
+            current=_CURRENT * math.sqrt(_GRAVITY * ship.L_pp) if current else 0.0,
+            bias={name: sd for name, sd in bias.items() if name in level and sd > 0},
+        )  # fmt: skip
+        part = part.rows(slice((len(part) - 1) % count, None))  # windows of one length
+        problem = begun_as(Problem(ship, (part,), (), Loss(sigma, 0.0), nuisance), "free")
+        objective = TrajectoryObjective.build(
+            problem, (part,), sigma, window=part.duration / count, dt=part.dt, every=1, method="rk4", threads=None,
+        )  # fmt: skip
+        none, eta = np.zeros(0), np.zeros(objective.nuisances)
+        state = minimise(
+            objective, State(none, eta, objective.cost(none, eta)), none, none,
+            iterations=_ITERATIONS, tolerance=_CLOSE, each=lambda _: None,
+        )  # fmt: skip
+        return _Search(part, level, objective, state.eta)
+
+    @property
+    def left(self) -> Array:
+        """Residuals over the sensors' noise, shape (windows, rows, 6); NaN where nothing is compared."""
+        scale = self.objective.windows.scale
+        e = self.objective.residuals(np.zeros(0), self.eta)
+        unit = np.array([self.level.get(name, 1.0) for name in STATES])
+        return np.where(scale > 0, e / np.where(scale > 0, scale, 1.0) / unit, np.nan)
+
+    @property
+    def size(self) -> float:
+        """Root mean square of `left` by degree of freedom."""
+        e = self.left
+        return float(np.sqrt(np.nansum(e**2) / max(int(np.isfinite(e).sum()) - self.eta.size, 1)))
+
+    @property
+    def weights(self) -> dict[str, float]:
+        """Scale of each channel: its noise, larger by its residuals and as neighbours among them are alike.
+
+        The variance of a mean of n alike values is larger than that of independent ones by (1 + rho) / (1 - rho), rho
+        being the correlation of neighbours, and by n at most.
+        """
+        out: dict[str, float] = {}
+        for name, least in self.level.items():
+            e = np.nan_to_num(self.left[:, :, STATES.index(name)])
+            square = float((e**2).sum())
+            rho = float((e[:, 1:] * e[:, :-1]).sum()) / max(square, 1e-300)
+            count = max(int(np.isfinite(self.left[:, :, STATES.index(name)]).sum()), 1)
+            alike = min((1.0 + rho) / max(1.0 - rho, 1e-9), e.shape[1]) if rho > 0.0 else 1.0
+            out[name] = least * max(math.sqrt(square / count), 1.0) * math.sqrt(alike)
+        return out
+
+    @property
+    def found(self) -> dict[str, float]:
+        """Current and biases by name as in `identify.suspects`."""
+        layout = self.objective.layout
+        return dict(zip(map(_named, layout.own.names), layout.of_trials(self.eta)[0].tolist(), strict=True))
+
+    @property
+    def sigma(self) -> dict[str, float]:
+        """Their posterior standard deviations."""
+        (block,) = self.objective.normal(np.zeros(0), self.eta).blocks
+        own = self.objective.layout.own
+        spread = np.sqrt(np.diag(np.linalg.inv(block.own)))[block.own.shape[0] - own.count :]
+        return dict(zip(map(_named, own.names), spread.tolist(), strict=True))
+
+    @property
+    def end(self) -> tuple[float, Array]:
+        """Time of the last row [s] and the state that the model has there; a state that is not compared as read."""
+        windows = self.objective.windows
+        row = int(np.flatnonzero(windows.scale[-1].any(axis=1))[-1])
+        scale = windows.scale[-1, row]
+        off = self.objective.layout.own.offset(self.objective.layout.of_trials(self.eta))[0]
+        e = self.objective.residuals(np.zeros(0), self.eta)[-1, row]
+        model = windows.measured[-1, row] + e / np.where(scale > 0, scale, 1.0) - off
+        complete = np.flatnonzero(np.isfinite(self.part.stack(*STATES)).all(axis=1))
+        last = int(complete[-1])
+        return float(self.part.t[last]), np.where(scale > 0, model, self.part.stack(*STATES)[last])
+
+
+def _named(name: str) -> str:
+    """The name in `identify.suspects` of a nuisance of a trial."""
+    return {"current_x": "current.north", "current_y": "current.east"}.get(name, name.replace("bias_", "bias.", 1))

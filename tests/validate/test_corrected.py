@@ -1,0 +1,98 @@
+"""Errors of instruments that a fit estimated are taken out of a log: what is left is what right instruments log."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from seatrial.data import Trial
+from seatrial.environment import Uniform
+from seatrial.identify.nuisance import EVERY
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.models import STATES
+from seatrial.ships.files import load
+from seatrial.simulate.run import approach, simulate
+from seatrial.validate.corrected import corrected, instruments, of_trial, words
+
+SHIP = load("kvlcc2")
+DEG = math.radians(1.0)
+
+
+@pytest.fixture(scope="module")
+def right() -> Trial:
+    run = simulate(SHIP, Zigzag(approach(SHIP)[1], 20 * DEG, 20 * DEG), duration=300.0, dt=0.1, every=10, name="a",
+                   environment=Uniform(U_T=10.0, gamma_T=1.0))  # fmt: skip
+    return replace(run, meta={**run.meta, "source": "a log"})
+
+
+def late(trial: Trial, lag: float, *names: str) -> Trial:
+    """What the log shows where channels are late."""
+    moved = {n: np.interp(trial.t - lag, trial.t, np.unwrap(trial[n]) if n == "psi" else trial[n]) for n in names}
+    return trial.having(**moved)
+
+
+def ahead(trial: Trial, metres: float, aside: float) -> Trial:
+    c, s = np.cos(trial["psi"]), np.sin(trial["psi"])
+    return trial.having(x=trial["x"] + metres * c - aside * s, y=trial["y"] + metres * s + aside * c)
+
+
+PLANTED = {
+    "offset.delta": (1.5 * DEG, lambda t, c: t.having(delta=t["delta"] + c)),
+    "scale.delta": (0.1, lambda t, c: t.having(delta=t["delta"] / (1.0 - c))),
+    "port.delta": (0.1, lambda t, c: t.having(delta=np.where(t["delta"] < 0, t["delta"] / (1.0 - c), t["delta"]))),
+    "scale.n_P": (-0.05, lambda t, c: t.having(n_P=t["n_P"] / (1.0 - c))),
+    "delay.delta": (2.0, lambda t, c: late(t, c, "delta")),
+    "delay.position": (3.0, lambda t, c: late(t, c, "x", "y")),
+    "delay.speed": (2.0, lambda t, c: late(t, c, "u", "v_m")),
+    "bias.psi": (3 * DEG, lambda t, c: t.having(psi=t["psi"] + c)),
+    "bias.r": (0.02 * DEG, lambda t, c: t.having(r=t["r"] + c)),
+    "scale.u": (0.05, lambda t, c: t.having(u=(1.0 + c) * t["u"])),
+    "antenna.ahead": (-100.0, lambda t, c: ahead(t, c, 0.0)),
+    "antenna.starboard": (12.0, lambda t, c: ahead(t, 0.0, c)),
+    "scale.wind": (0.2, lambda t, c: t.having(U_T=t["U_T"] / (1.0 - c))),
+}
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_the_log_of_a_wrong_instrument_becomes_that_of_a_right_one(right: Trial, name: str) -> None:
+    size, plant = PLANTED[name]
+    wrong = plant(right, size)
+    again = corrected(wrong, {name: size}, SHIP.model)
+    inner = slice(5, -5)  # a shift in time leaves gaps at an end
+    for channel in (*STATES, "delta", "n_P", "U_T", "gamma_T"):
+        assert again[channel][inner] == pytest.approx(right[channel][inner], abs=1e-9, rel=1e-9), channel
+    assert any(not np.allclose(wrong[c], right[c], rtol=1e-6) for c in (*STATES, "delta", "n_P", "U_T"))
+    assert again.meta["processing"][-1] == f"corrected by {name}, as estimated"
+
+
+def test_errors_of_heading_and_antenna_are_taken_out_together(right: Trial) -> None:
+    both = {"antenna.ahead": 50.0, "bias.psi": 2 * DEG}
+    wrong = ahead(right, 50.0, 0.0)
+    again = corrected(wrong.having(psi=wrong["psi"] + 2 * DEG), both, SHIP.model)
+    for name in ("x", "y", "psi"):
+        assert again[name] == pytest.approx(right[name], abs=1e-8)
+
+
+def test_a_trial_without_errors_or_without_the_channel_stays_as_it_is(right: Trial) -> None:
+    assert corrected(right, {}, SHIP.model) is right
+    calm = replace(right, channels={k: v for k, v in right.channels.items() if k not in ("U_T", "gamma_T")})
+    assert set(corrected(calm, {"scale.wind": 0.2}, SHIP.model).channels) == set(calm.channels)
+
+
+def test_currents_and_biases_stay_with_their_trial_and_errors_of_instruments_with_the_instruments(right: Trial) -> None:
+    found = {EVERY: {"offset.delta": 1.5 * DEG, "current.north": 0.3},
+             "a": {"current_x": 0.1, "current_y": -0.2, "bias_u": 0.05}}  # fmt: skip
+    assert instruments(found) == {"offset.delta": 1.5 * DEG}  # a current is no instrument
+    mine = of_trial("a", found, ("a",))
+    all_of_it = {"offset.delta": 1.5 * DEG, "current.north": 0.4, "current.east": -0.2, "bias.u": 0.05}
+    assert mine == pytest.approx(all_of_it)
+    assert of_trial("b", found, ("a",)) == {}
+    there = corrected(right, mine, SHIP.model)
+    assert np.allclose(there["U_C"] * np.cos(there["gamma_C"]), 0.4)
+    assert np.allclose(there["u"], right["u"] - 0.05)
+    told = words(mine, SHIP.model, right)
+    assert "an offset of delta of 1.5 deg" in told
+    assert "a current of 0.447 m/s towards 333 deg" in told

@@ -1,0 +1,86 @@
+"""Current, biases and state from the first seconds of a trial, the model held; the rest is predicted from there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from seatrial.data import DataError, Trial
+from seatrial.environment import Uniform
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.sensors import Sensors
+from seatrial.ships.files import load
+from seatrial.simulate.replay import replay
+from seatrial.simulate.run import approach, simulate
+from seatrial.validate.comparison import constant_velocity
+from seatrial.validate.fit_first import fit_first
+
+SHIP = load("kvlcc2_l7")
+NOISE = {"x": 0.01, "y": 0.01, "psi": 0.002, "u": 0.005, "v_m": 0.005, "r": 0.0005}
+TRUE = {"current.north": 0.05 * math.cos(1.0), "current.east": 0.05 * math.sin(1.0), "bias.psi": 0.03, "bias.u": 0.02}
+
+
+def zigzag(seed: int, *, faulty: bool = True) -> Trial:
+    around = Uniform(U_C=0.05 * faulty, gamma_C=1.0)
+    run = simulate(SHIP, Zigzag(approach(SHIP)[1], 0.35, 0.35), duration=120.0, dt=0.1, every=5, environment=around)
+    run = Sensors(NOISE).read(run, np.random.default_rng(seed))
+    return run.having(U_C=np.zeros(len(run)), gamma_C=np.zeros(len(run)), psi=run["psi"] + 0.03 * faulty,
+                      u=run["u"] + 0.02 * faulty)  # fmt: skip
+
+
+def far(predicted: Trial, measured: Trial, since: float) -> float:
+    """Root mean square distance [m] after a time."""
+    rows = measured.t >= since
+    off = [np.interp(measured.t, predicted.t, predicted[c]) - measured[c] for c in ("x", "y")]
+    return float(np.sqrt(np.mean(np.hypot(*off)[rows] ** 2)))
+
+
+def test_what_is_planted_comes_back_and_the_rest_is_predicted() -> None:
+    z = []
+    for seed in range(4):
+        log = zigzag(seed)
+        found = fit_first(SHIP, log, 40.0)
+        z += [(found.found[name] - true) / found.sigma[name] for name, true in {"bias.v_m": 0.0, **TRUE}.items()]
+        assert found.size == pytest.approx(1.0, abs=0.15)
+        assert found.t == 40.0
+    assert np.sqrt(np.mean(np.square(z))) == pytest.approx(1.0, abs=0.5)
+    begun = replay(SHIP, found.trial, begin=(found.t, found.state))
+    assert begun.t[0] == 40.0
+    assert far(begun, found.trial, 40.0) < 0.05 * far(replay(SHIP, log), log, 40.0)
+    steady = constant_velocity(found.trial.rows(log.t >= 40.0), None, found.state)
+    assert [steady[name][0] for name in ("x", "u", "psi")] == pytest.approx(found.state[[0, 3, 2]].tolist())
+
+
+def test_a_sound_log_is_hardly_changed_and_a_known_current_is_not_estimated() -> None:
+    found = fit_first(SHIP, zigzag(1, faulty=False), 40.0, current=False)
+    assert set(found.found) == {"bias.psi", "bias.u", "bias.v_m", "bias.r"}
+    assert all(abs(size) < 4.0 * found.sigma[name] for name, size in found.found.items())
+
+
+def test_errors_of_the_model_do_not_pass_for_a_strong_current() -> None:
+    """A model that turns a third less: what is left over weighs less, and priors of ordinary size hold."""
+    model = SHIP.model
+    wrong = SHIP.having({"rudder.a_H": 0.3 * float(model.rudder.a_H), "hull.N_r": 1.5 * float(model.hull.N_r)})
+    found = fit_first(wrong, zigzag(2, faulty=False), 60.0)
+    assert found.size > 1.3
+    assert math.hypot(found.found["current.north"], found.found["current.east"]) < 0.2
+    assert abs(found.found["bias.psi"]) < 0.1
+
+
+def test_too_few_rows_before_or_after_are_refused() -> None:
+    log = zigzag(3)
+    with pytest.raises(DataError, match="8 complete rows within 4 s; 10 are needed"):
+        fit_first(SHIP, log, 4.0)
+    with pytest.raises(DataError, match="lasts 120 s; the first 120 s leave nothing"):
+        fit_first(SHIP, log, 120.0)
+
+
+def test_gaps_and_outliers_at_the_start_do_no_harm() -> None:
+    log = zigzag(4)
+    psi, x = log["psi"].copy(), log["x"].copy()
+    psi[:4], x[30], x[80:83] = np.nan, x[30] + 50.0, np.nan
+    found = fit_first(SHIP, log.having(psi=psi, x=x), 40.0)
+    assert found.t == pytest.approx(42.0)
+    assert all(abs(found.found[name] - true) < 4.0 * found.sigma[name] for name, true in TRUE.items())
