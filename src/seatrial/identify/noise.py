@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, Trial, unwrapped
-from ..models import STATES
+from ..environment import CHANNELS
+from ..models import STATES, Model
+from ..simulate.replay import wind_of
 
 _ORDERS = range(2, 9)
 # Differences beyond so many standard deviations are clipped: outliers, and the kinks of a manoeuvre.
@@ -108,6 +110,19 @@ def noise(trials: Sequence[Trial]) -> dict[str, float]:
         out[name], spreads[name] = max(pooled, _FLOOR * spread), spread
     exact = all(level < _EXACT * spreads[name] for name, level in out.items())
     return {name: _MODELLED * spread for name, spread in spreads.items()} if exact else out
+
+
+def input_noise(trials: Sequence[Trial], model: Model) -> Array:
+    """Noise of what acts on a model, row by row: its controls and the components of the wind, shape (controls + 8,)."""
+    out = np.zeros(len(model.controls) + len(CHANNELS))
+    for trial in trials:
+        wind = wind_of(trial)
+        columns = [trial[name] if name in trial else np.zeros(0) for name in model.controls]
+        columns += [] if wind is None else [*wind]
+        for k, values in enumerate(columns):
+            level = sensor_noise(values) if values.size and np.nanstd(values) else 0.0
+            out[k] = max(out[k], np.nan_to_num(level))
+    return out
 
 
 def outliers(values: Array, level: float) -> NDArray[np.bool_]:

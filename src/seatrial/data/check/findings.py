@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -27,6 +28,7 @@ _FEWEST = 10
 """Rows in common that exclude coincidence."""
 
 _Placed = list[tuple[int, Trial]]
+_KNOWN: dict[int, tuple[weakref.ref[Trial], tuple[Finding, ...]]] = {}
 
 
 @dataclass(frozen=True)
@@ -59,8 +61,16 @@ class Finding:
 
 
 def check(trial: Trial) -> tuple[Finding, ...]:
-    """All findings of one trial, errors first; none means that no known fault was found."""
-    return check_folder((trial,))
+    """All findings of one trial, errors first; none means that no known fault was found.
+
+    They are kept as long as the trial lives: a fit asks for them in its lint, before it starts and in its report.
+    """
+    known = _KNOWN.get(id(trial))
+    if known is None or known[0]() is not trial:
+        key = id(trial)
+        known = weakref.ref(trial, lambda _: _KNOWN.pop(key, None)), check_folder((trial,))
+        _KNOWN[key] = known
+    return known[1]
 
 
 def check_folder(trials: Sequence[Trial]) -> tuple[Finding, ...]:

@@ -17,9 +17,10 @@ import numpy as np
 
 from ...core.parameters import values
 from ...data import Array
+from ...environment import CHANNELS
 from ...models import STATES, unit
 from .. import Fit, Problem
-from ..noise import noise
+from ..noise import input_noise, noise
 from ..nuisance import EVERY, begun_as
 from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
@@ -30,6 +31,8 @@ from .verdicts import judged_by
 
 # A fixed parameter is tested with this change, relative.
 _TENTH = 0.1
+# Draws of the noise of the inputs.
+_DRAWS = 24
 _LISTED = 5
 
 
@@ -42,6 +45,7 @@ class _Linear:
         J: weighted derivatives by the parameters, nuisances projected out, shape (lanes, rows * 6, parameters).
         extra: the same by the suspects, shape (lanes, rows * 6, suspects).
         held: the same by the fixed parameters.
+        drawn: changes by draws of the noise of the inputs, weighted and projected alike.
         leverage: of the nuisances, shape (lanes, rows, 6).
     """
 
@@ -49,6 +53,7 @@ class _Linear:
     J: Array
     extra: Array
     held: Array
+    drawn: Array
     leverage: Array
 
 
@@ -79,17 +84,18 @@ def diagnosed(
                   and not _estimated(one.name, problem))  # fmt: skip
     fixed = _fixed(fit, problem)
     with np.errstate(all="ignore"):
-        linear = _linear(objective, p, eta, known, fixed, fit)
+        linear = _linear(objective, p, eta, known, fixed, _draws(objective, problem))
     vector = problem.vector
     A = _gram(linear.J) + np.diag(
         np.append(vector.precision, objective.deviation**-2.0)
     )  # fmt: skip
     channels, size = _channels(objective, linear, A, noise(problem.trials))
-    covariance = _covariance(linear, A, size / objective.windows.weight)
+    covariance = _covariance(linear, A, size / objective.windows.weight) + _by_inputs(linear, A)
     # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
     least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(STATES)])
     floor = np.maximum(size, least**2)
-    tested = _suspicions(linear, A, floor, known, _covariance(linear, A, floor / objective.windows.weight), problem)
+    least_sure = _covariance(linear, A, floor / objective.windows.weight) + _by_inputs(linear, A)
+    tested = _suspicions(linear, A, floor, known, least_sure, problem)
     first = problem.ship.model.controls[:1]
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
@@ -119,15 +125,15 @@ def _fixed(fit: Fit, problem: Problem) -> dict[str, float]:
 
 
 def _linear(
-    objective: TrajectoryObjective, p: Array, eta: Array, known: Any, fixed: Mapping[str, float], fit: Fit
+    objective: TrajectoryObjective, p: Array, eta: Array, known: Any, fixed: Mapping[str, float], draws: list[Array]
 ) -> _Linear:
-    e, slopes, extra, held = objective.linear(p, eta, known, fixed, fit.ship.model)
+    e, slopes, extra, held, drawn = objective.linear(p, eta, known, fixed, draws)
     scale = objective.windows.scale
-    n, k, h = p.size, extra.shape[-1], held.shape[-1]
-    whole = np.concatenate([slopes[..., :n], extra, held], axis=-1)
+    n, k, h, d = p.size, extra.shape[-1], held.shape[-1], drawn.shape[-1]
+    whole = np.concatenate([slopes[..., :n], extra, held, drawn], axis=-1)
     whole *= scale[..., None]
     whole[(scale == 0.0) | ~np.isfinite(whole).all(axis=-1)] = 0.0
-    columns = whole.reshape(len(whole), -1, n + k + h)
+    columns = whole.reshape(len(whole), -1, n + k + h + d)
     weighted = slopes * scale[..., None]
     weighted[scale == 0.0] = 0.0
     leverage = np.zeros((len(columns), columns.shape[1]))
@@ -144,11 +150,12 @@ def _linear(
         flat = eta_columns.reshape(-1, eta_columns.shape[2])
         own = flat.T @ flat + np.diag(layout.deviation[part] ** -2.0)
         back = np.linalg.solve(own, flat.T)
-        mixed = columns[mine].reshape(-1, n + k + h)
+        mixed = columns[mine].reshape(-1, n + k + h + d)
         columns[mine] = (mixed - flat @ (back @ mixed)).reshape(columns[mine].shape)
         leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
-    J, extra, held = (np.ascontiguousarray(part) for part in np.split(columns, [n, n + k], axis=-1))
-    return _Linear(e, J, extra, held, leverage.reshape(scale.shape))
+    parts = np.split(columns, [n, n + k, n + k + h], axis=-1)
+    J, extra, held, drawn = (np.ascontiguousarray(part) for part in parts)
+    return _Linear(e, J, extra, held, drawn, leverage.reshape(scale.shape))
 
 
 def _channels(
@@ -225,7 +232,9 @@ def _suspicions(
     cost, back = float(e @ e), np.linalg.pinv(A, hermitian=True)
     sigma = np.sqrt(np.diag(covariance))
     both = np.concatenate([linear.J, linear.extra], axis=-1)
-    G, by_channel = _gram(both), _by_channel(both, size)
+    drawn = linear.drawn.reshape(e.size, -1)
+    moved = both.reshape(e.size, -1).T @ drawn
+    G, by_channel = _gram(both), _by_channel(both, size) + moved @ moved.T / max(drawn.shape[1], 1)
     slope = both.reshape(-1, both.shape[-1]).T @ e
     out: list[Suspicion] = []
     for k, one in enumerate(known):
@@ -244,6 +253,31 @@ def _suspicions(
             one.of_reading,
         ))  # fmt: skip
     return tuple(sorted(out, key=lambda s: -s.drop))
+
+
+def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
+    """Draws of the noise of the logged inputs, as they act: controls with the mean of two rows."""
+    level = input_noise(problem.trials, problem.ship.model)
+    if not level.any():
+        return []
+    cut, rng = objective.windows, np.random.default_rng(0)
+    substeps = max(round(problem.trials[0].dt / cut.dt), 1)
+    lanes, steps, inputs = cut.series.shape
+    rows = -(-steps // substeps)
+    out: list[Array] = []
+    for _ in range(_DRAWS):
+        white = rng.normal(0.0, 1.0, (lanes, rows + 1, inputs)) * level
+        mean = 0.5 * (white[:, 1:] + white[:, :-1])
+        acts = np.concatenate([mean[..., : -len(CHANNELS)], white[:, 1:, -len(CHANNELS) :]], axis=-1)
+        out.append(np.repeat(acts, substeps, axis=1)[:, :steps])
+    return out
+
+
+def _by_inputs(linear: _Linear, A: Array) -> Array:
+    """Covariance that the noise of the inputs adds."""
+    flat = linear.J.reshape(-1, linear.J.shape[-1])
+    moves = np.linalg.pinv(A, hermitian=True) @ (flat.T @ linear.drawn.reshape(len(flat), -1))
+    return moves @ moves.T / max(moves.shape[1], 1)
 
 
 def _residuals(

@@ -225,18 +225,18 @@ class TrajectoryObjective:
         )  # fmt: skip
 
     def linear(
-        self, p: Array, eta: Array, suspects: Sequence[Suspect], fixed: Mapping[str, float], model: Any
-    ) -> tuple[Array, Array, Array, Array]:
+        self, p: Array, eta: Array, suspects: Sequence[Suspect], fixed: Mapping[str, float], draws: Sequence[Array]
+    ) -> tuple[Array, Array, Array, Array, Array]:
         """Weighted residuals, and unweighted derivatives of the readings, for tests of a finished fit.
 
         Args:
             suspects: errors of instruments that are not estimated.
             fixed: parameters that are not estimated; their change is a tenth of their value.
-            model: the fitted model.
+            draws: changes of the inputs, each of the shape of `windows.series`.
 
         Returns:
             Residuals (lanes, rows, 6), derivatives by `p`, currents and initial states, by the suspects, and the
-            change of the readings by each fixed parameter, shapes (lanes, rows, 6, ...).
+            changes of the readings by each fixed parameter and each draw, shapes (lanes, rows, 6, ...).
         """
         state0, parameters, arguments, bias = self._arguments(p, eta)
         run, slopes = self.slopes.run(state0, self.series(p), parameters, **arguments)
@@ -253,8 +253,16 @@ class TrajectoryObjective:
             other[names.index(path)] = value * (1.0 + _SMALL)
             moved = self.forward.run(state0, self.series(p), other, **arguments).values[:, :, : len(STATES)]
             held.append((moved - run) * (_TENTH / _SMALL))
+        moved = [self._disturbed(draw, run, p, arguments, state0, parameters) for draw in draws]
         none = np.zeros((*run.shape, 0))
-        return (e, full, np.stack(extra, axis=-1) if extra else none, np.stack(held, axis=-1) if held else none)
+        return (e, full, *(np.stack(some, axis=-1) if some else none for some in (extra, held, moved)))
+
+    def _disturbed(self, draw: Array, run: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
+                   parameters: Array) -> Array:  # fmt: skip
+        """Change of the readings by a change of the inputs, shape (lanes, rows, 6)."""
+        packed = self.forward.pack(self.windows.series + draw)
+        with np.errstate(all="ignore"):
+            return self.forward.run(state0, packed, parameters, **arguments).values[:, :, : len(STATES)] - run
 
     def variance(self, p: Array, eta: Array) -> float:
         """Mean squared residual over sigma^2 per degree of freedom: the factor by which sigma^2 was wrong.
