@@ -49,7 +49,7 @@ class Residuals:
     Attributes:
         t: time, the gaps between windows left out [s], shape (rows,).
         values: by channel; NaN where nothing is compared.
-        control: first control of the model, as it acted.
+        control: the control that stands beside them (`Diagnosis.control`), as it acted.
     """
 
     t: Array
@@ -114,8 +114,8 @@ class Diagnosis:
         rejected: readings left out as outliers, by trial and channel.
         errors: errors of instruments that were estimated, as suspicions whose drop is that of leaving each out.
         residuals: by trial, for drawings.
-        control: name and unit of the control that stands beside them.
-        widened: factor of each sigma over that of white noise, by path.
+        control: name and unit of the control that stands beside them: the first angle, else the first control.
+        widened: factor of each sigma over that of white noise, by path; empty where `Loss.correlation` states sigma.
         fixed: for fixed parameters of the model, the change of the free parameter that it moves most if it were
             10 % larger, in sigma: (path, free path, change); the strongest first.
     """

@@ -84,20 +84,25 @@ def diagnosed(fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance = _covariance(linear, A, size, objective)
     tested = _suspicions(linear, A, size, known, covariance, problem)
-    first = problem.ship.model.controls[:1]
+    shown = _shown(problem)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
-        (first[0], unit(first[0])) if first else ("", ""),
+        (shown, unit(shown)) if shown else ("", ""),
     )  # fmt: skip
     wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
-    count = len(problem.free)
+    count, own_sigma = len(problem.free), problem.loss.correlation is None
     factor = np.sqrt(np.diag(wide) / np.maximum(np.diag(covariance), 1e-300))[:count]
     diagnosis = replace(
-        diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)),
+        diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)) if own_sigma else {},
         fixed=_influence(linear, A, fixed, covariance, vector),
     )  # fmt: skip
-    own_sigma = problem.loss.correlation is None
     return judged_by(fit, problem, diagnosis, wide[:count, :count] if own_sigma else fit.covariance)
+
+
+def _shown(problem: Problem) -> str:
+    """The control that residuals are drawn against: the first rudder or azimuth, else the first; "" without any."""
+    names = problem.ship.model.controls
+    return next((name for name in names if unit(name) == "rad"), names[0] if names else "")
 
 
 def _estimated(name: str, problem: Problem) -> bool:
@@ -223,7 +228,8 @@ def _residuals(
 ) -> dict[str, Residuals]:
     """Residuals of each trial in units of the noise, its windows one after the other."""
     cut, out = objective.windows, dict[str, Residuals]()
-    control = cut.series[:, :: cut.every, 0][:, : cut.scale.shape[1]]
+    shown, names = _shown(problem), problem.ship.model.controls
+    control = cut.series[:, :: cut.every, names.index(shown) if shown else 0][:, : cut.scale.shape[1]]
     for index in np.unique(cut.trial).tolist():
         mine = cut.trial == index
         seen = cut.scale[mine].any(axis=2)
