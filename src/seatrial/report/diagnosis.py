@@ -163,11 +163,17 @@ def _suspects(found: Diagnosis) -> str:
 
 
 def _fixed(found: Diagnosis) -> str:
-    rows = [[path, free, f"{moved:+.1f}".replace("-", "−")] for path, free, moved in found.fixed if abs(moved) >= 0.1]
+    rows = [[path, f"{number(100.0 * found.shares.get(path, 0.1), 2)} %", free, f"{moved:+.1f}".replace("-", "−")]
+            for path, free, moved in found.fixed if abs(moved) >= 0.1]  # fmt: skip
     if not rows:
         return ""
-    head = ["fixed parameter, 10 % larger", "would move", "by [sigma]"]
-    return f"<h3>What the fixed parameters decide</h3>{table(head, rows, words=(1,))}"
+    head = ["fixed parameter", "larger by", "would move", "by [sigma]"]
+    remark = "An error of one sigma where the ship file states it, else of 10 %."
+    most = max(found.carried, key=lambda path: found.carried[path], default="")
+    if most and found.carried[most] >= 0.1:
+        remark += (f" All fixed parameters with a stated sigma together leave {most} uncertain by a further "
+                   f"{number(found.carried[most], 2)} times its sigma: free them, with that prior.")  # fmt: skip
+    return f"<h3>What the fixed parameters decide</h3>{table(head, rows, words=(2,))}{soft(remark)}"
 
 
 def drawing(found: Diagnosis) -> str:

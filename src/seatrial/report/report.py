@@ -253,6 +253,8 @@ def along(fit: Fit) -> str:
 
 # An error counts as greater if it is so by more than this share.
 _TIE = 0.02
+# Labels of the ship that a fit began from.
+_BEFORE = (PUBLISHED, "untuned")
 _GROUPS = {"position": ("x", "y"), "heading": ("psi",)}
 
 
@@ -287,10 +289,11 @@ def against(report: Evidence) -> list[str]:
 def untuned(report: Evidence) -> list[str]:
     """That the subject predicts worse than the ship it was made from, if it does."""
     errors, subject = report.pooled, report.labels[0] if report.labels else ""
-    if PUBLISHED in errors and errors[subject] > errors[PUBLISHED]:
-        return [f"'{subject}' is worse than the ship before the fit ('{PUBLISHED}'): a standardised error of "
-                f"{number(errors[subject])} against {number(errors[PUBLISHED])}. Keep the ship as it was."]  # fmt: skip
-    return []
+    before = [label for label in _BEFORE if label in errors and errors[subject] > errors[label]]
+    if report.fit is None or not before:
+        return []
+    scores = f"{number(errors[subject])} against {number(errors[before[0]])}"
+    return [f"'{subject}' is worse than the ship before the fit, '{before[0]}': standardised error {scores}."]
 
 
 def worse(report: Evidence, other: str) -> list[str]:

@@ -28,7 +28,7 @@ from ..ships import Ship, ShipError
 from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
 from .data import Split, chosen, read_data, read_raw
-from .freedom import freedom
+from .freedom import freedom, stated, taken
 
 if TYPE_CHECKING:
     from .virtual import VirtualTrials
@@ -99,7 +99,7 @@ def _read(here: Path) -> Study:
     virtual, (train, validation, test) = (None, read_data(here, said.data, ship)) if said.virtual is None \
         else _made(here, said)
     try:
-        free, fixed = freedom(ship.model, said.free)
+        free, fixed = freedom(ship.model, said.free, stated(ship))
     except StudyError as error:
         raise StudyError(f"{here}: {error}") from None
     _known(here, ship, said.report.unidentified)
@@ -116,14 +116,22 @@ def _read(here: Path) -> Study:
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
     _long_enough(here, train, said.estimator)
-    notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *torn, *off, *kept,
-             *steps(here, train, said.estimator))  # fmt: skip
+    notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *_priors(ship, said.free), *torn,
+             *off, *kept, *steps(here, train, said.estimator))  # fmt: skip
     mark = _run_digest(problem, estimator, test, said)
     return Study(
         here.stem, here, problem, estimator, test, said.report.restart, mark, notes,
         said.title, _rival(here, said.rival, free), virtual,
         said.report.published.model_dump() if said.report.published else {}, said.report.unidentified,
     )  # fmt: skip
+
+
+def _priors(ship: Ship, table: Mapping[str, Any]) -> tuple[str, ...]:
+    """Which parameters take the sigma of the ship file as their prior."""
+    sigmas = stated(ship)
+    paths = taken(ship.model, table, sigmas)
+    named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths)
+    return (f"priors from the ship file, of its formulas (prior = false in [free] for none): {named}",) if paths else ()
 
 
 def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:
