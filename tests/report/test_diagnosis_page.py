@@ -13,7 +13,13 @@ from seatrial.identify.diagnosis import Channel, Diagnosis, Residuals, Suspicion
 from seatrial.report import diagnosis, figures
 from seatrial.report.report import untuned
 
-CALM = Channel(0.5, 1.01, 0.01, 0.01, 9000)
+
+
+def channel_of(noise, size, alike):
+    return Channel(noise=noise, size=size, alike=alike, alike_sigma=0.01, count=9000)
+
+
+CALM = channel_of(0.5, 1.01, 0.01)
 OFFSET = Suspicion("offset.delta", "an offset of delta", "deg", np.radians(1.0), 900.0, 0.8, np.radians(1.5), 1e-4,
                    {"hull.Y_v": -13.0})  # fmt: skip
 
@@ -22,7 +28,7 @@ def judged(channel=CALM, rows=9000, **changes):
     rng = np.random.default_rng(1)
     one = {name: Residuals(np.arange(rows) * 1.0, {"x": rng.normal(size=rows), "r": rng.normal(size=rows)},
                            0.6 * np.sin(np.arange(rows) / 50.0)) for name in ("turn", "zigzag")}  # fmt: skip
-    channels = {"x": channel, "r": Channel(np.radians(0.01), 1.0, 0.0, 0.01, 9000)}
+    channels = {"x": channel, "r": channel_of(np.radians(0.01), 1.0, 0.0)}
     found = Diagnosis(**{"channels": channels, "residuals": one, "control": ("delta", "rad"), **changes})
     return replace(fit(), diagnosis=found)
 
@@ -43,7 +49,7 @@ def test_the_first_lines_of_a_sound_fit_name_what_is_left_open():
 
 
 def test_the_first_lines_name_the_cause_and_the_remedy():
-    bad = judged(Channel(0.5, 4.0, 0.9, 0.01, 9000), suspicions=(OFFSET,), widened={"hull.Y_v": 18.0})
+    bad = judged(channel_of(0.5, 4.0, 0.9), suspicions=(OFFSET,), widened={"hull.Y_v": 18.0})
     words = plain(diagnosis.verdict(bad))
     assert "The model does not explain the data." in words
     assert "No parameter counts as identified, and sigma is up to 18 times" in words
@@ -55,18 +61,19 @@ def test_the_first_lines_name_the_cause_and_the_remedy():
 
 @pytest.mark.parametrize("suspicions", [(), (replace(OFFSET, share=0.01),)])
 def test_where_no_instrument_accounts_for_it_the_model_is_to_blame(suspicions):
-    words = plain(diagnosis.verdict(judged(Channel(0.5, 300.0, 0.9, 0.01, 9000), suspicions=suspicions)))
+    words = plain(diagnosis.verdict(judged(channel_of(0.5, 300.0, 0.9), suspicions=suspicions)))
     assert "Look for a term of the model, or an input, that is missing" in words
     assert "likeliest cause" not in words
 
 
 def test_the_section_has_units_trials_and_the_errors_of_fixed_parameters():
-    bad = judged(Channel(0.5, 4.0, 0.9, 0.01, 9000), suspicions=(OFFSET,), shares={"body.m": 0.05},
+    bad = judged(channel_of(0.5, 4.0, 0.9), suspicions=(OFFSET,), shares={"body.m": 0.05},
                  fixed=(("body.m", "hull.Y_v", 3.0), ("body.d", "hull.Y_v", -2.0)),
                  carried={"hull.Y_v": 3.0})  # fmt: skip
     words = plain(diagnosis.section(bad))
     for what in ("0.50 m", "0.010°/s", "size, correlation", "zigzag", "delta [°]: − port, + starboard",
-                 "1.5 ± 0.006 deg", "hull.Y_v −13.0", "5.0 %", "10 %", "−2.0", "a further 3.0 times its sigma"):  # fmt: skip
+                 "1.5 ± 0.006 deg", "hull.Y_v −13.0", "5.0 %", "10 %", "−2.0",
+                 "a further 3.0 times its sigma"):  # fmt: skip
         assert what in words, what
 
 
