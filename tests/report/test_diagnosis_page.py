@@ -14,7 +14,6 @@ from seatrial.report import diagnosis, figures
 from seatrial.report.report import untuned
 
 
-
 def channel_of(noise, size, alike):
     return Channel(noise=noise, size=size, alike=alike, alike_sigma=0.01, count=9000)
 
