@@ -41,7 +41,7 @@ def verdict(fit: Fit) -> str:
     trust += f", and sigma is up to {number(wide, 2)} times that of white noise" if wide > 1.1 else ""
     why = _grounds(found)
     if first is not None:
-        likely = f"{first.words} of {first.value}".replace("+-", "±")
+        likely = f"{first.words} of {first.value}".replace("+-", "±").replace("-", "−")
         share = f"{number(100.0 * first.share, 2)} %"
         why += (f" The likeliest cause: {likely}, which would remove {share} of the objective." if first.share > REMOVES
                 else f" The first error of an instrument that would help, {likely}, removes {share} of the objective "
@@ -234,7 +234,7 @@ def _distribution(values: Array, reach: float, last: bool) -> list[str]:
             for a, b, h in zip(edges[:-1], edges[1:], heights, strict=True) if h > 0.0]  # fmt: skip
     at = np.unique(np.concatenate([np.linspace(-min(4.0, reach), min(4.0, reach), 61), [-reach, reach]]))
     parts = [*bars, frame.line(at, np.exp(-0.5 * at**2), figures.INK, width=1.2)]
-    return frame.elements(parts, "residual over noise; line: white" if last else "", "")
+    return frame.elements(parts, "residual over noise; line: white" if last else "", "", scale=False)
 
 
 def _step(runs: Iterable[Residuals]) -> float:

@@ -71,8 +71,8 @@ class Frame:
         right = self.left + self.width
         return whole(right + 12, self.top + self.height + self.bottom, self.elements(parts, x, y))
 
-    def elements(self, parts: Sequence[str], x: str, y: str) -> list[str]:
-        """The same as elements of a larger drawing; an axis without a name has no name."""
+    def elements(self, parts: Sequence[str], x: str, y: str, *, scale: bool = True) -> list[str]:
+        """The same as elements of a larger drawing, with or without numbers along the ordinate."""
         right, low = self.left + self.width, self.top + self.height
         frame = [f'<path d="M{self.left} {self.top}V{low}H{right}" fill="none" stroke="{figures.SOFT}"/>']
         for value in _ticks(*self.x):
@@ -81,7 +81,8 @@ class Frame:
         for value in _ticks(*self.y):
             b = self.at(self.x[0], value)[1]
             frame.append(f'<line x1="{self.left}" x2="{right}" y1="{b:.1f}" y2="{b:.1f}" stroke="{figures.GRID}"/>')
-            frame.append(label(self.left - 4, b + 3, _short(value, *self.y), figures.SOFT, anchor="end"))
+            if scale:
+                frame.append(label(self.left - 4, b + 3, _short(value, *self.y), figures.SOFT, anchor="end"))
         middle = f"translate(10 {self.top + self.height / 2:.0f}) rotate(-90)"
         names = [label(self.left + self.width / 2, low + 25, x, figures.INK, anchor="middle"),
                  f'<g transform="{middle}">{label(0, 0, y, figures.INK, anchor="middle")}</g>']  # fmt: skip
