@@ -63,8 +63,12 @@ def verdict(fit: Fit) -> str:
 
 def _sound(fit: Fit, found: Diagnosis) -> str:
     known = sum(v.status == "identified" for v in fit.verdicts if v.subject in fit.vector.paths)
-    loose = [v.subject for v in fit.verdicts if v.status != "identified"]
+    own = fit.vector.paths
+    loose = [v.subject for v in fit.verdicts if v.status != "identified" and v.subject in own]
+    pairs = [v.subject for v in fit.verdicts if v.subject not in own]
     ahead = "Validate it on trials that the fit has not seen."
+    if pairs:
+        ahead = f"Only a combination is determined of: {'; '.join(pairs[:3])}{'; ...' * (len(pairs) > 3)}. {ahead}"
     if loose:
         more = f" and {len(loose) - 3} more" if len(loose) > 3 else ""
         ahead = (f"Do not read as physics: {', '.join(loose[:3])}{more}; their verdicts name trials that would help. "
