@@ -175,3 +175,27 @@ def test_a_declared_error_model_keeps_its_sigma_but_not_its_verdicts() -> None:
 def test_unknown_suspects_are_refused(nuisance: Nuisance, words: str) -> None:
     with pytest.raises(StudyError, match=words):
         Trajectory().fit(_problem(_logs(), nuisance))
+
+
+def test_a_fixed_parameter_counts_by_the_sigma_of_the_ship_file() -> None:
+    problem = _problem(_logs())
+    plain = Trajectory().fit(problem).diagnosis
+    assert plain is not None
+    assert set(plain.shares.values()) == {0.1}
+    assert not plain.carried
+    path, free, moved = next(row for row in plain.fixed if row[0].startswith(("propeller", "rudder", "hull")))
+    entry, value = problem.ship.entries[path], values(problem.ship.model)[path]
+    known = replace(problem.ship, entries={**problem.ship.entries, path: replace(entry, sigma=0.2 * abs(value))})
+    stated = Trajectory().fit(replace(problem, ship=known)).diagnosis
+    assert stated is not None
+    assert stated.shares[path] == pytest.approx(0.2)
+    assert next(row for row in stated.fixed if row[0] == path) == (path, free, pytest.approx(2.0 * moved, rel=1e-6))
+    assert stated.carried[free] == pytest.approx(abs(2.0 * moved), rel=1e-6)
+
+
+def test_residuals_stand_beside_the_rudder() -> None:
+    fit = Trajectory().fit(_problem(_logs()))
+    assert fit.diagnosis is not None
+    assert fit.diagnosis.control == ("delta", "rad")
+    most = max(float(np.abs(one.control).max()) for one in fit.diagnosis.residuals.values())
+    assert most == pytest.approx(35.0 * DEG)

@@ -208,7 +208,19 @@ class TestUncertainty:
         for item in by_path(estimate(EXAMPLES / "kvlcc2.toml")).values():
             if item.formula not in ("given", "assumed"):
                 known = [x for x in (item.spread, SCATTER.get(item.path)) if x is not None]
-                assert item.sigma == (max(known) if known else None)
+                if known:
+                    assert item.sigma == max(known)
+                    assert not item.sigma_from.startswith("assumed")
+
+    def test_where_no_source_gives_a_scatter_sigma_is_a_stated_assumption(self) -> None:
+        made = estimate(EXAMPLES / "kvlcc2.toml")
+        numbers = by_path(made)
+        for path, share in {"rudder.f_alpha": 0.1, "body.I_zG": 0.16, "propeller.C_1": 0.3}.items():
+            assert numbers[path].share == pytest.approx(share)
+            assert numbers[path].sigma_from.startswith("assumed") or path == "body.I_zG"
+            assert f"sigma: assumed {share:.0%}" in made.ship.entries[path].source
+        assert not [n.path for n in numbers.values() if n.formula not in ("given", "assumed") and n.sigma is None]
+        assert numbers["body.L_pp"].share is None
 
     def test_spread_counts_equal_formulas_once(self) -> None:
         item = by_path(estimate(EXAMPLES / "kvlcc2.toml"))["hull.N_v"]

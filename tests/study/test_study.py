@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,9 +10,11 @@ from seatrial.core.parameters import ParameterError
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import StudyError
 from seatrial.manoeuvres.turning import Turning
-from seatrial.ships.files import load
+from seatrial.ships import Entry
+from seatrial.ships.estimate import estimate
+from seatrial.ships.files import load, save
 from seatrial.simulate.run import approach, simulate
-from seatrial.study.freedom import freedom
+from seatrial.study.freedom import freedom, stated
 from seatrial.study.series import read_series
 from seatrial.study.study import read_study
 
@@ -172,3 +176,39 @@ def test_suspects_of_a_table_are_for_the_fits_that_are_asked_for(study) -> None:
     assert able.cells[0].problem.nuisance.suspects == "auto"
     assert able.cells[0].digest != read_series(path).row("able").cells[0].digest
     assert unable.cells[0].digest == read_series(path).row("unable").cells[0].digest
+
+
+def test_the_sigmas_of_an_estimated_ship_are_priors_unless_refused(study, tmp_path: Path) -> None:
+    made = estimate(Path(__file__).parents[2] / "examples/particulars/kvlcc2.toml").ship
+    save(made, tmp_path / "mine.toml")
+    free = """
+"hull.R_0" = {}
+"hull.Y_v" = { ratio = 0.5 }
+"hull.N_v" = { sigma = 0.02 }
+"hull.N_r" = { ratio = 0.5, prior = false }
+"hull.Y_r" = { prior = 0.5 }
+"""
+    head = STUDY.replace('"kvlcc2_l7"', '"mine.toml"').replace("window = 30", "")
+    start, end = head.index('"hull.*"'), head.index("[estimator]")
+    found = read_study(study(head[:start] + free + head[end:]))
+    sigma = {f.path: f.sigma for f in found.problem.free}
+    stated = {path: made.entries[path].sigma for path in sigma}
+    assert sigma["hull.R_0"] == stated["hull.R_0"]
+    assert sigma["hull.Y_v"] == stated["hull.Y_v"]
+    assert sigma["hull.N_v"] == 0.02
+    assert sigma["hull.N_r"] == math.inf
+    assert sigma["hull.Y_r"] == pytest.approx(0.5 * made.entries["hull.Y_r"].given)
+    (note,) = [line for line in found.notes if line.startswith("priors from the ship file")]
+    assert "hull.R_0 +- 0.0039, hull.Y_v +- 0.076" in note
+    assert "hull.N_" not in note
+
+
+def test_sigmas_of_a_fitted_ship_are_no_priors() -> None:
+    tanker = estimate(Path(__file__).parents[2] / "examples/particulars/kvlcc2.toml").ship
+    entry = Entry("fitted in study first, from 0.01", 0.02, sigma=0.001)
+    fitted = replace(tanker, entries={**tanker.entries, "hull.R_0": entry})
+    assert "hull.R_0" not in stated(fitted)
+    assert "hull.Y_v" in stated(fitted)
+    assert not stated(load("kvlcc2_l7"))
+    with pytest.raises(StudyError, match="give prior, sigma or ratio"):
+        freedom(fitted.model, {"hull.R_0": {}}, stated(fitted))

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from ..ships import Entry, Ship
     from ..ships.estimate import Number
 
-HEAD = ("number", "value", "unit", "formula", "range", "other formulas", "spread", "sigma")
+HEAD = ("number", "value", "unit", "formula", "range", "other formulas", "spread", "sigma", "sigma from")
 
 
 def ships(json: o.Json = False) -> None:
@@ -115,6 +115,7 @@ def _row(item: Number) -> tuple[str, ...]:
     return (
         item.path, figure(item.value), item.unit or "–", item.formula, state, others or "–",
         figure(item.spread, 2), figure(item.sigma, 2),
+        "–" if item.share is None else f"{item.share:.0%} {item.sigma_from.partition(' ')[0]}",
     )  # fmt: skip
 
 
@@ -122,5 +123,5 @@ def _document(item: Number, source: str) -> dict[str, Any]:
     return {
         "value": item.value, "unit": item.unit, "formula": item.formula, "in_range": not item.outside,
         "outside": item.outside, "range_from": item.basis, "others": item.others, "spread": item.spread,
-        "sigma": item.sigma, "source": source,
+        "sigma": item.sigma, "relative_sigma": item.share, "sigma_from": item.sigma_from, "source": source,
     }  # fmt: skip

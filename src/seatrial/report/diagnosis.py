@@ -3,38 +3,96 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable
+from itertools import pairwise
 
 import numpy as np
 
 from ..data import Array
 from ..identify import Fit
-from ..identify.posterior.diagnosis import Diagnosis, Residuals
+from ..identify.posterior.diagnosis import REMOVES, Channel, Diagnosis, Residuals
+from ..models import unit
 from . import figures
-from .page import bullets, figure, gallery, lead, number, soft, table
+from .drawing import Frame, label, whole
+from .page import bullets, entries, figure, lead, number, soft, table
 
 _LAGS = 20
-_POINTS = 1500
+# Points of one panel: more are a blot on the screen and bytes in the file.
+_POINTS = 700
 _LISTED = 8
+_GROUPS = 12
+# Width and height of the four panels of a channel, and of its title.
+_WIDTHS, _HEIGHT, _TITLE = (390, 190, 190, 270), 118, 16
+# White noise stays within; least half range of an axis.
+_CALM, _LEAST = 2.0, 4.0
+_DEGREES = math.degrees(1.0)
 
 
 def verdict(fit: Fit) -> str:
-    """Whether the result can be trusted and what to do next: the first lines of the page; empty if not tested."""
+    """Whether the result can be trusted, why, and what to do next: the first lines of a page; empty if not tested."""
     found = fit.diagnosis
     if found is None:
         return ""
     if not found.lacking:
-        return lead("The model explains the data: what it leaves looks like sensor noise.")
-    if found.causes:
-        first = found.causes[0]
-        remedy = (f"The likeliest cause: {first.text}. Check the instrument, or estimate its error: --free-suspects, "
-                  f"or \"{first.name}\" in [nuisance.common].")  # fmt: skip
-    else:
-        remedy = "No error of an instrument accounts for it: a term of the model, or an input, is missing."
-    return lead(
-        "The model does not explain the data. Sigma has been widened, and no parameter counts as identified. " + remedy
-    )
+        return _sound(fit, found)
+    first = found.causes[0] if found.causes else None
+    wide = max(found.widened.values(), default=1.0)
+    trust = "No parameter counts as identified"
+    trust += f", and sigma is up to {number(wide, 2)} times that of white noise" if wide > 1.1 else ""
+    why = _grounds(found)
+    if first is not None:
+        likely = f"{first.words} of {first.value}".replace("+-", "±").replace("-", "−")
+        share = f"{number(100.0 * first.share, 2)} %"
+        why += (f" The likeliest cause: {likely}, which would remove {share} of the objective." if first.share > REMOVES
+                else f" The first error of an instrument that would help, {likely}, removes {share} of the objective "
+                     "only: most is the model's.")  # fmt: skip
+    after = "" if first is None else (
+        f"Check the instrument; or estimate its error along, with shooting:Trajectory: \"{first.name}\" in "
+        "[nuisance.common], or suspects = \"auto\" in [nuisance]."
+    )  # fmt: skip
+    if first is None or first.share <= REMOVES:
+        after += " " * bool(after) + (
+            "Look for a term of the model, or an input, that is missing: the residuals below show in which trials and "
+            "at which angles they arise."
+        )  # fmt: skip
+    return lead("The model does not explain the data.") + entries({
+        "Trust": f"{trust}. Its predictions are as good as the errors on trials that the fit has not seen, no better.",
+        "Why": why, "Next": after,
+    })  # fmt: skip
+
+
+def _sound(fit: Fit, found: Diagnosis) -> str:
+    known = sum(v.status == "identified" for v in fit.verdicts if v.subject in fit.vector.paths)
+    own = fit.vector.paths
+    loose = [v.subject for v in fit.verdicts if v.status != "identified" and v.subject in own]
+    pairs = [v.subject for v in fit.verdicts if v.subject not in own]
+    ahead = "Validate it on trials that the fit has not seen."
+    if pairs:
+        ahead = f"Only a combination is determined of: {'; '.join(pairs[:3])}{'; ...' * (len(pairs) > 3)}. {ahead}"
+    if loose:
+        more = f" and {len(loose) - 3} more" if len(loose) > 3 else ""
+        ahead = (f"Do not read as physics: {', '.join(loose[:3])}{more}; their verdicts name trials that would help. "
+                 f"{ahead}")  # fmt: skip
+    size = max((one.size for one in found.channels.values()), default=math.nan)
+    return lead("The model explains the data: what it leaves looks like sensor noise.") + entries({
+        "Trust": f"{known} of {len(fit.free)} parameters are identified, with the sigma that is stated, within the "
+                 "speeds and rudder angles of the trials.",
+        "Why": f"Residuals are at most {number(size, 2)} times the sensor noise and not correlated, and no error of "
+               "an instrument that was tested would change the result.",
+        "Next": ahead,
+    })  # fmt: skip
+
+
+def _grounds(found: Diagnosis) -> str:
+    """What contradicts the model, in one sentence."""
+    largest = max(found.channels, key=lambda name: found.channels[name].size, default="")
+    if not largest:
+        return ""
+    alike = max(found.channels, key=lambda name: found.channels[name].alike)
+    words = f"Residuals are up to {number(found.channels[largest].size, 2)} times the sensor noise (of {largest})"
+    if any("alike" in line for line in found.channels[alike].grounds(alike)):
+        words += f" and correlated ({number(found.channels[alike].alike, 2)} from one to the next of {alike})"
+    return f"{words}."
 
 
 def section(fit: Fit) -> str:
@@ -42,92 +100,189 @@ def section(fit: Fit) -> str:
     found = fit.diagnosis
     if found is None:
         return ""
-    return (
-        bullets(found.lines) + _channels(found) + _suspects(found) + _fixed(found)
-        + (gallery(figure(_drawing(found), "Residuals over the sensor noise: over time, their distribution beside that "
-                          "of white noise, their correlation, and against the control"), least=900)
-           if found.residuals else "")
-    )  # fmt: skip
+    drawn = ""
+    if found.residuals:
+        caption = "Residuals over the noise of each sensor. Shaded: two sigma of white noise; points beyond an axis " \
+                  "stand on its edge. Right: the line is the mean of a twelfth of the samples each."  # fmt: skip
+        drawn = f'<div class="scroll"><div style="min-width:720px">{figure(drawing(found), caption)}</div></div>'
+    said = [f"{name}: outliers left out: {', '.join(f'{count} of {channel}' for channel, count in own.items())}"
+            for name, own in found.rejected.items()]  # fmt: skip
+    said += [f"estimated: {one.words} of {one.value}".replace("+-", "±") for one in found.errors]
+    first = (bullets(said) if said else "") + _channels(found) + _by_trial(found)
+    return first + drawn + _suspects(found) + _fixed(found)
 
 
 def _channels(found: Diagnosis) -> str:
-    rows = [[name, number(c.noise, 2), number(c.size, 3), number(c.alike, 2), str(c.count)]
+    rows = [[name, _noise(name, c.noise), number(c.size, 3), number(c.alike, 2), str(c.count), _against(name, c)]
             for name, c in found.channels.items()]  # fmt: skip
-    head = ["channel", "sensor noise [SI]", "residual over noise", "correlation of neighbours", "samples"]
-    return table(head, rows) + soft("White residuals of a right model have the size 1 and no correlation.")
+    head = ["channel", "sensor noise", "residual over noise", "correlation of neighbours", "samples", "contradicts"]
+    return table(head, rows, words=(5,)) + soft("White residuals of a right model have the size 1 and no correlation.")
+
+
+def _against(name: str, channel: Channel) -> str:
+    grounds = channel.grounds(name)
+    size, alike = any("times" in line for line in grounds), any("alike" in line for line in grounds)
+    return ", ".join(word for word, yes in (("size", size), ("correlation", alike)) if yes)
+
+
+def _noise(name: str, noise: float) -> str:
+    angle = unit(name).startswith("rad")
+    value = number(_DEGREES * noise if angle else noise, 2)
+    return f"{value}{unit(name).replace('rad', '°')}" if angle else f"{value} {unit(name)}"
+
+
+def _by_trial(found: Diagnosis) -> str:
+    """Root mean square residual of each trial; the worst only where there are many."""
+    if len(found.residuals) < 2:
+        return ""
+    sizes = {name: [_rms(one.values[channel]) for channel in found.channels] for name, one in found.residuals.items()}
+    worst = sorted(sizes, key=lambda name: -_rms(np.array(sizes[name])))[:_LISTED]
+    rows = [[name, *(number(size, 2) for size in sizes[name])] for name in worst]
+    head = "trial, residual over noise" if len(worst) == len(sizes) else f"the worst {_LISTED} of {len(sizes)} trials"
+    return table([head, *found.channels], rows)
+
+
+def _rms(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else math.nan
 
 
 def _suspects(found: Diagnosis) -> str:
     if not found.suspicions:
         return ""
-    rows = []
+    rows: list[list[str]] = []
     for s in found.suspicions[:_LISTED]:
         most = max(s.moves, key=lambda path: abs(s.moves[path]), default="")
-        rows.append([s.name, s.words, s.value, number(s.drop, 3), f"{s.share:.0%}",
-                     f"{most} by {s.moves[most]:+.1f} sigma" if most else "–", "yes" if s.matters else ""])  # fmt: skip
-    head = ["suspect", "error of an instrument", "estimate", "drop [sigma²]", "share", "would move", "matters"]
-    remark = ("Score test of what the fit does not estimate: expected drop of the objective in squared sigma, and in "
-              "one Gauss-Newton step its size and what would move.")  # fmt: skip
-    return f"<h3>Suspects</h3>{table(head, rows, words=(1, 5, 6))}{soft(remark)}"
+        rows.append([
+            ("*" if s.matters else "") + s.name, s.words, s.value.replace("+-", "±").replace("-", "−"),
+            number(s.drop, 3), f"{number(100.0 * s.share, 2)} %",
+            f"{most} {s.moves[most]:+.1f}".replace("-", "−") if most else "–",
+        ])  # fmt: skip
+    head = ["suspect", "error of an instrument", "estimate", "drop [sigma²]", "share", "moves by [sigma]"]
+    remark = ("Score test of what the fit does not estimate: expected drop of the objective in squared sigma, its "
+              "share of the objective, and in one Gauss-Newton step the size of the error and the parameter that would "
+              "move most. Bold: significant, and of consequence for the result. Several often stand for one error: "
+              "estimate the first, then look again.")  # fmt: skip
+    return f"<h3>Suspects</h3>{table(head, rows, words=(1, 5))}{soft(remark)}"
 
 
 def _fixed(found: Diagnosis) -> str:
-    rows = [[path, free, f"{moved:+.1f}"] for path, free, moved in found.fixed if abs(moved) >= 0.1]
+    rows = [[path, f"{number(100.0 * found.shares.get(path, 0.1), 2)} %", free, f"{moved:+.1f}".replace("-", "−")]
+            for path, free, moved in found.fixed if abs(moved) >= 0.1]  # fmt: skip
     if not rows:
         return ""
-    head = ["fixed parameter, 10 % larger", "would move", "by [sigma]"]
-    return f"<h3>What the fixed parameters decide</h3>{table(head, rows, words=(1,))}"
+    head = ["fixed parameter", "larger by", "would move", "by [sigma]"]
+    remark = "An error of one sigma where the ship file states it, else of 10 %."
+    most = max(found.carried, key=lambda path: found.carried[path], default="")
+    if most and found.carried[most] >= 0.1:
+        remark += (f" All fixed parameters with a stated sigma together leave {most} uncertain by a further "
+                   f"{number(found.carried[most], 2)} times its sigma: free them, with that prior.")  # fmt: skip
+    return f"<h3>What the fixed parameters decide</h3>{table(head, rows, words=(2,))}{soft(remark)}"
 
 
-def _drawing(found: Diagnosis) -> str:
-    names = list(found.channels)
-    sheet, axes = figures.panels(len(names), 4, (11.0, 1.35 * len(names) + 0.6))
-    control, unit = found.control
-    factor = math.degrees(1.0) if unit == "rad" else 1.0
-    for row, name in zip(axes, names, strict=True):
-        _over_time(row[0], found.residuals, name)
-        together = np.concatenate([one.values[name] for one in found.residuals.values()])
-        _distribution(row[1], together[np.isfinite(together)])
-        _correlation(row[2], [one.values[name] for one in found.residuals.values()])
-        _against(row[3], found.residuals, name, factor)
-        row[0].set_ylabel(name)
-    axes[-1][0].set_xlabel("time in the trial [s]")
-    axes[-1][1].set_xlabel("residual over noise")
-    axes[-1][2].set_xlabel("lag [samples]")
-    axes[-1][3].set_xlabel(f"{control} [{'°' if unit == 'rad' else unit}]")
-    return figures.svg(sheet, "residuals")
+def drawing(found: Diagnosis) -> str:
+    """Residuals by channel: trial after trial, their distribution and correlation, and against a control."""
+    parts: list[str] = []
+    last = len(found.channels) - 1
+    for k, (name, channel) in enumerate(found.channels.items()):
+        runs = [one.values[name] for one in found.residuals.values()]
+        together = np.concatenate(runs)
+        known = np.abs(together[np.isfinite(together)])
+        reach = _round(float(np.quantile(known, 0.995))) if known.size else _LEAST
+        top = k * (_HEIGHT + _TITLE)
+        control = np.concatenate([one.control for one in found.residuals.values()])
+        panels = (
+            _over_time(list(found.residuals.values()), together, reach, k == last),
+            _distribution(together, reach, k == last), _correlation(runs, _step(found.residuals.values()), k == last),
+            _against_control(control, together, reach, found.control, k == last),
+        )  # fmt: skip
+        title = f"{name} over its noise of {_noise(name, channel.noise)}"
+        parts.append(f'<g transform="translate(0 {top})">{label(34, 12, title, figures.INK, weight=600)}</g>')
+        for panel, left in zip(panels, np.cumsum((0, *_WIDTHS[:-1])).tolist(), strict=True):
+            parts.append(f'<g transform="translate({left} {top + _TITLE})">{"".join(panel)}</g>')
+    return whole(sum(_WIDTHS), (last + 1) * (_HEIGHT + _TITLE) + 16, parts)
 
 
-def _over_time(ax: Any, residuals: Mapping[str, Residuals], name: str) -> None:
-    for k, one in enumerate(residuals.values()):
-        step = max(1, len(one.t) * len(residuals) // _POINTS)
-        ax.plot(one.t[::step], one.values[name][::step], ".", ms=1.5, color=figures.LINES[k % len(figures.LINES)][0])
-    ax.axhline(0.0, color=figures.GREY, lw=0.6)
+def _round(reach: float) -> float:
+    """The next round number, so that an axis to both sides of zero has ticks."""
+    size = 10.0 ** math.floor(math.log10(max(reach, _LEAST)))
+    return next(m * size for m in (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if m * size >= max(reach, _LEAST))
 
 
-def _distribution(ax: Any, values: Array) -> None:
-    reach = max(4.0, float(np.quantile(np.abs(values), 0.99))) if values.size else 4.0
-    ax.hist(np.clip(values, -reach, reach), bins=41, range=(-reach, reach), density=True, color=figures.LINES[0][0],
-            alpha=0.5)  # fmt: skip
-    at = np.linspace(-reach, reach, 121)
-    ax.plot(at, np.exp(-0.5 * at**2) / math.sqrt(2.0 * math.pi), color=figures.INK, lw=1.0)
-    ax.set_yticks([])
+def _frame(panel: int, x: tuple[float, float], y: tuple[float, float]) -> Frame:
+    return Frame(_WIDTHS[panel], _HEIGHT, x, y, left=34, bottom=18)
 
 
-def _correlation(ax: Any, parts: list[Array]) -> None:
-    lags = np.arange(1, _LAGS + 1)
+def _thinned(count: int) -> slice:
+    return slice(None, None, max(1, math.ceil(count / _POINTS)))
+
+
+def _over_time(runs: list[Residuals], values: Array, reach: float, last: bool) -> list[str]:
+    """The trials end to end, every other one shaded."""
+    ends = np.cumsum([0.0, *(one.t[-1] + _step([one]) if one.t.size else 0.0 for one in runs)])
+    t = np.concatenate([one.t + begin for one, begin in zip(runs, ends, strict=False)])
+    frame = _frame(0, (0.0, max(float(ends[-1]), 1e-9)), (-reach, reach))
+    shade = [frame.span((float(a), float(b)), frame.y, figures.GRID, 0.5)
+             for a, b in list(pairwise(ends))[1::2]]  # fmt: skip
+    some = _thinned(values.size)
+    parts = [*shade, _calm(frame), frame.points(t[some], values[some], figures.BLUE, 1.0)]
+    return frame.elements(parts, "time, trials end to end [s]" if last else "", "")
+
+
+def _distribution(values: Array, reach: float, last: bool) -> list[str]:
+    """Histogram and the density of white noise, each over its own peak."""
+    frame = _frame(1, (-reach, reach), (0.0, 1.08))
+    counts, edges = np.histogram(np.clip(values[np.isfinite(values)], -reach, reach), bins=41, range=(-reach, reach))
+    heights = counts / max(int(counts.max()), 1)
+    bars = [frame.span((float(a), float(b)), (0.0, float(h)), figures.BLUE, 0.45)
+            for a, b, h in zip(edges[:-1], edges[1:], heights, strict=True) if h > 0.0]  # fmt: skip
+    at = np.unique(np.concatenate([np.linspace(-min(4.0, reach), min(4.0, reach), 61), [-reach, reach]]))
+    parts = [*bars, frame.line(at, np.exp(-0.5 * at**2), figures.INK, width=1.2)]
+    return frame.elements(parts, "residual over noise; line: white" if last else "", "", scale=False)
+
+
+def _step(runs: Iterable[Residuals]) -> float:
+    return next((float(one.t[1] - one.t[0]) for one in runs if one.t.size > 1), 1.0)
+
+
+def _correlation(parts: list[Array], step: float, last: bool) -> list[str]:
     known = [np.nan_to_num(part) for part in parts]
-    total = sum(float(part @ part) for part in known)
-    alike = [sum(float(part[k:] @ part[:-k]) for part in known if part.size > k) / max(total, 1e-300) for k in lags]
-    band = 2.0 / math.sqrt(max(sum(part.size for part in known), 1))
-    ax.axhspan(-band, band, color=figures.TINT)
-    ax.vlines(lags, 0.0, alike, color=figures.INK, lw=1.4)
-    ax.axhline(0.0, color=figures.GREY, lw=0.6)
+    total, count = sum(float(part @ part) for part in known), max(sum(part.size for part in known), 1)
+    alike = [sum(float(part[k:] @ part[:-k]) for part in known if part.size > k) / max(total, 1e-300)
+             for k in range(1, _LAGS + 1)]  # fmt: skip
+    frame = _frame(2, (0.0, (_LAGS + 0.5) * step), (min(-0.25, *alike), 1.0))
+    band = _CALM / math.sqrt(count)
+    lines = [frame.line([k * step] * 2, [0.0, value], figures.INK, width=2.0) for k, value in enumerate(alike, start=1)]
+    white = frame.span(frame.x, (-band, band), figures.SKY, 0.35)
+    zero = frame.line(frame.x, [0.0, 0.0], figures.SOFT)
+    return frame.elements([white, zero, *lines], "correlation over the lag [s]" if last else "", "")
 
 
-def _against(ax: Any, residuals: Mapping[str, Residuals], name: str, factor: float) -> None:
-    for k, one in enumerate(residuals.values()):
-        step = max(1, len(one.t) * len(residuals) // _POINTS)
-        ax.plot(factor * one.control[::step], one.values[name][::step], ".", ms=1.5,
-                color=figures.LINES[k % len(figures.LINES)][0])  # fmt: skip
-    ax.axhline(0.0, color=figures.GREY, lw=0.6)
+def _against_control(
+    control: Array, values: Array, reach: float, named: tuple[str, str], last: bool
+) -> list[str]:
+    """Residuals and their means over groups of the control."""
+    name, what = named
+    angle = what == "rad"
+    x = _DEGREES * control if angle else control
+    kept = np.isfinite(x) & np.isfinite(values)
+    x, values = x[kept], values[kept]
+    low, high = (float(x.min()), float(x.max())) if x.size else (0.0, 0.0)
+    if high - low < 1e-9 * max(abs(high), 1.0):
+        low, high = low - 1.0, high + 1.0
+    margin = 0.04 * (high - low)
+    frame = _frame(3, (low - margin, high + margin), (-reach, reach))
+    some, order = _thinned(x.size), np.argsort(x, kind="stable")
+    groups = [part for part in np.array_split(order, _GROUPS) if part.size]
+    means = np.array([[float(x[part].mean()), float(values[part].mean())] for part in groups]).reshape(-1, 2)
+    means[:, 1] = np.clip(means[:, 1], -reach, reach)
+    parts = [_calm(frame), frame.points(x[some], values[some], figures.BLUE, 1.0),
+             frame.line(means[:, 0], means[:, 1], figures.VERMILION, width=1.8)]  # fmt: skip
+    sides = ": − port, + starboard" if angle and name.startswith("delta") else ""
+    return frame.elements(parts, f"{name} [{'°' if angle else what}]{sides}" if last else "", "")
+
+
+def _calm(frame: Frame) -> str:
+    return frame.span(frame.x, (-_CALM, _CALM), figures.SKY, 0.35) + frame.line(frame.x, [0.0, 0.0], figures.SOFT)
+
+

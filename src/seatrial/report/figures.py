@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..data import Array, Trial, unwrapped
+from ..models import unit
 from ..validate import Comparison
 from ..validate.metrics import pairs, segments
 
@@ -46,6 +47,15 @@ MOTION = (
     ("r", "r [°/s]", math.degrees(1.0)),
 )  # fmt: skip
 """Heading, speeds and rate of turn: channel, axis label, factor from SI units."""
+_CONTROLS = (
+    ("rad", "angle [°]", math.degrees(1.0)), ("1/s", "revs [1/s]", 1.0), ("N", "thrust [N]", 1.0),
+    ("-", "order [-]", 1.0),
+)  # fmt: skip
+# Prefixes of what moves a ship; forces that a log measures have names of their own.
+_MOVERS = ("delta", "alpha", "n", "f", "throttle")
+_ROW = 1.15
+# Least range of a control's axis, of its largest value: the noise of constant revolutions is no manoeuvre.
+_STILL = 0.1
 
 
 def line_styles(labels: Sequence[str], baseline: str) -> dict[str, tuple[str, Any]]:
@@ -67,6 +77,7 @@ def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
         ax.plot(_broken(east, gaps), _broken(north, gaps), color=color, ls=dashes, lw=1.5, label=c.label)
     measured_track(ax, measured)
     _ship_ticks(ax, measured["psi"], x, y)
+    ax.locator_params(nbins=6)
     _frame(ax, [(c.predicted["y"], c.predicted["x"]) for c in comparisons], (y, x))
     legend_below(figure, ax)
     return svg(figure, f"track {name}")
@@ -81,6 +92,42 @@ def measured_track(ax: Any, measured: Trial) -> None:
     ax.set(xlabel="east y [m]", ylabel="north x [m]")
 
 
+def motion_canvas(measured: Trial) -> tuple[Any, tuple[Any, ...]]:
+    """Axes for `MOTION`, and below them the controls of the trial, drawn: rudders and azimuths, then revolutions.
+
+    A control that is logged both as ordered and as it was is drawn as it was.
+    """
+    groups = [(label, factor, names) for kind, label, factor in _CONTROLS if (names := _controls(measured, kind))]
+    rows = len(MOTION) + len(groups)
+    figure, axes = canvas(rows, (_SIZE[0], _ROW * rows))
+    step = _every(len(measured))
+    for ax, (label, factor, names) in zip(axes[len(MOTION) :], groups, strict=True):
+        for k, name in enumerate(names):
+            colour, dashes, _ = LINES[k % len(LINES)]
+            ax.plot(measured.t[::step], factor * measured[name][::step], color=colour if len(names) > 1 else INK,
+                    ls=dashes, lw=1.2, label=name)  # fmt: skip
+        low, high = ax.get_ylim()
+        spare = max(_STILL * max(abs(low), abs(high)) - (high - low), 0.2 * (high - low))
+        ax.set_ylim(low - 0.5 * spare, high + 0.5 * spare)
+        ax.set_ylabel(f"{names[0]} {label[label.index('[') :]}" if len(names) == 1 else label)
+        if len(names) > 1:
+            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7, handlelength=1.6)
+        if all(name.startswith("delta") for name in names):
+            low, high = ax.get_ylim()
+            ax.set_ylim(min(low, -0.25 * high), max(high, -0.25 * low))
+            ax.axhline(0.0, color=RULE, lw=0.8, zorder=1)
+            for height, side, up in ((1.0, "stbd", "top"), (0.0, "port", "bottom")):
+                ax.text(1.01, height, side, transform=ax.transAxes, fontsize=7, color=SOFT, va=up)
+    return figure, axes
+
+
+def _controls(measured: Trial, kind: str) -> list[str]:
+    """Controls of a trial in this unit, port to starboard where numbered."""
+    known = [name for name in measured.channels if name.partition("_")[0] in _MOVERS and unit(name) == kind]
+    kept = [name for name in known if name.removesuffix("_cmd") == name or name.removesuffix("_cmd") not in known]
+    return sorted(name for name in kept if np.isfinite(measured[name]).any())
+
+
 def measured_motion(ax: Any, measured: Trial, channel: str, factor: float) -> Array:
     """One measured channel over time, the heading continuous; returns what is drawn."""
     values = factor * (unwrapped(measured[channel]) if channel == "psi" else measured[channel])
@@ -91,9 +138,9 @@ def measured_motion(ax: Any, measured: Trial, channel: str, factor: float) -> Ar
 
 def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
     """Heading, speeds and rate of turn of one trial over time."""
-    figure, axes = canvas(len(MOTION))
     measured = max(comparisons, key=lambda c: len(c.measured)).measured
-    for ax, (channel, label, factor) in zip(axes, MOTION, strict=True):
+    figure, axes = motion_canvas(measured)
+    for ax, (channel, label, factor) in zip(axes, MOTION, strict=False):
         curves: list[Array] = []
         for c in comparisons:
             if channel not in c.metrics:

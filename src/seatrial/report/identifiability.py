@@ -7,7 +7,7 @@ profiles, a matrix and three bands take 0.02 s, on the canvas of `figures` 1.5 s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,13 +18,14 @@ from ..identify.posterior.misfit import Misfit
 from ..identify.posterior.profile import THRESHOLD, Identifiability, Profile
 from ..models import STATES
 from . import figures
+from .drawing import Frame, label, whole
 from .page import Section, bullets, figure, gallery, number, soft, table, text
 
 # Ends within this share of the best objective are as good as it.
 _AS_GOOD = 1e-6
 _WIDE = '<div style="max-width:760px;margin:1rem 0">'
 _DEGREES = math.degrees(1.0)
-_WORDS = ("identified", "weak", "at bound", "not identified")
+_WORDS = ("identified", "conditional", "weak", "at bound", "not identified")
 _SHOWN = ("advance", "transfer", "tactical_diameter", "steady_diameter", "time_90", "time_180")
 
 
@@ -177,18 +178,18 @@ def _off(one: Bands) -> str:
 
 
 _INK, _SOFT, _RULE, _LINE, _OTHER = figures.INK, figures.SOFT, figures.GRID, figures.BLUE, figures.VERMILION
-_WORD = {"identified": figures.GREEN, "weak": figures.OCHRE, "not identified": figures.VERMILION,
-         "at bound": figures.PINK}  # fmt: skip
+_WORD = {"identified": figures.GREEN, "conditional": figures.BLUE, "weak": figures.OCHRE,
+         "not identified": figures.VERMILION, "at bound": figures.PINK}  # fmt: skip
 _TOP = 4.0 * THRESHOLD
 
 
 def profile(one: Profile) -> str:
     """Rise of the objective over one parameter, with the 95 % limit and the interval."""
-    frame = _Frame(300, 170, (one.low, one.high), (0.0, _TOP), left=34, bottom=30)
+    frame = Frame(300, 170, (one.low, one.high), (0.0, _TOP), left=34, bottom=30)
     if one.share < 0.2:  # a narrow valley is drawn by itself, the table has the range
         half = 1.5 * max(one.interval[1] - one.best, one.best - one.interval[0])
         half = max(half, 1e-9 * (one.high - one.low))
-        frame = _Frame(300, 170, (max(one.best - half, one.low), min(one.best + half, one.high)), (0.0, _TOP),
+        frame = Frame(300, 170, (max(one.best - half, one.low), min(one.best + half, one.high)), (0.0, _TOP),
                        left=34, bottom=30)  # fmt: skip
     rise = np.minimum(np.where(np.isfinite(one.rise), one.rise, 10.0 * _TOP), 10.0 * _TOP)
     # Between steps the root of the rise is about straight.
@@ -208,7 +209,7 @@ def profile(one: Profile) -> str:
         frame.line(x[inside], y[inside], colour, width=1.8),
         *(frame.dot(float(v), float(r), colour, 2.0) for v, r in steps),
         frame.dot(one.best, 0.0, _INK, 3.0),
-        _text(frame.left + 4 if left else frame.left + frame.width - 4, frame.top + 10, one.status, colour,
+        label(frame.left + 4 if left else frame.left + frame.width - 4, frame.top + 10, one.status, colour,
               weight=600, anchor="start" if left else "end"),
     ], one.free.path, "rise")  # fmt: skip
 
@@ -216,7 +217,7 @@ def profile(one: Profile) -> str:
 def correlations(names: Sequence[str], matrix: Array) -> str:
     """Lower triangle of a correlation matrix, blue together, orange against; numbers where strong."""
     n, size, left = len(names), 34, 150
-    parts = [_text(left - 6, 14 + size * (i + 0.6), name, _INK, anchor="end") for i, name in enumerate(names)]
+    parts = [label(left - 6, 14 + size * (i + 0.6), name, _INK, anchor="end") for i, name in enumerate(names)]
     for i in range(n):
         for j in range(i):
             c = float(matrix[i, j])
@@ -227,9 +228,9 @@ def correlations(names: Sequence[str], matrix: Array) -> str:
                          "</rect>")  # fmt: skip
             if abs(c) >= 0.5:
                 ink = "#fff" if abs(c) > 0.8 else _INK
-                parts.append(_text(x + size / 2, y + size * 0.62, f"{c:+.2f}".replace("-", "−"), ink, anchor="middle"))
-        parts.append(_text(left + size * i + 4, 14 + size * (i + 0.6), names[i].split(".")[-1], _SOFT))
-    return _whole(left + size * n + 60, 20 + size * n, parts)
+                parts.append(label(x + size / 2, y + size * 0.62, f"{c:+.2f}".replace("-", "−"), ink, anchor="middle"))
+        parts.append(label(left + size * i + 4, 14 + size * (i + 0.6), names[i].split(".")[-1], _SOFT))
+    return whole(left + size * n + 60, 20 + size * n, parts)
 
 
 def restarts(names: Sequence[str], places: Array, better: Sequence[bool]) -> str:
@@ -238,14 +239,14 @@ def restarts(names: Sequence[str], places: Array, better: Sequence[bool]) -> str
     parts: list[str] = []
     for k, name in enumerate(names):
         y = 20 + step * k
-        parts.append(_text(left - 6, y + 4, name, _INK, anchor="end"))
+        parts.append(label(left - 6, y + 4, name, _INK, anchor="end"))
         parts.append(f'<line x1="{left}" x2="{left + width}" y1="{y}" y2="{y}" stroke="{_RULE}"/>')
         for place, good in zip(places[:, k], better, strict=True):
             look = f'fill="{_LINE}" opacity=".55"' if good else f'fill="none" stroke="{_OTHER}"'
             parts.append(f'<circle cx="{left + width * place:.1f}" cy="{y}" r="4" {look}/>')
     bottom = 20 + step * len(names)
-    parts += [_text(left, bottom + 6, "low", _SOFT), _text(left + width, bottom + 6, "high", _SOFT, anchor="end")]
-    return _whole(left + width + 20, bottom + 14, parts)
+    parts += [label(left, bottom + 6, "low", _SOFT), label(left + width, bottom + 6, "high", _SOFT, anchor="end")]
+    return whole(left + width + 20, bottom + 14, parts)
 
 
 def tracks(members: Array, best: Array, measured: tuple[Array, Array] | None) -> str:
@@ -255,7 +256,7 @@ def tracks(members: Array, best: Array, measured: tuple[Array, Array] | None) ->
     x, y = np.append(shown[:, :, 0].ravel(), best[:, 0]), np.append(shown[:, :, 1].ravel(), best[:, 1])
     half = 0.54 * max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)), 1.0)
     east, north = (0.5 * (float(np.nanmax(v)) + float(np.nanmin(v))) for v in (y, x))
-    frame = _Frame(420, 400, (east - half, east + half), (north - half, north + half), left=52, bottom=36)
+    frame = Frame(420, 400, (east - half, east + half), (north - half, north + half), left=52, bottom=36)
     parts = [frame.line(one[:, 1], one[:, 0], _LINE, width=0.8, fade=0.25) for one in shown]
     parts.append(frame.line(best[::every, 1], best[::every, 0], _LINE, width=1.8))
     if measured is not None:
@@ -270,85 +271,10 @@ def band(t: Array, edges: tuple[Array, Array], measured: Array | None, what: str
     t, low, high = t[::every], edges[0][::every], edges[1][::every]
     values = [low, high] + ([] if measured is None else [measured[::every]])
     reach = 1.1 * max(float(np.nanmax(np.abs(v))) for v in values) or 1.0
-    frame = _Frame(420, 220, (float(t[0]), float(t[-1])), (-reach, reach), left=52, bottom=36)
+    frame = Frame(420, 220, (float(t[0]), float(t[-1])), (-reach, reach), left=52, bottom=36)
     points = [*zip(t, high, strict=True), *zip(t[::-1], low[::-1], strict=True)]
     outline = " ".join(f"{a:.1f},{b:.1f}" for a, b in (frame.at(float(x), float(y)) for x, y in points))
     parts = [f'<polygon points="{outline}" fill="{_LINE}" opacity=".25"/>', frame.line(t, 0.0 * t, _LINE, width=1.6)]
     if measured is not None:
         parts.append(frame.line(t, measured[::every], _INK, width=1.0, dash="5 3"))
     return frame.svg(parts, "time t [s]", what)
-
-
-class _Frame:
-    """Axes of one drawing."""
-
-    def __init__(
-        self, width: int, height: int, x: tuple[float, float], y: tuple[float, float], *, left: int, bottom: int
-    ) -> None:
-        self.x, self.y, self.left, self.top, self.bottom = x, y, left, 8, bottom
-        self.width, self.height = width - left - 12, height - bottom - 8
-
-    def at(self, x: float, y: float) -> tuple[float, float]:
-        """Place of a point on the drawing."""
-        across = (x - self.x[0]) / (self.x[1] - self.x[0])
-        return self.left + self.width * across, self.top + self.height * (
-            1.0 - (y - self.y[0]) / (self.y[1] - self.y[0])
-        )
-
-    def holds(self, x: float, y: float) -> bool:
-        """Whether a point lies within the axes."""
-        return self.x[0] <= x <= self.x[1] and self.y[0] <= y <= self.y[1]
-
-    def line(
-        self, x: Iterable[float], y: Iterable[float], colour: str, *,
-        width: float = 1.0, dash: str = "", fade: float = 1.0,
-    ) -> str:  # fmt: skip
-        """A line through points that are numbers."""
-        pairs = [self.at(float(a), float(b)) for a, b in zip(x, y, strict=True) if math.isfinite(a + b)]
-        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in pairs)
-        more = (f' stroke-dasharray="{dash}"' if dash else "") + (f' opacity="{fade:g}"' if fade < 1.0 else "")
-        return f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{width}"{more}/>'
-
-    def dot(self, x: float, y: float, colour: str, radius: float) -> str:
-        """A filled circle."""
-        a, b = self.at(x, y)
-        return f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{radius:g}" fill="{colour}"/>'
-
-    def svg(self, parts: Sequence[str], x: str, y: str) -> str:
-        """The drawing with its axes, ticks and names."""
-        right, low = self.left + self.width, self.top + self.height
-        frame = [f'<path d="M{self.left} {self.top}V{low}H{right}" fill="none" stroke="{_SOFT}"/>']
-        for value in _ticks(*self.x):
-            a = self.at(value, self.y[0])[0]
-            frame.append(_text(a, low + 12, _short(value, *self.x), _SOFT, anchor="middle"))
-        for value in _ticks(*self.y):
-            b = self.at(self.x[0], value)[1]
-            frame.append(f'<line x1="{self.left}" x2="{right}" y1="{b:.1f}" y2="{b:.1f}" stroke="{_RULE}"/>')
-            frame.append(_text(self.left - 4, b + 3, _short(value, *self.y), _SOFT, anchor="end"))
-        middle = f"translate(10 {self.top + self.height / 2:.0f}) rotate(-90)"
-        names = [_text(self.left + self.width / 2, low + 25, x, _INK, anchor="middle"),
-                 f'<g transform="{middle}">{_text(0, 0, y, _INK, anchor="middle")}</g>']  # fmt: skip
-        return _whole(right + 12, low + self.bottom, [*frame, *parts, *names])
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    rough = (high - low) / 4.0
-    size = 10.0 ** math.floor(math.log10(rough))
-    step = next(m * size for m in (1.0, 2.0, 5.0, 10.0) if m * size >= rough * (1 - 1e-9))
-    return [step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
-
-
-def _short(value: float, low: float, high: float) -> str:
-    """Label of a tick, with as many decimals as distinguish it from its neighbour."""
-    decimals = max(0, -math.floor(math.log10((high - low) / 4.0 * 1.0001)))
-    return f"{0.0 if abs(value) < 1e-9 * (high - low) else value:.{decimals}f}".replace("-", "−")
-
-
-def _text(x: float, y: float, words: str, colour: str, *, anchor: str = "start", weight: int = 400) -> str:
-    return (f'<text x="{x:.1f}" y="{y:.1f}" font-size="10" fill="{colour}" text-anchor="{anchor}" '
-            f'font-weight="{weight}">{text(words)}</text>')  # fmt: skip
-
-
-def _whole(width: float, height: float, parts: Sequence[str]) -> str:
-    return (f'<svg viewBox="0 0 {width:.0f} {height:.0f}" font-family="system-ui,sans-serif">'
-            f'{"".join(parts)}</svg>')  # fmt: skip

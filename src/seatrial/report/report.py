@@ -81,7 +81,7 @@ def _head(report: Evidence) -> str:
         f"Eq. 25); 0 is perfect, less is better.{_scale(report)}"
     )
     return (
-        "".join(map(lead, worse_words(report))) + lead(sentence(report)) + bullets((*against(report), *report.changes))
+        note("", worse_words(report)) + lead(sentence(report)) + bullets((*against(report), *report.changes))
         + tiles((number(errors[label]), label) for label in report.labels)
         + soft(remark) + note("What this does not show", caveats(report))
     )
@@ -171,7 +171,7 @@ def _trials(report: Evidence, styles: figures.Styles) -> str:
         if all({"x", "y", "psi"} <= set(c.metrics) for c in several):
             caption = "Track, north up; ticks show the measured heading, the circle the start"
             drawings.append(figure(figures.track(several, styles, name), caption))
-        caption = "Heading, speeds and rate of turn over time; colours as beside"
+        caption = "Heading, speeds, rate of turn and controls over time; colours as beside"
         drawings.append(figure(figures.series(several, styles, name), caption))
         parts.append(f"<h3>{text(name)}</h3>{gallery(*drawings)}")
     return "".join(parts)
@@ -325,7 +325,8 @@ def worse(report: Evidence, other: str) -> list[str]:
     for name in STATES:
         mine, yours = (_rms((pair[k] for pair in both), name) for k in (0, 1))
         if _more(mine, yours):
-            factor, unit = (_DEGREES, "°") if name in ("psi", "r") else (1.0, "")
+            factor = _DEGREES if name in ("psi", "r") else 1.0
+            unit = " " * (not _UNITS[name].startswith("°")) + _UNITS[name]
             found.append(f"{name} ({number(factor * mine)}{unit} against {number(factor * yours)}{unit})")
     return found
 

@@ -26,7 +26,7 @@ from ..validate.rivals import (
     Rivals,
     Score,
 )
-from . import figures
+from . import diagnosis, figures
 from .figures import canvas, legend_below, svg
 from .page import Page, Section, bullets, figure, gallery, lead, number, soft, table, text, tiles
 from .page import provenance as origin
@@ -57,11 +57,12 @@ _MARKS = {
 def page(found: Rivals, *, provenance: Mapping[str, str]) -> Page:
     """The whole page."""
     parts = (
-        Section("", summary(found)),
+        Section("", diagnosis.verdict(found.fit) + summary(found)),
         Section("Relative errors", relative(found)),
         Section("Errors over the steps predicted", growth(found)),
         Section("The parameters", parameters(found)),
         Section("Thrust and azimuth servos", drive(found)),
+        Section("Residuals of the fit", diagnosis.section(found.fit)),
         origin(provenance),
     )
     return Page(found.study.title or found.study.name, parts, numbers(found))

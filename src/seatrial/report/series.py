@@ -204,7 +204,7 @@ def _tracks(series: Series, found: Table) -> str:
         parts.append(
             f"<h3>{text(test)}: {text(series.tests[test].name)}</h3>" + gallery(
                 figure(figures.track(some, styles, test), f"{test}: track, north up, at equal scale, from the start"),
-                figure(figures.series(some, styles, test), f"{test}: heading, speeds, rate of turn; lines as beside"),
+                figure(figures.series(some, styles, test), f"{test}: motion and controls over time; lines as beside"),
                 spread,
             )
         )

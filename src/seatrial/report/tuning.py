@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from ..core.parameters import read
-from ..data import Trial
+from ..data import UNITS, Trial
 from ..engine import SimulationError
+from ..identify import Fit
 from ..identify.tuning.tuned import Method, Range, Tuning, findings
 from ..simulate.replay import replay
-from . import figures
+from . import diagnosis, figures
 from .evidence import TIE
 from .figures import canvas, svg
 from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
@@ -28,23 +29,25 @@ _DEGREES = math.degrees(1.0)
 
 def page(
     tuning: Tuning, *, title: str, provenance: Mapping[str, str], method: str = "rk4",
-    sections: Sequence[Section] = (),
+    sections: Sequence[Section] = (), fit: Fit | None = None,
 ) -> Page:  # fmt: skip
     """The whole page.
 
     Args:
         method: integrator of the predictions drawn, as that of the fit.
         sections: additional ones, placed before the provenance.
+        fit: the chosen fit with its diagnosis; None leaves its residuals out.
     """
     predicted = {trial.name: _predictions(tuning, trial, method) for trial in tuning.tests}
     parts = (
-        Section("", _head(tuning)),
+        Section("", (diagnosis.verdict(fit) if fit else "") + _head(tuning)),
         Section("Two methods, side by side", _methods(tuning)),
         Section("The range", _objectives(tuning)),
         Section("Cross-validation", _left_out(tuning)),
         Section("The parameters", _parameters(tuning)),
         Section("Held-out trials", _tests(tuning, predicted)),
         Section("Residuals", _residuals(tuning)),
+        Section("Residuals of the fit", diagnosis.section(fit) if fit else ""),
         *sections,
         origin(provenance),
     )
@@ -168,7 +171,7 @@ def _tests(tuning: Tuning, predicted: Mapping[str, Mapping[str, Trial]]) -> str:
     drawn = "".join(
         f"<h3>{text(t.name)}</h3>" + gallery(
             figure(tracks(t, predicted[t.name]), "Track, north up, at equal scale; the circle is the start"),
-            figure(motions(t, predicted[t.name]), "Heading, speeds and rate of turn; lines as beside"),
+            figure(motions(t, predicted[t.name]), "Heading, speeds, rate of turn and controls; lines as beside"),
         )
         for t in tuning.tests
     )
@@ -195,7 +198,7 @@ def _residuals(tuning: Tuning) -> str:
     left, names = tuning.residuals, [t.name for t in tuning.problem.trials]
     rows: list[list[str]] = []
     for channel, rms in left.rms.items():
-        factor, unit = (_DEGREES, "°") if channel in ("psi", "r") else (1.0, "m")
+        factor, unit = (_DEGREES if channel in ("psi", "r") else 1.0), UNITS[channel].replace("rad", "°")
         biases = [number(factor * left.bias[channel][n], 2) for n in names]
         rows.append([f"{channel} [{unit}]", number(factor * rms), number(factor * left.noise[channel]),
                      number(left.correlation[channel]), *biases])  # fmt: skip
@@ -328,10 +331,10 @@ def tracks(measured: Trial, predicted: Mapping[str, Trial]) -> str:
 
 
 def motions(measured: Trial, predicted: Mapping[str, Trial]) -> str:
-    """Heading, speeds and rate of turn over time (Suyama 2023 Figs. 8 to 11, right)."""
-    drawn, axes = canvas(len(figures.MOTION))
+    """Heading, speeds, rate of turn and controls over time (Suyama 2023 Figs. 8 to 11, right)."""
+    drawn, axes = figures.motion_canvas(measured)
     styles = figures.line_styles(list(predicted), UNTUNED)
-    for ax, (channel, label, factor) in zip(axes, figures.MOTION, strict=True):
+    for ax, (channel, label, factor) in zip(axes, figures.MOTION, strict=False):
         for name, trial in predicted.items():
             colour, dashes = styles[name]
             ax.plot(trial.t, factor * trial[channel], color=colour, ls=dashes, lw=1.3)

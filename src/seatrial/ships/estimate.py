@@ -3,7 +3,7 @@
 `estimate` reads a file of particulars and returns an `Estimate`; docs/tutorials/estimate.md has the
 keys of the file, and which formula was chosen and why.  The rule for sigma: the larger of the
 standard deviation between formulas that give different values, and the scatter of the chosen one about the
-published sets of KVLCC2 and KCS (`SCATTER`); none where neither exists.
+published sets of KVLCC2 and KCS (`SCATTER`); where neither exists, a share of the value that is assumed (`STATED`).
 """
 
 from __future__ import annotations
@@ -40,6 +40,16 @@ from tests/golden/regression.toml.  R_0 is compared at the scale of the models, 
 measured.  f_alpha is left out: the published ones are Fujii's formula.
 """
 
+STATED: Mapping[str, tuple[float, str]] = {
+    "body.I_zG": (0.16, "radius of gyration 0.23 to 0.27 L_pp"),
+    "propeller.C_1": (0.3, "no published scatter"),
+    "rudder.f_alpha": (0.1, "no published scatter"),
+    "rudder.eta": (0.1, "no published scatter"),
+    "rudder.x_R": (0.03, "rudder stock within 0.015 L_pp of the perpendicular"),
+    "wind.": (0.2, "no published scatter"),
+}
+"""Relative sigma of numbers without a second formula and without scatter, by path or its beginning: judgements."""
+
 PARTS: Mapping[str, type] = {
     "body": Body, "hull": Polynomial, "propeller": Propeller, "rudder": Rudder, "wind": Fujiwara,
 }  # fmt: skip
@@ -65,6 +75,7 @@ class Number:
         others: value of every other formula for the same number, by name.
         spread: standard deviation between the formulas; None where only one gives the number.
         sigma: value of the ship file, in `unit`.
+        sigma_from: what sigma rests on, in words; empty without sigma.
     """
 
     path: str
@@ -76,6 +87,12 @@ class Number:
     others: Mapping[str, float] = field(default_factory=dict[str, float])
     spread: float | None = None
     sigma: float | None = None
+    sigma_from: str = ""
+
+    @property
+    def share(self) -> float | None:
+        """Sigma as a share of the value; None without one."""
+        return None if self.sigma is None or not self.value else self.sigma / abs(self.value)
 
 
 @dataclass(frozen=True)
@@ -150,7 +167,9 @@ class _Work:
         self.values[path], self.entries[path] = value, entry
         unit = PRIME if entry.prime or meaning.unit == PRIME else entry.unit or meaning.unit
         others = {formula.name: x for formula, x in found}
-        self.numbers.append(Number(path, entry.given, unit, "given", others=others, sigma=entry.sigma))
+        basis = "" if entry.sigma is None else "given"
+        self.numbers.append(Number(path, entry.given, unit, "given", others=others, sigma=entry.sigma,
+                                   sigma_from=basis))  # fmt: skip
 
     def take_formula(self, path: str, meaning: Spec, found: list[tuple[Formula, float]]) -> None:
         (formula, value), *rest = found
@@ -164,14 +183,14 @@ class _Work:
         outside = formula.outside(self.known.ship)
         distinct = list(dict.fromkeys(float(f"{x:.9g}") for _, x in found))
         spread = statistics.stdev(distinct) if len(distinct) > 1 else None
-        known = [x for x in (spread, SCATTER.get(path)) if x is not None]
-        sigma = max(known) if known else None
-        entry = Entry(source=self.wording(formula, found), given=value, prime=prime,
+        sigma, basis = _sigma(path, value, spread)
+        source = self.wording(formula, found) + (f"; sigma: {basis}" if basis else "")
+        entry = Entry(source=source, given=value, prime=prime,
                       sigma=None if sigma is None else sigma * (factor if prime else 1.0))  # fmt: skip
         self.entries[path], self.values[path] = entry, resolve(entry, meaning.unit, self.scale) or 0.0
         self.numbers.append(Number(
             path, value, PRIME if prime else meaning.unit, formula.name, tuple(outside), formula.basis,
-            {other.name: x for other, x in rest}, spread, sigma,
+            {other.name: x for other, x in rest}, spread, sigma, basis,
         ))  # fmt: skip
 
     def wording(self, formula: Formula, found: list[tuple[Formula, float]]) -> str:
@@ -188,15 +207,18 @@ class _Work:
         if path == "body.m":
             entry = Entry(source=f"rho volume; {self.known.entries['volume'].source}", given=ship.rho * ship.volume)
         elif path == "body.I_zG":
-            entry = Entry(source=_INERTIA, given=self.values["body.m"] * (0.25 * ship.L_pp) ** 2)
+            inertia = self.values["body.m"] * (0.25 * ship.L_pp) ** 2
+            sigma, basis = _sigma(path, inertia, None)
+            entry = Entry(source=f"{_INERTIA}; sigma: {basis}", given=inertia, sigma=sigma)
         elif path == "wind.L_wind":
             entry = Entry(source="L_pp, as in the authors' code", given=ship.L_pp)
         else:
             entry = self.known.air[key] if path.startswith("wind.") else self.known.entries[key]
         value = resolve(entry, meaning.unit, self.scale)
         self.entries[path], self.values[path] = entry, value if value is not None else entry.given
-        how = "assumed" if key in self.known.assumed or entry.source == _INERTIA else "given"
-        self.numbers.append(Number(path, self.values[path], meaning.unit, how, sigma=entry.sigma))
+        how = "assumed" if key in self.known.assumed or entry.source.startswith(_INERTIA) else "given"
+        basis = "" if entry.sigma is None else how
+        self.numbers.append(Number(path, self.values[path], meaning.unit, how, sigma=entry.sigma, sigma_from=basis))
 
     @property
     def scale(self) -> Yardsticks:
@@ -233,6 +255,17 @@ class _Work:
             validity={"u": (0.0, 1.2 * U), "v_m": (-0.5 * U, 0.5 * U), "r": (-U / L, U / L), "delta": (-limit, limit)},
             notes={"title": self.known.title, "cautions": list(cautions), **self.known.notes},
         )  # fmt: skip
+
+
+def _sigma(path: str, value: float, spread: float | None) -> tuple[float | None, str]:
+    """Sigma of an estimated number in its unit, and what it rests on in words."""
+    known = {"difference of the formulas": spread, "scatter about KVLCC2 and KCS": SCATTER.get(path)}
+    found = {basis: sigma for basis, sigma in known.items() if sigma is not None}
+    if found:
+        basis = max(found, key=lambda name: found[name])
+        return found[basis], basis
+    share, why = next((stated for start, stated in STATED.items() if path.startswith(start)), (0.0, ""))
+    return (share * abs(value), f"assumed {share:.0%}, {why}") if share and value else (None, "")
 
 
 def _below(values: Mapping[str, float], part: str) -> dict[str, float]:

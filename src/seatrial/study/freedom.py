@@ -10,28 +10,43 @@ from typing import Any
 from ..core.parameters import MOST, Free, ParameterError, Spec, far, match, specs, unknown, values
 from ..identify import Estimator, Problem, StudyError
 from ..identify.lint import tested_by
+from ..ships import Ship
 
 KEYS = ("prior", "ratio", "low", "high", "start", "sigma", "floor")
 
 
-def freedom(model: Any, table: Mapping[str, Any]) -> tuple[tuple[Free, ...], tuple[str, ...]]:
+def stated(ship: Ship) -> dict[str, float]:
+    """Sigmas by path of a ship that `estimate` made from its particulars: priors of a fit; none of any other ship.
+
+    The sigma of a fitted number is left out: as a prior it would count the same trials twice.
+    """
+    if not any(entry.source.startswith("estimated:") for entry in ship.entries.values()):
+        return {}
+    return {path: entry.sigma for path, entry in ship.entries.items()
+            if entry.sigma and not entry.source.startswith("fitted ")}  # fmt: skip
+
+
+def taken(model: Any, table: Mapping[str, Any], sigmas: Mapping[str, float]) -> tuple[str, ...]:
+    """Paths whose prior is that of the ship file, since the table gives none and does not refuse it."""
+    return tuple(path for path, (_, entry) in _chosen(model, table).items()
+                 if path in sigmas and isinstance(entry, Mapping) and not {"prior", "sigma"} & set(entry))  # fmt: skip
+
+
+def freedom(
+    model: Any, table: Mapping[str, Any], sigmas: Mapping[str, float] | None = None
+) -> tuple[tuple[Free, ...], tuple[str, ...]]:
     """Free parameters in the order of the model, and what was left fixed although a pattern fits it.
 
     An entry says one of: ``{prior = 0.3}`` (a Gaussian about the value, relative; `floor` is its
     least absolute sigma), ``{sigma = ...}`` (the same, absolute), ``{ratio = 0.5}`` (an interval),
-    ``{low = ..., high = ...}``; intervals go with priors, `start` with all; ``false`` keeps fixed.
+    ``{low = ..., high = ...}``; intervals go with priors, `start` with all; ``false`` keeps fixed.  An entry without a
+    prior takes that of `sigmas`, if there is one and it does not say ``prior = false``; then ``{}`` is enough.
 
     Raises:
         StudyError: an unknown path or key, or an entry that gives no freedom.
         ParameterError: an interval without width, or that excludes the start.
     """
-    chosen: dict[str, tuple[str, Any]] = {}
-    for pattern in sorted(table, key=_specificity):
-        try:
-            paths = match(model, pattern)
-        except ParameterError as error:
-            raise StudyError(f"free: {error}") from None
-        chosen |= dict.fromkeys(paths, (pattern, table[pattern]))
+    chosen, sigmas = _chosen(model, table), sigmas or {}
     meanings, known = specs(model), values(model)
     free: list[Free] = []
     fixed: list[str] = []
@@ -39,7 +54,7 @@ def freedom(model: Any, table: Mapping[str, Any]) -> tuple[tuple[Free, ...], tup
         pattern, entry = chosen.get(path, ("", False))
         if entry is False:
             continue
-        one = _free(path, float(known[path]), meanings[path], _entry(pattern, entry))
+        one = _free(path, float(known[path]), meanings[path], _entry(pattern, entry, sigmas.get(path)))
         if one is not None:
             free.append(one)
         elif any(c in pattern for c in "*?["):
@@ -71,15 +86,29 @@ def suspected(where: str, problem: Problem, estimator: Estimator, asked: bool) -
     return problem
 
 
+def _chosen(model: Any, table: Mapping[str, Any]) -> dict[str, tuple[str, Any]]:
+    """The pattern and the entry that hold for each path."""
+    chosen: dict[str, tuple[str, Any]] = {}
+    for pattern in sorted(table, key=_specificity):
+        try:
+            paths = match(model, pattern)
+        except ParameterError as error:
+            raise StudyError(f"free: {error}") from None
+        chosen |= dict.fromkeys(paths, (pattern, table[pattern]))
+    return chosen
+
+
 def _specificity(pattern: str) -> tuple[bool, int]:
     """A full path counts more than a pattern, a long pattern more than a short one."""
     wild = any(c in pattern for c in "*?[")
     return not wild, len(pattern.replace("*", ""))
 
 
-def _entry(pattern: str, entry: Any) -> Mapping[str, float]:
+def _entry(pattern: str, entry: Any, sigma: float | None) -> Mapping[str, float]:
+    """The entry, checked; `sigma` of the ship file stands in where it gives no prior."""
     if not isinstance(entry, Mapping):
         raise StudyError(f"free: '{pattern}' is {entry!r}; write a table such as {{ prior = 0.3 }}, or false")
+    entry = _completed(entry, sigma)
     for key, value in entry.items():
         if key not in KEYS:
             raise StudyError(f"free: '{pattern}': {unknown(key, KEYS, 'key')}")
@@ -94,6 +123,13 @@ def _entry(pattern: str, entry: Any) -> Mapping[str, float]:
     if not ({"prior", "sigma", "ratio"} & set(entry) or {"low", "high"} <= set(entry)):
         raise StudyError(f"free: '{pattern}': give prior, sigma or ratio, or low and high")
     return entry
+
+
+def _completed(entry: Mapping[str, Any], sigma: float | None) -> Mapping[str, Any]:
+    """The entry with the prior of the ship file, or without any where it says ``prior = false``."""
+    if entry.get("prior") is False:
+        return {key: value for key, value in entry.items() if key != "prior"}
+    return entry if sigma is None or {"prior", "sigma"} & set(entry) else {**entry, "sigma": sigma}
 
 
 def _free(path: str, value: float, meaning: Spec, entry: Mapping[str, float]) -> Free | None:

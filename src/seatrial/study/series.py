@@ -20,7 +20,7 @@ from ..identify.digest import digest
 from ..ships import Ship
 from ..ships.classes import Trust, trusting
 from .data import read_data
-from .freedom import freedom, suspected
+from .freedom import freedom, stated, suspected
 from .schema import Claim, DataTable, Published, SeriesFile, checked
 from .study import read_estimator, read_ship
 
@@ -232,7 +232,7 @@ class _Reader:
         labels = tuple(self.said.data.validation) if fit.validation is None else tuple(fit.validation)
         train, validation, _ = self._trials(tuple(fit.train), tuple(fit.exclude), labels, ship)
         try:
-            free, _ = freedom(ship.model, fit.free) if fit.free else ((), ())
+            free, _ = freedom(ship.model, fit.free, stated(ship)) if fit.free else ((), ())
         except StudyError as error:
             raise StudyError(f"{self.path}: fits.{key}: {error}") from None
         loss, nuisance = fit.loss or self.said.loss, fit.nuisance

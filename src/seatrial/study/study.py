@@ -28,7 +28,7 @@ from ..ships import Ship, ShipError
 from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
 from .data import Split, chosen, read_data, read_raw
-from .freedom import freedom, suspected
+from .freedom import freedom, stated, suspected, taken
 from .schema import StudyFile, checked
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def _read(here: Path, suspects: bool) -> Study:
     ship = read_ship(here, said.ship)
     virtual, (train, validation, test) = _made(here, said) if said.virtual else (None, read_data(here, said.data, ship))
     try:
-        free, fixed = freedom(ship.model, said.free)
+        free, fixed = freedom(ship.model, said.free, stated(ship))
     except StudyError as error:
         raise StudyError(f"{here}: {error}") from None
     (train, torn), (validation, off), (test, kept) = (_whole(trials) for trials in (train, validation, test))
@@ -116,14 +116,22 @@ def _read(here: Path, suspects: bool) -> Study:
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
     problem = suspected(str(here), problem, estimator, suspects)
-    notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *torn, *off, *kept,
-             *_steps(here, train, said.estimator))  # fmt: skip
+    notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *_priors(ship, said.free), *torn,
+             *off, *kept, *_steps(here, train, said.estimator))  # fmt: skip
     return Study(
         here.stem, here, problem, estimator, test, said.report.restart,
         _run_digest(problem, estimator, test, said), notes, said.title,
         _rival(here, said.rival.free if said.rival else (), free), virtual,
         said.report.published.model_dump() if said.report.published else {}, said.report.unidentified,
     )  # fmt: skip
+
+
+def _priors(ship: Ship, table: Mapping[str, Any]) -> tuple[str, ...]:
+    """Which parameters take the sigma of the ship file as their prior."""
+    sigmas = stated(ship)
+    paths = taken(ship.model, table, sigmas)
+    named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths)
+    return (f"priors from the ship file, of its formulas (prior = false in [free] for none): {named}",) if paths else ()
 
 
 def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:

@@ -1,6 +1,6 @@
 """Trials corrected by what a fit estimated beside the parameters: errors of instruments, currents and sensor biases.
 
-Errors of instruments are those of `identify.suspects`: a reading is the true value plus the error.  An error that all
+Errors of instruments are those of `trajectory.suspects`: a reading is the true value plus the error.  An error that all
 trials share (`Fit.nuisances["*"]`) belongs to the instrument; a current or a bias of one trial belongs to that trial.
 """
 
@@ -15,12 +15,12 @@ from ..data import Array, Trial, unwrapped
 from ..data.prepare import shifted
 from ..environment import CHANNELS
 from ..identify.nuisance import CURRENT, EVERY, with_current
-from ..identify.suspects import Suspect, suspects
+from ..identify.trajectory.suspects import Suspect, suspects
 from ..models import STATES, Model
 from ..simulate.replay import wind_of
 
 Errors = Mapping[str, float]
-"""Errors by name as in `identify.suspects`, such as "offset.delta", "bias.psi", "current.north"; SI units."""
+"""Errors by name as in `trajectory.suspects`, such as "offset.delta", "bias.psi", "current.north"; SI units."""
 
 # Channels of a sensor that has a delay, where they are not one channel of that name.
 _TOGETHER = {"position": ("x", "y"), "speed": ("u", "v_m")}

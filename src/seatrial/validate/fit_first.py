@@ -17,9 +17,9 @@ import numpy as np
 from ..data import Array, DataError, Trial
 from ..environment import to_earth
 from ..identify import Loss, Nuisance, Problem
-from ..identify.diagnosis import LARGE
 from ..identify.noise import noise, screened
 from ..identify.nuisance import begun_as
+from ..identify.posterior.diagnosis import LARGE
 from ..identify.record import even
 from ..identify.trajectory.gauss_newton import State, minimise
 from ..identify.trajectory.objective import TrajectoryObjective
@@ -46,7 +46,7 @@ class Beginning:
         trial: with the biases taken from its readings, in the current.
         t: time of the first row after them, where predictions start [s].
         state: x, y, psi, u, v_m, r there, by the model, shape (6,).
-        found, sigma: current and biases with standard deviations, by name as in `identify.suspects`, SI units.
+        found, sigma: current and biases with standard deviations, by name as in `trajectory.suspects`, SI units.
         size: root mean square residual of the first seconds over the sensors' noise; 1 where the model explains them.
     """
 
@@ -189,7 +189,7 @@ class _Search:
 
     @property
     def found(self) -> dict[str, float]:
-        """Current and biases by name as in `identify.suspects`."""
+        """Current and biases by name as in `identify.trajectory.suspects`."""
         layout = self.objective.layout
         return dict(zip(map(_named, layout.own.names), layout.of_trials(self.eta)[0].tolist(), strict=True))
 
@@ -216,5 +216,5 @@ class _Search:
 
 
 def _named(name: str) -> str:
-    """The name in `identify.suspects` of a nuisance of a trial."""
+    """The name in `identify.trajectory.suspects` of a nuisance of a trial."""
     return {"current_x": "current.north", "current_y": "current.east"}.get(name, name.replace("bias_", "bias.", 1))

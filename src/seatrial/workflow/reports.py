@@ -101,7 +101,7 @@ def _tuned(found: Tuning, study: Study, fit: Fit, page: Path, provenance: Proven
     write(page, page_of(
         found, title=study.title or f"{study.problem.ship.name}: fine-tuning", method=estimator.method,
         provenance={**provenance, "data": sources(study.problem.trials)},
-        sections=_identifiability(fit, study.problem, found.tests, estimator),
+        sections=_identifiability(fit, study.problem, found.tests, estimator), fit=fit,
     ))  # fmt: skip
 
 

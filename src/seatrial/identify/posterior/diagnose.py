@@ -82,7 +82,7 @@ def diagnosed(
         return fit
     known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
                   and not _estimated(one.name, problem))  # fmt: skip
-    fixed = _fixed(fit, problem)
+    fixed = {path: value for path, value in _fixed(fit, problem).items() if path in objective.forward.system.parameters}
     with np.errstate(all="ignore"):
         linear = _linear(objective, p, eta, known, fixed, _draws(objective, problem))
     vector = problem.vector
@@ -96,19 +96,25 @@ def diagnosed(
     floor = np.maximum(size, least**2)
     least_sure = _covariance(linear, A, floor / objective.windows.weight) + _by_inputs(linear, A)
     tested = _suspicions(linear, A, floor, known, least_sure, problem)
-    first = problem.ship.model.controls[:1]
+    shown = _shown(problem)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
-        (first[0], unit(first[0])) if first else ("", ""),
+        (shown, unit(shown)) if shown else ("", ""),
     )  # fmt: skip
     wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
     count = len(problem.free)
     factor = np.sqrt(np.diag(wide) / np.maximum(np.diag(covariance), 1e-300))[:count]
     diagnosis = replace(
-        diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)),
-        fixed=_influence(linear, A, fixed, covariance, vector),
+        diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)) if widen else {},
     )  # fmt: skip
+    diagnosis = _influence(diagnosis, linear, A, fixed, wide if widen else covariance, problem)
     return judged_by(fit, problem, diagnosis, wide[:count, :count] if widen else fit.covariance)
+
+
+def _shown(problem: Problem) -> str:
+    """The control that residuals are drawn against: the first rudder or azimuth, else the first; "" without any."""
+    names = problem.ship.model.controls
+    return next((name for name in names if unit(name) == "rad"), names[0] if names else "")
 
 
 def _estimated(name: str, problem: Problem) -> bool:
@@ -285,7 +291,8 @@ def _residuals(
 ) -> dict[str, Residuals]:
     """Residuals of each trial in units of the noise, its windows one after the other."""
     cut, out = objective.windows, dict[str, Residuals]()
-    control = cut.series[:, :: cut.every, 0][:, : cut.scale.shape[1]]
+    shown, names = _shown(problem), problem.ship.model.controls
+    control = cut.series[:, :: cut.every, names.index(shown) if shown else 0][:, : cut.scale.shape[1]]
     for index in np.unique(cut.trial).tolist():
         mine = cut.trial == index
         seen = cut.scale[mine].any(axis=2)
@@ -335,16 +342,28 @@ def _widened(
 
 
 def _influence(
-    linear: _Linear, A: Array, fixed: Mapping[str, float], covariance: Array, vector: Vector
-) -> tuple[tuple[str, str, float], ...]:
-    """Fixed parameters whose error of 10 % would move the result most."""
+    diagnosis: Diagnosis, linear: _Linear, A: Array, fixed: Mapping[str, float], covariance: Array, problem: Problem
+) -> Diagnosis:
+    """With the fixed parameters whose error, of one sigma if the ship file states it, would move the result most.
+
+    `linear.held` is the change of the readings by a tenth of the value of each.
+    """
+    vector, entries = problem.vector, problem.ship.entries
+    stated = {path: float(sigma) for path in fixed if path in entries and (sigma := entries[path].sigma)}
     back, sigma = np.linalg.pinv(A, hermitian=True), np.sqrt(np.diag(covariance))
     flat = linear.J.reshape(-1, linear.J.shape[-1])
     mixed = flat.T @ linear.held.reshape(len(flat), -1)
+    shares = {path: stated[path] / abs(value) if path in stated else _TENTH for path, value in fixed.items()}
     out: list[tuple[str, str, float]] = []
+    squares = np.zeros(len(vector))
     for k, path in enumerate(fixed):
-        moved = (-back @ mixed[:, k] / np.maximum(sigma, 1e-300))[: len(vector)]
+        moved = shares[path] / _TENTH * (-back @ mixed[:, k] / np.maximum(sigma, 1e-300))[: len(vector)]
+        squares += moved**2 if path in stated else 0.0
         if moved.size:
             at = int(np.argmax(np.abs(moved)))
             out.append((path, vector.paths[at], float(moved[at])))
-    return tuple(sorted(out, key=lambda row: -abs(row[2]))[:_LISTED])
+    first = tuple(sorted(out, key=lambda row: -abs(row[2]))[:_LISTED])
+    return replace(
+        diagnosis, fixed=first, shares={path: shares[path] for path, _, _ in first},
+        carried=dict(zip(vector.paths, np.sqrt(squares).tolist(), strict=True)) if stated else {},
+    )  # fmt: skip

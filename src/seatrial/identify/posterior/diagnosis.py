@@ -53,7 +53,7 @@ class Residuals:
     Attributes:
         t: time, the gaps between windows left out [s], shape (rows,).
         values: by channel; NaN where nothing is compared.
-        control: first control of the model, as it acted.
+        control: the control that stands beside them (`Diagnosis.control`), as it acted.
     """
 
     t: Array
@@ -124,10 +124,13 @@ class Diagnosis:
         rejected: readings left out as outliers, by trial and channel.
         errors: errors of instruments that were estimated, as suspicions whose drop is that of leaving each out.
         residuals: by trial, for drawings.
-        control: name and unit of the control that stands beside them.
-        widened: factor of each sigma over that of white noise, by path.
+        control: name and unit of the control that stands beside them: the first angle, else the first control.
+        widened: factor of each sigma over that of white noise, by path; empty where `Loss.correlation` states sigma.
         fixed: for fixed parameters of the model, the change of the free parameter that it moves most if it were
-            10 % larger, in sigma: (path, free path, change); the strongest first.
+            larger by its error, in sigma: (path, free path, change); the strongest first.
+        shares: error of each fixed parameter relative to its value: its sigma where the ship file states one, else .1.
+        carried: for each free parameter the root sum of squares of what the fixed ones with a stated sigma move it by,
+            in its sigma; empty where none is stated.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict[str, Channel])
@@ -138,6 +141,8 @@ class Diagnosis:
     control: tuple[str, str] = ("", "")
     widened: Mapping[str, float] = field(default_factory=dict[str, float])
     fixed: tuple[tuple[str, str, float], ...] = ()
+    shares: Mapping[str, float] = field(default_factory=dict[str, float])
+    carried: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def causes(self) -> tuple[Suspicion, ...]:
@@ -160,7 +165,9 @@ class Diagnosis:
             "estimated": {s.name: {"size": s.size, "sigma": s.sigma} for s in self.errors},
             "outliers": {trial: dict(found) for trial, found in self.rejected.items()},
             "widened": dict(self.widened),
-            "fixed": [{"parameter": path, "moves": free, "sigmas": moved} for path, free, moved in self.fixed],
+            "fixed": [{"parameter": path, "error": self.shares.get(path, 0.1), "moves": free, "sigmas": moved}
+                      for path, free, moved in self.fixed],
+            "carried": dict(self.carried),
         }  # fmt: skip
 
     @property

@@ -255,7 +255,8 @@ class TrajectoryObjective:
             held.append((moved - run) * (_TENTH / _SMALL))
         moved = [self._disturbed(draw, run, p, arguments, state0, parameters) for draw in draws]
         none = np.zeros((*run.shape, 0))
-        return (e, full, *(np.stack(some, axis=-1) if some else none for some in (extra, held, moved)))
+        suspected, changed, drawn = (np.stack(some, axis=-1) if some else none for some in (extra, held, moved))
+        return e, full, suspected, changed, drawn
 
     def _disturbed(self, draw: Array, run: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
                    parameters: Array) -> Array:  # fmt: skip

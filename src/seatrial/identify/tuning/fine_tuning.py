@@ -90,6 +90,8 @@ class FineTuning:
     seed: int = 1
     threads: int | None = None
     several: ClassVar[bool] = True
+    window: ClassVar[float | None] = None
+    every: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
         ratios: Any = self.ratios
