@@ -57,7 +57,7 @@ def corrected(trial: Trial, errors: Errors, model: Model) -> Trial:
     """The trial as instruments without these errors would have logged it, in the current among them.
 
     Inputs change as in the fit that estimated the errors (`Suspect.acts`), readings by the inverse of the error.
-    A delay shifts its channels in time; rows without a reading become gaps.  A current adds to the logged one.  Errors
+    A delay shifts its channels in time; rows without a reading are left out.  A current adds to the logged one.  Errors
     of what the trial did not log change nothing.
     """
     if not any(errors.values()):

@@ -32,7 +32,7 @@ from .verdicts import judged_by
 # A fixed parameter is tested with this change, relative.
 _TENTH = 0.1
 # Draws of the noise of the inputs.
-_DRAWS = 24
+_DRAWS = 16
 _LISTED = 5
 
 
@@ -269,13 +269,15 @@ def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
     cut, rng = objective.windows, np.random.default_rng(0)
     substeps = max(round(problem.trials[0].dt / cut.dt), 1)
     lanes, steps, inputs = cut.series.shape
-    rows = -(-steps // substeps)
+    noisy = np.flatnonzero(level)
+    held = noisy >= inputs - len(CHANNELS)
     out: list[Array] = []
     for _ in range(_DRAWS):
-        white = rng.normal(0.0, 1.0, (lanes, rows + 1, inputs)) * level
-        mean = 0.5 * (white[:, 1:] + white[:, :-1])
-        acts = np.concatenate([mean[..., : -len(CHANNELS)], white[:, 1:, -len(CHANNELS) :]], axis=-1)
-        out.append(np.repeat(acts, substeps, axis=1)[:, :steps])
+        white = rng.standard_normal((lanes, -(-steps // substeps) + 1, noisy.size)) * level[noisy]
+        acts = np.where(held, white[:, 1:], 0.5 * (white[:, 1:] + white[:, :-1]))
+        draw = np.zeros(cut.series.shape)
+        draw[:, :, noisy] = np.repeat(acts, substeps, axis=1)[:, :steps]
+        out.append(draw)
     return out
 
 

@@ -62,7 +62,7 @@ def in_stages(
 
     found = again(problem)
     while own.suspects and stages <= _MOST and (name := _worth(found)):
-        common = {**problem.nuisance.common, name: math.inf}
+        common = {**problem.nuisance.common, **dict.fromkeys(_whole(name), math.inf)}
         problem = replace(problem, nuisance=replace(problem.nuisance, common=common))
         found = again(problem, found)
     open_weights = not problem.loss.sigma and problem.loss.scale == "noise" and problem.loss.correlation is None
@@ -91,6 +91,12 @@ def _worth(fit: Fit) -> str:
         return ""
     first, rows = fit.diagnosis.causes[0], sum(one.count for one in fit.diagnosis.channels.values())
     return first.name if first.drop > math.log(max(rows, 2)) else ""
+
+
+def _whole(name: str) -> tuple[str, ...]:
+    """An error with the other component of the same vector."""
+    kind, _, way = name.partition(".")
+    return (f"{kind}.north", f"{kind}.east") if way in ("north", "east") else (name,)
 
 
 def _weighed(problem: Problem, channels: Mapping[str, Channel]) -> Problem:
