@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...core.parameters import values
-from ...data import Array
+from ...data import Array, Trial
 from ...environment import CHANNELS
 from ...models import STATES, unit
 from .. import Fit, Problem
@@ -34,6 +34,8 @@ _TENTH = 0.1
 # Draws of the noise of the inputs.
 _DRAWS = 16
 _LISTED = 5
+# Rows beyond which a part of the trials is tested, at least so many of them.
+_ROWS, _LEAST = 20_000, 8
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ def diagnosed(
     """
     if fit.covariance.shape != (len(fit.free),) * 2:
         return fit  # an estimator that states no covariance
-    problem = replace(problem, free=fit.free)
+    trials = problem.trials
+    problem = replace(problem, free=fit.free, trials=_enough(problem.trials))
     own = begun_as(problem, getattr(settings, "initial", "free"))
     sigma, arguments = cut_as(problem, settings)
     objective = TrajectoryObjective.build(own, own.trials, sigma, **arguments)
@@ -108,7 +111,16 @@ def diagnosed(
         diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)) if widen else {},
     )  # fmt: skip
     diagnosis = _influence(diagnosis, linear, A, fixed, wide if widen else covariance, problem)
-    return judged_by(fit, problem, diagnosis, wide[:count, :count] if widen else fit.covariance)
+    own_sigma = wide[:count, :count]
+    if len(problem.trials) < len(trials):  # the factor is known from a part of the trials, the rest from all
+        own_sigma = factor[:, None] * fit.covariance * factor[None, :]
+    return judged_by(fit, problem, diagnosis, own_sigma if widen else fit.covariance)
+
+
+def _enough(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:
+    """Trials at even distances in their order that have enough rows to test a fit; all of them as a rule."""
+    rows = sum(len(trial) for trial in trials)
+    return trials[:: max(min(round(rows / _ROWS), len(trials) // _LEAST), 1)]
 
 
 def _shown(problem: Problem) -> str:
