@@ -93,12 +93,7 @@ def diagnosed(
         np.append(vector.precision, objective.deviation**-2.0)
     )  # fmt: skip
     channels, size = _channels(objective, linear, A, noise(problem.trials))
-    covariance = _covariance(linear, A, size / objective.windows.weight) + _by_inputs(linear, A)
-    # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
-    least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(STATES)])
-    floor = np.maximum(size, least**2)
-    least_sure = _covariance(linear, A, floor / objective.windows.weight) + _by_inputs(linear, A)
-    tested = _suspicions(linear, A, floor, known, least_sure, problem)
+    covariance, tested = _tests(objective, linear, A, channels, size, known, problem)
     shown = _shown(problem)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
@@ -115,6 +110,20 @@ def diagnosed(
     if len(problem.trials) < len(trials):  # the factor is known from a part of the trials, the rest from all
         own_sigma = factor[:, None] * fit.covariance * factor[None, :]
     return judged_by(fit, problem, diagnosis, own_sigma if widen else fit.covariance)
+
+
+def _tests(
+    objective: TrajectoryObjective, linear: _Linear, A: Array, channels: Mapping[str, Channel], size: Array, known: Any,
+    problem: Problem,
+) -> tuple[Array, tuple[Suspicion, ...]]:
+    """Covariance for white residuals and noisy inputs, and the score tests of the suspects."""
+    weight, by_inputs = objective.windows.weight, _by_inputs(linear, A)
+    # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
+    least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(STATES)])
+    floor = np.maximum(size, least**2)
+    least_sure = _covariance(linear, A, floor / weight) + by_inputs
+    tested = _suspicions(linear, A, floor, known, least_sure, problem)
+    return _covariance(linear, A, size / weight) + by_inputs, tested
 
 
 def _enough(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:
