@@ -130,6 +130,7 @@ def test_suspects_that_matter_are_estimated_on_request_and_the_truth_comes_back(
     assert found["current.north"] == pytest.approx(0.5 * math.cos(1.0), abs=0.02)
     assert found["current.east"] == pytest.approx(0.5 * math.sin(1.0), abs=0.02)
     assert np.abs(_z(fit)).max() < 3.5
+    assert all(error.sigma < 0.05 for error in fit.diagnosis.errors)
 
 
 def test_a_named_error_is_estimated_with_its_prior() -> None:

@@ -101,10 +101,11 @@ class TrajectoryObjective:
         }  # fmt: skip
         return state0, parameters, arguments, nuisances.offset(own)[:, None, :]
 
-    def series(self, p: Array) -> Any:
-        """Inputs, corrected by the errors of instruments in `p`."""
+    def series(self, p: Array, change: Array | None = None) -> Any:
+        """Inputs, corrected by the errors of instruments in `p`, and changed by `change`; packed."""
         changes = [c * one.acts(self.windows.series, self.windows.dt)
                    for one, c in zip(self.common, p[self.where.size :], strict=True) if one.acts]  # fmt: skip
+        changes += [] if change is None else [change]
         return self.forward.pack(self.windows.series + sum(changes)) if changes else self.packed
 
     @property
@@ -261,9 +262,8 @@ class TrajectoryObjective:
     def _disturbed(self, draw: Array, run: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
                    parameters: Array) -> Array:  # fmt: skip
         """Change of the readings by a change of the inputs, shape (lanes, rows, 6)."""
-        packed = self.forward.pack(self.windows.series + draw)
         with np.errstate(all="ignore"):
-            return self.forward.run(state0, packed, parameters, **arguments).values[:, :, : len(STATES)] - run
+            return self.forward.run(state0, self.series(p, draw), parameters, **arguments).values[:, :, : len(STATES)] - run
 
     def variance(self, p: Array, eta: Array) -> float:
         """Mean squared residual over sigma^2 per degree of freedom: the factor by which sigma^2 was wrong.
