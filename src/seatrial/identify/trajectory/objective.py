@@ -263,7 +263,8 @@ class TrajectoryObjective:
                    parameters: Array) -> Array:  # fmt: skip
         """Change of the readings by a change of the inputs, shape (lanes, rows, 6)."""
         with np.errstate(all="ignore"):
-            return self.forward.run(state0, self.series(p, draw), parameters, **arguments).values[:, :, : len(STATES)] - run
+            other = self.forward.run(state0, self.series(p, draw), parameters, **arguments).values
+        return other[:, :, : len(STATES)] - run
 
     def variance(self, p: Array, eta: Array) -> float:
         """Mean squared residual over sigma^2 per degree of freedom: the factor by which sigma^2 was wrong.
