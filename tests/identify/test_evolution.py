@@ -192,6 +192,8 @@ def test_what_it_cannot_do_is_said_in_one_line(problem: Problem) -> None:
         Evolution().fit(replace(problem, free=(Free("hull.R_0", 0.02),)))
     with pytest.raises(StudyError, match="takes no"):
         Evolution().fit(replace(problem, nuisance=Nuisance(current=0.1)))
+    with pytest.raises(StudyError, match="takes no"):
+        Evolution().fit(replace(problem, nuisance=Nuisance(initial={"r": 0.01})))
     with pytest.raises(StudyError, match="between 4 and 128"):
         Evolution(population=200)
     with pytest.raises(StudyError, match=r"estimator\.agree is 0"):

@@ -48,6 +48,9 @@ class Screened:
 def sensor_noise(values: Array) -> float:
     """Standard deviation of the white noise of an evenly sampled channel; NaN gaps are allowed.
 
+    `data.prepare.smooth` reads it off third differences, which is enough to smooth by; a weight needs it within a tenth
+    at any rate of the log.
+
     Returns:
         NaN with fewer than nine readings in a row.
     """

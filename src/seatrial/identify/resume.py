@@ -41,7 +41,7 @@ def kept_arrays(path: Path | None, digest: str, needed: Iterable[str]) -> dict[s
         kept = str(found.pop("digest"))
         if missing := set(needed) - set(found):
             raise KeyError(", ".join(sorted(missing)))
-    except (ValueError, KeyError, EOFError, NotImplementedError, zlib.error, zipfile.BadZipFile, SyntaxError, OSError):
+    except (ValueError, KeyError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile, SyntaxError, OSError):
         begin_anew(path)
         return None
     if kept != digest:

@@ -405,7 +405,7 @@ class Scoring:
         Raises:
             StudyError: the problem has nuisances, which only the gradient estimators eliminate.
         """
-        if held(problem):
+        if held(problem) or np.isfinite(list(problem.nuisance.initial.values())).any():
             raise StudyError("this estimator takes no [nuisance]; leave it out, or use shooting:Trajectory")
         cut = windows(
             trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,

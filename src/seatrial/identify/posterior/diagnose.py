@@ -27,6 +27,7 @@ from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import suspects
 from ..vector import Vector
 from .diagnosis import Channel, Diagnosis, Residuals, Suspicion
+from .misfit import correlated
 from .verdicts import judged_by
 
 # A fixed parameter is tested with this change, relative.
@@ -34,6 +35,8 @@ _TENTH = 0.1
 # Draws of the noise of the inputs.
 _DRAWS = 16
 _LISTED = 5
+# Residuals are alike up to the first lag of no more than this correlation.
+_LASTS = 0.05
 # Rows beyond which a part of the trials is tested, at least so many of them.
 _ROWS, _LEAST = 20_000, 8
 
@@ -208,7 +211,7 @@ def _channels(
         if name in level:
             out[name] = Channel(
                 level[name], float(np.sqrt(size[k])) / (per * level[name]), alike, max(int(both.sum()), 1) ** -0.5,
-                _lasting(e) * cut.dt * cut.every, int(seen.sum()),
+                correlated([e.T], _LASTS)[1] * cut.dt * cut.every, int(seen.sum()),
             )  # fmt: skip
     return out, size
 
@@ -217,21 +220,6 @@ def _unit(objective: TrajectoryObjective, channel: int) -> float:
     """Weight of a residual of a channel [1/SI unit]; 0 where it is not compared."""
     scale = objective.windows.scale[:, :, channel]
     return float(np.median(scale[scale > 0])) if (scale > 0).any() else 0.0
-
-
-def _lasting(e: Array) -> float:
-    """Number of rows over which residuals are alike: 1 + 2 sum of their correlations up to the first below 0.05.
-
-    Args:
-        e: residuals, zero where there is none, shape (windows, rows).
-    """
-    total, out = max(float((e * e).sum()), 1e-300), 1.0
-    for lag in range(1, e.shape[1]):
-        alike = float((e[:, lag:] * e[:, :-lag]).sum()) / total
-        if alike < 0.05:
-            break
-        out += 2.0 * alike
-    return out
 
 
 def _by_channel(J: Array, size: Array) -> Array:
