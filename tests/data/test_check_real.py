@@ -76,10 +76,3 @@ def test_velocities_that_were_smoothed_over_ground_are_late_and_the_receiver_is_
 
     [found] = keyed(check_folder([smoothed(trial) for trial in day]), "lag")
     assert found.what.startswith("u, v_m are late by 3")
-
-
-def test_a_few_noisy_logs_do_not_make_the_rudder_late(day: list[Trial]) -> None:
-    """Logs in which the yaw has another rudder, loud as they are, count by what they leave over."""
-    assert keyed(check_folder(day), "lag") == []
-    loud = [replace(late(t, 8.0, "delta"), name=f"{t.name}_loud").having(r=40.0 * t["r"]) for t in day[:2]]
-    assert [one for one in keyed(check_folder([*day, *loud]), "lag") if one.channels == ("delta",)] == []
