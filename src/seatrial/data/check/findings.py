@@ -28,7 +28,7 @@ _FEWEST = 10
 """Rows in common that exclude coincidence."""
 
 _Placed = list[tuple[int, Trial]]
-_KNOWN: dict[int, tuple[weakref.ref[Trial], tuple[Finding, ...]]] = {}
+_KNOWN: dict[tuple[int, ...], tuple[tuple[weakref.ref[Trial], ...], tuple[Finding, ...]]] = {}
 
 
 @dataclass(frozen=True)
@@ -61,16 +61,8 @@ class Finding:
 
 
 def check(trial: Trial) -> tuple[Finding, ...]:
-    """All findings of one trial, errors first; none means that no known fault was found.
-
-    They are kept as long as the trial lives: a fit asks for them in its lint, before it starts and in its report.
-    """
-    known = _KNOWN.get(id(trial))
-    if known is None or known[0]() is not trial:
-        key = id(trial)
-        known = weakref.ref(trial, lambda _: _KNOWN.pop(key, None)), check_folder((trial,))
-        _KNOWN[key] = known
-    return known[1]
+    """All findings of one trial, errors first; none means that no known fault was found."""
+    return check_folder((trial,))
 
 
 def check_folder(trials: Sequence[Trial]) -> tuple[Finding, ...]:
@@ -78,7 +70,18 @@ def check_folder(trials: Sequence[Trial]) -> tuple[Finding, ...]:
 
     Logs of one ship judge each other: a compass that is wrong is wrong in each of them, and only several headings tell
     it from a current.  What is wrong in several trials is told once, with all of their names.
+
+    They are kept as long as the trials live: a fit asks for them in its lint, before it starts and in its report.
     """
+    key = tuple(map(id, trials))
+    known = _KNOWN.get(key)
+    if known is None or any(kept() is not trial for kept, trial in zip(known[0], trials, strict=True)):
+        known = tuple(weakref.ref(trial, lambda _: _KNOWN.pop(key, None)) for trial in trials), _judged(trials)
+        _KNOWN[key] = known
+    return known[1]
+
+
+def _judged(trials: Sequence[Trial]) -> tuple[Finding, ...]:
     told: dict[str, list[Fault]] = {trial.name: [] for trial in trials}
     alike: dict[object, list[Trial]] = {}
     for trial in trials:

@@ -27,7 +27,7 @@ _ASTRAY, _TURNED = 0.04, 0.25
 # A fine one must take away this part of what is beyond noise, and be this many standard errors from none.
 _SHARE, _SURE = 0.5, 8.0
 _QUIET = 0.3
-# What one log shows is told of another too if it is as large there, to this part, and so many standard errors from none.
+# What one log shows is told of another if it is as large there, to this part, and so many standard errors from none.
 _ALIKE, _SHARED = 0.3, 4.0
 # Suspects whose logarithm of the squares differ by less than this part of the windows are told together.
 _TIE = 0.02
