@@ -1,4 +1,4 @@
-"""What instruments of real logs do and no fault is, and faults that only some logs of a day have."""
+"""Behaviour of instruments that is no fault, and faults that only some logs of a day have."""
 
 from __future__ import annotations
 

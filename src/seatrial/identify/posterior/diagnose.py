@@ -68,12 +68,13 @@ class _Linear:
     @staticmethod
     def of(e: Array, columns: Array, counts: tuple[int, ...], leverage: Array) -> _Linear:
         """From columns side by side, shape (lanes, rows * 6, parameters + suspects + fixed + draws)."""
-        parts = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
+        J, extra, held, drawn = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
         n, both = counts[0], counts[0] + counts[1]
         own = columns.reshape(-1, len(STATES), columns.shape[-1])[:, :, :both]
         channels = np.ascontiguousarray(own.transpose(1, 0, 2))
         products = np.stack([one[:, :n].T @ one for one in channels])
-        return _Linear(e, *parts, leverage, products, np.einsum("crk,crk->ck", *(channels[:, :, n:],) * 2))
+        squares = np.einsum("crk,crk->ck", channels[:, :, n:], channels[:, :, n:])
+        return _Linear(e, J, extra, held, drawn, leverage, products, squares)
 
     def gram(self, size: Array | float = 1.0) -> Array:
         """Products of the parameters with parameters and suspects, over all channels, each times its `size`."""
