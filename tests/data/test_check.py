@@ -43,7 +43,7 @@ FAULTS = {
     "coarse": (lambda t: t.having(x=np.round(t["x"] / 2) * 2), "warning", "coarse"),
     "wind true": (lambda t: t.having(gamma_T=t["gamma_T"] + np.pi), "error", "wind direction is 'to'"),
     "wind felt": (lambda t: t.having(gamma_A=t["gamma_A"] + np.pi), "error", "wind direction is 'to'"),
-    "wrapped": (lambda t: t.having(psi=np.mod(t["psi"] - 0.5, 2 * np.pi)), "warning", "heading wraps"),
+    "wrapped": (lambda t: t.having(psi=np.mod(t["psi"] - 0.5, 2 * np.pi)), "info", "heading wraps"),
     "gap": (lambda t: poked(t, "u", slice(40, 50), np.nan), "warning", "gaps"),
     "tail": (tail, "warning", "rows without data"),
     "frozen": (lambda t: poked(t, "r", slice(400, 500), None), "warning", "frozen sensor"),

@@ -256,6 +256,22 @@ def test_no_words_decide_whether_a_finding_forbids_the_fit(
 ) -> None:
     words = "bad" if kind == "scale" else "wrong scale, degrees"
     told = Finding("error", words, "a: u", "1 of 2", "mend it", kind, ("a",))
-    monkeypatch.setattr("seatrial.identify.lint.check", lambda _: (told,))
+    monkeypatch.setattr("seatrial.identify.lint.check_folder", lambda _: (told,))
     (issue,) = [issue for issue in lint(problem) if "mend it" in issue.text]
     assert issue.severity == severity
+
+
+def test_what_only_several_logs_show_is_told_once_and_not_if_the_fit_estimates_it() -> None:
+    """A rudder offset shows in the balance of port and starboard of all manoeuvres."""
+    from garden.faults import BY_NAME
+    from garden.logs import clean
+
+    logs = BY_NAME["rudder_offset"].plant(clean())
+    trials = tuple(Trial(log.name, log.t, dict(log.table), {}, dict(logs.meta)) for log in logs.logs)
+    ship = load("kvlcc2")
+    own = Problem(ship, trials[:-2], near(ship.model, "hull.N_r", ratio=0.5), validation=trials[-2:])
+    [told] = [issue for issue in lint(own, felt=False) if "rudder offset" in issue.text]
+    assert told.severity == "warning"
+    assert told.where == f"{len(trials)} trials: delta"
+    answered = replace(own, nuisance=Nuisance(common={"offset.delta": 0.05}))
+    assert not [issue for issue in lint(answered, felt=False) if "rudder offset" in issue.text]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -62,7 +63,7 @@ class Trial:
     def __len__(self) -> int:
         return int(self.t.size)
 
-    @property
+    @cached_property
     def dt(self) -> float:
         """Median time step [s]."""
         return float(np.median(np.diff(self.t))) if len(self) > 1 else float("nan")

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..core.parameters import specs, unknown
 from ..data import DataError, Trial
-from ..data.check import check, check_set
+from ..data.check import Finding, check_folder, check_set
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
@@ -26,6 +26,13 @@ from .trajectory.objective import TrajectoryObjective
 
 # Kinds of findings of `check` that make a fit wrong rather than poor.
 _FATAL = ("sign", "axes", "unit", "scale", "step", "short")
+# Keys of findings that the lint tells in its own words, and the errors of instruments that answer others if estimated.
+_OWN = {"quality", "gaps", "missing_rows", "uneven_steps", "time_quantised"}
+_ANSWERS = {
+    "current": "current", "through_water": "current", "heading_bias": "bias.psi", "gyro_bias": "bias.r",
+    "log_bias": "bias.u", "log_scale": "scale.u", "gyro_scale": "scale.r", "lever_arm": "antenna",
+    "rudder_offset": "offset.delta", "rudder_scale": "scale.delta", "rudder_sides": "port.delta",
+}  # fmt: skip
 # Ship and trial may differ by this much in length before one of them is taken to be scaled.
 _LENGTH = 0.02
 
@@ -46,7 +53,7 @@ def lint(
         felt: whether to predict the trials, to check that each parameter changes some prediction.
     """
     found = [*_free(problem), *_scales(problem), *_starts(problem, estimator), *mass(problem)]
-    found += [*_trials(problem, test), *_sets(problem, test)]
+    found += [*_trials(problem, test), *_checked(problem, test), *_sets(problem, test)]
     if felt and not any(issue.severity == "error" for issue in found):
         found += _felt(problem)
     return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
@@ -186,10 +193,27 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
         yield Issue("warning", trial.name, f"{gap_words(part, missing)}; {fate}")
     yield from commands(problem, trial)
     yield from sampling(trial)
-    for finding in check(trial):
-        if finding.severity == "error":
-            severity = "error" if finding.kind in _FATAL else "warning"
-            yield Issue(severity, finding.where, f"{finding.what} ({finding.evidence}); {finding.remedy}")
+
+
+def doubts(problem: Problem, test: Sequence[Trial] = ()) -> tuple[Finding, ...]:
+    """What `check` says of all trials of a problem together, of warnings those that the problem does not answer.
+
+    Gaps and uneven steps are left to `lint`, which says what becomes of them.
+    """
+    trials = {id(trial): trial for trial in (*problem.trials, *problem.validation, *test)}
+    own = problem.nuisance
+    estimated = (*own.common, *(f"bias.{name}" for name in own.bias), *(["current"] if own.current > 0 else []))
+    answered = {key for key, name in _ANSWERS.items() if any(one.startswith(name) for one in estimated)}
+    return tuple(
+        finding for finding in check_folder(tuple(trials.values()))
+        if finding.severity == "error" or (finding.severity == "warning" and finding.key not in _OWN | answered)
+    )
+
+
+def _checked(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
+    for finding in doubts(problem, test):
+        severity = "error" if finding.severity == "error" and finding.kind in _FATAL else "warning"
+        yield Issue(severity, finding.where, f"{finding.what} ({finding.evidence}); {finding.remedy}")
 
 
 def _sets(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:

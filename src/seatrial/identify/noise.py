@@ -139,14 +139,21 @@ def outliers(values: Array, level: float) -> NDArray[np.bool_]:
         level: its noise.
     """
     out = np.zeros(values.size, dtype=np.bool_)
+    if values.size < 6:
+        return out
+    now = values.copy()
+    far = np.stack([_jumps(now, length) for length in range(1, _LENGTH + 1)])
     while out.sum() <= 0.02 * values.size + _LENGTH:
-        now = np.where(out, np.nan, values)
-        far = [_jumps(now, length) / level for length in range(1, _LENGTH + 1)]
-        length = int(np.argmax([part.max(initial=0.0) for part in far]))
-        at = int(np.argmax(far[length]))
-        if not far[length][at] > _OUTLIER:
+        length, at = (int(k) for k in np.unravel_index(int(np.argmax(far)), far.shape))
+        if not far[length, at] > _OUTLIER * level:
             return out
         out[at : at + length + 1] = True
+        now[at : at + length + 1] = np.nan
+        # A run is judged by its readings and two on either side: only those that touch the new gap are judged again.
+        first, last = max(at - _LENGTH - 1, 0), at + length + 3
+        begin, end = max(first - 2, 0), last + _LENGTH + 1
+        for k in range(_LENGTH):
+            far[k, first:last] = _jumps(now[begin:end], k + 1)[first - begin : last - begin]
     return np.zeros(values.size, dtype=np.bool_)
 
 
@@ -162,15 +169,17 @@ def _jumps(values: Array, length: int) -> Array:
     inner = np.arange(2, values.size - length - 1)
     if not inner.size:
         return out
-    near = values[inner[:, None] + at.astype(np.intp)]
+    near = [values[2 + k : 2 + k + inner.size] for k in at.astype(np.intp).tolist()]
     least = np.full(inner.size, np.inf)
     for k in range(length):
         # Weights of the four neighbours in the value of their cubic at reading k.
         weights = np.linalg.solve((at[:, None] ** powers).T, float(k) ** powers)
-        distance = np.abs(values[inner + k] - near @ weights) / math.sqrt(1.0 + float(weights @ weights))
+        reading = values[2 + k : 2 + k + inner.size]
+        cubic = sum(w * part for w, part in zip(weights.tolist(), near, strict=True))
+        distance = np.abs(reading - cubic) / math.sqrt(1.0 + float(weights @ weights))
         # It also lies beyond both nearest neighbours, on one side: a lasting step is no outlier.
-        beyond = values[inner + k, None] - near[:, 1:3]
-        outside = np.where(np.prod(beyond, axis=1) > 0, np.abs(beyond).min(axis=1), 0.0) / math.sqrt(2.0)
+        before, after = reading - near[1], reading - near[2]
+        outside = np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)), 0.0) / math.sqrt(2.0)
         least = np.minimum(least, np.nan_to_num(np.minimum(distance, outside)))
     out[inner] = least
     return out

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.parameters import Free, read
 from ..data import Trial
-from ..data.check import check
+from ..data.check import check_folder
 from ..identify import Fit, Loss, Nuisance, Problem
 from ..identify.lint import lint, raise_on_errors
 from ..manoeuvres.turning import Turning
@@ -59,7 +59,7 @@ def tell(out: Path, say: Callable[[str], None]) -> dict[str, Any]:
     rng = np.random.default_rng(SEED)
     say("a virtual sea trial, with sensor noise")
     training, unseen = (tuple(_trial(truth, *m, rng) for m in part) for part in (_TRAINING, _UNSEEN))
-    findings = [str(f) for trial in (*training, *unseen) for f in check(trial)]
+    findings = [str(f) for f in check_folder((*training, *unseen))]
     say("a fit from the handbook's values")
     usual = {path: float(read(handbook.model, path)) for path in HIDDEN}
     free = tuple(Free(path, value, prior=value, sigma=0.3 * abs(value)) for path, value in usual.items())

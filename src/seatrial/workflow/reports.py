@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..data import Trial
-from ..data.check import check
 from ..identify import Fit, Problem
+from ..identify.lint import doubts
 from ..report.evidence import assumptions
 from ..report.page import Section, write
 from ..report.report import Report
@@ -69,7 +69,7 @@ def report(found: object, study: Study, fit: Fit, page: Path, provenance: Proven
     Report(
         study.title or f"{fit.ship.name}: {'fitted' if study.name == 'study' else f'study {study.name}'}",
         comparisons, fit, tuple(t.name for t in problem.trials),
-        (*missing, *(str(f) for t in (*problem.trials, *trials) for f in check(t) if f.severity == "error")),
+        (*missing, *map(str, doubts(problem, study.test))),
         assumptions(fit.ship, [f.path for f in fit.free]), ahead,
         {**provenance, "trials": _counted({"for training": problem.trials, "for validation": problem.validation,
                                            "kept back": study.test})},

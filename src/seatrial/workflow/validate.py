@@ -12,7 +12,6 @@ import numpy as np
 from .. import __version__
 from ..data import DataError, Trial
 from ..data.check import Finding, check_folder, check_set
-from ..data.check import check as findings_of
 from ..data.trialfile import read_trials, write_trial
 from ..engine import SimulationError
 from ..report.evidence import assumptions
@@ -131,7 +130,7 @@ def validate(
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),
         findings=(*(str(s) for s in spread if s.verdict != "inside"),
-                  *(str(f) for t in trials for f in findings_of(t) if f.severity != "info")),
+                  *(str(f) for f in check_folder(trials) if f.severity != "info")),
         assumptions=assumptions(ship), fit_first=fit_first, changes=asked.changes,
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
                     "errors divided by": scaled, "restart": "none" if restart is None else f"{restart:g} s",

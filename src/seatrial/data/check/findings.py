@@ -18,8 +18,8 @@ from .motion import rudder_faults, scale_faults
 from .outliers import outlier_faults
 from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
 from .shaft import shaft_faults
-from .still import still_faults, without_frozen
-from .suspects import accused, differing
+from .still import still_faults
+from .suspects import Judged, Named, accused
 from .track import surge_faults, track_faults
 
 Severity = Literal["error", "warning", "info"]
@@ -28,7 +28,7 @@ _FEWEST = 10
 """Rows in common that exclude coincidence."""
 
 _Placed = list[tuple[int, Trial]]
-_KNOWN: dict[int, tuple[weakref.ref[Trial], tuple[Finding, ...]]] = {}
+_KNOWN: dict[tuple[int, ...], tuple[tuple[weakref.ref[Trial], ...], tuple[Finding, ...]]] = {}
 
 
 @dataclass(frozen=True)
@@ -61,16 +61,8 @@ class Finding:
 
 
 def check(trial: Trial) -> tuple[Finding, ...]:
-    """All findings of one trial, errors first; none means that no known fault was found.
-
-    They are kept as long as the trial lives: a fit asks for them in its lint, before it starts and in its report.
-    """
-    known = _KNOWN.get(id(trial))
-    if known is None or known[0]() is not trial:
-        key = id(trial)
-        known = weakref.ref(trial, lambda _: _KNOWN.pop(key, None)), check_folder((trial,))
-        _KNOWN[key] = known
-    return known[1]
+    """All findings of one trial, errors first; none means that no known fault was found."""
+    return check_folder((trial,))
 
 
 def check_folder(trials: Sequence[Trial]) -> tuple[Finding, ...]:
@@ -78,7 +70,18 @@ def check_folder(trials: Sequence[Trial]) -> tuple[Finding, ...]:
 
     Logs of one ship judge each other: a compass that is wrong is wrong in each of them, and only several headings tell
     it from a current.  What is wrong in several trials is told once, with all of their names.
+
+    They are kept as long as the trials live: a fit asks for them in its lint, before it starts and in its report.
     """
+    key = tuple(map(id, trials))
+    known = _KNOWN.get(key)
+    if known is None or any(kept() is not trial for kept, trial in zip(known[0], trials, strict=True)):
+        known = tuple(weakref.ref(trial, lambda _: _KNOWN.pop(key, None)) for trial in trials), _judged(trials)
+        _KNOWN[key] = known
+    return known[1]
+
+
+def _judged(trials: Sequence[Trial]) -> tuple[Finding, ...]:
     told: dict[str, list[Fault]] = {trial.name: [] for trial in trials}
     alike: dict[object, list[Trial]] = {}
     for trial in trials:
@@ -115,19 +118,18 @@ def _alone(trial: Trial) -> tuple[list[Fault], Trial | None]:
     outliers, clean = outlier_faults(trial)
     spoilt = {name for one in outliers for name in one.channels}
     faults = [one for one in faults if one.key != "wraps" or not spoilt & set(one.channels)]
-    return [*faults, *outliers, *still_faults(clean)], without_frozen(clean)
+    still, sound = still_faults(clean)
+    return [*faults, *outliers, *still], sound
 
 
 def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
     """Add what the logs of one ship say of each other."""
-    common, sound = accused(trials)
+    judged = accused(trials)
+    common, sound = judged.faults, judged.trials
     for trial in trials:
         told[trial.name] = [one for one in told[trial.name] if not _repeats(one, common)] + common
     if len(trials) > 1:
-        for k in differing(sound):
-            own, [sound[k]] = accused([sound[k]])
-            keys = {one.key for one in common}
-            told[sound[k].name] += [one for one in own if one.key not in keys]
+        _by_some(judged, sound, told)
     for trial in sound:
         for one in (rudder_faults, scale_faults, track_faults, wind_faults):
             told[trial.name] += [fault for fault in one(trial) if not _repeats(fault, told[trial.name])]
@@ -141,6 +143,24 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
         shared += drift_faults(sound)
     for trial in sound:
         told[trial.name] = [one for one in told[trial.name] if not _repeats(one, shared)] + shared
+
+
+def _by_some(judged: Judged, sound: list[Trial], told: dict[str, list[Fault]]) -> None:
+    """Add what the logs say that differ from the others, and mend them; others that show the same with them."""
+    known = {(one.key, one.channels) for one in judged.faults}
+    alone: dict[int, set[tuple[str, tuple[str, ...]]]] = {}
+    named: dict[tuple[str, tuple[str, ...]], Named] = {}
+    for k in judged.differing:
+        own = accused([sound[k]])
+        sound[k] = own.trials[0]
+        new = {(one.fault.key, one.fault.channels): one for one in own.named}
+        told[sound[k].name] += [one.fault for key, one in new.items() if key not in known]
+        alone[k], named = set(new), {**new, **named}
+    for key, one in named.items():
+        for k, left in enumerate(judged.left):
+            if key not in known | alone.get(k, set()) and one.repair and one.shared_by(left):
+                sound[k] = one.repair(sound[k])
+                told[sound[k].name].append(one.fault)
 
 
 _SHADOWS = ("wraps", "unit", "coarse", "length", "time_scale", "sign", "zeros", "frozen")

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .. import Trial
+from .. import Array, Trial
 from ..prepare import integral
 from .relations import G, has, length_of, noise_of
 from .sensors import Fault
@@ -22,6 +22,10 @@ _OFFSET, _EVEN, _SIDES = 0.45 * _DEG, 0.25 * _DEG, 0.04
 _NEUTRAL = 1.0 * _DEG
 # What the damping of a hull adds to the time of the rudder by its yaw, in ship times.
 _DAMPED = 0.18
+# A lag is told from this many standard errors on.
+_CERTAIN = 5.0
+# ... and by so many moves of the rudder.
+_FEWEST = 3
 # Rows that an indicator repeats at most where its noise makes it flicker.
 _FLICKER = 15
 
@@ -137,50 +141,51 @@ def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
     """When the rudder must have moved for the yaw that followed: r bends where the rudder moves."""
     step = float(np.median([trial.dt for trial in trials]))
     ship_time = float(np.median([_ship_time(trial) for trial in trials]))
-    reach = 1.6 * ship_time
-    lags = np.linspace(-reach, reach, 17)
-    moving = [(trial, moves) for trial in trials if (moves := _moves(trial))]
-    found = [_misfit(moving, float(lag)) for lag in lags]
-    if any(one is None for one in found):
+    lags = np.linspace(-1.6 * ship_time, 1.6 * ship_time, 17)
+    found = [_misfit(trial, moves, np.append(lags, 0.0)) for trial in trials if (moves := _moves(trial))]
+    if not found or sum(map(len, found)) < _FEWEST:
         return
-    left = np.array([one[0] for one in found if one is not None])
-    rows = found[0][1] if found[0] is not None else 0
+    each = np.concatenate(found)
+    left, unshifted = each[:, :-1].sum(axis=0), float(each[:, -1].sum())
     k = int(np.argmin(left))
     if not 0 < k < lags.size - 1:
         return
-    curve = left[k + 1] - 2.0 * left[k] + left[k - 1]
     width = lags[1] - lags[0]
-    lag = float(lags[k] - 0.5 * width * (left[k + 1] - left[k - 1]) / curve) - _DAMPED * ship_time
-    error = math.sqrt(2.0 * left[k] / max(rows, 1) / (curve / width**2))
-    gain = _misfit(moving, 0.0)
-    much = gain is not None and gain[0] > 1.5 * left[k]
-    if much and abs(lag) > max(0.35 * ship_time, 0.7 * step) and abs(lag) > 8.0 * error:
+    bends = (each[:, k + 1] - 2.0 * each[:, k] + each[:, k - 1]) / width**2
+    slopes = (each[:, k + 1] - each[:, k - 1]) / (2.0 * width)
+    off = -float(slopes.sum() / bends.sum())
+    lag = float(lags[k]) + off - _DAMPED * ship_time
+    # Rows of one move are alike in what they leave over; the moves are independent (sandwich estimate).
+    error = float(np.linalg.norm(slopes + off * bends) / bends.sum())
+    much = unshifted > 1.5 * left[k]
+    if much and abs(lag) > max(0.35 * ship_time, 0.7 * step) and abs(lag) > _CERTAIN * error:
         yield Fault(
             "warning", "delta", f"the rudder is {'late' if lag > 0 else 'early'} by {abs(lag):.2g} s",
             f"the yaw fits a rudder {lag:+.3g} +- {error:.1g} s "
             f"{'before' if lag > 0 else 'after'} the one that was logged",
             f"shift by {-lag:+.3g} s: prepare.shifted(trial, {lag:.3g}, 'delta')"
-            + ("" if lag > 0 else "; or it is the order: call it delta_cmd"), "quality", "lag",
+            + ("" if lag > 0 else "; or it is the order: call it delta_cmd; or r is late"), "quality", "lag",
         )  # fmt: skip
 
 
-def _misfit(trials: Sequence[tuple[Trial, list[tuple[int, int]]]], lag: float) -> tuple[float, int] | None:
-    """Squares left of r about moves of the rudder, and rows: a quartic in time, and the rudder `lag` [s] earlier."""
-    total, rows = 0.0, 0
-    for trial, events in trials:
-        scale = float(np.nanmax(np.abs(trial["r"]))) or 1.0
-        turned = integral(trial.t, np.nan_to_num(trial["delta"]))
-        for a, b in events:
-            t = trial.t[a:b]
-            s = 2.0 * (t - t[0]) / (t[-1] - t[0]) - 1.0
-            matrix = np.column_stack([np.ones_like(s), s, s * s, s**3, s**4, np.interp(t + lag, trial.t, turned)])
-            matrix[:, 5] -= matrix[:, 5].mean()
-            matrix[:, 5] /= float(np.max(np.abs(matrix[:, 5]))) or 1.0
-            r = trial["r"][a:b] / scale
-            factor, *_ = np.linalg.lstsq(matrix, r, rcond=None)
-            rest = r - matrix @ factor
-            total, rows = total + float(rest @ rest), rows + len(r)
-    return (total, rows) if rows > 60 else None
+def _misfit(trial: Trial, moves: Sequence[tuple[int, int]], lags: Array) -> Array:
+    """Squares left of r about each move by a quartic in time and the rudder `lags` [s] earlier, shape (moves, lags).
+
+    In squares of what the best of the lags leaves of a row of this trial: its noise, and its weight among others.
+    """
+    rows = np.array([np.arange(a, b) for a, b in moves])
+    t = trial.t[rows]
+    s = 2.0 * (t - t[:, :1]) / (t[:, -1:] - t[:, :1]) - 1.0
+    smooth, _ = np.linalg.qr(s[:, :, None] ** np.arange(5.0))
+    turned = integral(trial.t, np.nan_to_num(trial["delta"]))
+    both = np.interp(t[:, :, None] + lags, trial.t, turned)
+    both = np.concatenate([both, trial["r"][rows][:, :, None]], axis=2)
+    both -= smooth @ (smooth.transpose(0, 2, 1) @ both)
+    steered, r = both[:, :, :-1], both[:, :, -1:]
+    power, product = (steered**2).sum(axis=1), (steered * r).sum(axis=1)
+    left = (r**2).sum(axis=1) - product**2 / np.maximum(power, 1e-300)
+    least = max(float(left.sum(axis=0).min()), 1e-6 * float((r**2).sum()), 1e-300)
+    return np.asarray(left * (rows.size / least))
 
 
 def _moves(trial: Trial) -> list[tuple[int, int]]:

@@ -16,6 +16,8 @@ from .sensors import MEASURED, Fault
 _TURN = 2.0 * math.pi
 # A spike is this many times the noise, this part of the span of its channel, and rises this much above other kinks.
 _NOISE, _SPAN, _KINKS = 12.0, 0.05, 4.0
+# ... and above the steps beside it.
+_FLANKS = 2.0
 # Rows that are spikes at most; beyond, it is what the channel does.
 _SHARE = 0.06
 _LONGEST = 0.2
@@ -79,20 +81,27 @@ def _spikes(trial: Trial, name: str) -> Flags:
     there, back = steps[:-1], steps[1:]
     out = np.where(there * back < 0, np.minimum(np.abs(there), np.abs(back)), 0.0)
     out = np.where(np.abs(there + back) < 0.5 * out, out, 0.0)
-    usual = float(np.quantile(out, 1.0 - _SHARE))
-    far = out > max(_threshold(trial, name, values), _KINKS * usual)
+    far = out > _KINKS * float(np.quantile(out, 1.0 - _SHARE))
+    if not far.any() or not (far := far & (out > _threshold(trial, name, values))).any():
+        return bad
     rest = out[~far]
-    if name not in MEASURED:  # a control that moves all the time is not spoilt by it
-        far &= _calm_about(values, out)
+    # a control that moves all the time is not spoilt by it, nor is a sensor by a peak whose flanks are as steep
+    far &= _calm_about(values, out, far) if name not in MEASURED else out > _FLANKS * _flank(steps)
     if far.any() and float(out[far].min()) > 3.0 * float(rest.max(initial=0.0)):
         bad[at[1:-1][far]] = True
     return bad
 
 
-def _calm_about(values: Array, out: Array) -> Flags:
-    """Rows (but the first and the last) about which the channel moves little within four rows to either side."""
-    calm = np.ones(out.size, dtype=np.bool_)
-    for k in np.flatnonzero(out > 0).tolist():
+def _flank(steps: Array) -> Array:
+    """The smaller of the steps before the one that leads to a row and after the one that leads away from it."""
+    wide = np.abs(np.concatenate([[0.0], steps, [0.0]]))
+    return np.minimum(wide[:-3], wide[3:])
+
+
+def _calm_about(values: Array, out: Array, which: Flags) -> Flags:
+    """Of some rows (not the first and the last), those about which the channel moves little within four rows."""
+    calm = np.zeros(out.size, dtype=np.bool_)
+    for k in np.flatnonzero(which).tolist():
         near = np.delete(values[max(k - 3, 0) : k + 6], min(k, 3) + 1)
         calm[k] = float(np.ptp(near)) < 0.25 * out[k]
     return calm
@@ -108,14 +117,20 @@ def _blocks(trial: Trial, name: str) -> Flags:
     values = trial[name][at]
     edges = np.flatnonzero(np.concatenate([[True], np.diff(values) != 0, [True]]))
     first, last = edges[:-1], edges[1:]
-    least = _threshold(trial, name, values)
-    usual = float(np.quantile(np.abs(_differences(name, values)), 0.95))
     repeats = (first > 0) & (last < at.size) & (last - first > 1) & (last - first < _LONGEST * at.size)
+    if repeats.any():  # that leap in and out by more than most steps of the channel
+        steps = np.abs(_differences(name, values))
+        usual = float(np.quantile(steps, 0.95))
+        into, out = steps[np.maximum(first - 1, 0)], steps[np.minimum(last - 1, steps.size - 1)]
+        repeats &= np.minimum(into, out) > 8.0 * usual
+    if not repeats.any():
+        return bad
+    least = _threshold(trial, name, values)
     for a, b in zip(first[repeats].tolist(), last[repeats].tolist(), strict=True):
         into, out = values[a] - values[a - 1], values[b] - values[a]
         if name in ANGLES:
             into, out = ((one + math.pi) % _TURN - math.pi for one in (into, out))
-        leaps = into * out < 0 and min(abs(into), abs(out)) > max(2.0 * least, 8.0 * usual)
+        leaps = into * out < 0 and min(abs(into), abs(out)) > 2.0 * least
         if leaps and (not steered or _elsewhere(values, float(values[a]))):
             bad[at[a:b]] = True
     return bad

@@ -9,7 +9,7 @@ Speeds u, v_m are those over ground.  Causes linear in their size are `CAUSES`; 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -83,7 +83,11 @@ def noise_of(values: Array) -> float:
 
 def left_over(trials: Iterable[Trial], causes: bool = True) -> Window | None:
     """What all windows of some trials leave over; None where no trial has two sources."""
-    parts = [part for trial in trials for part in _of(trial, causes)]
+    return joined([part for trial in trials for part in _of(trial, causes)])
+
+
+def joined(parts: Sequence[Window]) -> Window | None:
+    """The windows of some parts as one; None without any."""
     if not parts:
         return None
     names = parts[0].columns

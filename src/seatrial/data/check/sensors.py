@@ -146,9 +146,13 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
     for turn, unit in ((2 * math.pi, "rad"), (360.0, "in degrees")):
         wraps = int((np.abs(jumps - turn) < 0.2 * turn).sum())
         if wraps:
-            yield Fault("warning" if unit == "rad" else "error", "psi", "heading wraps",
+            # a compass counts from 0 to 360 deg, and whatever reads a heading here makes it continuous
+            ordinary = unit == "rad"
+            yield Fault("info" if ordinary else "error", "psi", "heading wraps",
                         f"{wraps} leaps of about {turn:.4g} {unit}",
-                        "make it continuous with data.unwrapped", "quality", "wraps")  # fmt: skip
+                        "no action; data.unwrapped makes it continuous" if ordinary
+                        else "convert it to radians; data.unwrapped makes it continuous", "quality",
+                        "wraps")  # fmt: skip
 
 
 def _turned(trial: Trial, name: str, largest: float) -> Fault:

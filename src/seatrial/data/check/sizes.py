@@ -103,6 +103,8 @@ def _late(*names: str) -> Callable[[Sequence[Trial], list[float], list[float]], 
         if abs(lag) < max(0.3 * step, 0.05 * math.sqrt(length(trials) / G)):
             return None
         which = ", ".join(names)
+        if names[0] == "x" and lag < 0:
+            return _early(lag, errors[0])
         return Suspect(
             "lag", names, f"{which} {'is' if len(names) == 1 else 'are'} {'late' if lag > 0 else 'early'} by "
             f"{abs(lag):.2g} s",
@@ -112,6 +114,17 @@ def _late(*names: str) -> Callable[[Sequence[Trial], list[float], list[float]], 
         )  # fmt: skip
 
     return make
+
+
+def _early(lag: float, error: float) -> Suspect:
+    """A receiver is not early: rather the velocity over ground was smoothed before psi turned it into u and v_m."""
+    return Suspect(
+        "lag", ("x", "y", "u", "v_m"), f"u, v_m are late by {-lag:.2g} s, both over ground, or x, y are early",
+        f"take u, v_m from track and heading: prepare.smooth.smooth(trial); or shift x, y by {-lag:+.3g} s to them: "
+        f"prepare.shifted(trial, {lag:.3g}, 'x', 'y')", "quality",
+        lambda trial: _shifted(trial, lag, ("x", "y")), f"x, y {lag:+.3g} +- {error:.2g} s against heading and speeds",
+        False,
+    )  # fmt: skip
 
 
 def _shifted(trial: Trial, lag: float, names: Sequence[str]) -> Trial:

@@ -13,10 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Trial
+from ..prepare import integral
 from .sensors import MEASURED, Fault
 
 _LEAST = 20
 """Rows that repeat one value before it counts."""
+
+_OFTEN = 0.25
+"""Part of a run of rows that another run of a rounded channel lasts at least."""
 
 _MOTION = ("x", "y", "psi", "u", "v_m", "r")
 
@@ -27,40 +31,57 @@ Integration over rows of a simulated run and the digits of a sentence are below;
 fiftieth of a degree, or a log error of a thousandth are above."""
 
 
-def still_faults(trial: Trial) -> Iterator[Fault]:
-    """Frozen sensors one by one, sensors slower than the log, and one note of what a steady run holds still."""
+def still_faults(trial: Trial) -> tuple[list[Fault], Trial]:
+    """Frozen sensors one by one, sensors slower than the log, and one note of what a steady run holds still.
+
+    Returns:
+        The faults, and the trial with gaps in the place of stretches that a sensor did not measure.
+    """
     steady: list[str] = []
     stuck: dict[tuple[int, int], list[str]] = {}
+    gone: dict[str, NDArray[np.float64]] = {}
+    found: list[Fault] = []
     longest, since = 0.0, 0.0
+    speed = _speed(trial)
     for name in MEASURED:
         if name not in trial:
             continue
-        same = _same(trial, name)
+        same = _same(trial, name, speed)
         if same is None:
             continue
-        held = [(k, n) for k, n in _runs(same) if _matters(trial, name, k, n)]
+        runs = _runs(same)
+        held = [(k, n) for k, n in runs if _matters(trial, name, k, n) and not _rounded(trial, name, k, n, runs)]
         frozen = [(k, n) for k, n in held if not _exact(trial, k, n)]
         if frozen:
             stuck.setdefault(max(frozen, key=lambda run: run[1]), []).append(name)
+            gone[name] = _without(trial[name], [run for run in frozen if run[1] < 0.9 * len(trial)])
         elif held:
             steady.append(name)
             k, n = max(held, key=lambda run: run[1])
             if (lasts := _lasts(trial, k, n)) > longest:
                 longest, since = lasts, float(trial.t[k])
-        elif name in ("x", "y", "psi") and 0.25 < float(np.mean(same)) < 0.98:
-            yield Fault(
+        elif name in ("x", "y", "psi") and 0.25 < float(np.mean(same)) < 0.98 and not _by_digits(trial[name]):
+            found.append(Fault(
                 "warning", name, "repeated values",
                 f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
                 "the sensor is slower than the log: keep its own samples, or smooth", "quality", "repeated",
-            )  # fmt: skip
-    yield from _stuck(trial, stuck)
+            ))  # fmt: skip
+    found += _stuck(trial, stuck)
     if steady:
-        yield Fault(
+        found.append(Fault(
             "info", ", ".join(steady), "steady values without noise",
             f"the same for up to {longest:.3g} s from t = {since:g} s, while positions, velocities, heading and rate "
             f"of turn agree to {100 * _EXACT:g} %",
             "no action in a simulated run; a frozen sensor would disagree with the others", "quality", "steady",
-        )  # fmt: skip
+        ))  # fmt: skip
+    return found, trial.having(**gone)
+
+
+def _without(values: NDArray[np.float64], runs: list[tuple[int, int]]) -> NDArray[np.float64]:
+    out = values.copy()
+    for k, n in runs:
+        out[k : k + n + 1] = np.nan
+    return out
 
 
 def _stuck(trial: Trial, stuck: dict[tuple[int, int], list[str]]) -> Iterator[Fault]:
@@ -85,29 +106,20 @@ def _frozen(trial: Trial, names: list[str], start: int, length: int) -> Fault:
     )  # fmt: skip
 
 
-def without_frozen(trial: Trial) -> Trial:
-    """The trial with gaps in the place of stretches that a sensor did not measure."""
-    gone: dict[str, NDArray[np.float64]] = {}
-    for name in MEASURED:
-        same = _same(trial, name) if name in trial else None
-        if same is None:
-            continue
-        values = trial[name].copy()
-        for k, n in _runs(same):
-            if n < 0.9 * len(trial) and _matters(trial, name, k, n) and not _exact(trial, k, n):
-                values[k : k + n + 1] = np.nan
-        gone[name] = values
-    return trial.having(**gone)
+def _speed(trial: Trial) -> NDArray[np.float64] | None:
+    """Speed ahead at every row; None without any."""
+    known = np.isfinite(trial["u"]) if "u" in trial else np.zeros(0, dtype=np.bool_)
+    if not known.any():
+        return None
+    return np.interp(trial.t, trial.t[known], np.abs(trial["u"][known]))  # a log may be slower than the rows
 
 
-def _same(trial: Trial, name: str) -> NDArray[np.bool_] | None:
+def _same(trial: Trial, name: str, speed: NDArray[np.float64] | None) -> NDArray[np.bool_] | None:
     """Steps that repeat the value before, under way; None where that is legitimate for the whole trial."""
     same = np.diff(trial[name]) == 0
     if same.all() and name not in _MOTION:
         return None  # a steady wind or an upright ship is legitimate, as in a simulated run
-    known = np.isfinite(trial["u"]) if "u" in trial else np.zeros(0, dtype=np.bool_)
-    if known.any():
-        speed = np.interp(trial.t, trial.t[known], np.abs(trial["u"][known]))  # a log may be slower than the rows
+    if speed is not None:
         same &= speed[1:] > 0.2 * speed.max()
     return same
 
@@ -124,9 +136,47 @@ def _lasts(trial: Trial, start: int, length: int) -> float:
 
 def _matters(trial: Trial, name: str, start: int, length: int) -> bool:
     """Whether a run is long, and another channel varies during it."""
+    if _lasts(trial, start, length) < max(2.0, 0.01 * trial.duration):
+        return False
     others = (trial[n][start : start + length + 1] for n in MEASURED if n != name and n in trial)
-    long = _lasts(trial, start, length) >= max(2.0, 0.01 * trial.duration)
-    return long and any(np.unique(values).size > length // 2 for values in others)
+    return any(np.unique(values).size > length // 2 for values in others)
+
+
+def _rounded(trial: Trial, name: str, start: int, length: int, runs: list[tuple[int, int]]) -> bool:
+    """Whether a position or heading hardly moves during a run: less, by the rates, than its digits show.
+
+    A heading that is rounded rests on one number while the ship meets its rudder, and not only once.  The step of the
+    digits is the smaller of the leaps into the run and out of it.
+    """
+    if not any(n >= _OFTEN * length for k, n in runs if k != start):
+        return False
+    values, stop = trial[name], start + length
+    leaps = [abs(float(values[k + 1] - values[k])) for k in (start - 1, stop) if 0 <= k < values.size - 1]
+    step = min((leap for leap in leaps if leap > 0), default=0.0)
+    part = slice(start, stop + 1)
+    if name == "psi" and "r" in trial:
+        rate = trial["r"][part]
+    elif name in ("x", "y") and all(n in trial for n in ("u", "v_m", "psi")):
+        c, s = np.cos(trial["psi"][part]), np.sin(trial["psi"][part])
+        u, v = trial["u"][part], trial["v_m"][part]
+        rate = u * c - v * s if name == "x" else u * s + v * c
+    else:
+        return False
+    return bool(step > 0 and np.ptp(integral(trial.t[part], rate)) < 1.5 * step)
+
+
+def _by_digits(values: NDArray[np.float64]) -> bool:
+    """Whether a channel repeats values as it is rounded: its steps are alike, and last as long as the motion is slow.
+
+    Those of a sensor that is slower than the log are as large as the motion is fast, and all last its period.
+    """
+    at = np.flatnonzero(np.diff(values) != 0)
+    leaps, lasts = np.abs(np.diff(values))[at[1:]], np.diff(at)
+    leaps, lasts = leaps[lasts > 1], lasts[lasts > 1]
+    if lasts.size < 10 or not np.isfinite(leaps).all():
+        return False
+    spreads = [float(np.ptp(np.quantile(one, [0.1, 0.9])) / np.median(one)) for one in (leaps, lasts)]
+    return spreads[0] < spreads[1]
 
 
 def _exact(trial: Trial, start: int, length: int) -> bool:

@@ -8,12 +8,14 @@ that explain the same are named together, unless a third witness decides (`_thir
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from .. import Array, Trial
-from .relations import Window, has, left_over, window_of
+from .relations import Window, has, joined, left_over, window_of
 from .repairs import Repair, Suspect, gross
 from .sensors import Fault
 from .sizes import FITTED, Make, length
@@ -25,6 +27,8 @@ _ASTRAY, _TURNED = 0.04, 0.25
 # A fine one must take away this part of what is beyond noise, and be this many standard errors from none.
 _SHARE, _SURE = 0.5, 8.0
 _QUIET = 0.3
+# What one log shows is told of another if it is as large there, to this part, and so many standard errors from none.
+_ALIKE, _SHARED = 0.3, 4.0
 # Suspects whose logarithm of the squares differ by less than this part of the windows are told together.
 _TIE = 0.02
 _ROUNDS = 3
@@ -33,51 +37,116 @@ _LOST = 60.0
 _ROWS, _WINDOWS, _TRIALS = 16, 60, 6
 
 
-def differing(trials: Sequence[Trial]) -> list[int]:
-    """Indices of trials that fit together much worse than the others."""
-    own = [_rms(found.left) if (found := left_over([trial], causes=False)) else 0.0 for trial in trials]
-    usual = float(np.median([one for one in own if one] or [0.0]))
-    return [k for k, one in enumerate(own) if one > max(1.5 * usual, 1.5)]
+@dataclass(frozen=True)
+class _Rival:
+    """A suspect, the squares that it leaves over, the suspect with its size from the repaired logs, and its causes."""
+
+    left: float
+    suspect: Suspect
+    refined: Callable[[], Suspect]
+    fitted: Mapping[str, float]
 
 
-def accused(trials: Sequence[Trial]) -> tuple[list[Fault], list[Trial]]:
-    """Faults of channels that some trials of one ship have in common, and the trials repaired."""
+@dataclass(frozen=True)
+class Named:
+    """A fault that was named, the repair of it, and the sizes of its causes where they were fitted."""
+
+    fault: Fault
+    repair: Repair | None
+    fitted: Mapping[str, float]
+
+    def shared_by(self, left: Window | None) -> bool:
+        """Whether what a log leaves over has the same causes, as large."""
+        found = _Normal.of(left).fit([*self.fitted]) if left and self.fitted else None
+        if found is None:
+            return False
+        sizes = np.array([*self.fitted.values()])
+        k = int(np.argmax(np.abs(sizes)))
+        alike = bool((np.abs(np.array(found[0]) - sizes) < _ALIKE * abs(sizes[k])).all())
+        return alike and abs(found[0][k]) > _SHARED * found[1][k]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What some trials of one ship have in common.
+
+    Attributes:
+        named: faults of channels, the gravest first.
+        trials: repaired.
+        left: what each of them leaves over then; None where it has no two sources.
+    """
+
+    named: list[Named]
+    trials: list[Trial]
+    left: list[Window | None]
+
+    @property
+    def faults(self) -> list[Fault]:
+        """Those that were named."""
+        return [one.fault for one in self.named]
+
+    @property
+    def differing(self) -> list[int]:
+        """Indices of trials of which the track, or the heading, fits much worse than that of the others."""
+        found: set[int] = set()
+        for part in (slice(0, 2), slice(2, 3)):
+            own = [_rms(one.left[:, part]) if one else 0.0 for one in self.left]
+            usual = float(np.median([one for one in own if one] or [0.0]))
+            found |= {k for k, one in enumerate(own) if one > max(1.5 * usual, 1.5)}
+        return sorted(found)
+
+
+def accused(trials: Sequence[Trial]) -> Judged:
+    """Faults of channels that some trials of one ship have in common."""
     repaired = list(trials)
-    found: list[Fault] = []
+    found: list[Named] = []
+    left = [left_over([trial]) for trial in repaired]
     for _ in range(_ROUNDS):
-        fault, repair = _worst(repaired, {key for one in found for key in (one.key,)})
-        if fault is None or repair is None:
+        worst = _worst(repaired, left, {(one.fault.key, one.fault.channels) for one in found})
+        if worst is None:
             break
-        found.append(fault)
-        repaired = [repair(trial) for trial in repaired]
-    return found, repaired
+        found.append(worst)
+        if worst.repair is None:
+            break
+        repaired = [worst.repair(trial) for trial in repaired]
+        left = [left_over([trial]) for trial in repaired]
+    return Judged(found, repaired, left)
 
 
-def _worst(trials: Sequence[Trial], told: set[str]) -> tuple[Fault | None, Repair | None]:
-    now = left_over(trials)
-    if now is None or _rms(now.left) < _QUIET:
-        return None, None
-    squares = _squares(now.left)
-    rivals: list[tuple[float, Suspect]] = []
-    if _rms(now.left) > _MUCH and _astray(now):
-        thin = [_thinned(trial) for trial in _turning_most(trials)]
-        before = left_over(thin, causes=False)
-        for suspect in gross(trials) if before is not None else ():
-            after = left_over([suspect.repair(trial) for trial in thin], causes=False)
-            if after is not None and _rms(after.left) ** 2 < _GROSS * _rms(before.left if before else now.left) ** 2:
-                rivals.append((_squares(after.left), suspect))
-    rivals += [pair for pair in _fine(trials, now) if pair[1].key not in told]
+def _worst(
+    trials: Sequence[Trial], left: Sequence[Window | None], told: set[tuple[str, tuple[str, ...]]]
+) -> Named | None:
+    now = joined([one for one in left if one])
+    if now is None or (rms := _rms(now.left)) < _QUIET:
+        return None
+    rivals = [*_gross(trials)] if rms > _MUCH and _astray(now) else []
+    rivals += [one for one in _fine(trials, now) if (one.suspect.key, one.suspect.channels) not in told]
     if not rivals:
-        return (_unexplained(now) if _gross_misfit(trials) and not told else None), None
-    rivals = [pair for pair in rivals if not pair[1].last] or rivals
-    rivals.sort(key=lambda pair: pair[0])
-    best = rivals[0]
-    even = [s for left, s in rivals if math.log(left / best[0]) < _TIE and s.key not in ("",)]
+        return Named(_unexplained(rms), None, {}) if _gross_misfit(trials, left) and not told else None
+    rivals = [one for one in rivals if not one.suspect.last] or rivals
+    rivals.sort(key=lambda one: one.left)
+    best = rivals[0].left
+    even = [one for one in rivals if math.log(one.left / best) < _TIE]
     if not np.isfinite(now.left[:, :2]).any():  # psi and r alone: either may be the one
-        either = [s for _, s in rivals if s.channels in (("psi",), ("r",)) and s.kind == even[0].kind]
-        even = [next((s for s in either if s.channels == one), even[0]) for one in (("psi",), ("r",))]
-    even = _third_witness(trials, even)
-    return _told(even, _rms(now.left), math.sqrt(best[0] / squares)), even[0].repair
+        kind = even[0].suspect.kind
+        either = [one for one in rivals if one.suspect.channels in (("psi",), ("r",)) and one.suspect.kind == kind]
+        even = [next((one for one in either if one.suspect.channels == own), even[0]) for own in (("psi",), ("r",))]
+    named = _third_witness(trials, [one.refined() for one in even])
+    return Named(_told(named, rms, math.sqrt(best / _squares(now.left))), named[0].repair, even[0].fitted)
+
+
+def _gross(trials: Sequence[Trial]) -> Iterator[_Rival]:
+    """Signs, axes and units that explain nearly all of it, judged by some rows of the trials that turn most."""
+    thin = [_thinned(trial) for trial in _turning_most(trials)]
+    before = left_over(thin, causes=False)
+    for suspect in gross(trials) if before is not None else ():
+        after = left_over([suspect.repair(trial) for trial in thin], causes=False)
+        if before and after and _rms(after.left) ** 2 < _GROSS * _rms(before.left) ** 2:
+            yield _Rival(_squares(after.left), suspect, partial(_itself, suspect), {})
+
+
+def _itself(suspect: Suspect) -> Suspect:
+    return suspect
 
 
 def _told(even: Sequence[Suspect], rms: float, part: float) -> Fault:
@@ -97,19 +166,15 @@ def _astray(now: Window) -> bool:
     return track > _ASTRAY or turn > _TURNED
 
 
-def _gross_misfit(trials: Sequence[Trial]) -> bool:
+def _gross_misfit(trials: Sequence[Trial], left: Sequence[Window | None]) -> bool:
     """Whether positions do not follow the velocities at all."""
-    for trial in trials:
-        if has(trial, "x", "y", "u", "psi"):
-            lost = left_over([trial], causes=False)
-            if lost is not None and _rms(lost.left) > _LOST:
-                return True
-    return False
+    lost = (trial for trial, one in zip(trials, left, strict=True) if one and _rms(one.left) > _LOST)
+    return any(has(trial, "x", "y", "u", "psi") for trial in lost)
 
 
-def _unexplained(now: Window) -> Fault:
+def _unexplained(rms: float) -> Fault:
     return Fault("warning", "x, y, psi, u, v_m, r", "track, heading, rates and speeds do not fit together",
-                 f"they differ by {_rms(now.left):.3g} times their noise, and no single cause explains it",
+                 f"they differ by {rms:.3g} times their noise, and no single cause explains it",
                  "check axes, reference point and time of the sensors", "quality", "inconsistent")  # fmt: skip
 
 
@@ -141,27 +206,64 @@ def _squares(left: Array) -> float:
 # -- suspects whose size is fitted
 
 
+@dataclass(frozen=True)
+class _Normal:
+    """Normal equations of what is left over by all causes, of windows where a channel does not lack."""
 
-def _fine(trials: Sequence[Trial], now: Window) -> Iterator[tuple[float, Suspect]]:
-    squares, beyond = _squares(now.left), _rms(now.left) ** 2 - 1.0
+    names: list[str]
+    H: Array
+    g: Array
+    square: float
+    count: int
+
+    @staticmethod
+    def of(now: Window) -> _Normal:
+        left = now.left.ravel()
+        matrix = np.column_stack([one.ravel() for one in now.columns.values()])
+        good = np.isfinite(left) & np.isfinite(matrix).all(axis=1)
+        left, matrix = left[good], matrix[good]
+        return _Normal([*now.columns], matrix.T @ matrix, matrix.T @ left, float(left @ left), left.size)
+
+    def fit(self, columns: Sequence[str]) -> tuple[list[float], list[float], float] | None:
+        """Sizes of some causes, their standard errors with what is left as noise, and the rms that is left."""
+        at = [self.names.index(name) for name in columns]
+        normal, g = self.H[np.ix_(at, at)], self.g[at]
+        power = np.diag(normal)
+        if self.count < 20 or not (power > 0).all():
+            return None
+        if len(at) > 1 and np.linalg.cond(normal / np.sqrt(np.outer(power, power))) > 1e6:
+            return None
+        back = np.linalg.inv(normal)
+        sizes = back @ g
+        rms = math.sqrt(max(self.square - float(sizes @ g), 0.0) / self.count)
+        # windows overlap by three quarters
+        errors = np.sqrt(np.diag(back) * 4.0) * max(rms, 0.5)
+        return sizes.tolist(), errors.tolist(), rms
+
+
+def _fine(trials: Sequence[Trial], now: Window) -> Iterator[_Rival]:
+    normal, squares, power = _Normal.of(now), _squares(now.left), _rms(now.left) ** 2
     for columns, make in FITTED:
-        fitted = _fit(now, columns)
+        fitted = normal.fit(columns)
         if fitted is None:
             continue
         sizes, errors, rms = fitted
-        if columns[0].endswith("_scale"):  # what is left over is counted in what was shown, not in what was true
+        scale = columns[0].endswith("_scale")
+        if scale:  # what is left over is counted in what was shown, not in what was true
             if sizes[0] > 0.98:
                 continue
             sizes, errors = [sizes[0] / (1.0 - sizes[0])], [errors[0] / (1.0 - sizes[0]) ** 2]
         sure = max(abs(size) / error for size, error in zip(sizes, errors, strict=True))
-        removed = _rms(now.left) ** 2 - rms**2
-        if sure < _SURE or removed < _SHARE * beyond:
+        if sure < _SURE or power - rms**2 < _SHARE * (power - 1.0):
             continue
         suspect = make(trials, sizes, errors)
-        if suspect is not None and max(abs(one) for one in sizes) > 0 and not columns[0].endswith("_scale"):
-            suspect = _refined(trials, columns, make, sizes, errors, suspect)
-        if suspect is not None:
-            yield min(rms**2 + 0.05 + 0.01 * (len(columns) - 1) * squares, squares), suspect
+        if suspect is None:
+            continue
+        left = min(rms**2 + 0.05 + 0.01 * (len(columns) - 1) * squares, squares)
+        exact = scale or not any(sizes)
+        refined = partial(_refined, trials, columns, make, sizes, errors, suspect)
+        yield _Rival(left, suspect, partial(_itself, suspect) if exact else refined,
+                     {} if scale else dict(zip(columns, sizes, strict=True)))  # fmt: skip
 
 
 def _refined(
@@ -170,29 +272,10 @@ def _refined(
 ) -> Suspect:  # fmt: skip
     """The suspect with its size from the repaired logs: large faults are not linear."""
     after = left_over([suspect.repair(trial) for trial in trials])
-    more = None if after is None else _fit(after, columns)
+    more = None if after is None else _Normal.of(after).fit(columns)
     if more is None:
         return suspect
     return make(trials, [a + b for a, b in zip(sizes, more[0], strict=True)], errors) or suspect
-
-
-def _fit(now: Window, columns: Sequence[str]) -> tuple[list[float], list[float], float] | None:
-    """Sizes of some causes, their standard errors with what is left as noise, and the rms that is left."""
-    left = now.left.ravel()
-    matrix = np.column_stack([now.columns[name].ravel() for name in columns])
-    good = np.isfinite(left) & np.isfinite(matrix).all(axis=1)
-    left, matrix = left[good], matrix[good]
-    if len(left) < 20 or not (np.abs(matrix) > 0).any(axis=0).all():
-        return None
-    normal = matrix.T @ matrix
-    if np.linalg.cond(normal / np.sqrt(np.outer(np.diag(normal), np.diag(normal)))) > 1e6:
-        return None
-    sizes = np.linalg.solve(normal, matrix.T @ left)
-    rest = left - matrix @ sizes
-    rms = float(np.sqrt(np.mean(rest**2)))
-    # windows overlap by three quarters
-    errors = np.sqrt(np.diag(np.linalg.inv(normal)) * 4.0) * max(rms, 0.5)
-    return sizes.tolist(), errors.tolist(), rms
 
 
 def _third_witness(trials: Sequence[Trial], even: list[Suspect]) -> list[Suspect]:

@@ -52,6 +52,8 @@ class _Linear:
         held: the same by the fixed parameters.
         drawn: changes by draws of the noise of the inputs, weighted and projected alike.
         leverage: of the nuisances, shape (lanes, rows, 6).
+        products: of the parameters with parameters and suspects, channel by channel, shape (6, n, n + suspects).
+        squares: of the suspects, channel by channel, shape (6, suspects).
     """
 
     e: Array
@@ -60,6 +62,28 @@ class _Linear:
     held: Array
     drawn: Array
     leverage: Array
+    products: Array
+    squares: Array
+
+    @staticmethod
+    def of(e: Array, columns: Array, counts: tuple[int, ...], leverage: Array) -> _Linear:
+        """From columns side by side, shape (lanes, rows * 6, parameters + suspects + fixed + draws)."""
+        J, extra, held, drawn = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
+        n, both = counts[0], counts[0] + counts[1]
+        own = columns.reshape(-1, len(STATES), columns.shape[-1])[:, :, :both]
+        channels = np.ascontiguousarray(own.transpose(1, 0, 2))
+        products = np.stack([one[:, :n].T @ one for one in channels])
+        squares = np.einsum("crk,crk->ck", channels[:, :, n:], channels[:, :, n:])
+        return _Linear(e, J, extra, held, drawn, leverage, products, squares)
+
+    def gram(self, size: Array | float = 1.0) -> Array:
+        """Products of the parameters with parameters and suspects, over all channels, each times its `size`."""
+        return np.tensordot(size * np.ones(len(STATES)), self.products, axes=1)
+
+    @staticmethod
+    def mixed(one: Array, other: Array) -> Array:
+        """Products of two kinds of columns."""
+        return one.reshape(-1, one.shape[-1]).T @ other.reshape(-1, other.shape[-1])
 
 
 def diagnosed(
@@ -92,9 +116,7 @@ def diagnosed(
     with np.errstate(all="ignore"):
         linear = _linear(objective, p, eta, known, fixed, _draws(objective, problem))
     vector = problem.vector
-    A = _gram(linear.J) + np.diag(
-        np.append(vector.precision, objective.deviation**-2.0)
-    )  # fmt: skip
+    A = linear.gram()[:, : linear.J.shape[-1]] + np.diag(np.append(vector.precision, objective.deviation**-2.0))
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance, tested = _tests(objective, linear, A, channels, size, known, problem)
     shown = _shown(problem)
@@ -183,9 +205,7 @@ def _linear(
         mixed = columns[mine].reshape(-1, n + k + h + d)
         columns[mine] = (mixed - flat @ (back @ mixed)).reshape(columns[mine].shape)
         leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
-    parts = np.split(columns, [n, n + k, n + k + h], axis=-1)
-    J, extra, held, drawn = (np.ascontiguousarray(part) for part in parts)
-    return _Linear(e, J, extra, held, drawn, leverage.reshape(scale.shape))
+    return _Linear.of(e, columns, (n, k, h, d), leverage.reshape(scale.shape))
 
 
 def _channels(
@@ -193,8 +213,7 @@ def _channels(
 ) -> tuple[dict[str, Channel], Array]:
     """Residuals of each compared channel, and their mean square per degree of freedom (weighted), shape (6,)."""
     cut, scale = objective.windows, objective.windows.scale
-    lean = ((linear.J @ np.linalg.pinv(A, hermitian=True)) * linear.J).sum(axis=2).reshape(scale.shape)
-    lean += linear.leverage
+    back = _inverse(A)
     out: dict[str, Channel] = {}
     size = np.ones(len(STATES))
     for k, name in enumerate(STATES):
@@ -202,7 +221,8 @@ def _channels(
         if not seen.any():
             continue
         e = np.where(seen, linear.e[:, :, k], 0.0)
-        freedom = max(float(seen.sum() - lean[:, :, k][seen].sum()), 1.0)
+        fitted = (back * linear.products[k, :, : len(A)]).sum() + linear.leverage[:, :, k][seen].sum()
+        freedom = max(float(seen.sum() - fitted), 1.0)
         size[k] = float((e**2).sum()) / freedom
         both = seen[:, 1:] & seen[:, :-1]
         product = np.where(both, e[:, 1:] * e[:, :-1], 0.0).sum()
@@ -222,46 +242,44 @@ def _unit(objective: TrajectoryObjective, channel: int) -> float:
     return float(np.median(scale[scale > 0])) if (scale > 0).any() else 0.0
 
 
-def _by_channel(J: Array, size: Array) -> Array:
-    """Sum over channels of their mean square times the squared derivatives, shape (n, n)."""
-    return _gram(J.reshape(-1, len(STATES), J.shape[-1]) * np.sqrt(size)[:, None])
-
-
-def _gram(J: Array) -> Array:
-    """Products of the columns, shape (n, n), summed over all other axes."""
-    flat = J.reshape(-1, J.shape[-1])
-    return flat.T @ flat
+def _inverse(A: Array) -> Array:
+    """Pseudo-inverse of a normal matrix; parameters of 1e-5 stand beside those of 300, so it is scaled before."""
+    scale = np.maximum(np.diag(A), 1e-300) ** -0.5
+    return np.linalg.pinv(scale[:, None] * A * scale, hermitian=True) * np.outer(scale, scale)
 
 
 def _covariance(linear: _Linear, A: Array, size: Array) -> Array:
     """Covariance for residuals of these mean squares by channel, each over the share that counts as independent."""
-    prior = A - _gram(linear.J)
-    back = np.linalg.pinv(A, hermitian=True)
-    return back @ (_by_channel(linear.J, size) + prior) @ back
+    n = len(A)
+    prior = A - linear.gram()[:, :n]
+    back = _inverse(A)
+    return back @ (linear.gram(size)[:, :n] + prior) @ back
 
 
 def _suspicions(
     linear: _Linear, A: Array, size: Array, known: Any, covariance: Array, problem: Problem
 ) -> tuple[Suspicion, ...]:
     e, count = linear.e.ravel(), linear.J.shape[-1]
-    cost, back = float(e @ e), np.linalg.pinv(A, hermitian=True)
+    cost, back = float(e @ e), _inverse(A)
     sigma = np.sqrt(np.diag(covariance))
-    both = np.concatenate([linear.J, linear.extra], axis=-1)
-    drawn = linear.drawn.reshape(e.size, -1)
-    moved = both.reshape(e.size, -1).T @ drawn
-    G, by_channel = _gram(both), _by_channel(both, size) + moved @ moved.T / max(drawn.shape[1], 1)
-    slope = both.reshape(-1, both.shape[-1]).T @ e
+    G, sized = linear.gram(), linear.gram(size)
+    squares, sized_squares = linear.squares.sum(axis=0), size @ linear.squares
+    both = [part.reshape(e.size, -1).T for part in (linear.J, linear.extra)]
+    slope, extra_slope = (part @ e for part in both)
+    drawn = linear.drawn.reshape(e.size, -1) / np.sqrt(max(linear.drawn.shape[-1], 1))
+    moved, extra_moved = (part @ drawn for part in both)
     out: list[Suspicion] = []
     for k, one in enumerate(known):
         # The suspect, less what the parameters explain of it.
-        own = np.zeros(len(G))
-        own[:count], own[count + k] = -back @ G[:count, count + k], 1.0
-        curvature = float(own @ G @ own)
-        if not curvature > 1e-9 * G[count + k, count + k]:
+        own = -back @ G[:, count + k]
+        curvature = float(own @ G[:, :count] @ own + 2.0 * own @ G[:, count + k] + squares[k])
+        if not curvature > 1e-9 * squares[k]:
             continue  # no data tell it apart from the parameters
-        g, spread = float(own @ slope), float(own @ by_channel @ own)
+        g = float(own @ slope + extra_slope[k])
+        spread = float(own @ sized[:, :count] @ own + 2.0 * own @ sized[:, count + k] + sized_squares[k])
+        spread += float(((own @ moved + extra_moved[k]) ** 2).sum())
         estimate = -g / curvature
-        moves = own[:count] * estimate / np.maximum(sigma, 1e-300)
+        moves = own * estimate / np.maximum(sigma, 1e-300)
         out.append(Suspicion(
             one.name, one.words, one.unit, one.per, g * g / max(spread, 1e-300), g * g / curvature / cost, estimate,
             float(np.sqrt(spread)) / curvature, dict(zip(problem.vector.paths, moves.tolist(), strict=False)),
@@ -292,8 +310,7 @@ def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
 
 def _by_inputs(linear: _Linear, A: Array) -> Array:
     """Covariance that the noise of the inputs adds."""
-    flat = linear.J.reshape(-1, linear.J.shape[-1])
-    moves = np.linalg.pinv(A, hermitian=True) @ (flat.T @ linear.drawn.reshape(len(flat), -1))
+    moves = _inverse(A) @ linear.mixed(linear.J, linear.drawn)
     return moves @ moves.T / max(moves.shape[1], 1)
 
 
@@ -335,8 +352,8 @@ def _widened(
     """Covariance with each sigma widened where the model does not explain the data."""
     if not diagnosis.lacking:
         return covariance
-    back = np.linalg.pinv(A, hermitian=True)
-    by_window = np.einsum("lrn,lr->ln", linear.J, linear.e.reshape(len(linear.e), -1))
+    back = _inverse(A)
+    by_window = (linear.J.transpose(0, 2, 1) @ linear.e.reshape(len(linear.e), -1, 1))[:, :, 0]
     most = np.diag(covariance).copy()
     names = np.unique(trial)
     by_trial = np.array([by_window[trial == name].sum(axis=0) for name in names])
@@ -361,9 +378,8 @@ def _influence(
     """
     vector, entries = problem.vector, problem.ship.entries
     stated = {path: float(sigma) for path in fixed if path in entries and (sigma := entries[path].sigma)}
-    back, sigma = np.linalg.pinv(A, hermitian=True), np.sqrt(np.diag(covariance))
-    flat = linear.J.reshape(-1, linear.J.shape[-1])
-    mixed = flat.T @ linear.held.reshape(len(flat), -1)
+    back, sigma = _inverse(A), np.sqrt(np.diag(covariance))
+    mixed = linear.mixed(linear.J, linear.held)
     shares = {path: stated[path] / abs(value) if path in stated else _TENTH for path, value in fixed.items()}
     out: list[tuple[str, str, float]] = []
     squares = np.zeros(len(vector))
