@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import runpy
-import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -14,16 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from seatrial.cli.app import main
-
 ROOT = Path(__file__).parents[1]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
 BLOCK = re.compile(r"^```(sh|console|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 NAMED = re.compile(r"# (\S+\.toml)\n")
-QUICK = "population = 4\nlargest = 4\nagree = 1\nstarts = 1\nfold_starts = 1\n"
-ROWS = 90
-
-every_tutorial = pytest.mark.parametrize("path", TUTORIALS, ids=lambda p: p.stem)
 
 
 @dataclass(frozen=True)
@@ -60,30 +52,10 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def write(step: Step, more: str = "") -> None:
+def write(step: Step) -> None:
     path = Path(step.file)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(step.text + more, encoding="utf-8")
-
-
-@pytest.mark.long
-@every_tutorial
-def test_the_commands_run(path: Path, place: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
-    """In this process, on shorter logs and with a hasty search."""
-    for step in steps(path):
-        if step.file:
-            write(step, QUICK if "fine_tuning:FineTuning" in step.text else "")
-            continue
-        program, *arguments = shlex.split(step.command)
-        if program == "seatrial":
-            assert main(arguments) == 0, (step.command, capsys.readouterr().err)
-        elif program == "python":
-            monkeypatch.setattr(sys, "argv", arguments)
-            runpy.run_path(arguments[0], run_name="__main__")
-            for log in place.glob("*/logs/*.csv"):
-                log.write_text("\n".join(log.read_text().splitlines()[: ROWS + 1]) + "\n")
-        else:
-            subprocess.run(step.command, shell=True, check=True, capture_output=True)
+    path.write_text(step.text, encoding="utf-8")
 
 
 def numbers(line: str) -> list[float]:
@@ -97,7 +69,7 @@ def words(line: str) -> str:
 
 
 @pytest.mark.long
-@every_tutorial
+@pytest.mark.parametrize("path", TUTORIALS, ids=lambda p: p.stem)
 def test_they_print_what_they_say(path: Path, place: Path) -> None:
     """As printed, in a shell; numbers within a hundredth."""
     around = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}

@@ -64,6 +64,8 @@ from seatrial.validate.coverage import Reference, coverage
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 
 KINDS, FOLDS, RESTART = ("random", "turning", "zigzag", "berthing"), 5, 100.0
+# As the common evaluator steps and starts.
+PROTOCOL = Trajectory(window=RESTART, every=10, method="euler", initial="measured")
 COPY = "turn_cut_14-Sep-2020_15_58_08"  # repeats part of turn_14-Sep-2020_15_58_08
 FREED = ("hull.*", "propeller.*", "rudder.*", "wind.*", "body.m_x", "body.m_y", "body.I_zG")
 MEASURED = {"propeller.D_P", "propeller.pitch_ratio", "propeller.J_syn", "propeller.J_syn0", "rudder.A_R",
@@ -119,8 +121,8 @@ class Folds:
         ships: list[Ship] = []
         for fold in range(FOLDS):
             train = tuple(t for some in sets.values() for i, t in enumerate(some) if i % FOLDS != fold)
-            problem = Problem(ship, train, tuple(free), Loss(ESSO_OSAKA_SIGMA))
-            ships.append(Trajectory(window=RESTART, method="euler").fit(problem).ship)
+            problem = Problem(ship, train, tuple(free), Loss(ESSO_OSAKA_SIGMA, correlation=5.0))
+            ships.append(PROTOCOL.fit(problem).ship)
         cut = Cut.of(sets, ship, ESSO_OSAKA_SIGMA, RESTART)
         number = np.array([i % FOLDS for some in sets.values() for i, _ in enumerate(some)])
         return Folds(cut, number[cut.trial], Predictor.of(ships), tuple(ships))

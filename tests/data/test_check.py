@@ -286,3 +286,15 @@ def test_a_thruster_that_goes_round_is_not_in_degrees(made):
     assert [f for f in check(declared) if "alpha_1" in f.where] == []
     steps = made.having(alpha_1_cmd=np.pi * np.sign(np.sin(made.t / 9)))
     assert [f for f in check(steps) if "alpha_1" in f.where] == []
+
+
+def test_a_berthing_coasts_with_its_propeller_near_rest(made):
+    """Half of the log coasts; revolutions are of another unit only if the greatest are."""
+    driven = np.where(made.t < 60.0, 8.0, np.where(made.t < 170.0, 0.02, -6.0))
+    berthing = replace(made.having(n_P=driven), meta={"L_pp": 3.0})
+    assert not [f for f in check(berthing) if f.channels == ("n_P",) and f.severity == "error"]
+    for factor in (1.0 / 60.0, 60.0):
+        steady = replace(made.having(n_P=np.full(len(made), 8.0 * factor)), meta={"L_pp": 3.0})
+        assert [f.kind for f in check(steady) if f.channels == ("n_P",)] == ["unit"]
+    coasting = check(berthing.having(n_P=driven / 60.0))
+    assert [f.kind for f in coasting if f.channels == ("n_P",)] == ["unit"]

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,6 +12,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 from suzaku_turns import GNSS, PATHS, TRUTH, manoeuvre, problem, turn
 
+from seatrial.identify.posterior.diagnosis import Diagnosis, Suspicion
 from seatrial.identify.posterior.ensemble import bands, ensemble
 from seatrial.identify.posterior.misfit import Misfit, Remainder, misfit
 from seatrial.identify.posterior.profile import profiles
@@ -70,3 +72,18 @@ def test_a_lacking_model_is_said_first(parts):
     body = sections(fit, known, left=left)[-1].body
     assert body.startswith('<div class="note">The model lacks something')
     assert "3 times the sensor noise" in body
+
+
+def test_no_profile_is_identified_where_the_model_does_not_explain_the_data(parts):
+    fit, known, *_ = parts
+    inside = [0.5 * (p.low + p.high) for p in known.profiles]
+    sharp = replace(known, profiles=tuple(
+        replace(p, best=at, interval=(at, at), closed=(True, True), loose=False)
+        for p, at in zip(known.profiles, inside, strict=True)
+    ))  # fmt: skip
+    offset = Suspicion("offset.delta", "an offset of delta", "deg", 0.02, 900.0, 0.8, 0.03, 1e-4, {PATHS[0]: 9.0})
+    found = {status: sections(replace(fit, diagnosis=one), sharp)[0].body
+             for status, one in (("identified", Diagnosis()), ("conditional", Diagnosis(suspicions=(offset,))))}
+    for status, body in found.items():
+        assert set(re.findall(r"<td[^>]*>(identified|conditional)</td>", body)) == {status}
+        assert body.startswith(f"<p>12 {status}.")

@@ -16,6 +16,7 @@ from ..identify import Fit
 from ..identify.posterior.ensemble import Bands, Ensemble
 from ..identify.posterior.misfit import Misfit
 from ..identify.posterior.profile import THRESHOLD, Identifiability, Profile
+from ..identify.posterior.verdicts import capped
 from ..models import STATES
 from . import figures
 from .drawing import Frame, label, whole
@@ -42,7 +43,7 @@ def sections(
         predicted: trials with their bands.
         left: what the residuals say.
     """
-    out = [Section("What the data determine", _determined(known))]
+    out = [Section("What the data determine", _determined(fit, known))]
     if fit.ends.size:
         out.append(Section("Ends of the searches", _restarts(fit)))
     if left is not None:
@@ -52,9 +53,10 @@ def sections(
     return out
 
 
-def _determined(known: Identifiability) -> str:
+def _determined(fit: Fit, known: Identifiability) -> str:
     names = [p.free.path for p in known.profiles]
-    single, combined = known.verdicts[: len(names)], known.verdicts[len(names) :]
+    found = capped(known.verdicts, fit.diagnosis)
+    single, combined = found[: len(names)], found[len(names) :]
     counts = [(sum(v.status == word for v in single), word) for word in _WORDS]
     summary = ", ".join(f"{n} {word}" for n, word in counts if n)
     better = ""

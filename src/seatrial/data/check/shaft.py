@@ -26,7 +26,7 @@ def _one(trials: Sequence[Trial], name: str) -> Iterator[Fault]:
     steady = [pair for trial in trials if (pair := _ahead(trial, name)) is not None]
     if not steady:
         return
-    speeds, turns, lengths = (np.array(part) for part in zip(*steady, strict=True))
+    speeds, turns, greatest, lengths = (np.array(part) for part in zip(*steady, strict=True))
     every = np.concatenate([trial[name][np.isfinite(trial[name])] for trial in trials])
     if not every.any():
         yield Fault(
@@ -44,22 +44,24 @@ def _one(trials: Sequence[Trial], name: str) -> Iterator[Fault]:
     known = (turns > 0) & np.isfinite(lengths)
     if not known.any():
         return
-    advance = float(np.median(speeds[known] / (turns[known] * lengths[known])))
-    if _LEAST < advance < _MOST:
+    # A berthing coasts with its propeller near rest: revolutions are too few only if the greatest ones are.
+    small = float(np.median(speeds[known] / (greatest[known] * lengths[known]))) > _MOST
+    told = greatest if small else turns
+    advance = float(np.median(speeds[known] / (told[known] * lengths[known])))
+    if not small and advance > _LEAST:
         return
-    small = advance > _MOST
     yield Fault(
         "error", name, "revolutions are in 1/s that were converted from rpm" if small
         else "revolutions are in rpm, or in percent",
-        f"{np.median(turns[known]):.3g} 1/s at {np.median(speeds[known]):.3g} m/s: {advance:.2g} lengths "
+        f"{np.median(told[known]):.3g} 1/s at {np.median(speeds[known]):.3g} m/s: {advance:.2g} lengths "
         f"a revolution ({_LEAST:g} to {_MOST:g} for ships)",
         'say unit = "1/s" of the column, or multiply by 60' if small else 'say unit = "rpm", or divide by 60',
         "unit", "unit",
     )  # fmt: skip
 
 
-def _ahead(trial: Trial, name: str) -> tuple[float, float, float] | None:
-    """Speed, revolutions and length of a trial that keeps its speed ahead; None for others."""
+def _ahead(trial: Trial, name: str) -> tuple[float, float, float, float] | None:
+    """Speed, revolutions, the greatest ones and length of a trial that keeps its speed ahead; None for others."""
     u, n = trial["u"], trial[name]
     good = np.isfinite(u) & np.isfinite(n)
     if good.sum() < 20:
@@ -71,4 +73,5 @@ def _ahead(trial: Trial, name: str) -> tuple[float, float, float] | None:
     if top <= 0 or lasts < 4.0 or float(np.median(u[good])) < 0.3 * top:
         return None
     turns = n[fast]
-    return float(np.median(u[fast])), float(np.median(turns)), length if length else float("nan")
+    greatest = float(np.quantile(np.abs(n[good]), 0.95))
+    return float(np.median(u[fast])), float(np.median(turns)), greatest, length if length else float("nan")

@@ -109,13 +109,20 @@ def judged_by(fit: Fit, problem: Problem, diagnosis: Diagnosis, covariance: Arra
     yardstick = np.where(np.isfinite(before), before, size**2)
     shrinkage = np.clip(1.0 - sigma**2 / np.where(yardstick > 0, yardstick, 1e-300), 0.0, 1.0)
     found = verdicts(fit.free, fit.values, covariance, shrinkage, fit.at_bound)
-    if diagnosis.lacking:
-        found = tuple(
-            replace(one, status="conditional", text=f"{one.text}; identified only if the model were right")
-            if one.status == "identified" else one
-            for one in found
-        )
-    return replace(fit, sigma=sigma, covariance=covariance, shrinkage=shrinkage, verdicts=found, diagnosis=diagnosis)
+    return replace(
+        fit, sigma=sigma, covariance=covariance, shrinkage=shrinkage, verdicts=capped(found, diagnosis),
+        diagnosis=diagnosis,
+    )  # fmt: skip
+
+
+def capped(found: Sequence[Verdict], diagnosis: Diagnosis | None) -> tuple[Verdict, ...]:
+    """The verdicts; "conditional" in place of "identified" where the model does not explain the data."""
+    lacking = diagnosis is not None and diagnosis.lacking
+    return tuple(
+        replace(one, status="conditional", text=f"{one.text}; identified only if the model were right")
+        if lacking and one.status == "identified" else one
+        for one in found
+    )  # fmt: skip
 
 
 def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
