@@ -259,3 +259,16 @@ def test_no_words_decide_whether_a_finding_forbids_the_fit(
     monkeypatch.setattr("seatrial.identify.lint.check", lambda _: (told,))
     (issue,) = [issue for issue in lint(problem) if "mend it" in issue.text]
     assert issue.severity == severity
+
+
+@pytest.mark.parametrize(("name", "size", "words"), [
+    ("bias.psi", 5.0, "is 5 rad, more than half a turn; 5 deg is 0.0873 rad"),
+    ("offset.delta", 10.0, "more than half a turn"), ("offset.delta", 0.0, "above zero"),
+])  # fmt: skip
+def test_errors_of_instruments_in_degrees_are_refused(problem: Problem, name: str, size: float, words: str) -> None:
+    own = replace(problem, nuisance=Nuisance(common={name: size}))
+    found = [issue for issue in lint(own, felt=False) if issue.severity == "error"]
+    assert [issue.where for issue in found] == [f"nuisance.common.{name}"]
+    assert words in found[0].text
+    wide = replace(problem, nuisance=Nuisance(common={"scale.u": 5.0, "bias.psi": float("inf")}))
+    assert not [issue for issue in lint(wide, felt=False) if issue.severity == "error"]

@@ -26,6 +26,7 @@ from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import suspects
 from ..vector import Vector
+from .apart import Beside, sigma_by_trial
 from .diagnosis import Channel, Diagnosis, Residuals, Suspicion
 from .misfit import correlated
 from .verdicts import judged_by
@@ -97,10 +98,11 @@ def diagnosed(
     )  # fmt: skip
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance, tested = _tests(objective, linear, A, channels, size, known, problem)
-    shown = _shown(problem)
+    shown, beside = _shown(problem), Beside.of(objective, p, eta)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
         (shown, unit(shown)) if shown else ("", ""),
+        by_trial=sigma_by_trial(beside, objective.layout, [trial.name for trial in problem.trials]),
     )  # fmt: skip
     wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
     count = len(problem.free)
@@ -112,7 +114,8 @@ def diagnosed(
     own_sigma = wide[:count, :count]
     if len(problem.trials) < len(trials):  # the factor is known from a part of the trials, the rest from all
         own_sigma = factor[:, None] * fit.covariance * factor[None, :]
-    return judged_by(fit, problem, diagnosis, own_sigma if widen else fit.covariance)
+    judged = judged_by(fit, problem, diagnosis, own_sigma if widen else fit.covariance)
+    return replace(judged, verdicts=(*judged.verdicts, *beside.verdicts(vector.paths)))
 
 
 def _tests(
