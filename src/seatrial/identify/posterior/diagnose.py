@@ -255,6 +255,7 @@ def _suspicions(
     G, by_channel = _gram(both), _by_channel(both, size) + moved @ moved.T / max(drawn.shape[1], 1)
     slope = both.reshape(-1, both.shape[-1]).T @ e
     out: list[Suspicion] = []
+    owns: dict[str, Array] = {}
     for k, one in enumerate(known):
         # The suspect, less what the parameters explain of it.
         own = np.zeros(len(G))
@@ -264,13 +265,22 @@ def _suspicions(
             continue  # no data tell it apart from the parameters
         g, spread = float(own @ slope), float(own @ by_channel @ own)
         estimate = -g / curvature
-        moves = own[:count] * estimate / np.maximum(sigma, 1e-300)
+        owns[one.name] = own
         out.append(Suspicion(
             one.name, one.words, one.unit, one.per, g * g / max(spread, 1e-300), g * g / curvature / cost, estimate,
-            float(np.sqrt(spread)) / curvature, dict(zip(problem.vector.paths, moves.tolist(), strict=False)),
-            one.of_reading,
+            float(np.sqrt(spread)) / curvature, {}, one.of_reading,
         ))  # fmt: skip
+    whole = {name: _as_vector(name, owns, G, slope)[:count] / np.maximum(sigma, 1e-300) for name in owns}
+    out = [replace(s, moves=dict(zip(problem.vector.paths, whole[s.name].tolist(), strict=False))) for s in out]
     return tuple(sorted(out, key=lambda s: -s.drop))
+
+
+def _as_vector(name: str, owns: Mapping[str, Array], G: Array, slope: Array) -> Array:
+    """Move of everything with a suspect; a wind or a current comes with its other component, as it would be freed."""
+    kind = name.partition(".")[0]
+    parts = [kind + way for way in (".north", ".east") if name.endswith((".north", ".east")) and kind + way in owns]
+    own = np.array([owns[part] for part in parts or [name]])
+    return -np.linalg.pinv(own @ G @ own.T, hermitian=True) @ (own @ slope) @ own
 
 
 def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
