@@ -42,7 +42,7 @@ class Beside:
         """At the optimum `p`, `eta`."""
         count, layout = objective.where.size, objective.layout
         normal = objective.normal(p, eta)
-        covariance = np.linalg.pinv(normal.reduced(0.0)[0], hermitian=True)
+        covariance: Array = np.asarray(np.linalg.pinv(normal.reduced(0.0)[0], hermitian=True), dtype=np.float64)
         blocks = normal.blocks if layout.own.count else ()
         own = [_own(block, layout, covariance) for block in blocks]
         # Moves of the mean over the trials with the parameters, and its variance: trials are independent but for these.
@@ -68,7 +68,7 @@ class Beside:
 def _own(block: Block, layout: Layout, covariance: Array) -> tuple[Array, Array, Array]:
     """Of one trial: moves of current and biases with the parameters, variances without them, and deviations."""
     first = block.own.shape[0] - layout.own.count
-    inverse = np.linalg.inv(block.own)
+    inverse: Array = np.asarray(np.linalg.inv(block.own), dtype=np.float64)
     back, alone = -(inverse @ block.cross)[first:], np.diag(inverse)[first:]
     return back, alone, np.sqrt(alone + np.einsum("ij,jk,ik->i", back, covariance, back))
 

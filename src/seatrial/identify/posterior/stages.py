@@ -19,7 +19,7 @@ from typing import Any
 from .. import Fit, FitError, Loss, Problem, Progress, StudyError
 from ..noise import noise, screened
 from ..record import Settings, compared_as, scales
-from ..trajectory.shooting import Trajectory
+from ..trajectory.local import WINDOW, Cut, local
 from .apart import refuse_copies
 from .diagnose import diagnosed
 from .diagnosis import Channel, Suspicion
@@ -109,12 +109,11 @@ class _Test:
 
     def _in_windows(self, fit: Fit, problem: Problem) -> tuple[Suspicion, ...]:
         """Suspects of a fit to the windows that `Trajectory` has by default; empty where these are not shorter."""
-        own = self.settings
-        short = Trajectory(dt=own.dt, method=own.method, threads=own.threads, initial=getattr(own, "initial", "free"))
-        if self._window(problem) <= _LONG * short.window:
+        if self._window(problem) <= _LONG * WINDOW:
             return ()
+        short = self._cut(WINDOW, None)
         try:
-            then = short.fit(_started(problem, fit))
+            then = local(_started(problem, fit), short)
         except FitError:
             return ()
         tested = diagnosed(then, problem, short, self.rejected, widen=self.widen).diagnosis
@@ -125,12 +124,12 @@ class _Test:
 
     def followed(self, fit: Fit, problem: Problem) -> Fit:
         """The optimum of a search under other weights, by Gauss-Newton steps on the same windows."""
+        own = replace(problem, free=fit.free)
+        return _as_declared(local(_started(own, fit), self._cut(self._window(problem), self.settings.every)), own)
+
+    def _cut(self, window: float, every: int | None) -> Cut:
         own = self.settings
-        local = Trajectory(
-            window=self._window(problem), every=own.every, dt=own.dt, method=own.method, threads=own.threads,
-            initial=getattr(own, "initial", "free"),
-        )  # fmt: skip
-        return _as_declared(local.fit(_started(replace(problem, free=fit.free), fit)), replace(problem, free=fit.free))
+        return Cut(window, every, own.dt, own.method, own.threads, getattr(own, "initial", "free"))
 
 
 def _started(posed: Problem, last: Fit | None) -> Problem:

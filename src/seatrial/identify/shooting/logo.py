@@ -36,7 +36,7 @@ from ..nuisance import INITIAL
 from ..posterior.verdicts import judged
 from ..record import Settings, scales, spread, step_of
 from ..trajectory.gauss_newton import Normal
-from ..trajectory.multistart import MultiStart
+from ..trajectory.local import Cut
 from ..trajectory.objective import TrajectoryObjective
 from ..watch import tell, with_values
 from .chains import Chains, chains
@@ -114,8 +114,8 @@ class Shooting:
     @property
     def compared_as(self) -> Settings:
         """A fit of whole trajectories is tested on these: its windows join, and each alone would explain too much."""
-        return self if self.schedule == "lo" else MultiStart(
-            every=self.every, dt=self.dt, method=self.method, initial=self.initial, threads=self.threads
+        return self if self.schedule == "lo" else Cut(
+            None, self.every, self.dt, self.method, self.threads, self.initial
         )  # fmt: skip
 
     @linted
