@@ -12,9 +12,12 @@ import pytest
 from seatrial.core.parameters import Free, values
 from seatrial.data import Array, Trial
 from seatrial.environment import Uniform
-from seatrial.identify import Fit, Loss, Nuisance, Problem, StudyError
+from seatrial.identify import Estimator, Fit, Loss, Nuisance, Problem, StudyError
 from seatrial.identify.population.evolution import Evolution
+from seatrial.identify.shooting.logo import Shooting
+from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.identify.trajectory.shooting import Trajectory
+from seatrial.identify.tuning.fine_tuning import FineTuning
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
@@ -25,23 +28,25 @@ PATHS = ("hull.Y_v", "hull.N_v", "hull.N_r", "hull.R_0")
 SENSORS = {"x": 0.5, "y": 0.5, "psi": math.radians(0.1), "u": 0.05, "v_m": 0.05, "r": math.radians(0.5 / 60.0)}
 DEG = math.radians(1.0)
 TRUTH = dict(zip(PATHS, (1.1, 0.9, 1.08, 0.95), strict=True))
-RUNS: dict[bool, list[Trial]] = {}
+RUNS: dict[tuple[bool, float], list[Trial]] = {}
 
 
-def _logs(plant: Callable[[Channels], None] | None = None, current: bool = False, seed: int = 0) -> tuple[Trial, ...]:
+def _logs(
+    plant: Callable[[Channels], None] | None = None, current: bool = False, seed: int = 0, wind: float = 0.0
+) -> tuple[Trial, ...]:
     """Trials of a tanker logged at 1 Hz by ordinary sensors, its coefficients up to 10 % off the file's."""
     tanker, n_P = load("kvlcc2"), 1.7
-    if current not in RUNS:
+    if (current, wind) not in RUNS:
         known = values(tanker.model)
         true = tanker.having({path: factor * known[path] for path, factor in TRUTH.items()})
-        around = Uniform(U_C=0.5, gamma_C=1.0) if current else None
-        RUNS[current] = [
+        around = Uniform(U_T=wind, gamma_T=2.0, U_C=0.5 * current, gamma_C=1.0) if current or wind else None
+        RUNS[current, wind] = [
             simulate(true, policy, duration=600.0, dt=0.1, every=10, name=name, environment=around)
             for name, policy in (("zigzag", Zigzag(n_P, 20.0 * DEG, 20.0 * DEG)), ("turn", Turning(n_P, 35.0 * DEG)),
                                  ("port", Turning(n_P, -35.0 * DEG)))
         ]  # fmt: skip
     rng, out = np.random.default_rng(seed), list[Trial]()
-    for run in RUNS[current]:
+    for run in RUNS[current, wind]:
         channels = {name: run[name].copy() for name in (*SENSORS, "delta", "n_P")}
         for name, level in SENSORS.items():
             channels[name] += rng.normal(0.0, level, len(run))
@@ -159,6 +164,57 @@ def test_an_estimator_by_population_is_tested_as_well() -> None:
     )
     assert fit.diagnosis is not None
     assert fit.diagnosis.causes[0].name == "bias.psi"
+
+
+@pytest.mark.parametrize("estimator", [MultiStart(starts=1), Shooting()], ids=["starts", "shooting"])
+def test_whole_trajectories_name_the_planted_error_first(estimator: Estimator) -> None:
+    """A step from a poor optimum of long predictions ranks the suspects wrongly; shorter windows do not."""
+    fit = estimator.fit(_problem(_logs(_shifted("delta", 1.5 * DEG))))
+    assert fit.diagnosis is not None
+    assert fit.diagnosis.causes[0].name == "offset.delta"
+    assert "identified" not in {verdict.status for verdict in fit.verdicts}
+    assert fit.loss is not None  # weights by the residuals, as of every estimator
+    assert fit.loss.sigma["r"] > 2.0 * SENSORS["r"]
+
+
+LACKING = {
+    "no nonlinear terms": dict.fromkeys(("hull.Y_vvv", "hull.Y_vvr", "hull.Y_vrr", "hull.N_vvr", "hull.N_vrr"), 0.0),
+    "mass": {"body.m": 1.15, "body.I_zG": 1.15},
+    "rudder position": {"rudder.x_R": 0.8, "rudder.x_H": 0.8},
+    "propeller": {"propeller.k_0": 0.85, "propeller.k_1": 0.85, "propeller.k_2": 0.85},
+}
+ESTIMATORS = {
+    "trajectory": Trajectory(), "starts": MultiStart(starts=1), "shooting": Shooting(),
+    "evolution": Evolution(population=8, largest=8, agree=1, runs=1, every=5),
+    "tuning": FineTuning(ratios=(0.2, 0.3), starts=1, fold_starts=1, agree=1),
+}  # fmt: skip
+
+
+def _lacking(model: str, trials: tuple[Trial, ...]) -> Problem:
+    """The problem with a model that is wrong in what is fixed, or lacks a wind that blows."""
+    problem = _problem(trials)
+    known = values(problem.ship.model)
+    ship = problem.ship.having({path: factor * known[path] for path, factor in LACKING.get(model, {}).items()})
+    free = (Free(f.path, f.start, *sorted((0.6 * f.start, 1.4 * f.start))) for f in problem.free)
+    return replace(problem, ship=ship, free=tuple(free))
+
+
+def test_a_wrong_mass_is_no_result_of_multiple_shooting() -> None:
+    fit = Shooting().fit(_lacking("mass", _logs()))
+    assert fit.diagnosis is not None
+    assert fit.diagnosis.lacking
+    assert "identified" not in {verdict.status for verdict in fit.verdicts}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", list(ESTIMATORS))
+@pytest.mark.parametrize("model", [*LACKING, "no wind"])
+def test_nothing_is_identified_with_a_wrong_model(model: str, name: str) -> None:
+    fit = ESTIMATORS[name].fit(_lacking(model, _logs(wind=12.0 if model == "no wind" else 0.0)))
+    assert fit.diagnosis is not None
+    assert fit.diagnosis.lacking
+    assert "identified" not in {verdict.status for verdict in fit.verdicts}
+    assert fit.diagnosis.lines[0].startswith("the model does not explain the data")
 
 
 def test_a_declared_error_model_keeps_its_sigma_but_not_its_verdicts() -> None:

@@ -275,3 +275,16 @@ def test_what_only_several_logs_show_is_told_once_and_not_if_the_fit_estimates_i
     assert told.where == f"{len(trials)} trials: delta"
     answered = replace(own, nuisance=Nuisance(common={"offset.delta": 0.05}))
     assert not [issue for issue in lint(answered, felt=False) if "rudder offset" in issue.text]
+
+
+@pytest.mark.parametrize(("name", "size", "words"), [
+    ("bias.psi", 5.0, "is 5 rad, more than half a turn; 5 deg is 0.0873 rad"),
+    ("offset.delta", 10.0, "more than half a turn"), ("offset.delta", 0.0, "above zero"),
+])  # fmt: skip
+def test_errors_of_instruments_in_degrees_are_refused(problem: Problem, name: str, size: float, words: str) -> None:
+    own = replace(problem, nuisance=Nuisance(common={name: size}))
+    found = [issue for issue in lint(own, felt=False) if issue.severity == "error"]
+    assert [issue.where for issue in found] == [f"nuisance.common.{name}"]
+    assert words in found[0].text
+    wide = replace(problem, nuisance=Nuisance(common={"scale.u": 5.0, "bias.psi": float("inf")}))
+    assert not [issue for issue in lint(wide, felt=False) if issue.severity == "error"]

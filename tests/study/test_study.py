@@ -131,6 +131,11 @@ def test_whatever_changes_the_report_of_a_run_changes_its_digest(study, monkeypa
     assert read_study(study(STUDY)).digest != seen[0]
 
 
+def test_an_error_of_an_instrument_may_have_no_prior(study) -> None:
+    path = study(STUDY.replace("[estimator]", '[nuisance]\ncommon = { "offset.delta" = inf }\n[estimator]'))
+    assert read_study(path).problem.nuisance.common == {"offset.delta": math.inf}
+
+
 def test_suspects_of_the_option_are_those_of_the_study(study) -> None:
     """One digest, so that a run that was begun by the one is resumed by the other."""
     path = study(STUDY)

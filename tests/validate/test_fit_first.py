@@ -15,7 +15,7 @@ from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import approach, simulate
 from seatrial.validate.comparison import constant_velocity
-from seatrial.validate.fit_first import fit_first
+from seatrial.validate.fit_first import between_trials, fit_first
 
 SHIP = load("kvlcc2_l7")
 NOISE = {"x": 0.01, "y": 0.01, "psi": 0.002, "u": 0.005, "v_m": 0.005, "r": 0.0005}
@@ -60,13 +60,33 @@ def test_a_sound_log_is_hardly_changed_and_a_known_current_is_not_estimated() ->
 
 
 def test_errors_of_the_model_do_not_pass_for_a_strong_current() -> None:
-    """A model that turns a third less: what is left over weighs less, and priors of ordinary size hold."""
+    """A model that turns a third less: nothing is estimated, and the prediction starts from the readings."""
     model = SHIP.model
     wrong = SHIP.having({"rudder.a_H": 0.3 * float(model.rudder.a_H), "hull.N_r": 1.5 * float(model.hull.N_r)})
-    found = fit_first(wrong, zigzag(2, faulty=False), 60.0)
+    log = zigzag(2, faulty=False)
+    found = fit_first(wrong, log, 60.0)
     assert found.size > 1.3
-    assert math.hypot(found.found["current.north"], found.found["current.east"]) < 0.2
-    assert abs(found.found["bias.psi"]) < 0.1
+    assert set(found.found.values()) == {0.0}
+    row = int(np.searchsorted(log.t, found.t))
+    for name, value in zip(("x", "y", "psi", "u", "v_m", "r"), found.state, strict=True):
+        assert value == pytest.approx(log[name][row], abs=4.0 * NOISE[name])
+
+
+def test_a_fit_that_found_currents_in_its_trials_lets_one_be_found_by_a_model_that_is_not_perfect() -> None:
+    """The current is that of the test above; so is the prior, what trials of such a fit differ by."""
+    wrong = SHIP.having({"hull.N_r": 1.1 * float(SHIP.model.hull.N_r)})
+    found = {"a": {"current_x": 0.05, "current_y": -0.02}, "b": {"current_x": -0.03, "current_y": 0.04}}
+    differing = between_trials({"*": {"offset.delta": 0.01}, **found})
+    assert differing == {"current.north": pytest.approx(math.sqrt(0.0017)),
+                         "current.east": pytest.approx(math.sqrt(0.001))}  # fmt: skip
+    assert between_trials({"a": found["a"]}) == {}
+    begun = fit_first(wrong, zigzag(0), 60.0, differing=differing)
+    assert begun.size > 1.3
+    assert set(begun.found) == set(differing)
+    off = math.hypot(begun.found["current.north"] - TRUE["current.north"],
+                     begun.found["current.east"] - TRUE["current.east"])  # fmt: skip
+    assert off < 0.05
+    assert set(fit_first(wrong, zigzag(0), 60.0, differing=differing, current=False).found) == set()
 
 
 def test_too_few_rows_before_or_after_are_refused() -> None:

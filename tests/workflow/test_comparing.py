@@ -103,7 +103,7 @@ def test_a_current_that_is_given_acts_in_place_of_any_other(fitted: Path, tmp_pa
 @pytest.mark.parametrize("command", ["predict", "validate"])
 def test_a_current_and_a_time_that_cannot_be_are_refused(command: str, fitted: Path, tmp_path: Path, capsys) -> None:
     out = ["-o", str(tmp_path / "out")] if command == "predict" else []
-    for option, text, told in (("--current", "90,1", "beyond any on record"), ("--fit-first", "-5", "above zero"),
+    for option, text, told in (("--current", "90,1", "speed first, that is 1,90"), ("--fit-first", "-5", "above zero"),
                                ("--fit-first", "60", "leave nothing to predict")):  # fmt: skip
         capsys.readouterr()
         assert main([command, "kvlcc2_l7", str(fitted / "logs"), *out, option, text]) == 2

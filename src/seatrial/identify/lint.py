@@ -21,7 +21,7 @@ from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
-from .record import scales, step_of
+from .record import compared_as, scales, step_of
 from .trajectory.objective import TrajectoryObjective
 
 # Kinds of findings of `check` that make a fit wrong rather than poor.
@@ -37,6 +37,8 @@ _ANSWERS = {
 _LENGTH = 0.02
 
 
+# Kinds of errors of instruments that have the unit of their channel.
+_ANGLES = ("bias", "offset", "direction")
 # Length and stride of the predictions by which sensitivity is checked [s].
 _WINDOW, _EVERY = 100.0, 1.0
 
@@ -108,7 +110,7 @@ def tested_by(problem: Problem, estimator: Any) -> bool:
     """Whether the residuals of a fit can be tested: an estimator of trajectories, and a model in continuous time."""
     settings = ("window", "every", "dt", "method", "threads")
     return bool(problem.free) and not isinstance(problem.ship.model, Sampled) and all(
-        hasattr(estimator, name) for name in settings
+        hasattr(compared_as(estimator), name) for name in settings
     )
 
 
@@ -142,8 +144,20 @@ def _scales(problem: Problem) -> Iterator[Issue]:
             elif name == "psi" and math.pi < value < math.inf:
                 in_radians = f"{value:g} deg is {math.radians(value):.3g} rad"
                 yield Issue("error", f"{where}.psi", f"is {value:g} rad, more than half a turn; {in_radians}")
+    for name, value in problem.nuisance.common.items():
+        where = f"nuisance.common.{name}"
+        if not value > 0:
+            yield Issue("error", where, f"is {value:g}; it must be above zero")
+        elif name.partition(".")[0] in _ANGLES and _angle(name.partition(".")[2]) and math.pi < value < math.inf:
+            in_radians = f"{value:g} deg is {math.radians(value):.3g} rad"
+            yield Issue("error", where, f"is {value:g} rad, more than half a turn; {in_radians}")
     if problem.loss.correlation is not None and problem.loss.correlation < 0:
         yield Issue("error", "loss.correlation", f"is {problem.loss.correlation:g} s; it must be zero or above")
+
+
+def _angle(channel: str) -> bool:
+    """Whether a channel is an angle in radians; a wind is one by its direction."""
+    return channel in ("psi", "wind") or (channel not in STATES and unit(channel) == "rad")
 
 
 def _starts(problem: Problem, estimator: Estimator | None) -> Iterator[Issue]:

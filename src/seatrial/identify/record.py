@@ -91,6 +91,11 @@ class Settings(Protocol):
         ...
 
 
+def compared_as(estimator: Any) -> Any:
+    """How the trajectories of a fit are cut for its test: as its estimator has it, or as its `compared_as` says."""
+    return getattr(estimator, "compared_as", estimator)
+
+
 def cut_as(problem: Problem, settings: Settings) -> tuple[dict[str, float], dict[str, Any]]:
     """Scale of each channel, and the arguments by which trials are cut and integrated."""
     window = settings.window or max(trial.duration for trial in problem.trials)

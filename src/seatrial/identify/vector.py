@@ -112,8 +112,8 @@ class Vector:
         return np.array([names.index(path) for path in self.paths], dtype=np.intp)
 
     def started(self, starts: Mapping[str, float]) -> tuple[Free, ...]:
-        """The free parameters with other starts, by path; those not named keep theirs."""
-        return tuple(replace(f, start=starts.get(f.path, f.start)) for f in self.free)
+        """The free parameters with other starts, by path, within their bounds; those not named keep theirs."""
+        return tuple(replace(f, start=min(max(starts.get(f.path, f.start), f.low), f.high)) for f in self.free)
 
     def drawn(self, count: int, rng: np.random.Generator) -> Array:
         """Random starts, shape (count, free): uniform within the bounds, else normal about the start by `scale`.

@@ -254,7 +254,8 @@ def _check_numbers(path: Path, document: Mapping[str, Any]) -> None:
         if keys[:-1] in (("loss", "sigma"), ("nuisance", "bias")) and not 0.0 < float(value) < math.inf:
             raise StudyError(f"{where} is {value}; it must be a finite number above zero")
         if isinstance(value, float) and (math.isinf(value) or (estimator and math.isnan(value))):
-            if keys[0] == "free" and keys[-1] in ("low", "high"):
+            open_ended = value > 0 and keys[:-1] in (("nuisance", "common"), ("nuisance", "initial"))
+            if open_ended or (keys[0] == "free" and keys[-1] in ("low", "high")):
                 continue
             raise StudyError(f"{where} is {value:g}; it must be a finite number")
         if not estimator:

@@ -1,37 +1,41 @@
 """Start of a prediction estimated on the first seconds of a trial: initial state, constant current, sensor biases.
 
-The model's parameters are held.  Current and biases have priors of ordinary size; nothing is known of states before.
-Readings weigh by the noise of their sensors, as in a fit, as long as the model explains them.  Where it does not, the
-seconds are cut into shorter windows, each from a state of its own, and each channel weighs by what it leaves over and
-by how alike neighbouring residuals are: errors of the model should not pass for a current.
+The model's parameters are held.  Current and biases have the priors of a fit that estimated them trial by trial (what
+they differ by from one training trial to the next), else of ordinary size; nothing is known of states before.  Readings
+weigh by the noise of their sensors, as in a fit, as long as the model explains them from one state.  Where it does not,
+its own errors would pass for a current: then only what such a fit has found to differ is estimated, in shorter windows
+that each have a state of their own, each channel weighed by what it leaves over and by how alike neighbouring residuals
+are; and the prediction starts from the readings, not from where the model has been.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..data import Array, DataError, Trial
+from ..data import Array, DataError, Trial, unwrapped
 from ..environment import to_earth
 from ..identify import Loss, Nuisance, Problem
 from ..identify.noise import noise, screened
-from ..identify.nuisance import begun_as
+from ..identify.nuisance import EVERY, begun_as
 from ..identify.posterior.diagnosis import LARGE
 from ..identify.record import even
 from ..identify.trajectory.gauss_newton import State, minimise
 from ..identify.trajectory.objective import TrajectoryObjective
 from ..models import STATES
 from ..ships import Ship
-from ..simulate.replay import replay
+from ..simulate.replay import replay, smoothed_starts
 from .corrected import corrected
 
 # Standard deviations: of each component of the current over sqrt(g L_pp), which is 1 m/s for a ship of 255 m; of the
 # bias of the heading [rad]; of those of the speeds over the ship's speed U, and of the rate over U / L_pp.
 _CURRENT, _HEADING, _SPEED, _RATE = 0.02, 0.05, 0.05, 0.05
 _GRAVITY = 9.81
+# A state is read off over this share of the time in which the ship travels its length, where the model is no help.
+_READ = 1.0 / 3.0
 # Fewest rows that are fitted, and that are predicted after them.
 _FEWEST, _REST = 10, 2
 # Most windows of the first seconds; rounds of weights; iterations of each descent and its relative tolerance.
@@ -64,7 +68,9 @@ class Beginning:
         return {"t": self.t, "state": state, "estimated": estimated, "residual_over_noise": self.size}
 
 
-def fit_first(ship: Ship, trial: Trial, span: float, *, current: bool = True) -> Beginning:
+def fit_first(
+    ship: Ship, trial: Trial, span: float, *, current: bool = True, differing: Mapping[str, float] | None = None
+) -> Beginning:
     """Estimate how a trial begins from its first `span` seconds.
 
     Args:
@@ -72,6 +78,8 @@ def fit_first(ship: Ship, trial: Trial, span: float, *, current: bool = True) ->
         trial: the trial, corrected by what is known of its instruments.
         span: from the first complete row on [s].
         current: whether a current is estimated, on top of a logged one.
+        differing: standard deviations of currents and biases between the training trials of a fit that estimated them
+            (`between_trials`), by name as in `trajectory.suspects`; the others are then not estimated.
 
     Raises:
         DataError: fewer than ten complete rows within `span`, or fewer than two after it.
@@ -89,10 +97,46 @@ def fit_first(ship: Ship, trial: Trial, span: float, *, current: bool = True) ->
     if rest.size < _REST:
         raise DataError(f"{trial.name}: lasts {trial.duration:g} s; the first {span:g} s leave nothing to predict")
     part = even(clean.rows(slice(int(seen[0]), int(seen[-1]) + 1)), clean.dt)
-    best = _Search.of(ship, part, level, current)
-    t, state = best.end
-    right = corrected(trial, best.found, ship.model)
-    return Beginning(right, *_carried(ship, right, t, state, int(rest[0])), best.found, best.sigma, best.size)
+    priors = _ordinary(ship) if not differing else dict(differing)
+    priors = {name: sd for name, sd in priors.items() if current or not name.startswith("current.")}
+    best = _Search.of(ship, part, level, priors, known=bool(differing))
+    found, row = best.found, int(rest[0])
+    right = corrected(trial, found, ship.model)
+    if best.size <= LARGE:
+        t, state = _carried(ship, right, *best.end, row)
+    else:
+        t, state = float(trial.t[row]), _read(corrected(clean, found, ship.model), row, span, ship)
+    return Beginning(right, t, state, found, best.sigma if best.eta.any() else priors, best.size)
+
+
+def between_trials(nuisances: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """Root mean square of the currents and biases that a fit estimated trial by trial, by name as in `suspects`.
+
+    Empty for fewer than two trials.
+
+    Args:
+        nuisances: by trial and name, as in `Fit.nuisances`.
+    """
+    own = [found for trial, found in nuisances.items() if trial != EVERY and found]
+    if len(own) < 2:
+        return {}
+    names = dict.fromkeys(name for found in own for name in found)
+    return {_named(name): math.sqrt(sum(found.get(name, 0.0) ** 2 for found in own) / len(own)) for name in names}
+
+
+def _ordinary(ship: Ship) -> dict[str, float]:
+    """Standard deviations of a current and of biases of ordinary size."""
+    current, speed = _CURRENT * math.sqrt(_GRAVITY * ship.L_pp), _SPEED * ship.speed
+    return {"current.north": current, "current.east": current, "bias.psi": _HEADING, "bias.u": speed,
+            "bias.v_m": speed, "bias.r": _RATE * ship.speed / ship.L_pp}  # fmt: skip
+
+
+def _read(trial: Trial, row: int, span: float, ship: Ship) -> Array:
+    """State at a row, from the readings of a short time up to it."""
+    state = trial.stack(*STATES)
+    state[:, 2] = unwrapped(state[:, 2])
+    brief = min(_READ * ship.L_pp / max(ship.speed, 1e-3), span)
+    return smoothed_starts(trial.t, state, [row], brief)[0]
 
 
 def _carried(ship: Ship, trial: Trial, t: float, state: Array, row: int) -> tuple[float, Array]:
@@ -115,35 +159,44 @@ class _Search:
         part: the first seconds on even steps.
         level: noise of each compared state.
         objective, eta: with the weights of `sigma`, and its nuisance parameters.
+        size: root mean square residual over the noise by degree of freedom, from one state.
     """
 
     part: Trial
     level: Mapping[str, float]
     objective: TrajectoryObjective
     eta: Array
+    size: float
 
     @staticmethod
-    def of(ship: Ship, part: Trial, level: Mapping[str, float], current: bool) -> _Search:
-        """In as few windows as the model explains, weighted by what it leaves over."""
+    def of(ship: Ship, part: Trial, level: Mapping[str, float], priors: Mapping[str, float], known: bool) -> _Search:
+        """From one state, if the model explains it; else in shorter windows, weighted by what it leaves over.
+
+        Args:
+            known: whether the priors are those of a fit; else nothing but the state is estimated where the model
+                does not explain the readings.
+        """
+        found = _Search._with(ship, part, level, level, priors, 1)
+        if found.size <= LARGE:
+            return found
+        if not known:
+            return replace(found, eta=np.zeros(found.eta.size), size=found.size)
         count = 1
-        found = _Search._with(ship, part, level, level, current, count)
-        while found.size > LARGE and count < _WINDOWS and len(part) >= 2 * count * _FEWEST:
+        while count < _WINDOWS and len(part) >= 2 * count * _FEWEST:
             count *= 2
-            found = _Search._with(ship, part, level, level, current, count)
-        for _ in range(_ROUNDS if found.size > LARGE else 0):
-            found = _Search._with(ship, part, level, found.weights, current, count)
-        return found
+        size, found = found.size, _Search._with(ship, part, level, level, priors, count)
+        for _ in range(_ROUNDS):
+            found = _Search._with(ship, part, level, found.weights, priors, count)
+        return replace(found, size=size)
 
     @staticmethod
     def _with(
-        ship: Ship, part: Trial, level: Mapping[str, float], sigma: Mapping[str, float], current: bool, count: int
-    ) -> _Search:
-        speed = ship.speed
-        bias = {"psi": _HEADING, "u": _SPEED * speed, "v_m": _SPEED * speed, "r": _RATE * speed / ship.L_pp}
-        nuisance = Nuisance(
-            current=_CURRENT * math.sqrt(_GRAVITY * ship.L_pp) if current else 0.0,
-            bias={name: sd for name, sd in bias.items() if name in level and sd > 0},
-        )  # fmt: skip
+        ship: Ship, part: Trial, level: Mapping[str, float], sigma: Mapping[str, float], priors: Mapping[str, float],
+        count: int,
+    ) -> _Search:  # fmt: skip
+        flow = max((sd for name, sd in priors.items() if name.startswith("current.")), default=0.0)
+        bias = {name.partition(".")[2]: sd for name, sd in priors.items() if name.startswith("bias.")}
+        nuisance = Nuisance(current=flow, bias={name: sd for name, sd in bias.items() if name in level and sd > 0})
         part = part.rows(slice((len(part) - 1) % count, None))  # windows of one length
         problem = begun_as(Problem(ship, (part,), (), Loss(sigma, 0.0), nuisance), "free")
         objective = TrajectoryObjective.build(
@@ -154,7 +207,9 @@ class _Search:
             objective, State(none, eta, objective.cost(none, eta)), none, none,
             iterations=_ITERATIONS, tolerance=_CLOSE, each=lambda _: None,
         )  # fmt: skip
-        return _Search(part, level, objective, state.eta)
+        found = _Search(part, level, objective, state.eta, math.nan)
+        e = found.left
+        return replace(found, size=float(np.sqrt(np.nansum(e**2) / max(int(np.isfinite(e).sum()) - eta.size, 1))))
 
     @property
     def left(self) -> Array:
@@ -163,12 +218,6 @@ class _Search:
         e = self.objective.residuals(np.zeros(0), self.eta)
         unit = np.array([self.level.get(name, 1.0) for name in STATES])
         return np.where(scale > 0, e / np.where(scale > 0, scale, 1.0) / unit, np.nan)
-
-    @property
-    def size(self) -> float:
-        """Root mean square of `left` by degree of freedom."""
-        e = self.left
-        return float(np.sqrt(np.nansum(e**2) / max(int(np.isfinite(e).sum()) - self.eta.size, 1)))
 
     @property
     def weights(self) -> dict[str, float]:
@@ -196,6 +245,8 @@ class _Search:
     @property
     def sigma(self) -> dict[str, float]:
         """Their posterior standard deviations."""
+        if not self.objective.layout.own.count:
+            return {}
         (block,) = self.objective.normal(np.zeros(0), self.eta).blocks
         own = self.objective.layout.own
         spread = np.sqrt(np.diag(np.linalg.inv(block.own)))[block.own.shape[0] - own.count :]

@@ -152,9 +152,12 @@ def judged(ship: Ship, model: str, trials: Sequence[Trial], around: Around, sink
                  for t in right]  # fmt: skip
         changes.append(f"--current: {around.current.replace(',', ' m/s towards ')} deg acts on every trial")
     if around.fit_first is not None:
-        from ..validate.fit_first import fit_first
+        from ..study.store import fitted_nuisances
+        from ..validate.fit_first import between_trials, fit_first
 
-        begun = {t.name: fit_first(ship, t, around.fit_first, current=around.current is None) for t in right}
+        differing = between_trials(fitted_nuisances(model))
+        begun = {t.name: fit_first(ship, t, around.fit_first, current=around.current is None, differing=differing)
+                 for t in right}  # fmt: skip
         changes += [line for t in right for line in _begun_words(ship, begun[t.name], around.fit_first)]
         right = [begun[t.name].trial for t in right]
     for line in changes:
@@ -212,9 +215,13 @@ def _begun_words(ship: Ship, one: Beginning, span: float) -> list[str]:
         clear |= {name: size for name, size in one.found.items() if name.startswith("current.")}
     found = words(clear, ship.model, one.trial) or f"no current and no bias beyond {_CLEAR:g} sigma"
     lines = [f"{one.trial.name}: from its first {span:g} s: {found}"]
-    if one.size > LARGE:
+    if one.size > LARGE and any(one.found.values()):
         lines.append(f"{one.trial.name}: the model does not explain its first {span:g} s (residuals {one.size:.2g} "
                      "times the noise); part of what was estimated is its own error")  # fmt: skip
+    elif one.size > LARGE:
+        lines = [f"{one.trial.name}: the model does not explain its first {span:g} s (residuals {one.size:.2g} times "
+                 "the noise): no current and no bias is estimated, its own errors would pass for them; a fit with "
+                 "[nuisance] current or bias says how these differ between trials"]  # fmt: skip
     return lines
 
 

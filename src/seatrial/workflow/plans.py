@@ -166,11 +166,11 @@ class StudyPlan:
 
     def document(self) -> Document:
         """What a finished run has found: the numbers of its report; of a plain fit, `fit.json` with its errors."""
-        numbers = _numbers(self.out)
+        numbers, fit = _numbers(self.out), load_fit_summary(self.out)
         if numbers["schema"] != "seatrial-report/1":
-            return numbers
+            return {"diagnosis": fit.get("diagnosis"), **numbers}
         judged = {key: numbers[key] for key in ("standardised", "forecasts", "worse_than_untuned") if key in numbers}
-        return {**load_fit_summary(self.out), **judged}
+        return {**fit, **judged}
 
 
 @dataclass(frozen=True)

@@ -203,15 +203,19 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> tuple[Shown, ...]:
     )  # fmt: skip
     head = ("parameter", "start", "fitted", "sigma", "from data", "verdict")
     parameters = (Table(head, rows, (1, 2, 3, 4)),) if rows else ()  # a network has weights, no parameters
-    tested = found.get("diagnosis") or {"lines": ()}
     return (
         *parameters,
-        *tested["lines"],
+        *_tested(found),
         *(f"standardised error on {of}, {label}: {figure(value)}" for label, value in found["standardised"].items()),
         *(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
           f"{figure(f['heading'] / DEGREE)} deg" for f in found["forecasts"]),
         f"{found['status']}; {found['seconds']:.1f} s; {_wrote(out)}",
     )  # fmt: skip
+
+
+def _tested(found: Mapping[str, Any]) -> Sequence[str]:
+    """Whether the model explains the data, and the grounds."""
+    return (found.get("diagnosis") or {"lines": ()})["lines"]
 
 
 def _tuning(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
@@ -228,7 +232,7 @@ def _tuning(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
     head = ("a_r", "J tuning", "J test", "J left out", "at a bound", "methods apart", "seconds, CMA-ES + gradient")
     findings = (f"{'warning: ' if f['severity'] == 'warning' else ''}{f['where']}: {f['text']}"
                 for f in found["findings"])  # fmt: skip
-    return Table(head, tuple(rows), (1, 2, 3, 4, 5, 6)), *findings, _wrote(out)
+    return Table(head, tuple(rows), (1, 2, 3, 4, 5, 6)), *_tested(found), *findings, _wrote(out)
 
 
 def _shooting(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
@@ -244,7 +248,7 @@ def _shooting(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
     head = ("weather", "model", "surge", "sway", "yaw", "50 steps / truth", "sigma off at most")
     servos = (f"{name}: {figure(servo['rate'], 5)} rad/s +- {figure(servo['sigma']['rate'], 2)}"
               for name, servo in found["servos"].items())  # fmt: skip
-    return Table(head, tuple(rows), (2, 3, 4, 5, 6)), *servos, _wrote(out)
+    return Table(head, tuple(rows), (2, 3, 4, 5, 6)), *_tested(found), *servos, _wrote(out)
 
 
 def _table(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:

@@ -114,7 +114,9 @@ def vector(option: str, text: str | None, most: float = math.inf) -> tuple[float
     if not (size >= 0 and all(one == 0.0 or in_reach(one) for one in (size, direction))):
         raise RequestError(f"{option} is '{text}'; the speed is zero or above, the direction a number")
     if size > most:
-        raise RequestError(f"{option} is '{text}'; {size:g} m/s is beyond any on record ({most:g} m/s): write M/S,DEG")
+        meant = f", that is {direction:g},{size:g}" if 0.0 < direction <= most and size <= 360.0 else ""
+        raise RequestError(f"{option} is '{text}'; {size:g} m/s is beyond any on record ({most:g} m/s): write M/S,DEG, "
+                           f"speed first{meant}")  # fmt: skip
     return size, math.copysign(abs(direction) % 360.0, direction) * DEGREE
 
 

@@ -61,8 +61,13 @@ class Widths(Trajectory):
 
     @property
     def estimates_common(self) -> bool:
-        """It compares priors by left-out trials, at weights that stay."""
+        """It estimates no errors of instruments."""
         return False
+
+    @property
+    def weights_stay(self) -> bool:
+        """It compares priors by left-out trials, at one set of weights."""
+        return True
 
     @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:

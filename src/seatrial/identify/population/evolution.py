@@ -40,8 +40,8 @@ from ..nuisance import begun_as, checked_initial, held
 from ..record import Windows, cut_as, windows
 from ..resume import begin_anew, foreign
 from ..trajectory.gauss_newton import State, minimise
+from ..trajectory.local import finished
 from ..trajectory.objective import TrajectoryObjective
-from ..trajectory.shooting import finished
 from ..watch import tell, with_values
 
 # Steepness of the penalty: in units of the generation's spread of values per squared spread of samples.

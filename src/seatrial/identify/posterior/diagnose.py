@@ -9,7 +9,7 @@ the suspects would cause.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,6 +26,7 @@ from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import suspects
 from ..vector import Vector
+from .apart import Beside, sigma_by_trial
 from .diagnosis import Channel, Diagnosis, Residuals, Suspicion
 from .misfit import correlated
 from .verdicts import judged_by
@@ -120,10 +121,11 @@ def diagnosed(
     A = linear.gram()[:, : linear.J.shape[-1]] + np.diag(np.append(vector.precision, objective.deviation**-2.0))
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance, tested = _tests(objective, linear, A, channels, size, known, problem)
-    shown = _shown(problem)
+    shown, beside = _shown(problem), Beside.of(objective, p, eta)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
         (shown, unit(shown)) if shown else ("", ""),
+        by_trial=sigma_by_trial(beside, objective.layout, [trial.name for trial in problem.trials]),
     )  # fmt: skip
     wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
     count = len(problem.free)
@@ -135,7 +137,8 @@ def diagnosed(
     own_sigma = wide[:count, :count]
     if len(problem.trials) < len(trials):  # the factor is known from a part of the trials, the rest from all
         own_sigma = factor[:, None] * fit.covariance * factor[None, :]
-    return judged_by(fit, problem, diagnosis, own_sigma if widen else fit.covariance)
+    judged = judged_by(fit, problem, diagnosis, own_sigma if widen else fit.covariance)
+    return replace(judged, verdicts=(*judged.verdicts, *beside.verdicts(vector.paths)))
 
 
 def _tests(
@@ -270,6 +273,7 @@ def _suspicions(
     drawn = linear.drawn.reshape(e.size, -1) / np.sqrt(max(linear.drawn.shape[-1], 1))
     moved, extra_moved = (part @ drawn for part in both)
     out: list[Suspicion] = []
+    owns, estimates = dict[int, Array](), dict[int, float]()
     for k, one in enumerate(known):
         # The suspect, less what the parameters explain of it.
         own = -back @ G[:, count + k]
@@ -280,13 +284,27 @@ def _suspicions(
         spread = float(own @ sized[:, :count] @ own + 2.0 * own @ sized[:, count + k] + sized_squares[k])
         spread += float(((own @ moved + extra_moved[k]) ** 2).sum())
         estimate = -g / curvature
-        moves = own * estimate / np.maximum(sigma, 1e-300)
+        owns[k], estimates[k] = own, estimate
         out.append(Suspicion(
             one.name, one.words, one.unit, one.per, g * g / max(spread, 1e-300), g * g / curvature / cost, estimate,
-            float(np.sqrt(spread)) / curvature, dict(zip(problem.vector.paths, moves.tolist(), strict=False)),
-            one.of_reading,
+            float(np.sqrt(spread)) / curvature, {}, one.of_reading,
         ))  # fmt: skip
-    return tuple(sorted(out, key=lambda s: -s.drop))
+    moves = [_moves(k, [one.name for one in known], owns, estimates, linear) / np.maximum(sigma, 1e-300) for k in owns]
+    named = [dict(zip(problem.vector.paths, each.tolist(), strict=False)) for each in moves]
+    return tuple(sorted((replace(s, moves=own) for s, own in zip(out, named, strict=True)), key=lambda s: -s.drop))
+
+
+def _moves(
+    k: int, names: Sequence[str], owns: Mapping[int, Array], estimates: Mapping[int, float], linear: _Linear
+) -> Array:
+    """Moves of the parameters with a suspect; a wind or current comes with its other component, as it is freed."""
+    kind, _, way = names[k].partition(".")
+    pair = [i for i in owns if names[i] in (f"{kind}.north", f"{kind}.east")] if way in ("north", "east") else [k]
+    if len(pair) < 2:
+        return owns[k] * estimates[k]
+    own = np.array([owns[i] for i in pair])
+    columns = (np.tensordot(own, linear.J, axes=(1, 2)) + np.moveaxis(linear.extra[..., pair], -1, 0)).reshape(2, -1)
+    return -np.linalg.pinv(columns @ columns.T, hermitian=True) @ (columns @ linear.e.ravel()) @ own
 
 
 def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:

@@ -131,6 +131,8 @@ class Diagnosis:
         shares: error of each fixed parameter relative to its value: its sigma where the ship file states one, else .1.
         carried: for each free parameter the root sum of squares of what the fixed ones with a stated sigma move it by,
             in its sigma; empty where none is stated.
+        by_trial: standard deviations of the currents and biases of `Fit.nuisances`, by trial and name, as far as the
+            residuals are white.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict[str, Channel])
@@ -143,6 +145,7 @@ class Diagnosis:
     fixed: tuple[tuple[str, str, float], ...] = ()
     shares: Mapping[str, float] = field(default_factory=dict[str, float])
     carried: Mapping[str, float] = field(default_factory=dict[str, float])
+    by_trial: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
 
     @property
     def causes(self) -> tuple[Suspicion, ...]:
@@ -168,6 +171,7 @@ class Diagnosis:
             "fixed": [{"parameter": path, "error": self.shares.get(path, 0.1), "moves": free, "sigmas": moved}
                       for path, free, moved in self.fixed],
             "carried": dict(self.carried),
+            "sigma_by_trial": {trial: dict(found) for trial, found in self.by_trial.items()},
         }  # fmt: skip
 
     @property

@@ -4,25 +4,30 @@ Where the model explains the data one fit is enough: the residuals are weighed b
 errors of a prediction exceed the noise and last for many samples.  Then the residual weights are estimated from the
 residuals, channel by channel, with the time over which they are alike (the output-error method of aircraft system
 identification, Maine and Iliff 1985, with an effective number of samples), while the initial state of each window stays
-within the noise of its measurement.
+within the noise of its measurement.  A search (population, many starts, ranges, multiple shooting) finds the optimum;
+new weights shift it a little, so Gauss-Newton steps on the same windows follow it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from .. import Fit, Loss, Problem, Progress, StudyError
+from .. import Fit, FitError, Loss, Problem, Progress, StudyError
 from ..noise import noise, screened
-from ..record import scales
+from ..record import Settings, compared_as, scales
+from ..trajectory.local import WINDOW, Cut, local
+from .apart import refuse_copies
 from .diagnose import diagnosed
-from .diagnosis import Channel
+from .diagnosis import Channel, Suspicion
 
 # Most errors of instruments that are estimated because the residuals call for them, and rounds of residual weights.
 _MOST, _ROUNDS = 5, 2
+# Longer windows than this many of `Trajectory` are too long for one Gauss-Newton step to predict what a suspect does.
+_LONG = 1.5
 
 
 def in_stages(
@@ -37,7 +42,8 @@ def in_stages(
     no correlation time) and the model does not explain the data, the weights are estimated in two rounds.
 
     Raises:
-        StudyError: suspects are to be estimated, and the estimator cannot.
+        StudyError: suspects are to be estimated, and the estimator cannot; an error of an instrument that no data tell
+            apart from a free parameter.
     """
     own, able = problem.nuisance, getattr(estimator, "estimates_common", False)
     _refuse(own.suspects, able)
@@ -45,37 +51,105 @@ def in_stages(
     level, wide = noise(problem.trials), scales(problem)
     clean = screened(problem.trials, {name: max(sd, wide.get(name, sd)) for name, sd in level.items()})
     problem = replace(problem, trials=clean.trials)
-    stages, widen = 0, problem.loss.correlation is None
+    refuse_copies(problem, compared_as(estimator))
+    stages = 0
+    test = _Test(compared_as(estimator), clean.rejected, problem.loss.correlation is None)
 
     def again(posed: Problem, last: Fit | None = None) -> Fit:
         nonlocal stages
-        begun = posed if last is None else replace(
-            posed, free=posed.vector.started(last.vector.by_path(last.values))
-        )  # fmt: skip
         further = checkpoint.with_suffix(f".{stages}{checkpoint.suffix}") if checkpoint and stages else checkpoint
         stages += 1
-        then = fit(estimator, begun, progress=progress, checkpoint=further)
-        if last is not None:  # as declared, not as started
-            declared = {f.path: f for f in posed.free}
-            then = replace(then, free=tuple(declared[f.path] for f in then.free))
-        return diagnosed(then, posed, estimator, clean.rejected, widen=widen)
+        return _as_declared(fit(estimator, _started(posed, last), progress=progress, checkpoint=further), posed)
 
-    found = again(problem)
+    found = test.suspected(again(problem), problem)
     while own.suspects and stages <= _MOST and (name := _worth(found)):
         common = {**problem.nuisance.common, **dict.fromkeys(_whole(name), math.inf)}
         problem = replace(problem, nuisance=replace(problem.nuisance, common=common))
-        found = again(problem, found)
+        found = test.suspected(again(problem, found), problem)
     open_weights = not problem.loss.sigma and problem.loss.scale == "noise" and problem.loss.correlation is None
     by_noise = found.diagnosis
-    if not (able and open_weights and by_noise and by_noise.lacking):
+    if not (open_weights and by_noise and by_noise.lacking) or getattr(estimator, "weights_stay", False):
         return found
+    searched = found
     for _ in range(_ROUNDS):
         if found.diagnosis:
             problem = _weighed(problem, found.diagnosis.channels)
-            found = again(problem, found)
+            then = again(problem, found) if able else test.followed(found, problem)
+            found = test.of(then, problem)
     # Suspects are tested where the noise decides: weights that a fault has made small would hide it.
     said = found.diagnosis and replace(found.diagnosis, suspicions=by_noise.suspicions)
-    return replace(found, diagnosis=said, loss=problem.loss)
+    found = replace(found, diagnosis=said, loss=problem.loss)
+    return found if able else _of_search(found, searched)
+
+
+@dataclass(frozen=True)
+class _Test:
+    """Tests of the fits of one problem.
+
+    Attributes:
+        settings: how trajectories are cut and compared.
+        rejected: outliers, for the record.
+        widen: whether sigma follows from the residuals.
+    """
+
+    settings: Settings
+    rejected: Mapping[str, Mapping[str, int]]
+    widen: bool
+
+    def of(self, fit: Fit, problem: Problem) -> Fit:
+        """The fit with its diagnosis."""
+        return diagnosed(fit, problem, self.settings, self.rejected, widen=self.widen)
+
+    def suspected(self, fit: Fit, problem: Problem) -> Fit:
+        """The same; suspects of a model that does not explain long windows are tested in those of `Trajectory`."""
+        found = self.of(fit, problem)
+        if found.diagnosis is None or not found.diagnosis.lacking or not (some := self._in_windows(found, problem)):
+            return found
+        return replace(found, diagnosis=replace(found.diagnosis, suspicions=some))
+
+    def _in_windows(self, fit: Fit, problem: Problem) -> tuple[Suspicion, ...]:
+        """Suspects of a fit to the windows that `Trajectory` has by default; empty where these are not shorter."""
+        if self._window(problem) <= _LONG * WINDOW:
+            return ()
+        short = self._cut(WINDOW, None)
+        try:
+            then = local(_started(problem, fit), short)
+        except FitError:
+            return ()
+        tested = diagnosed(then, problem, short, self.rejected, widen=self.widen).diagnosis
+        return tested.suspicions if tested else ()
+
+    def _window(self, problem: Problem) -> float:
+        return self.settings.window or max(trial.duration for trial in problem.trials)
+
+    def followed(self, fit: Fit, problem: Problem) -> Fit:
+        """The optimum of a search under other weights, by Gauss-Newton steps on the same windows."""
+        own = replace(problem, free=fit.free)
+        return _as_declared(local(_started(own, fit), self._cut(self._window(problem), self.settings.every)), own)
+
+    def _cut(self, window: float, every: int | None) -> Cut:
+        own = self.settings
+        return Cut(window, every, own.dt, own.method, own.threads, getattr(own, "initial", "free"))
+
+
+def _started(posed: Problem, last: Fit | None) -> Problem:
+    """The problem, started where the last fit ended."""
+    return posed if last is None else replace(posed, free=posed.vector.started(last.vector.by_path(last.values)))
+
+
+def _as_declared(fit: Fit, posed: Problem) -> Fit:
+    """The fit with its parameters as declared, not as started."""
+    declared = {f.path: f for f in posed.free}
+    return replace(fit, free=tuple(declared.get(f.path, f) for f in fit.free))
+
+
+def _of_search(fit: Fit, searched: Fit) -> Fit:
+    """The fit under other weights, with the account of the search that led there."""
+    return replace(
+        fit, history=searched.history, seconds=searched.seconds + fit.seconds, ends=searched.ends,
+        evaluations=searched.evaluations + fit.evaluations, digest=searched.digest, details=searched.details,
+        status=f"{searched.status}; weights by what it leaves",
+    )  # fmt: skip
 
 
 def _refuse(suspects: str, able: bool) -> None:

@@ -34,8 +34,9 @@ from ..digest import digest
 from ..lint import linted
 from ..nuisance import INITIAL
 from ..posterior.verdicts import judged
-from ..record import scales, spread, step_of
+from ..record import Settings, scales, spread, step_of
 from ..trajectory.gauss_newton import Normal
+from ..trajectory.local import Cut
 from ..trajectory.objective import TrajectoryObjective
 from ..watch import tell, with_values
 from .chains import Chains, chains
@@ -109,6 +110,13 @@ class Shooting:
         if self.schedule == "lo":
             return "loss.correlation", "give the time over which errors are alike"
         return ("", "") if self.initial == "free" else ("estimator.initial", 'say "free"')
+
+    @property
+    def compared_as(self) -> Settings:
+        """A fit of whole trajectories is tested on these: its windows join, and each alone would explain too much."""
+        return self if self.schedule == "lo" else Cut(
+            None, self.every, self.dt, self.method, self.threads, self.initial
+        )  # fmt: skip
 
     @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:

@@ -19,8 +19,9 @@ from ..record import cut_as
 from ..vector import Vector
 from ..watch import tell, with_values
 from .batch import Many
+from .local import finished
 from .objective import TrajectoryObjective
-from .shooting import Trajectory, finished
+from .shooting import Trajectory
 
 
 @dataclass(frozen=True)

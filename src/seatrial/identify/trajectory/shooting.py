@@ -24,13 +24,13 @@ from ...models import STATES
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
 from ..lint import linted
-from ..nuisance import EVERY, begun_as, checked_initial
-from ..posterior.verdicts import judged
+from ..nuisance import begun_as, checked_initial
 from ..record import every_of, scales, step_of
 from ..resume import Resume
 from ..vector import Vector
 from ..watch import tell, with_values
 from .gauss_newton import State, minimise
+from .local import finished
 from .objective import TrajectoryObjective
 
 
@@ -161,21 +161,6 @@ class Trajectory:
     def _starts(self, vector: Vector) -> list[Array]:
         rng = np.random.default_rng(self.seed)
         return [vector.start, *(vector.drawn(1, rng)[0] for _ in range(self.starts - 1))]
-
-
-def finished(
-    problem: Problem, objective: TrajectoryObjective, p: Array, eta: Array, history: Array,
-    evaluations: int, status: str, print_: str,
-) -> Fit:  # fmt: skip
-    """The fit at `p`, found by any search: covariance and verdicts from the exact normal equations there."""
-    layout, count = objective.layout, len(problem.free)
-    nuisances = layout.own.by_trial(problem.trials, layout.of_trials(eta))
-    if objective.common:
-        nuisances = {**nuisances, EVERY: dict(zip(problem.nuisance.common, p[count:].tolist(), strict=True))}
-    return judged(
-        problem, p[:count], objective.normal(p, eta).first(count), objective.variance(p, eta), history=history,
-        seconds=0.0, evaluations=evaluations, status=status, digest=print_, nuisances=nuisances,
-    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,11 @@ class FineTuning:
         checked_initial(self.initial)
         self.evolution()
 
+    @property
+    def weights_stay(self) -> bool:
+        """It compares ranges by left-out trials, at one set of weights."""
+        return True
+
     def evolution(self) -> Evolution:
         """The population method of one range, each trial run through."""
         return Evolution(

@@ -1,0 +1,65 @@
+"""Gauss-Newton steps from a point that a search has found, on windows cut in any way, and the fit at an optimum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...data import Array
+from .. import Fit, FitError, Problem
+from ..nuisance import EVERY, begun_as
+from ..posterior.verdicts import judged
+from ..record import cut_as
+from .gauss_newton import State, minimise
+from .objective import TrajectoryObjective
+
+# As the defaults of `Trajectory`.
+WINDOW, _ITERATIONS, _TOLERANCE = 100.0, 40, 1e-4
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How trajectories are cut, integrated and compared, as of `record.Settings`; fields as of `Trajectory`."""
+
+    window: float | None
+    every: int | None
+    dt: float | None
+    method: str
+    threads: int | None
+    initial: str
+
+
+def local(problem: Problem, settings: Cut) -> Fit:
+    """The fit that Gauss-Newton steps reach from the declared start.
+
+    Raises:
+        FitError: the model blows up at the start.
+    """
+    sigma, arguments = cut_as(problem, settings)
+    own = begun_as(problem, settings.initial)
+    objective = TrajectoryObjective.build(own, problem.trials, sigma, **arguments)
+    p, eta = objective.extended(problem.vector.start), np.zeros(objective.nuisances)
+    state = State(p, eta, objective.cost(p, eta))
+    if not np.isfinite(state.cost):
+        raise FitError("the model blows up; " + objective.failure(p))
+    end = minimise(
+        objective, state, *objective.bounds(), iterations=_ITERATIONS, tolerance=_TOLERANCE, each=lambda _: None
+    )
+    fit = finished(problem, objective, end.p, end.eta, np.zeros((0, 4)), end.evaluations, end.done, "")
+    return replace(fit, objective=end.cost)
+
+
+def finished(
+    problem: Problem, objective: TrajectoryObjective, p: Array, eta: Array, history: Array,
+    evaluations: int, status: str, print_: str,
+) -> Fit:  # fmt: skip
+    """The fit at `p`, found by any search: covariance and verdicts from the exact normal equations there."""
+    layout, count = objective.layout, len(problem.free)
+    nuisances = layout.own.by_trial(problem.trials, layout.of_trials(eta))
+    if objective.common:
+        nuisances = {**nuisances, EVERY: dict(zip(problem.nuisance.common, p[count:].tolist(), strict=True))}
+    return judged(
+        problem, p[:count], objective.normal(p, eta).first(count), objective.variance(p, eta), history=history,
+        seconds=0.0, evaluations=evaluations, status=status, digest=print_, nuisances=nuisances,
+    )  # fmt: skip
