@@ -135,6 +135,15 @@ def test_what_no_run_moves_is_held_and_says_which_test_would_tell() -> None:
     assert all("drift" in kind for kind in told["hull.Y_vvv"])
 
 
+def test_steady_tests_leave_added_mass_to_the_ship_file() -> None:
+    """In a circle m_x u r acts as Y_r does, so that only a forced motion tells them apart (Sawada 2024, 5.3)."""
+    found = fit_captive(KVLCC2, table(KVLCC2, program(1.18, 10.3, forced=False), 0.005))
+    assert found.held.keys() == {"body.m_x", "body.m_y", "body.J_z"}
+    sigma = dict(zip(found.paths, found.sigma, strict=True))
+    assert sigma["hull.Y_r"] < 0.005
+    assert sigma["hull.X_vr"] < 0.01
+
+
 def test_two_numbers_that_only_act_together_are_not_both_fitted() -> None:
     runs = table(KVLCC2, program(1.18, 10.3))
     found = fit_captive(KVLCC2, runs, ("rudder.A_R", "rudder.f_alpha"))

@@ -83,7 +83,7 @@ def captive(
     found = fit_captive(vessel, runs, tuple(free) or USUAL)
     note(in_words(found))
     if out is not None:
-        found = replace(found, ship=replace(found.ship, name=out.stem, of=vessel.of or vessel.name))
+        found = replace(found, ship=_named(found, out.stem))
         save(found.ship, out)
         note(f"wrote {out}")
     if page is not None:
@@ -91,6 +91,16 @@ def captive(
         write(page, made(found, {"tables": runs.source or runs.name, "command": command, "version": __version__}))
         note(f"wrote {page}")
     return found
+
+
+def _named(found: CaptiveFit, name: str) -> Ship:
+    """The fitted ship under its own name, with what its file should say about it."""
+    before = found.began
+    held = ", ".join(found.held) or "nothing"
+    notes = {key: value for key, value in before.notes.items() if key != "provenance"}
+    notes["title"] = f"{before.notes.get('title', before.name)}; coefficients of captive tests"
+    notes["cautions"] = [*before.notes.get("cautions", ()), f"Not told by the tests, and as in {before.name}: {held}."]
+    return replace(found.ship, name=name, of=before.of or before.name, notes=notes)
 
 
 def _with_propeller(ship: Ship, table: Path) -> Ship:

@@ -36,6 +36,9 @@ USUAL = (
 )  # fmt: skip
 """Patterns of what captive tests tell; dimensions, open water and f_alpha, which goes with epsilon, are no part."""
 
+_ADDED = {
+    "u_dot": ("m_x", "X_udot"), "v_dot": ("m_y", "Y_vdot", "N_vdot"), "r_dot": ("J_z", "Y_rdot", "N_rdot"),
+}  # fmt: skip
 _FIXED = ("derivatives.C_R", "derivatives.S")
 # Share of a column that must be left when the columns before it are taken off; below it runs cannot tell them apart.
 _APART = 1e-6
@@ -108,7 +111,7 @@ def fit_captive(ship: Ship, runs: Captive, free: Sequence[str] = USUAL) -> Capti
         ParameterError: an unknown path.
     """
     loads = Predicted.of(ship, runs)
-    asked = _asked(ship, free)
+    asked, still = _moved(_asked(ship, free), runs, tuple(free) == USUAL)
     start = np.array([float(read(ship.model, path)) for path in asked])
     noise = np.repeat([max(float(np.nanstd(runs.loads[name])), 1e-12) for name in loads.names], 2)
     _, J = loads.by(asked)(start)
@@ -119,6 +122,7 @@ def fit_captive(ship: Ship, runs: Captive, free: Sequence[str] = USUAL) -> Capti
     if loads.seen.sum() <= len(paths):
         raise FitError(f"{runs.name}: {int(loads.seen.sum())} measured loads for {len(paths)} parameters; "
                        "test more, or name fewer with --free")  # fmt: skip
+    held |= still
     p, noise, J = _search(ship, loads, paths, start[kept], noise)
     predicted, _ = loads.by(paths)(p)
     each, many = noise[loads.group], len(loads.names)
@@ -149,6 +153,16 @@ def _asked(ship: Ship, free: Sequence[str]) -> list[str]:
                 raise
     fixed = _FIXED if tuple(free) == USUAL else ()
     return [path for path in known if path in found and path not in fixed]
+
+
+def _moved(asked: list[str], runs: Captive, usual: bool) -> tuple[list[str], dict[str, str]]:
+    """Without the added masses whose acceleration no run has, and why: in steady runs they act like Y_r and X_vr."""
+    held: dict[str, str] = {}
+    for rate, names in _ADDED.items():
+        if usual and not runs.column(rate).any():
+            held |= {path: f"no run has {rate}; {_wanted(path)} would tell it"
+                     for path in asked if path.rpartition(".")[2] in names and path.startswith("body.")}  # fmt: skip
+    return [path for path in asked if path not in held], held
 
 
 def _apart(asked: Sequence[str], start: Array, J: Array, seen: NDArray[np.bool_]) -> tuple[list[int], dict[str, str]]:

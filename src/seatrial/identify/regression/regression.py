@@ -219,3 +219,4 @@ def _windows(trial: Trial, problem: Problem, slopes: Any, window: float) -> tupl
     matrix = np.array([np.tensordot(dt[a:b], slope[a:b], axes=1) for a, b in spans])
     right = np.array([state[b, 3:] - state[a, 3:] - dt[a:b] @ still[a:b] for a, b in spans])
     return matrix, right
+
