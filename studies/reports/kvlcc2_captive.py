@@ -90,9 +90,9 @@ class Found:
 def find() -> Found:
     """Fit the captive tests, then the trials."""
     root = Path(os.environ.get("SEATRIAL_DATA", STUDIES.parents[1] / "shared" / "data")) / "kvlcc2_captive"
-    files = {"mapping": COLUMNS, "water": root / "open_water_characteristics_captive.csv"}
-    tests = captive(STUDIES / "kvlcc2_l7_neutral.toml", [root / "captive.csv"], **files)
-    whole = captive("modified_abkowitz_kvlcc2_l7", [root / "captive.csv"], **files)
+    water = root / "open_water_characteristics_captive.csv"
+    tests = captive(STUDIES / "kvlcc2_l7_neutral.toml", [root / "captive.csv"], mapping=COLUMNS, water=water)
+    whole = captive("modified_abkowitz_kvlcc2_l7", [root / "captive.csv"], mapping=COLUMNS, water=water)
     drift = np.abs(tests.runs.beta) * DEGREES
     within = {limit: fit_captive(tests.began, tests.runs.kept(drift < limit + 0.1)) for limit in (12, 20, 30)}
     studies = {label: read_study(STUDIES / f"{name}.toml") for label, name in (

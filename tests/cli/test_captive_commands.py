@@ -30,9 +30,8 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, st
 
 
 def test_captive_tests_become_a_ship(tables: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out, page = tmp_path / "tested.toml", tmp_path / "page.html"
-    status, text, _ = run(capsys, "captive", "kvlcc2_l7", *sorted(tables.glob("*.csv")), "-o", out, "--report", page,
-                          "--json")  # fmt: skip
+    out = tmp_path / "tested.toml"
+    status, text, _ = run(capsys, "captive", "kvlcc2_l7", *sorted(tables.glob("*.csv")), "-o", out, "--json")
     said = json.loads(text)
     assert status == 0
     assert said["parameters"]["hull.N_r"]["verdict"] == "identified"
@@ -42,7 +41,14 @@ def test_captive_tests_become_a_ship(tables: Path, tmp_path: Path, capsys: pytes
     assert ship.entries["hull.N_r"].source.startswith("captive tests: 107 runs")
     for path in ("hull.Y_v", "hull.N_r", "rudder.a_H", "propeller.w_P0"):
         assert abs(read(ship.model, path) - read(truth.model, path)) < 4.0 * (ship.entries[path].sigma or 0.0), path
+
+
+@pytest.mark.long
+def test_the_page_draws_every_kind_of_test(tables: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page = tmp_path / "page.html"
+    status, *_ = run(capsys, "captive", "kvlcc2_l7", *sorted(tables.glob("*.csv")), "--report", page)
     shown = page.read_text(encoding="utf-8")
+    assert status == 0
     assert all(kind in shown for kind in ("drift + yaw + rudder", "rudder (other load)", "measured − computed"))
 
 

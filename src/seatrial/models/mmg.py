@@ -65,7 +65,8 @@ class Mmg(Composed):
         for module in self.extras.components:
             total = total + module.force(flow)
         body, (du, dv, dr) = self.body, rates
-        alone: Any = replace(self.rudder, **{name: 0.0 for name in ("a_H", "t_R") if hasattr(self.rudder, name)})
+        rudder: Any = self.rudder
+        alone = replace(rudder, **{name: 0.0 for name in ("a_H", "t_R") if hasattr(rudder, name)})
         felt = alone.force(flow, slipstream)
         return Loads(
             total.X - body.m_x * du + body.m_y * flow.v_m * flow.r,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.parameters import read, specs
 from ..data import Array
@@ -124,7 +125,7 @@ def _loads(found: CaptiveFit) -> str:
     return gallery(*drawn)
 
 
-def _abscissa(found: CaptiveFit, rows: Array, kind: str) -> tuple[Array, str]:
+def _abscissa(found: CaptiveFit, rows: NDArray[np.bool_], kind: str) -> tuple[Array, str]:
     """What a kind of test varies most."""
     runs = found.runs
     if OTHER_LOAD in kind:
@@ -138,7 +139,7 @@ def _abscissa(found: CaptiveFit, rows: Array, kind: str) -> tuple[Array, str]:
     return np.arange(int(rows.sum()), dtype=np.float64), "run"
 
 
-def _drawn(found: CaptiveFit, rows: Array, kind: str) -> str:
+def _drawn(found: CaptiveFit, rows: NDArray[np.bool_], kind: str) -> str:
     """Left the loads, right measured less computed, a row each."""
     x, words = _abscissa(found, rows, kind)
     order = np.argsort(x, kind="stable")

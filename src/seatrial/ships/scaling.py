@@ -193,7 +193,8 @@ def _geosim(ship: Ship, ratio: float, denser: float) -> Ship:
         if units[path] == "kg/m^3":  # water as it is there; air is the same everywhere
             changes[path] = known[path] * (denser if path == "body.rho" else 1.0)
     servos: dict[str, Any] = {}
-    for name, servo in ship.actuators.by_name.items():
+    actuators: dict[str, Any] = dict(ship.actuators.by_name)
+    for name, servo in actuators.items():
         control = {"rudder": "delta", "propeller": "n_P"}.get(name, name)
         said = meanings(type(servo), control)
         servos[name] = replace(servo, **{key: moved(getattr(servo, key), one.unit) for key, one in said.items()

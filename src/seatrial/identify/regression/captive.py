@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import ParameterError, match, read, specs, values
-from ...data import Array
+from ...data import Array, DataError
 from ...data.captive import Captive
 from ...ships import Entry, Ship
 from .. import FitError, Verdict
@@ -107,26 +107,28 @@ def fit_captive(ship: Ship, runs: Captive, free: Sequence[str] = USUAL) -> Capti
         free: patterns of the parameters to fit; those of `USUAL` that the model has, unless given.
 
     Raises:
-        FitError: a family without loads, fewer loads than parameters, or a search that fails.
+        ShipError: a family without forces of its own.
+        DataError: fewer loads than parameters.
+        FitError: loads that are not finite.
         ParameterError: an unknown path.
     """
     loads = Predicted.of(ship, runs)
     asked, still = _moved(_asked(ship, free), runs, tuple(free) == USUAL)
     start = np.array([float(read(ship.model, path)) for path in asked])
     noise = np.repeat([max(float(np.nanstd(runs.loads[name])), 1e-12) for name in loads.names], 2)
-    _, J = loads.by(asked)(start)
-    kept, held = _apart(asked, start, J / noise[loads.group][:, None], loads.seen)
+    _, slopes = loads.by(asked)(start)
+    kept, held = _apart(asked, start, slopes / noise[loads.group][:, None], loads.seen)
     if not kept:
-        raise FitError(f"{runs.name}: no run moves any of {', '.join(asked[:8])}; see the columns of the table")
+        raise DataError(f"{runs.name}: no run moves any of {', '.join(asked[:8])}; see the columns of the table")
     paths = tuple(asked[k] for k in kept)
     if loads.seen.sum() <= len(paths):
-        raise FitError(f"{runs.name}: {int(loads.seen.sum())} measured loads for {len(paths)} parameters; "
+        raise DataError(f"{runs.name}: {int(loads.seen.sum())} measured loads for {len(paths)} parameters; "
                        "test more, or name fewer with --free")  # fmt: skip
     held |= still
-    p, noise, J = _search(ship, loads, paths, start[kept], noise)
-    predicted, _ = loads.by(paths)(p)
+    p, noise = _search(ship, loads, paths, start[kept], noise)
+    predicted, slopes = loads.by(paths)(p)
     each, many = noise[loads.group], len(loads.names)
-    weighed = (J / each[:, None])[loads.seen]
+    weighed = (slopes / each[:, None])[loads.seen]
     covariance = _inverse(weighed)
     sigma = np.sqrt(np.diag(covariance))
     told = _told(paths, weighed, np.tile(runs.kinds, many)[loads.seen], sigma)
@@ -136,7 +138,7 @@ def fit_captive(ship: Ship, runs: Captive, free: Sequence[str] = USUAL) -> Capti
     made = _made(ship, runs, paths, p, sigma)
     return CaptiveFit(
         made, ship, runs, paths, p, sigma, covariance, held,
-        dict(zip(loads.names, map(tuple, noise.reshape(-1, 2).tolist()), strict=True)),
+        {name: (float(noise[2 * k]), float(noise[2 * k + 1])) for k, name in enumerate(loads.names)},
         dict(zip(loads.names, predicted.reshape(len(loads.names), -1), strict=True)), told,
         _verdicts(ship, paths, p, covariance, told, held),
     )  # fmt: skip
@@ -214,15 +216,13 @@ class _Misfit:
 
     def normal(self, p: Array, eta: Array) -> Normal:
         """Objective and normal equations there."""
-        value, J = self.evaluate(p)
-        error, J = ((value - self.measured) / self.noise)[self.seen], (J / self.noise[:, None])[self.seen]
+        value, slopes = self.evaluate(p)
+        error, J = ((value - self.measured) / self.noise)[self.seen], (slopes / self.noise[:, None])[self.seen]
         return Normal(0.5 * float(error @ error), J.T @ J, J.T @ error)
 
 
-def _search(
-    ship: Ship, loads: Predicted, paths: tuple[str, ...], start: Array, noise: Array
-) -> tuple[Array, Array, Array]:
-    """The optimum, the noise of each load there, and the derivatives; noise and optimum in turn until both settle."""
+def _search(ship: Ship, loads: Predicted, paths: tuple[str, ...], start: Array, noise: Array) -> tuple[Array, Array]:
+    """The optimum and the noise of each load there, found in turn until both settle."""
     meanings = specs(ship.model)
     low, high = (np.array([getattr(meanings[path], side) for path in paths]) for side in ("low", "high"))
     p, seen, evaluate, none = np.clip(start, low, high), loads.seen, loads.by(paths), np.zeros(0)
@@ -233,13 +233,13 @@ def _search(
         if not math.isfinite(state.cost):
             raise FitError(f"{ship.name} has no finite loads at these runs; start from a ship nearer to the one tested")
         p = minimise(misfit, state, low, high, iterations=_STEPS, tolerance=1e-12, each=lambda _: None).p
-        value, J = evaluate(p)
-        weighed = J[seen] / noise[which][:, None]
+        value, slopes = evaluate(p)
+        weighed = slopes[seen] / noise[which][:, None]
         taken = np.einsum("ij,jk,ik->i", weighed, _inverse(weighed), weighed)  # share of each row that the fit takes
         before, noise = noise, _noise((value - loads.measured)[seen], 1.0 - taken, which, loads)
         if np.abs(noise / before - 1.0).max() < _SETTLED:
             break
-    return p, noise, J
+    return p, noise
 
 
 def _noise(error: Array, left: Array, which: NDArray[np.intp], loads: Predicted) -> Array:
@@ -282,8 +282,8 @@ def _told(paths: Sequence[str], J: Array, kinds: Array, sigma: Array) -> dict[st
         weight, vectors = np.linalg.eigh((J[kinds != kind] / size).T @ (J[kinds != kind] / size))
         lost = weight < _APART**2
         left = np.sqrt(np.einsum("ij,j,ij->i", vectors, 1.0 / np.maximum(weight, 1e-300), vectors)) / size
-        gone = (np.abs(vectors[:, lost]) > 1e-3).any(axis=1)
-        for path, s, was, out in zip(paths, left, sigma, gone, strict=True):
+        gone = np.abs(vectors[:, lost]).max(axis=1, initial=0.0)
+        for path, s, was, out in zip(paths, left, sigma, gone > 1e-3, strict=True):
             ratio = math.inf if out else float(s / was)
             if ratio > _TELLS:
                 found[path][kind] = ratio
@@ -342,9 +342,9 @@ def open_water(J: Array, K_T: Array) -> dict[str, float]:
     """k_0, k_1, k_2 of K_T = k_0 + k_1 J + k_2 J^2 by least squares over an open-water test.
 
     Raises:
-        FitError: fewer than three different advance ratios.
+        DataError: fewer than three different advance ratios.
     """
     if np.unique(J).size < 3:
-        raise FitError(f"{np.unique(J).size} different J; K_T over J needs three at least")
+        raise DataError(f"{np.unique(J).size} different J; K_T over J needs three at least")
     found = np.polynomial.polynomial.polyfit(J, K_T, 2)
     return {f"propeller.k_{k}": float(value) for k, value in enumerate(found)}

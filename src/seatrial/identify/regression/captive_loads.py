@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import update, values
-from ...data import Array
+from ...data import Array, DataError
 from ...data.captive import LOADS, MOTION, Captive
 from ...forces import Flow
-from ...ships import Ship
-from .. import FitError
+from ...ships import Ship, ShipError
 
 # Drift angle [rad] and r' beyond which a run counts as oblique.
 _OBLIQUE = 1e-3
@@ -47,7 +46,7 @@ class Predicted:
     def of(ship: Ship, runs: Captive) -> Predicted:
         """Runs scaled to the length of the ship by Froude's law."""
         if not hasattr(ship.model, "loads"):
-            raise FitError(f"{ship.name}: {type(ship.model).__name__} has no forces that a captive test measures; "
+            raise ShipError(f"{ship.name}: {type(ship.model).__name__} has no forces that a captive test measures; "
                            "take a ship of the family MMG, Abkowitz or modified Abkowitz")  # fmt: skip
         scale = ship.L_pp / runs.L_pp
         root = math.sqrt(scale)
@@ -56,7 +55,9 @@ class Predicted:
         has = _loads(ship.model, ship.L_pp, _rho(ship), tuple(motion[0]), False)
         names = tuple(name for name in LOADS if name in runs.loads and has[LOADS.index(name)] is not None)
         if not names:
-            raise FitError(f"{runs.name}: {', '.join(runs.loads)} alone says nothing about {type(ship.model).__name__}")
+            raise DataError(
+                f"{runs.name}: {', '.join(runs.loads)} alone says nothing about {type(ship.model).__name__}"
+            )
         force = runs.rho / _rho(ship) / scale**3
         back = np.array([force / scale if name == "N" else force for name in names])
         measured = np.concatenate([runs.loads[name] for name in names])
