@@ -58,7 +58,7 @@ def errors(ship, trials, restart: float | None = 30.0) -> np.ndarray:
     return np.mean(found, axis=0) * [math.degrees(1.0), 1.0]
 
 
-def test_the_tests_agree_with_the_published_coefficients_where_both_tell(tests: CaptiveFit) -> None:
+def test_the_tests_agree_with_the_published_coefficients_where_both_determine_them(tests: CaptiveFit) -> None:
     assert (len(tests.runs), tests.runs.repeated) == (63, 18)
     for path, share in (("hull.Y_v", 0.1), ("hull.N_v", 0.1), ("rudder.a_H", 0.1), ("rudder.epsilon", 0.1),
                         ("rudder.gamma_Rp", 0.1), ("propeller.w_P0", 0.1), ("propeller.t_P", 0.15)):  # fmt: skip

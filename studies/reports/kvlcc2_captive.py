@@ -277,8 +277,8 @@ def predicted(found: Found, said: Mapping[str, object]) -> str:
         "early error of this unstable ship grows. Tuned: section 3."
     )
     over = table(("trial", "measured", *labels), turns)
-    told = soft("First and second overshoot beyond the nominal heading [°]; the rudder reverses where the tank's did.")
-    return f"<h3>Overshoots</h3>{over}{told}<h3>Errors</h3>{table(head, rows)}{soft(remark)}"
+    below = soft("First and second overshoot beyond the nominal heading [°]; the rudder reverses where the tank's did.")
+    return f"<h3>Overshoots</h3>{over}{below}<h3>Errors</h3>{table(head, rows)}{soft(remark)}"
 
 
 def both(pair: list[float]) -> str:

@@ -107,12 +107,12 @@ def captive(
         unit = meanings[path].unit
         before, now = (shown(path, v, unit, L) for v in (float(read(found.began.model, path)), value))
         spread = "–" if sigma is None else figure(shown(path, sigma, unit, L), 2)
-        why = ", ".join(found.told[path]) if sigma is not None else found.held[path]
+        why = ", ".join(found.determined_by[path]) if sigma is not None else found.held[path]
         return path, figure(before), figure(now), spread, said[path].status, why
 
     rows = [row(path, float(v), float(s)) for path, v, s in zip(found.paths, found.values, found.sigma, strict=True)]
     rows += [row(path, float(read(found.ship.model, path)), None) for path in found.held]
-    show_table(("parameter", "before", "captive", "sigma", "verdict", "told by"), rows, right=(1, 2, 3))
+    show_table(("parameter", "before", "captive", "sigma", "verdict", "determined by"), rows, right=(1, 2, 3))
     for one in found.verdicts:
         if " and " in one.subject:
             note(f"note: {one.subject}: {one.text}")

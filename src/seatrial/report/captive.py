@@ -32,7 +32,7 @@ def sections(found: CaptiveFit) -> tuple[Section, ...]:
     return (
         Section("", _head(found), numbers(found)),
         Section("Coefficients of the captive tests", _coefficients(found)),
-        Section("What the tests do not tell", _held(found)),
+        Section("Parameters that the tests do not determine", _held(found)),
         Section("Loads by kind of test", _loads(found)),
     )
 
@@ -47,7 +47,7 @@ def numbers(found: CaptiveFit) -> dict[str, object]:
         "parameters": {
             path: {"value": float(value), "sigma": float(sigma), "before": float(read(found.began.model, path)),
                    "unit": specs(found.ship.model)[path].unit, "verdict": status[path].status,
-                   "text": status[path].text, "told": dict(found.told[path])}
+                   "text": status[path].text, "determined_by": dict(found.determined_by[path])}
             for path, value, sigma in zip(found.paths, found.values, found.sigma, strict=True)
         },
         "held": dict(found.held),
@@ -91,13 +91,14 @@ def _coefficients(found: CaptiveFit) -> str:
     for path, value, sigma in zip(found.paths, found.values.tolist(), found.sigma.tolist(), strict=True):
         unit, L = meanings[path].unit, found.ship.L_pp
         before, now, spread = (shown(path, v, unit, L) for v in (float(read(found.began.model, path)), value, sigma))
-        told = ", ".join(f"{kind} (×{'∞' if math.isinf(by) else f'{by:.1f}'})" for kind, by in found.told[path].items())
+        kinds = found.determined_by[path].items()
+        by = ", ".join(f"{kind} (×{'∞' if math.isinf(ratio) else f'{ratio:.1f}'})" for kind, ratio in kinds)
         rows.append([path, "'" if unit in ("'", "m") else unit, number(before), number(now), number(spread, 2),
-                     number((now - before) / spread, 2), status[path].status, told or "all alike"])  # fmt: skip
-    head = ("parameter", "unit", "before", "captive", "sigma", "difference / sigma", "verdict", "told by")
+                     number((now - before) / spread, 2), status[path].status, by or "all alike"])  # fmt: skip
+    head = ("parameter", "unit", "before", "captive", "sigma", "difference / sigma", "verdict", "determined by")
     combined = [f"{v.subject}: {v.text}." for v in found.verdicts if " and " in v.subject]
     remark = (
-        f"Before: {found.began.name}. Told by: the kinds of test without which sigma would be larger, with the factor. "
+        f"Before: {found.began.name}. Determined by: kinds of test without which sigma would be larger, with the factor. "
         "Sigma is the larger of that of independent errors and that of leaving out one condition at a time. "
         + " ".join(combined)
     )

@@ -55,7 +55,7 @@ def captive(
     """Fit the coefficients of a ship to tables of captive tests, and write its file.
 
     Args:
-        ship: the ship to begin with; what the tests do not tell keeps its value.
+        ship: the ship to begin with; parameters that the tests do not determine keep its value.
         tables: of one model, CSV.
         out: ship file to write (.toml).
         mapping, free, water: as `--mapping`, `--free`, `--open-water` of `seatrial captive`.
@@ -94,12 +94,13 @@ def captive(
 
 
 def _named(found: CaptiveFit, name: str) -> Ship:
-    """The fitted ship under its own name, with what its file should say about it."""
+    """The fitted ship under its own name, with title and cautions of its own."""
     before = found.began
     held = ", ".join(found.held) or "nothing"
     notes = {key: value for key, value in before.notes.items() if key != "provenance"}
     notes["title"] = f"{before.notes.get('title', before.name)}; coefficients of captive tests"
-    notes["cautions"] = [*before.notes.get("cautions", ()), f"Not told by the tests, and as in {before.name}: {held}."]
+    caution = f"Not determined by the tests, and as in {before.name}: {held}."
+    notes["cautions"] = [*before.notes.get("cautions", ()), caution]
     return replace(found.ship, name=name, of=before.of or before.name, notes=notes)
 
 
@@ -119,8 +120,8 @@ def _with_propeller(ship: Ship, table: Path) -> Ship:
     found = open_water(*rows[np.isfinite(rows).all(axis=1)].T)
     part = "propeller" if "propeller.k_0" in values(ship.model) else "race"
     changes = {path.replace("propeller", part): value for path, value in found.items()}
-    told = {path: Entry(f"open-water test {table.name}", value) for path, value in changes.items()}
-    return replace(ship.having(changes), entries={**ship.entries, **told})
+    sources = {path: Entry(f"open-water test {table.name}", value) for path, value in changes.items()}
+    return replace(ship.having(changes), entries={**ship.entries, **sources})
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,11 @@
-"""Coefficients from captive tests: weighted least squares of the loads of a model on those that gauges measured.
+"""Coefficients from captive tests: weighted least squares of computed on measured loads.
 
-Every load has two noises of its own in newtons, one in runs straight ahead and one with drift or yaw, where the terms
-of the model are an approximation; both are estimated along.  Runs at low speed, whose primed loads scatter most, so
-weigh by what the gauge could tell.  What the model lacks is alike in neighbouring runs, so that sigma of independent
-errors would be too small: sigma is the larger of that and of a jackknife that leaves out one condition at a time.  A
-parameter that no run moves, or that runs move only together with others, is held at its value in the ship file.
+Each load has two noise levels in newtons, one in runs straight ahead and one with drift or yaw, where the terms of the
+model are an approximation; both are estimated with the coefficients.  Runs at low speed, whose primed loads scatter
+most, are weighted accordingly.  Model errors are correlated between neighbouring runs, so sigma of independent errors
+would be too small: sigma is the larger of that and of a jackknife that leaves out one condition at a time.  A parameter
+to which the runs are insensitive, or that they determine only in combination with others, is held at its value in the
+ship file.
 """
 
 from __future__ import annotations
@@ -34,16 +35,16 @@ USUAL = (
     "body.m_x", "body.m_y", "body.J_z", "derivatives.*",
     "body.X_udot", "body.Y_vdot", "body.Y_rdot", "body.N_vdot", "body.N_rdot",
 )  # fmt: skip
-"""Patterns of what captive tests tell; dimensions, open water and f_alpha, which goes with epsilon, are no part."""
+"""Patterns of what captive tests determine, without dimensions, open water, and f_alpha, which goes with epsilon."""
 
 _ADDED = {
     "u_dot": ("m_x", "X_udot"), "v_dot": ("m_y", "Y_vdot", "N_vdot"), "r_dot": ("J_z", "Y_rdot", "N_rdot"),
 }  # fmt: skip
 _FIXED = ("derivatives.C_R", "derivatives.S")
-# Share of a column that must be left when the columns before it are taken off; below it runs cannot tell them apart.
+# Share of a column that must be left when the columns before it are taken off; below it the runs cannot separate them.
 _APART = 1e-6
-# A kind of test tells a parameter if sigma without it is larger by this.
-_TELLS = 1.2
+# A kind of test counts as determining a parameter if sigma without it is larger by this.
+_DETERMINES = 1.2
 _ROUNDS, _STEPS, _SETTLED = 30, 100, 1e-4
 # Fewest loads that give a noise of their own, and fewest conditions that give a jackknife.
 _FEW, _CONDITIONS = 5, 5
@@ -72,7 +73,8 @@ class CaptiveFit:
         held: why a parameter that was asked for stays as it was, by path.
         noise: estimated noise of each load [N, N m], straight ahead and with drift or yaw.
         predicted: each load at each run [N, N m], shape (runs,).
-        told: by path, the kinds of test without which sigma would be larger, with the factor; inf: not told at all.
+        determined_by: by path, the kinds of test without which sigma would be larger, with the factor; inf: nothing
+            else determines it.
         verdicts: one a parameter, fitted or held, then one a pair that shows up as a combination only.
     """
 
@@ -86,7 +88,7 @@ class CaptiveFit:
     held: Mapping[str, str]
     noise: Mapping[str, tuple[float, float]]
     predicted: Mapping[str, Array]
-    told: Mapping[str, Mapping[str, float]]
+    determined_by: Mapping[str, Mapping[str, float]]
     verdicts: tuple[Verdict, ...]
 
     @property
@@ -119,7 +121,9 @@ def fit_captive(ship: Ship, runs: Captive, free: Sequence[str] = USUAL) -> Capti
     _, slopes = loads.by(asked)(start)
     kept, held = _apart(asked, start, slopes / noise[loads.group][:, None], loads.seen)
     if not kept:
-        raise DataError(f"{runs.name}: no run moves any of {', '.join(asked[:8])}; see the columns of the table")
+        raise DataError(
+            f"{runs.name}: the runs are insensitive to {', '.join(asked[:8])}; see the columns of the table"
+        )
     paths = tuple(asked[k] for k in kept)
     if loads.seen.sum() <= len(paths):
         raise DataError(f"{runs.name}: {int(loads.seen.sum())} measured loads for {len(paths)} parameters; "
@@ -131,7 +135,7 @@ def fit_captive(ship: Ship, runs: Captive, free: Sequence[str] = USUAL) -> Capti
     weighed = (slopes / each[:, None])[loads.seen]
     covariance = _inverse(weighed)
     sigma = np.sqrt(np.diag(covariance))
-    told = _told(paths, weighed, np.tile(runs.kinds, many)[loads.seen], sigma)
+    determined_by = _determined_by(paths, weighed, np.tile(runs.kinds, many)[loads.seen], sigma)
     error = ((loads.measured - predicted) / each)[loads.seen]
     grown = np.maximum(_jackknife(weighed, error, np.tile(conditions(runs), many)[loads.seen]) / sigma, 1.0)
     sigma, covariance = grown * sigma, covariance * np.outer(grown, grown)
@@ -139,8 +143,8 @@ def fit_captive(ship: Ship, runs: Captive, free: Sequence[str] = USUAL) -> Capti
     return CaptiveFit(
         made, ship, runs, paths, p, sigma, covariance, held,
         {name: (float(noise[2 * k]), float(noise[2 * k + 1])) for k, name in enumerate(loads.names)},
-        dict(zip(loads.names, predicted.reshape(len(loads.names), -1), strict=True)), told,
-        _verdicts(ship, paths, p, covariance, told, held),
+        dict(zip(loads.names, predicted.reshape(len(loads.names), -1), strict=True)), determined_by,
+        _verdicts(ship, paths, p, covariance, determined_by, held),
     )  # fmt: skip
 
 
@@ -162,15 +166,15 @@ def _moved(asked: list[str], runs: Captive, usual: bool) -> tuple[list[str], dic
     held: dict[str, str] = {}
     for rate, names in _ADDED.items():
         if usual and not runs.column(rate).any():
-            held |= {path: f"no run has {rate}; {_wanted(path)} would tell it"
+            held |= {path: f"no run has {rate}; {_wanted(path)} would determine it"
                      for path in asked if path.rpartition(".")[2] in names and path.startswith("body.")}  # fmt: skip
     return [path for path in asked if path not in held], held
 
 
 def _apart(asked: Sequence[str], start: Array, J: Array, seen: NDArray[np.bool_]) -> tuple[list[int], dict[str, str]]:
-    """Parameters that the runs tell from one another, and why the others are held.
+    """Parameters that the runs can separate, and why the others are held.
 
-    Columns are taken in the order of the model: of two that runs move alike, the first is fitted.
+    Columns are taken in the order of the model: of two with the same effect on the runs, the first is fitted.
     """
     kept: list[int] = []
     held: dict[str, str] = {}
@@ -179,14 +183,14 @@ def _apart(asked: Sequence[str], start: Array, J: Array, seen: NDArray[np.bool_]
         column = J[seen, k]
         size = float(np.linalg.norm(column))
         if not size * max(abs(start[k]), 1e-3) > 1e-9:
-            held[path] = f"no run moves it; {_wanted(path)} would"
+            held[path] = f"the runs are insensitive to it; {_wanted(path)} would determine it"
             continue
         column = column / size
         for _ in range(2):
             column = column - basis @ (basis.T @ column)
         rest = float(np.linalg.norm(column))
         if rest < _APART:
-            held[path] = f"these runs move it only together with others; {_wanted(path)} would tell it apart"
+            held[path] = f"these runs determine it only in combination with others; {_wanted(path)} would separate it"
             continue
         kept.append(k)
         basis = np.column_stack([basis, column / rest])
@@ -194,7 +198,7 @@ def _apart(asked: Sequence[str], start: Array, J: Array, seen: NDArray[np.bool_]
 
 
 def _wanted(path: str) -> str:
-    """The test that tells a parameter."""
+    """The test that determines a parameter."""
     name = path.rsplit(".", 1)[-1]
     factors = name.partition("_")[2] if name[:2] in ("X_", "Y_", "N_") else name
     return next((test for key, test in TESTS if key in factors), "steady runs at several speeds")
@@ -274,8 +278,8 @@ def _inverse(J: Array) -> Array:
     return np.linalg.pinv((J / size).T @ (J / size), rcond=1e-14, hermitian=True) / np.outer(size, size)
 
 
-def _told(paths: Sequence[str], J: Array, kinds: Array, sigma: Array) -> dict[str, dict[str, float]]:
-    """For each parameter the kinds of test that tell it, with sigma without the kind over sigma."""
+def _determined_by(paths: Sequence[str], J: Array, kinds: Array, sigma: Array) -> dict[str, dict[str, float]]:
+    """For each parameter the kinds of test that determine it, with sigma without the kind over sigma."""
     found: dict[str, dict[str, float]] = {path: {} for path in paths}
     size = np.linalg.norm(J, axis=0)
     for kind in dict.fromkeys(kinds.tolist()):
@@ -285,7 +289,7 @@ def _told(paths: Sequence[str], J: Array, kinds: Array, sigma: Array) -> dict[st
         gone = np.abs(vectors[:, lost]).max(axis=1, initial=0.0)
         for path, s, was, out in zip(paths, left, sigma, gone > 1e-3, strict=True):
             ratio = math.inf if out else float(s / was)
-            if ratio > _TELLS:
+            if ratio > _DETERMINES:
                 found[path][kind] = ratio
     return {path: dict(sorted(by.items(), key=lambda one: -one[1])) for path, by in found.items()}
 
@@ -302,17 +306,18 @@ def _made(ship: Ship, runs: Captive, paths: Sequence[str], p: Array, sigma: Arra
 
 
 def _verdicts(
-    ship: Ship, paths: Sequence[str], p: Array, covariance: Array, told: Mapping[str, Mapping[str, float]],
+    ship: Ship, paths: Sequence[str], p: Array, covariance: Array,
+    determined_by: Mapping[str, Mapping[str, float]],
     held: Mapping[str, str],
 ) -> tuple[Verdict, ...]:  # fmt: skip
-    """What the tests say about each parameter, and which pairs they fix as a combination."""
+    """What the tests determine of each parameter, and which pairs they fix as a combination."""
     sigma, found = np.sqrt(np.diag(covariance)), list[Verdict]()
     meanings = specs(ship.model)
     for path, value, s in zip(paths, p.tolist(), sigma.tolist(), strict=True):
         meaning = meanings[path]
         share = 1.0 - min(s / max(abs(value), 1e-300), 1.0) ** 2
-        by = ", ".join(told[path]) or "several kinds of test alike"
-        text = f"{value:.4g} +- {s:.2g}, told by {by}"
+        by = ", ".join(determined_by[path]) or "several kinds of test alike"
+        text = f"{value:.4g} +- {s:.2g}, determined by {by}"
         if value <= meaning.low or value >= meaning.high:
             found.append(Verdict(path, "at bound", f"{text}; it ended at the edge of what it can be"))
         elif share >= CLEAR:

@@ -56,7 +56,7 @@ class Predicted:
         names = tuple(name for name in LOADS if name in runs.loads and has[LOADS.index(name)] is not None)
         if not names:
             raise DataError(
-                f"{runs.name}: {', '.join(runs.loads)} alone says nothing about {type(ship.model).__name__}"
+                f"{runs.name}: {', '.join(runs.loads)} alone does not determine anything of {type(ship.model).__name__}"
             )
         force = runs.rho / _rho(ship) / scale**3
         back = np.array([force / scale if name == "N" else force for name in names])
@@ -122,5 +122,5 @@ def _rigid(model: Any, L_pp: float, rho: float) -> tuple[Any, Any, Any]:
 def conditions(runs: Captive) -> NDArray[np.intp]:
     """A number for each speed, drift and rate of turn regardless of side: runs of one condition err alike."""
     U, turn = runs.U, np.abs(runs.column("r")) * runs.L_pp / runs.U
-    told = np.round(np.column_stack([U / U.max(), np.abs(runs.beta), turn]), 2)
-    return np.unique(told, axis=0, return_inverse=True)[1].ravel()
+    state = np.round(np.column_stack([U / U.max(), np.abs(runs.beta), turn]), 2)
+    return np.unique(state, axis=0, return_inverse=True)[1].ravel()
