@@ -98,7 +98,7 @@ def _coefficients(found: CaptiveFit) -> str:
     head = ("parameter", "unit", "before", "captive", "sigma", "difference / sigma", "verdict", "determined by")
     combined = [f"{v.subject}: {v.text}." for v in found.verdicts if " and " in v.subject]
     remark = (
-        f"Before: {found.began.name}. Determined by: kinds of test without which sigma would be larger, with the factor. "
+        f"Before: {found.began.name}. Determined by: kinds of test without which sigma is larger, with the factor. "
         "Sigma is the larger of that of independent errors and that of leaving out one condition at a time. "
         + " ".join(combined)
     )
