@@ -41,7 +41,7 @@ VERBS = {
     "add", "allow", "build", "check", "choose", "compare", "convert", "design", "divide", "end", "estimate",
     "export", "fit", "identify", "import", "judge", "limit", "list", "listen", "mark", "measure", "name",
     "obey", "place", "predict", "print", "read", "recommend", "record", "release", "replay", "resample",
-    "reset", "run", "seed", "send", "serve", "set", "show", "simulate", "split", "start", "steer", "trust",
+    "reset", "run", "scale", "seed", "send", "serve", "set", "show", "simulate", "split", "start", "steer", "trust",
     "turn", "use", "validate", "write",
 }  # fmt: skip
 

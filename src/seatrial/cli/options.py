@@ -17,6 +17,9 @@ Trials = Annotated[list[Path], Argument(help="Name trial files, or folders of th
 Particulars = Annotated[Path, Argument(help="Name a file of particulars (docs/tutorials/estimate.md).")]
 StudyFile = Annotated[Path, Argument(help="Name a study file, or a table of many fits.")]
 Pull = Annotated[Path, Argument(help="Name a bollard pull table with columns such as n [1/s],T_1 [N].")]
+CaptiveTables = Annotated[
+    list[Path], Argument(metavar="TABLE...", help="Name tables of captive tests (docs/captive.md).")
+]  # fmt: skip
 Source = Annotated[Path, Argument(metavar="SRC", help="Name a log, or a folder of logs.")]
 LogFormat = Annotated[
     str, Argument(help="Name frt-esso, simman, usv-asw, nmea, mcap, rosbag2, or csv with --mapping.")
@@ -37,6 +40,8 @@ PredictionFolder = Annotated[Path, Option("-o", "--out", help="Write the predict
 RecordingFolder = Annotated[Path, Option("-o", "--out", help="Write recordings to this folder.")]
 BenchFolder = Annotated[Path | None, Option("-o", "--out", help="Write bench.json to this folder.")]
 ShipOut = Annotated[Path, Option("-o", "--out", help="Write the ship to this file (.toml).")]
+ShipFile = Annotated[Path | None, Option("-o", "--out", help="Write the ship to this file (.toml).")]
+TestPage = Annotated[Path | None, Option("--report", help="Write a report with residuals to this file (.html).")]
 TablesOut = Annotated[Path | None, Option("-o", "--out", help="Write tables of a ship file to this file (.toml).")]
 Sources = Annotated[bool, Option("--sources", help="Show the source of each value.")]
 Listed = Annotated[bool, Option("--list", help="List the peers and measure nothing.")]
@@ -89,6 +94,19 @@ Noise = Annotated[str | None, Option(help="Set sensor noise such as x=0.5,psi=0.
 Interval = Annotated[float | None, Option(help="Set the time between independent readings [s].")]
 Repeats = Annotated[int, Option(help="Limit how often one manoeuvre is run.")]
 Scope = Annotated[str, Option(help="Choose collision-avoidance, berthing or functional.")]
+
+# Captive tests and scale.
+CaptiveMapping = Annotated[Path | None, Option("--mapping", help="Read a mapping file of the columns.")]
+OpenWater = Annotated[Path | None, Option(help="Fit K_T to an open-water table first, columns J and K_T.")]
+FreeCoefficients = Annotated[
+    list[str] | None, Option("--free", help="Fit these parameters, such as 'hull.*'. Repeatable.")
+]  # fmt: skip
+ToLength = Annotated[float, Option(help="Set the new length between perpendiculars [m].")]
+FormFactor = Annotated[float | None, Option(help="Set the form factor k; Watanabe's formula unless given.")]
+Roughness = Annotated[float | None, Option(help="Set the roughness of the hull of a ship [um] (default: 150).")]
+Density = Annotated[float | None, Option(help="Set the density of the water there [kg/m^3].")]
+RudderWake = Annotated[str, Option(help="Choose the wake at the rudder: proportion or own.")]
+FroudeAlone = Annotated[bool, Option("--froude", help="Use Froude's law alone, without friction and wake.")]
 
 # Export and thrusters.
 Casadi = Annotated[Path | None, Option(help="Write a CasADi function; its step and names go beside it.")]

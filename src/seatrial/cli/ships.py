@@ -1,4 +1,4 @@
-"""Commands on ships: ships, show, estimate, export."""
+"""Commands on ships: ships, show, estimate, captive, scale, export."""
 
 from __future__ import annotations
 
@@ -86,6 +86,72 @@ def estimate(particulars: o.Particulars, out: o.ShipOut, json: o.Json = False) -
               "numbers": {item.path: _document(item, made.ship.entries[item.path].source) for item in made.numbers}})
     else:
         show_table(HEAD, (_row(item) for item in made.numbers), right=(1, 6, 7))
+
+
+def captive(
+    ship: o.ShipName, tables: o.CaptiveTables, mapping: o.CaptiveMapping = None, open_water: o.OpenWater = None,
+    free: o.FreeCoefficients = None, out: o.ShipFile = None, report: o.TestPage = None, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Fit coefficients to captive tests."""
+    from ..core.parameters import read, specs
+    from ..report.captive import numbers, shown
+    from ..workflow.judging import captive as run
+
+    found = run(ship, tables, out, mapping=mapping, free=free or (), water=open_water, page=report, note=note)
+    if json:
+        emit({**numbers(found), "file": out, "report": report})
+        return
+    said, meanings, L = {v.subject: v for v in found.verdicts}, specs(found.ship.model), found.ship.L_pp
+
+    def row(path: str, value: float, sigma: float | None) -> tuple[str, ...]:
+        unit = meanings[path].unit
+        before, now = (shown(path, v, unit, L) for v in (float(read(found.began.model, path)), value))
+        spread = "–" if sigma is None else figure(shown(path, sigma, unit, L), 2)
+        why = ", ".join(found.determined_by[path]) if sigma is not None else found.held[path]
+        return path, figure(before), figure(now), spread, said[path].status, why
+
+    rows = [row(path, float(v), float(s)) for path, v, s in zip(found.paths, found.values, found.sigma, strict=True)]
+    rows += [row(path, float(read(found.ship.model, path)), None) for path in found.held]
+    show_table(("parameter", "before", "captive", "sigma", "verdict", "determined by"), rows, right=(1, 2, 3))
+    for one in found.verdicts:
+        if " and " in one.subject:
+            note(f"note: {one.subject}: {one.text}")
+
+
+def scale(
+    ship: o.ShipName, to_length: o.ToLength, form_factor: o.FormFactor = None, roughness: o.Roughness = None,
+    density: o.Density = None, rudder_wake: o.RudderWake = "proportion", froude: o.FroudeAlone = False,
+    out: o.ShipFile = None, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Scale a ship from model to full size, or back."""
+    from ..workflow.judging import scale as run
+
+    made = run(ship, to_length, out, form_factor=form_factor, roughness=None if roughness is None else roughness * 1e-6,
+               density=density, rudder=rudder_wake, friction=not froude, note=note)  # fmt: skip
+    found, a, b = made.scaled, made.before, made.after
+    if json:
+        emit({"ship": found.ship.name, "L_pp": found.ship.L_pp, "speed": found.ship.speed, "wetted_surface": found.S,
+              "friction": {"before": found.before, "after": found.after},
+              "effects": {k: {"before": x, "after": y, "why": why} for k, (x, y, why) in found.effects.items()},
+              "self_propulsion": {"before": a, "after": b}, "cautions": found.cautions, "file": out})  # fmt: skip
+        return
+    if froude:
+        note(f"{found.ship.name}: L_pp {found.ship.L_pp:g} m, {found.ship.speed:g} m/s, by Froude's law alone")
+        return
+    f, g = found.before, found.after
+    rows = [
+        ("Reynolds number", f.Re, g.Re, "at the approach speed"), ("C_F", f.C_F, g.C_F, "ITTC 1957"),
+        ("dC_F", f.dC_F, g.dC_F, "ITTC 1978, roughness"), ("(1 + k) C_F + dC_F", f.whole, g.whole, f"k = {f.form:.3g}"),
+        *((path, x, y, why) for path, (x, y, why) in found.effects.items()),
+    ]  # fmt: skip
+    if a is not None and b is not None:
+        rows += [
+            ("n_P [1/s]", a.n_P, b.n_P, "holds the approach speed"),
+            ("thrust'", a.thrust, b.thrust, "over 0.5 rho L d U^2"),
+            ("rudder force by angle", a.rudder, b.rudder, "over 0.5 rho A_R U^2 and radian"),
+        ]
+    shown = [(name, figure(x), figure(y), why) for name, x, y, why in rows]
+    show_table(("number", "before", "after", "why"), shown, right=(1, 2))
 
 
 def export(

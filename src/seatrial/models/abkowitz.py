@@ -10,8 +10,9 @@ from math import inf
 from ..core.parameters import PRIME, ParameterError, Scalar, Scalars, Spec, Terms, choice, spec, terms
 from ..core.symbolic import larger, speed
 from ..environment import Environment
+from ..forces import Flow
 from . import Model
-from .common import Surroundings
+from .common import Loads, Surroundings
 
 _FACTORS = {"u": "u'", "v": "v'", "r": "r'", "d": "delta"}
 _FORCES = {"X": "surge force", "Y": "sway force", "N": "yaw moment"}
@@ -94,6 +95,22 @@ class Body:
         )
 
 
+    def restrained(self, force: tuple[Scalar, Scalar, Scalar], flow: Flow, rates: Scalars) -> Loads:
+        """Loads of a captive test, from forces as `acceleration` takes them.
+
+        Tables whose terms of the turning axes are "absorbed" hold those of the model's own mass too, which are
+        no force of the water: they are taken out again.
+        """
+        L, v, r = flow.L_pp, flow.v_m, flow.r * flow.L_pp
+        du, dv, dr = rates[0] * L, rates[1] * L, rates[2] * L * L
+        own = self.m if self.coriolis == "absorbed" else 0.0
+        X = force[0] + self.X_udot * du - own * (v * r + self.x_G * r * r)
+        Y = force[1] + self.Y_vdot * dv + self.Y_rdot * dr + own * flow.u * r
+        N = force[2] + self.N_vdot * dv + self.N_rdot * dr + own * self.x_G * flow.u * r
+        area = 0.5 * flow.rho * L * L
+        return Loads(area * X, area * Y, area * L * N)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Abkowitz(Model):
     """X, Y, N as polynomials in u' = (u - U_0)/U, v' = v_m/U, r' = r L_pp/U and delta (Sawada 2024 Eqs. 15 to 17).
@@ -127,6 +144,11 @@ class Abkowitz(Model):
         around = Surroundings.of(state, environment)
         u, v, r = around.u_r, around.v_r, around.r * self.body.L_pp
         return around.rates(self.body.acceleration(self.force(u, v, r, control[1]), u, v, r))
+
+    def loads(self, flow: Flow, rates: Scalars) -> Loads:
+        """What a captive test measures."""
+        u, v, r = flow.u, flow.v_m, flow.r * flow.L_pp
+        return self.body.restrained(self.force(u, v, r, flow.delta), flow, rates)
 
     def force(self, u: Scalar, v: Scalar, r: Scalar, delta: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """X, Y, N over 0.5 rho L^2, 0.5 rho L^2, 0.5 rho L^3 [m^2/s^2]; r is the rate of turn times L_pp [m/s]."""

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from ..core.parameters import PRIME, Scalar, Scalars, spec
 from ..core.symbolic import larger, magnitude, root, sign, speed
 from ..environment import Environment
+from ..forces import Flow
 from . import Model
 from .abkowitz import Body
-from .common import Surroundings
+from .common import Loads, Surroundings
 
 # Bounds of r' and of the drift angle at the rudder [rad] beyond which a division by U or c no longer grows.
 _TURNING, _DRIFTING = 5.0, 3.0
@@ -108,6 +109,11 @@ class ModifiedAbkowitz(Model):
         u, v, r = around.u_r, around.v_r, around.r * self.body.L_pp
         n_P, delta = control
         return around.rates(self.body.acceleration(self.force(u, v, r, n_P * self.body.L_pp, delta), u, v, r))
+
+    def loads(self, flow: Flow, rates: Scalars) -> Loads:
+        """What a captive test measures."""
+        u, v, r, n = flow.u, flow.v_m, flow.r * flow.L_pp, flow.n_P * flow.L_pp
+        return self.body.restrained(self.force(u, v, r, n, flow.delta), flow, rates)
 
     def force(self, u: Scalar, v: Scalar, r: Scalar, n: Scalar, delta: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """X, Y, N over 0.5 rho L^2, 0.5 rho L^2, 0.5 rho L^3 [m^2/s^2]; r and n are times L_pp [m/s]."""

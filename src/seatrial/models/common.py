@@ -25,6 +25,32 @@ class Afloat(Protocol):
     def d(self) -> Scalar: ...
 
 
+class Loads(NamedTuple):
+    """What gauges measure on a model that is moved by a carriage, its own inertia taken off.
+
+    Attributes:
+        X, Y, N: forces [N] and moment [N m] of the water about midship, those of added mass included.
+        T: thrust of the propeller [N]; None in a family that has none of its own.
+        F_N: normal force of the rudder [N], as T; positive where it turns the bow to starboard.
+    """
+
+    X: Scalar
+    Y: Scalar
+    N: Scalar
+    T: Scalar | None = None
+    F_N: Scalar | None = None
+
+
+class Restrained(Protocol):
+    """A family whose forces captive tests measure."""
+
+    body: Any
+
+    def loads(self, flow: Flow, rates: Scalars) -> Loads:
+        """Loads in a flow without wind and waves, at these rates of u, v_m [m/s^2] and r [rad/s^2]."""
+        ...
+
+
 class Surroundings(NamedTuple):
     """Velocities over ground and through the water, and what wind and waves are in ship axes.
 

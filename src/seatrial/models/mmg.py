@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from ..core.parameters import Parts, Scalars, choice, parts
+from ..core.symbolic import cos, sin
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body
 from ..forces.shallow import afloat
-from .common import Composed, Surroundings
+from .common import Composed, Loads, Surroundings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,3 +57,21 @@ class Mmg(Composed):
         if self.wind is not None and self.still_air == "resistance":
             total = total - self.wind.force(flow._replace(u_A=flow.u, v_A=flow.v_m))
         return total + self.thrust(flow, control) if control else total
+
+    def loads(self, flow: Flow, rates: Scalars) -> Loads:
+        """What a captive test measures; the rudder by itself is this one without its action on the hull."""
+        pull, slipstream = self.propeller.force(flow)
+        total = self.hull.force(flow) + pull + self.rudder.force(flow, slipstream)
+        for module in self.extras.components:
+            total = total + module.force(flow)
+        body, (du, dv, dr) = self.body, rates
+        rudder: Any = self.rudder
+        alone = replace(rudder, **{name: 0.0 for name in ("a_H", "t_R") if hasattr(rudder, name)})
+        felt = alone.force(flow, slipstream)
+        return Loads(
+            total.X - body.m_x * du + body.m_y * flow.v_m * flow.r,
+            total.Y - body.m_y * dv - body.m_x * flow.u * flow.r,
+            total.N - body.J_z * dr,
+            flow.rho * slipstream.D_P * slipstream.D_P * slipstream.K_T_nD2,
+            -(felt.X * sin(flow.delta) + felt.Y * cos(flow.delta)),
+        )

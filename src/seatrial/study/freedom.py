@@ -10,18 +10,20 @@ from typing import Any
 from ..core.parameters import MOST, Free, ParameterError, Spec, far, match, specs, unknown, values
 from ..identify import Estimator, Problem, StudyError
 from ..identify.lint import tested_by
+from ..identify.regression.captive import priors
 from ..ships import Ship
 
 KEYS = ("prior", "ratio", "low", "high", "start", "sigma", "floor")
 
 
 def stated(ship: Ship) -> dict[str, float]:
-    """Sigmas by path of a ship that `estimate` made from its particulars: priors of a fit; none of any other ship.
+    """Sigmas by path that a ship file states and a fit takes as priors: of captive tests, and of particulars.
 
-    The sigma of a fitted number is left out: as a prior it would count the same trials twice.
+    A ship that `estimate` made from particulars states all of its own.  The sigma of a number fitted to trials is left
+    out: as a prior it would count the same trials twice.
     """
     if not any(entry.source.startswith("estimated:") for entry in ship.entries.values()):
-        return {}
+        return priors(ship)
     return {path: entry.sigma for path, entry in ship.entries.items()
             if entry.sigma and not entry.source.startswith("fitted ")}  # fmt: skip
 

@@ -131,7 +131,7 @@ def _priors(ship: Ship, table: Mapping[str, Any]) -> tuple[str, ...]:
     sigmas = stated(ship)
     paths = taken(ship.model, table, sigmas)
     named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths)
-    return (f"priors from the ship file, of its formulas (prior = false in [free] for none): {named}",) if paths else ()
+    return (f"priors from the ship file (prior = false in [free] for none): {named}",) if paths else ()
 
 
 def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:

@@ -1,13 +1,15 @@
-"""Choices and judgements of ships: estimation from particulars, design of trials, requirements and the IMO criteria."""
+"""Ships made and judged: from particulars, captive tests, another scale; design of trials, requirements, criteria."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ..core.parameters import unknown
+import numpy as np
+
+from ..core.parameters import unknown, values
 from ..data import UNITS
 from ..models import STATES
 from ..ships import Ship
@@ -17,8 +19,10 @@ from .request import DEGREE, PAGES, Note, check_output, positive, ship_of, silen
 if TYPE_CHECKING:
     from ..choosing.purposes import Advice, Purpose
     from ..identify.design.excitation import Plan
+    from ..identify.regression.captive import CaptiveFit
     from ..report.page import Page
     from ..ships.estimate import Estimate
+    from ..ships.scaling import Scaled
     from ..validate.imo import ImoTable
     from ..validate.requirements import Table
 
@@ -42,6 +46,162 @@ def estimate(particulars: Path, out: Path, note: Note = silent) -> Estimate:
         note(f"warning: {line}")
     note(f"wrote {out}")
     return made
+
+
+def captive(
+    ship: str | Path | Ship, tables: Sequence[Path], out: Path | None = None, *, mapping: Path | None = None,
+    free: Sequence[str] = (), water: Path | None = None, page: Path | None = None, note: Note = silent,
+) -> CaptiveFit:  # fmt: skip
+    """Fit the coefficients of a ship to tables of captive tests, and write its file.
+
+    Args:
+        ship: the ship to begin with; parameters that the tests do not determine keep its value.
+        tables: of one model, CSV.
+        out: ship file to write (.toml).
+        mapping, free, water: as `--mapping`, `--free`, `--open-water` of `seatrial captive`.
+        page: report to write (.html).
+
+    Raises:
+        RequestError: an output of another kind, or in the place of an input.
+        DataError, FitError, ParameterError: tables that cannot be used; nothing is written.
+    """
+    from .. import __version__
+    from ..data.captive import read_captive
+    from ..identify.regression.captive import USUAL, fit_captive
+    from ..report.captive import in_words
+    from ..report.captive import page as made
+    from ..report.page import write
+    from ..ships.files import save
+
+    inputs = [*tables, *(one for one in (mapping, water) if one is not None)]
+    check_output(out, (".toml",), "a ship file", *inputs)
+    check_output(page, PAGES, "a report", *inputs)
+    vessel = ship_of(ship)
+    if water is not None:
+        vessel = _with_propeller(vessel, water)
+    runs = read_captive(tables, mapping, L_pp=vessel.L_pp, rho=float(values(vessel.model).get("body.rho", 1000.0)))
+    found = fit_captive(vessel, runs, tuple(free) or USUAL)
+    note(in_words(found))
+    if out is not None:
+        found = replace(found, ship=_named(found, out.stem))
+        save(found.ship, out)
+        note(f"wrote {out}")
+    if page is not None:
+        command = f"seatrial captive {vessel.name} {' '.join(map(str, tables))}"
+        write(page, made(found, {"tables": runs.source or runs.name, "command": command, "version": __version__}))
+        note(f"wrote {page}")
+    return found
+
+
+def _named(found: CaptiveFit, name: str) -> Ship:
+    """The fitted ship under its own name, with title and cautions of its own."""
+    before = found.began
+    held = ", ".join(found.held) or "nothing"
+    notes = {key: value for key, value in before.notes.items() if key != "provenance"}
+    notes["title"] = f"{before.notes.get('title', before.name)}; coefficients of captive tests"
+    caution = f"Not determined by the tests, and as in {before.name}: {held}."
+    notes["cautions"] = [*before.notes.get("cautions", ()), caution]
+    return replace(found.ship, name=name, of=before.of or before.name, notes=notes)
+
+
+def _with_propeller(ship: Ship, table: Path) -> Ship:
+    """The ship with the thrust coefficients of an open-water test, columns J and K_T (or Kt)."""
+    from ..data import DataError
+    from ..data.table import lines_of, numbers, split_row
+    from ..identify.regression.captive import open_water
+    from ..ships import Entry
+
+    lines = lines_of(table)
+    heads = split_row(lines[0], ",")
+    plain = [head.partition("[")[0].strip().replace("_", "").upper() for head in heads]
+    if plain.count("J") != 1 or plain.count("KT") != 1:
+        raise DataError(f"{table}: line 1: columns {', '.join(heads)}; an open-water test has one J and one K_T")
+    rows = numbers(table, lines, 1, heads, ",")[0][:, [plain.index("J"), plain.index("KT")]]
+    found = open_water(*rows[np.isfinite(rows).all(axis=1)].T)
+    part = "propeller" if "propeller.k_0" in values(ship.model) else "race"
+    changes = {path.replace("propeller", part): value for path, value in found.items()}
+    sources = {path: Entry(f"open-water test {table.name}", value) for path, value in changes.items()}
+    return replace(ship.having(changes), entries={**ship.entries, **sources})
+
+
+@dataclass(frozen=True)
+class Loading:
+    """Propeller and rudder at self-propulsion straight ahead.
+
+    Attributes:
+        n_P: revolutions [1/s].
+        thrust: over 0.5 rho L d U^2.
+        rudder: normal force by rudder angle over 0.5 rho A_R U^2 [1/rad]: grows with the square of the inflow.
+    """
+
+    n_P: float
+    thrust: float
+    rudder: float
+
+
+@dataclass(frozen=True)
+class AnotherScale:
+    """A ship at another length, and how propeller and rudder are loaded at either; None without one of each."""
+
+    scaled: Scaled
+    before: Loading | None
+    after: Loading | None
+
+
+def scale(
+    ship: str | Path | Ship, to_length: float, out: Path | None = None, *, form_factor: float | None = None,
+    roughness: float | None = None, density: float | None = None, rudder: str = "proportion",
+    friction: bool = True, note: Note = silent,
+) -> AnotherScale:  # fmt: skip
+    """Scale a ship to another length, with the effects of friction and wake, and write its file.
+
+    Args:
+        to_length: L_pp of the new ship [m].
+        form_factor, density, rudder: as `form`, `rho` and `rudder` of `ships.scaling.scale`.
+        roughness: of the hull of a ship [m].
+        friction: False for Froude's law alone.
+
+    Raises:
+        RequestError: an output of another kind, a number that cannot be.
+        ShipError: a ship that cannot be scaled; nothing is written.
+    """
+    from ..ships.files import save
+    from ..ships.scaling import ROUGHNESS
+    from ..ships.scaling import scale as scaled
+
+    check_output(out, (".toml",), "a ship file")
+    positive(to_length=to_length, density=density)
+    for option, value, most in (("--form-factor", form_factor, 1.0), ("--roughness", roughness, 0.01)):
+        if value is not None and not 0.0 <= value <= most:
+            raise RequestError(f"{option} is {value:g}; it is from 0 to {most:g}")
+    vessel = ship_of(ship)
+    made = scaled(vessel, to_length, form=form_factor, k_S=ROUGHNESS if roughness is None else roughness, rho=density,
+                  rudder=rudder, effects=friction)  # fmt: skip
+    found = AnotherScale(made, _loading(vessel), _loading(made.ship))
+    for line in made.cautions:
+        note(f"note: {line}")
+    if out is not None:
+        save(replace(made.ship, name=out.stem), out)
+        note(f"wrote {out}")
+    return found
+
+
+def _loading(ship: Ship) -> Loading | None:
+    """Propeller and rudder where the ship holds its approach speed."""
+    from ..forces import Flow
+    from ..simulate.run import approach
+
+    if not hasattr(ship.model, "loads") or "rudder.A_R" not in values(ship.model):
+        return None
+    U, n_P = approach(ship)
+    model: Any = ship.model
+    rho, L, d = float(model.body.rho), ship.L_pp, float(model.draught)
+    pressure, angle = 0.5 * rho * U * U, 1e-4
+    straight, turned = (
+        model.loads(Flow(U, 0.0, 0.0, n_P, delta, U, 0.0, rho, L, d), (0.0, 0.0, 0.0)) for delta in (0.0, angle)
+    )
+    area = float(values(model)["rudder.A_R"])
+    return Loading(n_P, straight.T / (pressure * L * d), (turned.F_N - straight.F_N) / (pressure * area * angle))
 
 
 def recommend(purpose: str) -> tuple[Purpose, Sequence[Advice]]:
