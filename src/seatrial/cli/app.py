@@ -124,8 +124,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 for _command in (
     simulation.demo, ships.ships, ships.show, simulation.simulate, judging.models, ships.estimate, judging.design,
-    judging.requirements, judging.imo, ships.export, data.thrust_map, data.servo, data.resample, simulation.bench,
-    data.import_, data.convert, fits.check, fits.identify, simulation.steer, simulation.bridge,
+    judging.requirements, judging.imo, ships.export, data.thrust_map, data.servo, data.resample, data.mend,
+    simulation.bench, data.import_, data.convert, fits.check, fits.identify, simulation.steer, simulation.bridge,
     fits.predict, fits.validate,
 ):  # fmt: skip
     _cls = WithManoeuvres if _command is simulation.simulate else Command

@@ -1,4 +1,4 @@
-"""Commands on logs and tables: import, convert, resample, thrust-map, servo."""
+"""Commands on logs and tables: import, convert, resample, mend, thrust-map, servo."""
 
 from __future__ import annotations
 
@@ -43,6 +43,14 @@ def resample(trials: o.Trials, dt: o.NewStep, out: o.TrialFolder, json: o.Json =
 
     written = run(trials, dt, out)
     emit({"dt": dt, "written": written}) if json else say_lines(*written)
+
+
+def mend(trials: o.Trials, by: o.Steps, out: o.TrialFolder, json: o.Json = False) -> None:
+    """Correct trials by the steps of a file, as `check --remedy` writes."""
+    from ..workflow.data import mend as run
+
+    written = run(trials, by, out)
+    emit({"by": by, "written": written}) if json else say_lines(*written)
 
 
 def thrust_map(

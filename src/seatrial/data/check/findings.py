@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Trial
+from ..prepare import Remedy, Step
 from .drift import drift_faults
 from .helm import helm_faults
 from .motion import rudder_faults, scale_faults
@@ -44,6 +45,8 @@ class Finding:
         kind: of the fault, see `Kind`.
         trials, channels: those it is about, the trial under test last.
         key: name of the culprit for programs; the kind where no culprit is known.
+        steps: what the remedy does to the logs; empty where it is no change of them.
+        nuisance: keys of [nuisance] of a study and their values that it asks for.
     """
 
     severity: Severity
@@ -55,6 +58,8 @@ class Finding:
     trials: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
     key: str = ""
+    steps: tuple[Step, ...] = ()
+    nuisance: tuple[tuple[str, float], ...] = ()
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.where}: {self.what} ({self.evidence}); {self.remedy}"
@@ -176,8 +181,15 @@ def _finding(same: Sequence[tuple[str, Fault]]) -> Finding:
     evidence = fault.evidence
     if len(names) > 1 and len({one.evidence for _, one in same}) > 1:
         evidence = f"{names[0]}: {evidence}"
-    said = (fault.severity, fault.what, about, evidence, fault.remedy, fault.kind)
-    return Finding(*said, names, fault.channels, fault.key or fault.kind)
+    alike: dict[Remedy, list[str]] = {}
+    for name, one in same:
+        remedy = one.remedy if isinstance(one.remedy, Remedy) else Remedy(one.remedy)
+        alike.setdefault(remedy, []).append(name)
+    first, *others = alike
+    steps = tuple(replace(step, trials=tuple(dict.fromkeys(some))) for one, some in alike.items() for step in one.steps)
+    told = f"in {names[0]} {first}; likewise in {len(names) - 1} more" if others else str(first)
+    said = (fault.severity, fault.what, about, evidence, told, fault.kind)
+    return Finding(*said, names, fault.channels, fault.key or fault.kind, steps, first.nuisance)
 
 
 def _pairs(train: Sequence[Trial], test: Sequence[Trial]) -> list[tuple[int, int, int, float]]:

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Trial
-from .sensors import MEASURED, Fault
+from ..prepare import Remedy, Step
+from .sensors import MEASURED, Fault, gaps_of
 
 _LEAST = 20
 """Rows that repeat one value before it counts."""
@@ -30,7 +31,7 @@ fiftieth of a degree, or a log error of a thousandth are above."""
 def still_faults(trial: Trial) -> Iterator[Fault]:
     """Frozen sensors one by one, sensors slower than the log, and one note of what a steady run holds still."""
     steady: list[str] = []
-    stuck: dict[tuple[int, int], list[str]] = {}
+    stuck: dict[tuple[tuple[int, int], ...], list[str]] = {}
     longest, since = 0.0, 0.0
     for name in MEASURED:
         if name not in trial:
@@ -41,7 +42,7 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
         held = [(k, n) for k, n in _runs(same) if _matters(trial, name, k, n)]
         frozen = [(k, n) for k, n in held if not _exact(trial, k, n)]
         if frozen:
-            stuck.setdefault(max(frozen, key=lambda run: run[1]), []).append(name)
+            stuck.setdefault(tuple(frozen), []).append(name)
         elif held:
             steady.append(name)
             k, n = max(held, key=lambda run: run[1])
@@ -51,7 +52,7 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
             yield Fault(
                 "warning", name, "repeated values",
                 f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
-                "the sensor is slower than the log: keep its own samples, or smooth", "quality", "repeated",
+                Remedy(steps=(Step(do="unrepeat", channels=(name,)),)), "quality", "repeated",
             )  # fmt: skip
     yield from _stuck(trial, stuck)
     if steady:
@@ -63,24 +64,28 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
         )  # fmt: skip
 
 
-def _stuck(trial: Trial, stuck: dict[tuple[int, int], list[str]]) -> Iterator[Fault]:
+def _stuck(trial: Trial, stuck: dict[tuple[tuple[int, int], ...], list[str]]) -> Iterator[Fault]:
     """Frozen sensors, the two channels of one instrument together."""
-    for run, names in stuck.items():
+    for runs, names in stuck.items():
         left = list(names)
         for pair in (("x", "y"), ("u", "v_m"), *((name,) for name in names)):
             if set(pair) <= set(left):
-                yield _frozen(trial, [*pair], *run)
+                yield _frozen(trial, [*pair], runs)
                 left = [name for name in left if name not in pair]
 
 
-def _frozen(trial: Trial, names: list[str], start: int, length: int) -> Fault:
+def _frozen(trial: Trial, names: list[str], runs: tuple[tuple[int, int], ...]) -> Fault:
+    start, length = max(runs, key=lambda run: run[1])
     value = trial[names[0]][start]
     zero, whole = value == 0.0, length > 0.98 * len(trial)
+    rows = np.zeros(len(trial), dtype=np.bool_)
+    for k, n in runs:
+        rows[k : k + n + 1] = True
     return Fault(
         "warning", ", ".join(names), "zeros where a sensor should be" if zero else "frozen sensor",
         f"the same value {value:.6g} for {_lasts(trial, start, length):.3g} s "
         f"from t = {trial.t[start]:g} s",
-        "leave the channel out of the mapping" if whole else "set these rows to gaps (NaN) or cut them", "quality",
+        Remedy(steps=(Step(do="drop", channels=tuple(names)),)) if whole else gaps_of(trial, rows, *names), "quality",
         "zeros" if zero else "frozen",
     )  # fmt: skip
 
