@@ -3,13 +3,14 @@
     python -m garden.remedies [NAME ...] [--seeds 1,2] [--fit] [--json FILE]      (with tests/ on PYTHONPATH)
 
 Where `check` found something: ``check --remedy FILE``, ``mend --by FILE``, check again.  A line for [nuisance] goes
-into the study.  Where only the fit found something, its suspects are estimated (``--free-suspects``).
+into the study.  Where only the fit found something, the line that it prints goes there, and it fits again.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -18,7 +19,6 @@ from pathlib import Path
 
 from seatrial.core.errors import SeatrialError
 from seatrial.data.check import Finding
-from seatrial.data.trialfile import read_trials
 from seatrial.workflow.data import import_logs, mend
 from seatrial.workflow.identify import identify
 from seatrial.workflow.validate import check
@@ -28,8 +28,8 @@ from .logs import clean
 from .run import FAR, capped, distances, keys, study, suspects
 from .ships import hidden
 
-_ROUNDS = 2
-"""How often a user checks and mends."""
+_ROUNDS, _FITS = 2, 4
+"""How often a user checks and mends; how often one fits, each time with the error that the last fit named first."""
 
 
 @dataclass(frozen=True)
@@ -124,37 +124,40 @@ def cure(fault: Fault, seed: int, fit: bool = False) -> Cure:
 
 def _fitted(told: Cure, ship, here: Path, where: Path, free: bool) -> Cure:
     """The same with a fit; where `check` found nothing, the first fit tells, and the second does as it says."""
-    truth = hidden(ship)
+    truth, printed = hidden(ship), list(told.printed)
     path = study(ship.name, list(truth), here, where)
-    if told.nuisance:
-        lines = "".join(f"{key} = {value:.3g}\n" for key, value in told.nuisance)
-        path.write_text(f"{path.read_text(encoding='utf-8')}[nuisance]\n{lines}", encoding="utf-8")
+    text, own = path.read_text(encoding="utf-8"), "".join(f"{key} = {value:.3g}\n" for key, value in told.nuisance)
+    common: list[str] = []
     try:
-        [found] = identify(path, here / "run").result.values()
-        printed = told.printed
-        if free and found.diagnosis and found.diagnosis.causes:
-            printed = tuple(line for line in found.diagnosis.lines if line.startswith("suspect"))
-            [found] = identify(path, here / "freed", free_suspects=True).result.values()
+        for k in range(_FITS if free else 1):
+            lines = own + (f"common = {{ {', '.join(common)} }}\n" if common else "")
+            path.write_text(f"{text}[nuisance]\n{lines}" if lines else text, encoding="utf-8")
+            [found] = identify(path, here / f"run_{k}").result.values()
+            told_by_fit = [one for one in found.diagnosis.lines if one.startswith("remedy")] if found.diagnosis else []
+            if not (free and told_by_fit):
+                break
+            printed += told_by_fit
+            common += re.findall(r'"[\w.]+" = inf', told_by_fit[0])
     except SeatrialError as error:
         return Cure(**{**asdict(told), "refused": str(error)})
     off = tuple(distances(found, truth).items())
     more = (*suspects(found), *["capped"] * capped(found))
-    return Cure(**{**asdict(told), "printed": printed, "off": off, "suspected": more})
+    return Cure(**{**asdict(told), "printed": tuple(printed), "off": off, "suspected": more})
 
 
-def table(cures: Sequence[Cure]) -> str:
-    """Cures in lines, the share last."""
-    lines = []
-    for one in cures:
-        worst = max((abs(s) for _, s in one.off), default=0.0)
-        state = "-" if not one.detected else "cured" if one.cured else "FAILS"
-        about = one.refused or ", ".join([*one.after, *(f"fit {s}" for s in one.suspected)])
-        lines.append(f"{one.fault:22} {one.seed:4} {state:6} {worst:5.1f}  {about[:90]}")
-        if state == "FAILS":
-            lines += [f"    {said[:400]}" for said in one.printed]
+def line(one: Cure) -> str:
+    """One cure; where it failed, with what was printed."""
+    worst = max((abs(s) for _, s in one.off), default=0.0)
+    state = "-" if not one.detected else "cured" if one.cured else "FAILS"
+    about = one.refused or ", ".join([*one.after, *(f"fit {s}" for s in one.suspected)])
+    more = [f"    {said[:400]}" for said in one.printed] if state == "FAILS" else []
+    return "\n".join([f"{one.fault:22} {one.seed:4} {state:6} {worst:5.1f}  {about[:90]}", *more])
+
+
+def share(cures: Sequence[Cure]) -> str:
+    """How many of the detected faults are gone."""
     detected = [one for one in cures if one.detected]
-    lines.append(f"{sum(one.cured for one in detected)} of {len(detected)} detected faults are gone after their remedy")
-    return "\n".join(lines)
+    return f"{sum(one.cured for one in detected)} of {len(detected)} detected faults are gone after their remedy"
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -165,8 +168,13 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--json", type=Path)
     asked = parser.parse_args(arguments)
     chosen = [f for f in FAULTS if not asked.names or f.name in asked.names]
-    cures = [cure(f, int(s), asked.fit) for s in asked.seeds.split(",") for f in chosen]
-    sys.stdout.write(table(cures) + "\n")
+    cures = list[Cure]()
+    for seed in asked.seeds.split(","):
+        for fault in chosen:
+            cures.append(cure(fault, int(seed), asked.fit))
+            sys.stdout.write(line(cures[-1]) + "\n")
+            sys.stdout.flush()
+    sys.stdout.write(share(cures) + "\n")
     if asked.json:
         asked.json.write_text(json.dumps([asdict(one) for one in cures], indent=1) + "\n", encoding="utf-8")
     return 0

@@ -46,7 +46,7 @@ def resample(trials: o.Trials, dt: o.NewStep, out: o.TrialFolder, json: o.Json =
 
 
 def mend(trials: o.Trials, by: o.Steps, out: o.TrialFolder, json: o.Json = False) -> None:
-    """Correct trials by the steps of a file, as `check --remedy` writes."""
+    """Mend trials by a file of steps, as check --remedy writes."""
     from ..workflow.data import mend as run
 
     written = run(trials, by, out)

@@ -244,4 +244,6 @@ def _typed(hint: Any, value: Any, place: str) -> Any:
     return value
 
 
-_KINDS: Mapping[type, str] = MappingProxyType({str: "a text", int: "a whole number", float: "a finite number", bool: "true or false"})
+_KINDS: Mapping[type, str] = MappingProxyType({
+    str: "a text", int: "a whole number", float: "a finite number", bool: "true or false",
+})  # fmt: skip

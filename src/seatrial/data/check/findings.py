@@ -93,9 +93,10 @@ def check_folder(trials: Sequence[Trial]) -> tuple[Finding, ...]:
             alike.setdefault((sound.meta.get("L_pp"), sound.meta.get("ship")), []).append(sound)
     for some in alike.values():
         _together(some, told)
-    coarse = {name for faults in told.values() for one in faults if one.key == "coarse" for name in one.channels}
+    coarse = {name: one for faults in told.values() for one in faults if one.key == "coarse" for name in one.channels}
     for name, faults in told.items():  # a channel in coarse steps repeats itself
-        told[name] = [one for one in faults if one.key not in ("frozen", "zeros") or not coarse & set(one.channels)]
+        told[name] = [next((coarse[n] for n in one.channels if n in coarse), one)
+                      if one.key in ("frozen", "zeros") else one for one in faults]  # fmt: skip
     order = {trial.name: k for k, trial in enumerate(trials)}
     merged: dict[tuple[str, ...], list[tuple[str, Fault]]] = {}
     for name, faults in told.items():

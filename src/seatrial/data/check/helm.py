@@ -18,6 +18,8 @@ _DEG = math.pi / 180.0
 _QUICKEST, _SHIP = 8.0 * _DEG, 20.0
 # Yaw rate r L/u per rudder angle: 1 to 3 for ships; beyond, the rudder is in another unit.
 _EFFECTIVE = 12.0
+# Least rate of a steering gear by SOLAS II-1/29: from 35 deg to 30 deg on the other side in 28 s [deg/s].
+_SOLAS = 2.32
 # Differences of held angles that matter, and those that do not [rad]; and by side [-].
 _OFFSET, _EVEN, _SIDES = 0.45 * _DEG, 0.25 * _DEG, 0.04
 _NEUTRAL = 1.0 * _DEG
@@ -104,8 +106,8 @@ def _orders(trials: Sequence[Trial]) -> Iterator[Fault]:
         yield Fault(
             "warning", "delta", "orders of the rudder called its angle",
             f"{leaps} leaps, up to {fastest / _DEG:.3g} deg/s; no steering gear of such a ship is so quick",
-            Remedy("take the column of the indicator", (Step(do="rename", channels=("delta",), names=("delta_cmd",)),)),
-            "quality", "order_as_measured",
+            step("follow", "delta", amount=(_SOLAS,), text="take the column of the indicator"), "quality",
+            "order_as_measured",
         )  # fmt: skip
 
 

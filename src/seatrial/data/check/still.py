@@ -85,9 +85,15 @@ def _frozen(trial: Trial, names: list[str], runs: tuple[tuple[int, int], ...]) -
         "warning", ", ".join(names), "zeros where a sensor should be" if zero else "frozen sensor",
         f"the same value {value:.6g} for {_lasts(trial, start, length):.3g} s "
         f"from t = {trial.t[start]:g} s",
-        Remedy(steps=(Step(do="drop", channels=tuple(names)),)) if whole else gaps_of(trial, rows, *names), "quality",
+        _without(trial, names) if whole else gaps_of(trial, rows, *names), "quality",
         "zeros" if zero else "frozen",
     )  # fmt: skip
+
+
+def _without(trial: Trial, names: list[str]) -> Remedy:
+    """Velocities and rate that were not measured follow from track and heading; other channels are left out."""
+    derived = set(names) <= {"u", "v_m", "r"} and all(name in trial for name in ("x", "y", "psi"))
+    return Remedy(steps=(Step(do="derive" if derived else "drop", channels=tuple(names)),))
 
 
 def without_frozen(trial: Trial) -> Trial:

@@ -137,6 +137,8 @@ def _check(place: str, step: Step) -> None:
         raise DataError(f"{place}.amount is 0; '{step.do}' takes a number that is not zero")
     if step.do in ("exchange", "to_body", "move", "rotate") and len(step.channels) != 2:
         raise DataError(f"{place}.channels has {len(step.channels)} names; '{step.do}' takes two")
+    if step.do == "follow" and not (len(step.channels) == 1 and step.amount[0] > 0):
+        raise DataError(f"{place}: 'follow' takes one channel and a rate above zero [deg/s]")
     if step.do == "rename" and len(step.names) != len(step.channels):
         raise DataError(f"{place}.names has {len(step.names)} names for {len(step.channels)} channels")
     if any(len(stretch) != 2 or stretch[0] > stretch[1] for stretch in step.where):
@@ -282,6 +284,25 @@ def _from_course(step: Step, trial: Trial) -> Trial:
     return trial.having(psi=unwrapped(trial["psi"]) - np.arctan2(trial["v_m"], trial["u"]))
 
 
+def _derive(step: Step, trial: Trial) -> Trial:
+    from .smooth import smooth
+
+    track = smooth(trial)
+    return trial.having(**{name: track[name] for name in step.channels})
+
+
+def _follow(step: Step, trial: Trial) -> Trial:
+    """What a servo of this rate [deg/s] makes of the orders."""
+    most = math.radians(step.amount[0]) * np.diff(trial.t)
+    (name,) = step.channels
+    orders = trial[name]
+    angle = orders.copy()
+    for k in range(1, len(trial)):
+        if math.isfinite(angle[k - 1]):
+            angle[k] = angle[k - 1] + min(max(orders[k] - angle[k - 1], -most[k - 1]), most[k - 1])
+    return trial.having(**{f"{name}_cmd": orders, name: angle})
+
+
 def _from_track(step: Step, trial: Trial) -> Trial:
     from .smooth import smooth
 
@@ -376,11 +397,14 @@ OPERATIONS: Mapping[str, Operation] = MappingProxyType({
     "to_ground": Operation(2, lambda s: f"add the current to u, v_m, which are over ground, and log it: "
                            f"{_log_current(s)}", _to_ground),
     "current": Operation(2, lambda s: f"log the current: {_log_current(s)}", _current, needs=False),
+    "derive": Operation(0, lambda s: f"compute {_list(s)} from the smoothed track and heading", _derive, needs=False),
+    "follow": Operation(1, lambda s: f"call {_list(s)} {_list(s)}_cmd, and compute {_list(s)} as a servo of "
+                        f"{s.amount[0]:.6g} deg/s follows it", _follow),
     "from_course": Operation(0, lambda s: "subtract the drift angle atan2(v_m, u) from psi", _from_course),
     "from_bow": Operation(0, lambda s: f"add psi to {_list(s)}",
                           lambda s, trial: _changed(s, trial, lambda v: v + trial["psi"])),
-    "from_track": Operation(0, lambda s: "divide u, the speed over ground, into u, v_m by the angle between the smoothed "
-                            "track and psi", _from_track),
+    "from_track": Operation(0, lambda s: "divide u, the speed over ground, into u, v_m by the angle between the "
+                            "smoothed track and psi", _from_track),
     "rebuild": Operation(0, lambda s: "rebuild psi from r: its integral, with the offset and the bias of r that fit "
                          "the readings best", _rebuilt),
 })  # fmt: skip
