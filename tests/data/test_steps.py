@@ -86,7 +86,7 @@ BAD = {
     "a stretch that ends before it begins": ('do = "gaps"\nchannels = ["x"]\nwhere = [[5, 1]]', r"\[from, to\]"),
     "a number for a list": ('do = "multiply"\nchannels = ["x"]\namount = 2', "must be a list"),
     "an unknown key": ('do = "trim"\nchannel = ["x"]', "channel"),
-    "names that lack": ('do = "rename"\nchannels = ["x"]', "0 names for 1 channel"),
+    "names that lack": ('do = "rename"\nchannels = ["x"]', "one for each channel"),
 }  # fmt: skip
 
 

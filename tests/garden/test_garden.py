@@ -9,19 +9,14 @@ import pytest
 
 from garden import plants, ships
 from garden.faults import BY_NAME, FAULTS
-from garden.logs import WEATHERS, Folder, clean
+from garden.logs import WEATHERS, clean
 from garden.motion import Weather
-from garden.run import keys, one, table
+from garden.run import keys, one, table, trials
 from seatrial import load
-from seatrial.data import Trial
 from seatrial.data.check import check_folder
 from seatrial.environment import Environment
 
 SEEDS = (1, 2, 3)
-
-
-def trials(folder: Folder) -> list[Trial]:
-    return [Trial(log.name, log.t, dict(log.table), {}, dict(folder.meta)) for log in folder.logs]
 
 
 def told(name: str, seed: int = 1) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ def import_(
     if json:
         emit({"format": format, **vars(made)})
     else:
-        say(f"{len(made.written)} trials in {out}; next: seatrial check {out}\n")
+        say(f"{len(made.written)} trial{'s' * (len(made.written) != 1)} in {out}; next: seatrial check {out}\n")
 
 
 def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: o.Json = False) -> None:

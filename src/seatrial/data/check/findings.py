@@ -186,9 +186,9 @@ def _finding(same: Sequence[tuple[str, Fault]]) -> Finding:
     for name, one in same:
         remedy = one.remedy if isinstance(one.remedy, Remedy) else Remedy(one.remedy)
         alike.setdefault(remedy, []).append(name)
-    first, *others = alike
+    first = next(iter(alike))
     steps = tuple(replace(step, trials=tuple(dict.fromkeys(some))) for one, some in alike.items() for step in one.steps)
-    told = f"in {names[0]} {first}; likewise in {len(names) - 1} more" if others else str(first)
+    told = f"in {same[0][0]} {first}; likewise in {len(names) - 1} more" if len(alike) > 1 else str(first)
     said = (fault.severity, fault.what, about, evidence, told, fault.kind)
     return Finding(*said, names, fault.channels, fault.key or fault.kind, steps, first.nuisance)
 

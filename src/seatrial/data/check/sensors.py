@@ -102,7 +102,7 @@ def _time_faults(trial: Trial) -> Iterator[Fault]:
         k = int(leaps[0])
         yield Fault(
             "warning", "t", "missing samples",
-            f"{leaps.size} leaps, up to {steps.max():.3g} s, the first at t = {trial.t[k]:g} s",
+            f"{leaps.size} leap{'s' * (leaps.size > 1)}, up to {steps.max():.3g} s, the first at t = {trial.t[k]:g} s",
             _bridged(trial, float(steps.max()), middle), "quality", "missing_rows",
         )  # fmt: skip
     elif (off := np.abs(steps - middle) > 0.1 * middle).mean() > 0.05:

@@ -140,7 +140,7 @@ def _check(place: str, step: Step) -> None:
     if step.do == "follow" and not (len(step.channels) == 1 and step.amount[0] > 0):
         raise DataError(f"{place}: 'follow' takes one channel and a rate above zero [deg/s]")
     if step.do == "rename" and len(step.names) != len(step.channels):
-        raise DataError(f"{place}.names has {len(step.names)} names for {len(step.channels)} channels")
+        raise DataError(f"{place}.names: give one for each channel ({len(step.channels)}), not {len(step.names)}")
     if any(len(stretch) != 2 or stretch[0] > stretch[1] for stretch in step.where):
         raise DataError(f"{place}.where: a stretch is [from, to], in s")
 
