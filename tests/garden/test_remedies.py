@@ -89,8 +89,8 @@ def test_nine_in_ten_of_the_detected_faults_are_gone() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", [
-    "current", "wind_to", "wind_knots", "heading_sentinel", "heading_stuck", "gnss_zero", "rudder_stuck", "rudder_sides",
-    "revolutions_scale", "speed_water", "clock_rate", "rows_missing",
+    "current", "wind_to", "wind_knots", "heading_sentinel", "heading_stuck", "gnss_zero", "rudder_stuck",
+    "rudder_sides", "revolutions_scale", "speed_water", "clock_rate", "rows_missing",
 ])  # fmt: skip
 def test_a_fit_to_a_mended_log_is_right(name: str) -> None:
     """No parameter is called identified beyond four sigma, and nothing is suspected; of faults of a fit as well."""

@@ -187,7 +187,8 @@ def _finding(same: Sequence[tuple[str, Fault]]) -> Finding:
         remedy = one.remedy if isinstance(one.remedy, Remedy) else Remedy(one.remedy)
         alike.setdefault(remedy, []).append(name)
     first = next(iter(alike))
-    steps = tuple(replace(step, trials=tuple(dict.fromkeys(some))) for one, some in alike.items() for step in one.steps)
+    steps = tuple(step if step.trials else replace(step, trials=tuple(dict.fromkeys(some)))
+                  for one, some in alike.items() for step in one.steps)  # fmt: skip
     told = f"in {same[0][0]} {first}; likewise in {len(names) - 1} more" if len(alike) > 1 else str(first)
     said = (fault.severity, fault.what, about, evidence, told, fault.kind)
     return Finding(*said, names, fault.channels, fault.key or fault.kind, steps, first.nuisance)

@@ -11,7 +11,7 @@ from .. import Trial
 from ..prepare import Remedy, Step, integral
 from .relations import G, has, length_of, noise_of
 from .repairs import step, times
-from .sensors import Fault, stretches
+from .sensors import Fault
 
 _DEG = math.pi / 180.0
 # Fastest steering gear of a ship [rad/s], and the length from which on it is one [m].
@@ -113,6 +113,8 @@ def _orders(trials: Sequence[Trial]) -> Iterator[Fault]:
 
 def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
     """A long stretch of one value, where the indicator flickers whenever the rudder is held."""
+    steps: list[Step] = []
+    evidence = ""
     for trial in trials:
         delta, noise = trial["delta"], noise_of(trial["delta"])
         if not has(trial, "delta"):
@@ -126,14 +128,13 @@ def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
         longest, next_one = int(lengths[order[-1]]), int(lengths[order[-2]])
         if longest > max(30, 4 * next_one) and next_one < _FLICKER and noise > 0:
             k = int(starts[order[-1]])
-            rows = np.zeros(len(trial), dtype=np.bool_)
-            rows[k : k + longest] = True
-            yield Fault(
-                "warning", "delta", "frozen rudder indicator",
-                f"the same value {delta[k]:.4g} rad for {trial.t[k + longest - 1] - trial.t[k]:.3g} s from "
-                f"t = {trial.t[k]:g} s; elsewhere at most {next_one} rows",
-                Remedy(steps=(Step(do="cut", where=stretches(trial.t, rows)),)), "quality", "frozen",
-            )  # fmt: skip
+            since, until = float(trial.t[k]), float(trial.t[k + longest])
+            steps.append(Step(do="cut", where=((since, until),), trials=(trial.name,)))
+            evidence = evidence or (f"{trial.name}: the same value {delta[k]:.4g} rad for {until - since:.3g} s from "
+                                    f"t = {since:g} s; elsewhere at most {next_one} rows")  # fmt: skip
+    if steps:
+        yield Fault("warning", "delta", "frozen rudder indicator", evidence, Remedy(steps=tuple(steps)), "quality",
+                    "frozen")  # fmt: skip
 
 
 # -- lag

@@ -29,6 +29,8 @@ from .timing import interpolate_gaps, resample, shifted
 SCHEMA = "seatrial-steps/1"
 # Stretches that a sentence names; the file has all of them.
 _NAMED = 2
+# Steps that it names.
+_SAID = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +82,10 @@ class Remedy:
     def __str__(self) -> str:
         freed = ", ".join(f"{key} = {value:.3g}" for key, value in self.nuisance)
         said = [f"estimate it with the fit: [nuisance] {freed} in the study"] if freed else []
-        return "; or ".join(filter(None, [*said, ", then ".join(step.words for step in self.steps), self.text]))
+        words = [f"in {step.trials[0]} {step.words}" if step.trials else step.words for step in self.steps]
+        more = f", and {len(words) - _SAID} more steps" if len(words) > _SAID + 1 else ""
+        told = ", then ".join(words[: _SAID if more else None]) + more
+        return "; or ".join(filter(None, [*said, told, self.text]))
 
     def repair(self, trial: Trial) -> Trial:
         """The trial with all steps."""
