@@ -39,7 +39,7 @@ def test_help_is_for_users(name: str, capsys: pytest.CaptureFixture[str]) -> Non
 
 VERBS = {
     "add", "allow", "build", "check", "choose", "compare", "convert", "design", "divide", "end", "estimate",
-    "export", "fit", "identify", "import", "judge", "limit", "list", "listen", "mark", "measure", "name",
+    "export", "fit", "identify", "import", "judge", "limit", "list", "listen", "mark", "measure", "mend", "name",
     "obey", "place", "predict", "print", "read", "recommend", "record", "release", "replay", "resample",
     "reset", "run", "scale", "seed", "send", "serve", "set", "show", "simulate", "split", "start", "steer", "trust",
     "turn", "use", "validate", "write",

@@ -237,7 +237,7 @@ def test_damage_is_told_on_the_command_line(log, tmp_path, capsys):
     (tmp_path / "log.nmea").write_bytes(b"".join(parts))
     assert main(["import", "nmea", str(tmp_path / "log.nmea"), "-o", str(tmp_path / "out")]) == 0
     out, err = capsys.readouterr()
-    assert out.startswith("1 trials in ")
+    assert out.startswith("1 trial in ")
     [line] = err.splitlines()
     assert f"warning: log: 1 of {len(parts)} lines are no valid sentence and are left out" in line
     assert main(["import", "nmea", str(tmp_path / "log.nmea"), "-o", str(tmp_path / "out"), "--json"]) == 0

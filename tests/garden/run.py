@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.core.errors import SeatrialError
+from seatrial.data import Trial
 from seatrial.data.check import Finding
 from seatrial.workflow import Silent
 from seatrial.workflow.data import import_logs
@@ -100,6 +101,11 @@ def keys(findings: Sequence[Finding]) -> tuple[str, ...]:
     """Keys of warnings and errors, each with each of its channels."""
     told = [f for f in findings if f.severity != "info"]
     return tuple(sorted({f"{f.key}:{name}" for f in told for name in f.channels} | {f.key for f in told}))
+
+
+def trials(folder: Folder) -> list[Trial]:
+    """The logs of a folder as trials, without files."""
+    return [Trial(log.name, log.t, dict(log.table), {}, dict(folder.meta)) for log in folder.logs]
 
 
 def study(ship: str, free: Sequence[str], where: Path, trials: Path) -> Path:

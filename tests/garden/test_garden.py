@@ -9,20 +9,14 @@ import pytest
 
 from garden import plants, ships
 from garden.faults import BY_NAME, FAULTS
-from garden.logs import WEATHERS, Folder, clean
+from garden.logs import WEATHERS, clean
 from garden.motion import Weather
-from garden.run import keys, one, table
+from garden.run import keys, one, table, trials
 from seatrial import load
-from seatrial.data import Trial
 from seatrial.data.check import check_folder
-from seatrial.data.prepare import shifted
 from seatrial.environment import Environment
 
 SEEDS = (1, 2, 3)
-
-
-def trials(folder: Folder) -> list[Trial]:
-    return [Trial(log.name, log.t, dict(log.table), {}, dict(folder.meta)) for log in folder.logs]
 
 
 def told(name: str, seed: int = 1) -> tuple[str, ...]:
@@ -60,60 +54,12 @@ def test_the_list_is_long_and_says_why_what_cannot_be_seen() -> None:
     assert all(fault.why for fault in FAULTS if not fault.visible)
 
 
-# -- remedies: what a finding asks for, done by hand, and the log is checked again
-
-
-
-REMEDIES = {
-    "heading_bias": plants.plus(-np.radians(3.0), "psi"),
-    "heading_sign": plants.times(-1.0, "psi"),
-    "heading_degrees": plants.times(np.radians(1.0), "psi"),
-    "gyro_bias": plants.plus(-np.radians(2.0) / 60.0, "r"),
-    "gyro_scale": plants.times(1.0 / 1.06, "r"),
-    "rate_per_minute": plants.times(60.0, "r"),
-    "antenna_aft": plants.antenna(100.0, 0.0),
-    "axes_swapped": plants.swapped("x", "y"),
-    "speed_knots": plants.times(0.514444, "u", "v_m"),
-    "log_scale": plants.times(1.0 / 1.05, "u", "v_m"),
-    "log_bias": plants.plus(-0.3, "u"),
-    "rudder_offset": plants.plus(-np.radians(1.5), "delta"),
-    "rudder_scale": plants.times(1.0 / 1.1, "delta"),
-    "rudder_sides": plants.side(1.0 / 1.12, 1.0),
-    "rudder_sign": plants.times(-1.0, "delta"),
-    "revolutions_rpm": plants.times(1.0 / 60.0, "n_P"),
-    "clock_fast": plants.clock(lambda t: t / 1.01),
-    "wind_relative": lambda f: f.each(lambda log: log.having(gamma_T=log.table["gamma_T"] + log.true("psi"))),
-}
-
-
-SHIFTS = {"heading_late": (2.0, "psi"), "rate_late": (3.0, "r"), "gnss_late": (3.0, "x", "y"),
-          "speed_late": (5.0, "u", "v_m"), "rudder_late": (4.0, "delta")}  # fmt: skip
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", sorted(SHIFTS))
-def test_a_lag_is_gone_after_it_was_shifted(name: str) -> None:
-    late = trials(BY_NAME[name].plant(clean()))
-    assert "lag" in keys(check_folder(late))
-    lag, *channels = SHIFTS[name]
-    assert keys(check_folder([shifted(trial, lag, *channels) for trial in late])) == ()
-
-
 def _sizes(name: str) -> list[float]:
     """Numbers in the words of the first warning or error."""
     fault = BY_NAME[name]
     found = [f for f in check_folder(trials(fault.plant(clean(weather=fault.weather)))) if f.severity != "info"]
     words = found[0].what.replace(",", " ").split()
     return [float(word) for word in words if word.lstrip("+-").replace(".", "", 1).isdigit()]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", sorted(REMEDIES))
-def test_a_fault_is_gone_after_its_remedy(name: str) -> None:
-    fault = BY_NAME[name]
-    spoilt = fault.plant(clean(weather=fault.weather))
-    assert set(keys(check_folder(trials(spoilt)))) & set(fault.culprits)
-    assert keys(check_folder(trials(REMEDIES[name](spoilt)))) == ()
 
 
 @pytest.mark.long

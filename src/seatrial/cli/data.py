@@ -1,4 +1,4 @@
-"""Commands on logs and tables: import, convert, resample, thrust-map, servo."""
+"""Commands on logs and tables: import, convert, resample, mend, thrust-map, servo."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def import_(
     if json:
         emit({"format": format, **vars(made)})
     else:
-        say(f"{len(made.written)} trials in {out}; next: seatrial check {out}\n")
+        say(f"{len(made.written)} trial{'s' * (len(made.written) != 1)} in {out}; next: seatrial check {out}\n")
 
 
 def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: o.Json = False) -> None:
@@ -43,6 +43,14 @@ def resample(trials: o.Trials, dt: o.NewStep, out: o.TrialFolder, json: o.Json =
 
     written = run(trials, dt, out)
     emit({"dt": dt, "written": written}) if json else say_lines(*written)
+
+
+def mend(trials: o.Trials, by: o.Steps, out: o.TrialFolder, json: o.Json = False) -> None:
+    """Mend trials by a file of steps, as check --remedy writes."""
+    from ..workflow.data import mend as run
+
+    written = run(trials, by, out)
+    emit({"by": by, "written": written}) if json else say_lines(*written)
 
 
 def thrust_map(

@@ -32,12 +32,13 @@ _LEAST, _EVERY, _SILENCE = 1.0, 10, 10.0
 
 
 def check(
-    trials: o.Trials, against: o.Against = None, out: o.CoveragePage = None, json: o.Json = False
-) -> None:
+    trials: o.Trials, against: o.Against = None, out: o.CoveragePage = None, remedy: o.Remedies = None,
+    json: o.Json = False,
+) -> None:  # fmt: skip
     """Check trials: what is wrong, where and the remedy."""
     from ..workflow.validate import check as run
 
-    outcome = run(trials, against=against or (), out=out, sink=Terminal())
+    outcome = run(trials, against=against or (), out=out, remedy=remedy, sink=Terminal())
     _show(outcome, json)
     raise typer.Exit(1 if outcome.errors else 0)
 

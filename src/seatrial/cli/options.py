@@ -70,6 +70,10 @@ RobotFormat = Annotated[str, Option(help="Choose the format, mcap or rosbag2.")]
 Against = Annotated[
     list[Path] | None, Option(help="Compare with training files: overlap and coverage. Repeatable.")
 ]  # fmt: skip
+Remedies = Annotated[
+    Path | None, Option("--remedy", help="Write the steps of the remedies to this .toml file.")
+]  # fmt: skip
+Steps = Annotated[Path, Option("--by", help="Read this file of steps, as check --remedy writes.")]
 Restart = Annotated[float | None, Option(help="Reset to the measured state every N seconds.")]
 SmoothStart = Annotated[float | None, Option(help="Estimate initial states from the last N seconds of data.")]
 FitFirst = Annotated[

@@ -189,7 +189,8 @@ def read_keys(path: str | Path, kind: type[T], schema: str) -> T:
 
     Args:
         path: the file.
-        kind: dataclass of fields of type str, int, float, Literal, a dataclass, a dict of one of these, or None.
+        kind: dataclass of fields of type str, int, float, Literal, a dataclass, a dict or ``tuple[X, ...]`` of one of
+            these, or None.
         schema: what its key ``schema`` must be.
 
     Raises:
@@ -223,6 +224,10 @@ def _typed(hint: Any, value: Any, place: str) -> Any:
     options = get_args(hint)
     if type(None) in options:
         return _typed(next(one for one in options if one is not type(None)), value, place)
+    if get_origin(hint) is tuple:
+        if not isinstance(value, list):
+            raise DataError(f"{place} is {value!r:.60}; it must be a list")
+        return tuple(_typed(options[0], one, f"{place}[{k}]") for k, one in enumerate(cast("list[Any]", value)))
     if is_dataclass(hint) or get_origin(hint) is dict:
         if not isinstance(value, dict):
             raise DataError(f"{place} is {value!r:.60}; it must be a table of keys with values")
@@ -239,4 +244,6 @@ def _typed(hint: Any, value: Any, place: str) -> Any:
     return value
 
 
-_KINDS: Mapping[type, str] = MappingProxyType({str: "a text", int: "a whole number", float: "a finite number"})
+_KINDS: Mapping[type, str] = MappingProxyType({
+    str: "a text", int: "a whole number", float: "a finite number", bool: "true or false",
+})  # fmt: skip

@@ -161,8 +161,8 @@ def continued(table: Array, time: int) -> tuple[Array, list[str]]:
     return out, [f"time continued over {count} empty rows at the end"]
 
 
-def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int]) -> None:
-    """Refuse missing time, time that repeats or goes back, and recordings of fewer than two rows.
+def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int], advice: str = "") -> None:
+    """Refuse missing time, time that repeats or goes back (with advice), and recordings of fewer than two rows.
 
     Raises:
         DataError: naming file, column and line.
@@ -180,7 +180,7 @@ def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int]) ->
         k = back[0]
         what = "repeats" if t[k] == t[k - 1] else "goes back"
         about = (f"time {what} ({t[k - 1]:.9g} then {t[k]:.9g}); it must increase from row to row "
-                 f"({back.size} such rows)")  # fmt: skip
+                 f"({back.size} such rows){advice}")  # fmt: skip
     else:
         return
     raise DataError(f"{path}: column '{column}', line {lines[int(k)]}: {about}")

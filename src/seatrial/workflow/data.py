@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ..core.parameters import unknown
+from ..data import DataError, Trial
 from ..data.importing import import_log
+from ..data.prepare import mended, read_steps
 from ..data.prepare import resample as resampled
 from ..data.sidecar import read_sidecar, sidecar_path
 from ..data.trialfile import read_trials, write_trial
@@ -76,8 +78,29 @@ def resample(trials: Sequence[Path], dt: float, out: Path) -> list[Path]:
     Raises:
         DataError: a trial that cannot be read or resampled, or a folder that holds the trials themselves.
     """
-    made = [resampled(trial, dt) for trial in read_trials(trials)]
-    separate(out, trials)
+    return _write([resampled(trial, dt) for trial in read_trials(trials)], trials, out)
+
+
+def mend(trials: Sequence[Path], by: Path, out: Path) -> list[Path]:
+    """Write each trial with the steps of a file (`prepare.steps`); the files, several of a trial that was cut.
+
+    Raises:
+        DataError: a trial or a file of steps that cannot be read, a step that a trial cannot take, steps for a trial
+            that is not there, or a folder that holds the trials themselves.
+    """
+    steps, read = read_steps(by), read_trials(trials)
+    names = [trial.name for trial in read]
+    for name in dict.fromkeys(name for step in steps for name in step.trials if name not in names):
+        raise DataError(f"{by}: {unknown(name, names, 'trial')}")
+    made = [part for trial in read for part in mended(trial, steps)]
+    twice = next((part.name for k, part in enumerate(made) if part.name in {one.name for one in made[:k]}), None)
+    if twice is not None:
+        raise DataError(f"{by}: two trials would be called {twice}; rename one")
+    return _write(made, trials, out)
+
+
+def _write(made: Sequence[Trial], sources: Sequence[Path], out: Path) -> list[Path]:
+    separate(out, sources)
     make_folder(out)
     for trial in made:
         write_trial(trial, out / f"{trial.name}.csv")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from .. import __version__
 from ..data import DataError, Trial
 from ..data.check import Finding, check_folder, check_set
+from ..data.prepare import steps_text
 from ..data.trialfile import read_trials, write_trial
 from ..engine import SimulationError
 from ..report.evidence import assumptions
@@ -30,13 +32,14 @@ if TYPE_CHECKING:
     from ..validate.coverage import Coverage
     from ..validate.spread import Spread
 
-_SEVERITIES = ("error", "warning", "info")
+_SEVERITIES = {"error": "error", "warning": "warning", "info": "note"}
 # A time step above so many median steps of the trial gets a warning.
 _LEAP = 10
 
 
 def check(
-    paths: Sequence[Path], *, against: Sequence[Path] = (), out: Path | None = None, sink: Sink = SILENT
+    paths: Sequence[Path], *, against: Sequence[Path] = (), out: Path | None = None, remedy: Path | None = None,
+    sink: Sink = SILENT,
 ) -> Outcome[Mapping[str, Sequence[Finding]]]:
     """Findings of each trial; against a training set also overlap and coverage.
 
@@ -44,6 +47,7 @@ def check(
         paths: trial files, or folders of them.
         against: those of a training set.
         out: page of the comparison to write (.html).
+        remedy: file to write with the steps of the remedies (`prepare.steps`), for a person to read and `mend`.
 
     Returns:
         The findings by trial; those of severity "error" are in `errors`.
@@ -56,8 +60,12 @@ def check(
         raise RequestError("-o: a page is written of a comparison; name the training files with --against")
     if out is not None and out.suffix.lower() not in PAGES:
         raise RequestError(f"{out}: a page ends in .html")
+    if remedy is not None and remedy.suffix.lower() != ".toml":
+        raise RequestError(f"{remedy}: a file of steps ends in .toml")
     trials = read_trials(paths)
     every = list(check_folder(trials))
+    if remedy is not None:
+        _write_remedies(remedy, every, paths, sink)
     covered: list[Coverage] = []
     if against:
         overlaps, covered = _compared(read_trials(against), trials, out, sink)
@@ -66,9 +74,23 @@ def check(
     counts = {s: sum(f.severity == s for f in every) for s in _SEVERITIES}
     more = {"coverage": {c.name: c.numbers() for c in covered}} if against else {}
     document = {"trials": {name: [asdict(f) for f in some] for name, some in found.items()}, "counts": counts, **more}
-    total = f"{len(found)} trials: {counts['error']} errors, {counts['warning']} warnings, {counts['info']} notes"
+    many = ((len(found), "trial"), *((counts[s], word) for s, word in _SEVERITIES.items()))
+    first, *rest = (f"{count} {word}{'s' * (count != 1)}" for count, word in many)
+    total = f"{first}: {', '.join(rest)}"
     shown = (*map(str, every), *map(str, covered), total)
     return Outcome(found, document, shown, tuple(str(f) for f in every if f.severity == "error"))
+
+
+def _write_remedies(file: Path, found: Sequence[Finding], paths: Sequence[Path], sink: Sink) -> None:
+    """Write the steps of all remedies, and say how to apply them; no file where no step helps."""
+    steps = [(f"{one.where}: {one.what}", one.steps) for one in found if one.steps and one.severity != "info"]
+    if not steps:
+        sink.note("no remedy is a change of the trials; no file of steps is written")
+        return
+    make_folder(file.parent)
+    file.write_text(steps_text(steps), encoding="utf-8")
+    again = shlex.join(["seatrial", "mend", *map(str, paths), "--by", str(file)])
+    sink.note(f"wrote {file}; read it, then run: {again} -o DIR")
 
 
 def _about(finding: Finding) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import Array, Trial, unwrapped
-from ..prepare import complete, integral
+from ..prepare import Remedy, Step, complete, integral
 from .relations import G, has, length_of, slides_unseen
 from .sensors import Fault
 
@@ -144,8 +144,7 @@ def _of_turns(trials: Sequence[Trial], turns: dict[str, Drift]) -> Fault | None:
 def _current(speed: float, towards: float, evidence: str) -> Fault:
     return Fault(
         "warning", "x, y", f"a current of about {speed:.2g} m/s that is not on record (or wind that is not)", evidence,
-        f"estimate it with the fit ([nuisance] current = {max(speed, 0.05):.2g} in the study), or log it as "
-        f"U_C = {speed:.3g} m/s, gamma_C = {towards:.0f} deg", "quality", "current",
+        Remedy(nuisance=(("current", max(float(f"{speed:.2g}"), 0.05)),)), "quality", "current",
     )  # fmt: skip
 
 
@@ -222,7 +221,9 @@ def _of_legs(legs: Sequence[_Leg]) -> Fault | None:
             "warning", "psi", f"heading bias of {degrees:+.2f} deg (or magnetic heading, or a log that is askew)",
             f"straight legs on headings {headings} deg drift {-degrees:+.2f} +- "
             f"{math.degrees(float(bias_error[0])):.2f} deg to one side",
-            f"offset = {-degrees:.2f} of psi (deg) in the mapping, and turn u, v_m by it", "quality", "heading_bias",
+            Remedy(steps=(Step(do="add", channels=("psi",), amount=(round(-degrees, 2),), unit="deg"),
+                          Step(do="rotate", channels=("u", "v_m"), amount=(round(-degrees, 2),)))),
+            "quality", "heading_bias",
         )  # fmt: skip
     size = math.hypot(*drift)
     if one_point < 0.3 * one_side and one_point < 0.2 * alone and size > max(_PART * speed, _SURE * drift_error.max()):
@@ -264,7 +265,8 @@ def _wind_axes(trials: Sequence[Trial]) -> Iterator[Fault]:
             else "the direction of the true wind is counted from the bow",
             f"it scatters by {math.sqrt(told / len(spreads)):.3g} m/s over the earth, and by "
             f"{math.sqrt(best / len(spreads)):.2g} m/s so",
-            "call the columns U_A and gamma_A" if felt else "add psi to gamma_T", "axes", "apparent_as_true",
+            Remedy(steps=(Step(do="rename", channels=("U_T", "gamma_T"), names=("U_A", "gamma_A")) if felt
+                          else Step(do="from_bow", channels=("gamma_T",)),)), "axes", "apparent_as_true",
         )  # fmt: skip
 
 
@@ -297,6 +299,6 @@ def _wind_to(trials: Sequence[Trial], turns: dict[str, Drift]) -> Fault | None:
         return Fault(
             "warning", "gamma_T", "wind direction is 'to', not 'from'",
             f"turns drift {np.mean(drifts):.2g} m/s, {-1e2 * share:.0f} % of it to windward ({np.mean(winds):.3g} m/s)",
-            "add pi to gamma_T (offset = 180, in deg, in the mapping)", "quality", "wind_to",
+            Remedy(steps=(Step(do="add", channels=("gamma_T",), amount=(180.0,), unit="deg"),)), "quality", "wind_to",
         )  # fmt: skip
     return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Trial
+from ..prepare import Remedy, Step
 from .drift import drift_faults
 from .helm import helm_faults
 from .motion import rudder_faults, scale_faults
@@ -44,6 +45,8 @@ class Finding:
         kind: of the fault, see `Kind`.
         trials, channels: those it is about, the trial under test last.
         key: name of the culprit for programs; the kind where no culprit is known.
+        steps: what the remedy does to the logs; empty where it is no change of them.
+        nuisance: keys of [nuisance] of a study and their values that it asks for.
     """
 
     severity: Severity
@@ -55,6 +58,8 @@ class Finding:
     trials: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
     key: str = ""
+    steps: tuple[Step, ...] = ()
+    nuisance: tuple[tuple[str, float], ...] = ()
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.where}: {self.what} ({self.evidence}); {self.remedy}"
@@ -91,9 +96,10 @@ def _judged(trials: Sequence[Trial]) -> tuple[Finding, ...]:
             alike.setdefault((sound.meta.get("L_pp"), sound.meta.get("ship")), []).append(sound)
     for some in alike.values():
         _together(some, told)
-    coarse = {name for faults in told.values() for one in faults if one.key == "coarse" for name in one.channels}
+    coarse = {name: one for faults in told.values() for one in faults if one.key == "coarse" for name in one.channels}
     for name, faults in told.items():  # a channel in coarse steps repeats itself
-        told[name] = [one for one in faults if one.key not in ("frozen", "zeros") or not coarse & set(one.channels)]
+        told[name] = [next((coarse[n] for n in one.channels if n in coarse), one)
+                      if one.key in ("frozen", "zeros") else one for one in faults]  # fmt: skip
     order = {trial.name: k for k, trial in enumerate(trials)}
     merged: dict[tuple[str, ...], list[tuple[str, Fault]]] = {}
     for name, faults in told.items():
@@ -196,8 +202,16 @@ def _finding(same: Sequence[tuple[str, Fault]]) -> Finding:
     evidence = fault.evidence
     if len(names) > 1 and len({one.evidence for _, one in same}) > 1:
         evidence = f"{names[0]}: {evidence}"
-    said = (fault.severity, fault.what, about, evidence, fault.remedy, fault.kind)
-    return Finding(*said, names, fault.channels, fault.key or fault.kind)
+    alike: dict[Remedy, list[str]] = {}
+    for name, one in same:
+        remedy = one.remedy if isinstance(one.remedy, Remedy) else Remedy(one.remedy)
+        alike.setdefault(remedy, []).append(name)
+    first = next(iter(alike))
+    steps = tuple(step if step.trials else replace(step, trials=tuple(dict.fromkeys(some)))
+                  for one, some in alike.items() for step in one.steps)  # fmt: skip
+    told = f"in {same[0][0]} {first}; likewise in {len(names) - 1} more" if len(alike) > 1 else str(first)
+    said = (fault.severity, fault.what, about, evidence, told, fault.kind)
+    return Finding(*said, names, fault.channels, fault.key or fault.kind, steps, first.nuisance)
 
 
 def _pairs(train: Sequence[Trial], test: Sequence[Trial]) -> list[tuple[int, int, int, float]]:

@@ -8,8 +8,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from .. import Array, Trial
-from ..prepare import integral
+from ..prepare import Remedy, Step, integral
 from .relations import G, has, length_of, noise_of
+from .repairs import step, times
 from .sensors import Fault
 
 _DEG = math.pi / 180.0
@@ -17,6 +18,8 @@ _DEG = math.pi / 180.0
 _QUICKEST, _SHIP = 8.0 * _DEG, 20.0
 # Yaw rate r L/u per rudder angle: 1 to 3 for ships; beyond, the rudder is in another unit.
 _EFFECTIVE = 12.0
+# Least rate of a steering gear by SOLAS II-1/29: from 35 deg to 30 deg on the other side in 28 s [deg/s].
+_SOLAS = 2.32
 # Differences of held angles that matter, and those that do not [rad]; and by side [-].
 _OFFSET, _EVEN, _SIDES = 0.45 * _DEG, 0.25 * _DEG, 0.04
 _NEUTRAL = 1.0 * _DEG
@@ -67,7 +70,8 @@ def _dead(trials: Sequence[Trial]) -> Iterator[Fault]:
             value = levels.pop()
             yield Fault(
                 "error", "delta", "the rudder never moves, and the ship turns",
-                f"{value:g} rad in every row of {len(dead)} trials", "take the column of the rudder, or leave it out",
+                f"{value:g} rad in every row of {len(dead)} trial{'s' * (len(dead) > 1)}",
+                step("drop", "delta", text="take the column of the rudder"),
                 "quality", "zeros" if value == 0.0 else "frozen",
             )  # fmt: skip
 
@@ -87,7 +91,7 @@ def _small(trials: Sequence[Trial]) -> Iterator[Fault]:
         yield Fault(
             "error", "delta", "the rudder is too small for these turns: radians that were converted from degrees",
             f"r L/u is {min(most):.3g} times the rudder angle or more (1 to 3 for ships)",
-            'say unit = "rad" of the column, or multiply by 57.2958', "unit", "unit",
+            times(1.0 / _DEG, "delta", text='unit = "rad" in the mapping'), "unit", "unit",
         )  # fmt: skip
 
 
@@ -106,13 +110,15 @@ def _orders(trials: Sequence[Trial]) -> Iterator[Fault]:
         yield Fault(
             "warning", "delta", "orders of the rudder called its angle",
             f"{leaps} leaps, up to {fastest / _DEG:.3g} deg/s; no steering gear of such a ship is so quick",
-            "take the column of the indicator, or call it delta_cmd and the ship's own rudder rate applies", "quality",
+            step("follow", "delta", amount=(_SOLAS,), text="take the column of the indicator"), "quality",
             "order_as_measured",
         )  # fmt: skip
 
 
 def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
     """A long stretch of one value, where the indicator flickers whenever the rudder is held."""
+    steps: list[Step] = []
+    evidence = ""
     for trial in trials:
         delta, noise = trial["delta"], noise_of(trial["delta"])
         if not has(trial, "delta"):
@@ -126,12 +132,13 @@ def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
         longest, next_one = int(lengths[order[-1]]), int(lengths[order[-2]])
         if longest > max(30, 4 * next_one) and next_one < _FLICKER and noise > 0:
             k = int(starts[order[-1]])
-            yield Fault(
-                "warning", "delta", "frozen rudder indicator",
-                f"the same value {delta[k]:.4g} rad for {trial.t[k + longest - 1] - trial.t[k]:.3g} s from "
-                f"t = {trial.t[k]:g} s; elsewhere at most {next_one} rows",
-                "set these rows to gaps (NaN) or cut them", "quality", "frozen",
-            )  # fmt: skip
+            since, until = float(trial.t[k]), float(trial.t[k + longest])
+            steps.append(Step(do="cut", where=((since, until),), trials=(trial.name,)))
+            evidence = evidence or (f"{trial.name}: the same value {delta[k]:.4g} rad for {until - since:.3g} s from "
+                                    f"t = {since:g} s; elsewhere at most {next_one} rows")  # fmt: skip
+    if steps:
+        yield Fault("warning", "delta", "frozen rudder indicator", evidence, Remedy(steps=tuple(steps)), "quality",
+                    "frozen")  # fmt: skip
 
 
 # -- lag
@@ -139,7 +146,7 @@ def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
 
 def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
     """When the rudder must have moved for the yaw that followed: r bends where the rudder moves."""
-    step = float(np.median([trial.dt for trial in trials]))
+    dt = float(np.median([trial.dt for trial in trials]))
     ship_time = float(np.median([_ship_time(trial) for trial in trials]))
     lags = np.linspace(-1.6 * ship_time, 1.6 * ship_time, 17)
     found = [_misfit(trial, moves, np.append(lags, 0.0)) for trial in trials if (moves := _moves(trial))]
@@ -158,13 +165,13 @@ def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
     # Rows of one move are alike in what they leave over; the moves are independent (sandwich estimate).
     error = float(np.linalg.norm(slopes + off * bends) / bends.sum())
     much = unshifted > 1.5 * left[k]
-    if much and abs(lag) > max(0.35 * ship_time, 0.7 * step) and abs(lag) > _CERTAIN * error:
+    if much and abs(lag) > max(0.35 * ship_time, 0.7 * dt) and abs(lag) > _CERTAIN * error:
         yield Fault(
             "warning", "delta", f"the rudder is {'late' if lag > 0 else 'early'} by {abs(lag):.2g} s",
             f"the yaw fits a rudder {lag:+.3g} +- {error:.1g} s "
             f"{'before' if lag > 0 else 'after'} the one that was logged",
-            f"shift by {-lag:+.3g} s: prepare.shifted(trial, {lag:.3g}, 'delta')"
-            + ("" if lag > 0 else "; or it is the order: call it delta_cmd; or r is late"), "quality", "lag",
+            step("shift", "delta", amount=(-lag,),
+                 text="" if lag > 0 else "it is the order: call it delta_cmd; or r is late"), "quality", "lag",
         )  # fmt: skip
 
 
@@ -268,29 +275,35 @@ def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
     if level_offset and agree:
         yield _offset(offset, f"{words}; straight ahead at {ahead / _DEG:+.2f} deg")
     elif more.size and abs(float(np.median(parts))) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN:
-        yield _sided(float(np.median(parts)), words)
+        yield _sided(float(np.median(parts)), words, _roundness(starboard) <= _roundness(port))
     elif len(straight) >= 3 and abs(ahead) > _NEUTRAL and float(np.ptp(straight)) < _NEUTRAL:
         yield _offset(ahead, f"straight ahead at {ahead / _DEG:+.2f} deg in {len(straight)} trials; or a neutral angle")
     elif (scale := _round_scale([*starboard, *port])) is not None:
         yield Fault(
             "warning", "delta", f"rudder angles are {100 * (scale - 1):+.1f} % off",
             f"held angles of {', '.join(f'{x / _DEG:.1f}' for x in starboard)} deg are {scale:.3f} times round ones",
-            f"divide delta by {scale:.3f}, or fit a rudder scale", "quality", "rudder_scale",
+            times(1.0 / scale, "delta"), "quality", "rudder_scale",
         )  # fmt: skip
 
 
 def _offset(offset: float, evidence: str) -> Fault:
     return Fault(
         "warning", "delta", f"rudder offset of {offset / _DEG:+.2f} deg", evidence,
-        f"offset = {-offset / _DEG:.2f} of delta (deg) in the mapping, or "
-        f"trial.having(delta=trial['delta'] {-offset:+.5f})", "quality", "rudder_offset",
+        step("add", "delta", amount=(-offset / _DEG,), unit="deg"), "quality", "rudder_offset",
     )  # fmt: skip
 
 
-def _sided(part: float, words: str) -> Fault:
+def _roundness(levels: Sequence[float]) -> float:
+    """How far the held angles of one side are from multiples of five degrees [rad], the median."""
+    return float(np.median([abs(x - 5.0 * _DEG * round(x / (5.0 * _DEG))) for x in levels]))
+
+
+def _sided(part: float, words: str, port: bool) -> Fault:
+    """The side whose held angles are not round ones is off."""
     return Fault(
         "warning", "delta", f"rudder angles to starboard are {100 * part:+.1f} % off those to port", words,
-        f"scale one side by {1 + part:.3f}", "quality", "rudder_sides",
+        step("multiply_port", "delta", amount=(1.0 + part,)) if port
+        else step("multiply_starboard", "delta", amount=(1.0 / (1.0 + part),)), "quality", "rudder_sides",
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from ..prepare import integral, segments
 from .relations import G as _G
 from .relations import length_of as _length
 from .relations import window_of as _window
+from .repairs import times
 from .sensors import Fault
 
 # Controls of thrusters that can turn a ship at rest.
@@ -90,9 +91,10 @@ def rudder_faults(trial: Trial) -> Iterator[Fault]:
     if not all(name in trial for name in ("u", "r", "delta")):
         return
     witnessed = "psi" in trial
-    wrong, remedy = "rudder sign: above zero turns to port", "change the sign of delta"
+    wrong, remedy = "rudder sign: above zero turns to port", times(-1.0, "delta")
     if not witnessed:
-        wrong, remedy = "rudder sign, or that of r: above zero turns to port", "change the sign of delta, or of r"
+        wrong = "rudder sign, or that of r: above zero turns to port"
+        remedy = times(-1.0, "delta", text="change that of r")
     turn = _steady_turn(trial)
     if turn is not None:
         if turn[0] * turn[1] < 0:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .. import Array, Trial
 from ..prepare import ANGLES
 from .relations import length_of, noise_of
-from .sensors import MEASURED, Fault
+from .sensors import MEASURED, Fault, gaps_of
 
 _TURN = 2.0 * math.pi
 # A spike is this many times the noise, this part of the span of its channel, and rises this much above other kinks.
@@ -44,7 +44,8 @@ def outlier_faults(trial: Trial) -> tuple[list[Fault], Trial]:
     clean, found = trial, []
     for names, bad in groups.values():
         first = words[names[0]]
-        found.append(Fault(first.severity, ", ".join(names), first.what, first.evidence, first.remedy, first.kind,
+        remedy = gaps_of(trial, bad, *names)
+        found.append(Fault(first.severity, ", ".join(names), first.what, first.evidence, remedy, first.kind,
                            first.key))  # fmt: skip
         clean = clean.having(**{name: np.where(bad, np.nan, clean[name]) for name in names})
     return found, clean
@@ -148,7 +149,7 @@ def _fault(trial: Trial, name: str, bad: Flags) -> Fault:
     unit, since = trial.unit(name), float(trial.t[np.flatnonzero(bad)[0]])
     same = np.unique(values % _TURN if name in ANGLES else values)
     where = f"{count} of {len(trial)} rows, the first at t = {since:g} s"
-    remedy = f"make them gaps: trial.having({name}=np.where(bad, nan, trial['{name}'])), or leave the cells empty"
+    remedy = gaps_of(trial, bad, name)
     if count > 1 and np.ptp(same) <= 1e-6 * max(abs(float(same[0])), 1.0):
         if same[0] == 0.0:
             return Fault("warning", name, "zeros where there was no value", f"0 in {where}", remedy, "quality", "zeros")

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-
-from .. import Trial, unwrapped
-from ..prepare import to_earth
+from .. import Trial
+from ..prepare import Remedy, Step
 from .relations import has
 from .sensors import Kind
 
@@ -25,9 +23,9 @@ class Suspect:
     Attributes:
         key: the culprit for programs.
         channels: those that are accused.
-        what, remedy: for people.
+        what: for people.
+        remedy: what repairs the log.
         kind: of the fault.
-        repair: the log as it should be.
         evidence: numbers beyond the common ones.
         grave: whether it makes a fit wrong beyond use.
         last: whether it is heard only where nobody else explains anything.
@@ -36,32 +34,27 @@ class Suspect:
     key: str
     channels: tuple[str, ...]
     what: str
-    remedy: str
+    remedy: Remedy
     kind: Kind
-    repair: Repair
     evidence: str = ""
     grave: bool = True
     last: bool = False
 
-
-def times(factor: float, *names: str) -> Repair:
-    return lambda trial: trial.having(**{n: trial[n] * factor for n in names if n in trial})
-
-
-def _exchange(a: str, b: str) -> Repair:
-    return lambda trial: trial.having(**{a: trial[b], b: trial[a]})
+    @property
+    def repair(self) -> Repair:
+        """The log as it should be."""
+        return self.remedy.repair
 
 
-def _from_earth(first: str, second: str) -> Repair:
-    def repair(trial: Trial) -> Trial:
-        u, v = to_earth(trial[first], trial[second], -trial["psi"])
-        return trial.having(u=u, v_m=v)
+def step(do: str, *channels: str, amount: tuple[float, ...] = (), unit: str = "", text: str = "") -> Remedy:
+    """A remedy of one step, its numbers as they are printed."""
+    digits = 6 if do in ("multiply", "clock") else 4
+    rounded = tuple(float(f"{number:.{digits}g}") for number in amount)
+    return Remedy(text, (Step(do=do, channels=channels, amount=rounded, unit=unit),))
 
-    return repair
 
-
-def _heading_of_course(trial: Trial) -> Trial:
-    return trial.having(psi=unwrapped(trial["psi"]) - np.arctan2(trial["v_m"], trial["u"]))
+def times(factor: float, *names: str, text: str = "") -> Remedy:
+    return step("multiply", *names, amount=(factor,), text=text)
 
 
 _UNITS: Mapping[str, Sequence[tuple[str, float]]] = {
@@ -84,37 +77,32 @@ def gross(trials: Sequence[Trial]) -> Iterator[Suspect]:
         yield from _axes()
     for name, what in (("psi", "psi counts counterclockwise"), ("r", "r counts to port")):
         if name in known:
-            yield Suspect("sign", (name,), what, f"change its sign: sign = -1 of {name} in the mapping, or "
-                          f"trial.having({name}=-trial['{name}'])", "sign", times(-1.0, name))  # fmt: skip
+            yield Suspect("sign", (name,), what, times(-1.0, name), "sign")
     for names, units in _UNITS.items():
         channels = tuple(names.split(", "))
         if names != "t" and not set(channels) <= known:
             continue
         for unit, factor in units:
-            repair = slower(1.0 / factor) if names == "t" else times(1.0 / factor, *channels)
-            yield Suspect(
-                "unit", channels, f"{names} {'is' if len(channels) == 1 else 'are'} in {unit}",
-                f"say so in the unit of the column, or divide by {factor:.6g}", "unit", repair,
+            said = "correct the unit of the column in the mapping"
+            remedy = step("clock", amount=(1.0 / factor,), text=said) if names == "t" else times(
+                1.0 / factor, *channels, text=said
             )  # fmt: skip
+            yield Suspect("unit", channels, f"{names} {'is' if len(channels) == 1 else 'are'} in {unit}", remedy,
+                          "unit")  # fmt: skip
 
 
 def _axes() -> Iterator[Suspect]:
-    for key, names, what, remedy, repair in (
+    for key, names, what, remedy in (
         ("axes", ("u", "v_m"), "u, v_m are velocities north and east, not surge and sway",
-         'turn them into body axes by psi: frame = { velocity = "earth" } in the mapping', _from_earth("u", "v_m")),
-        ("axes", ("u", "v_m"), "u, v_m are velocities east and north",
-         'exchange the columns, and frame = { velocity = "earth" } in the mapping', _from_earth("v_m", "u")),
-        ("axes", ("x", "y"), "x is east and y is north", "exchange the two columns", _exchange("x", "y")),
-        ("axes", ("u", "v_m"), "u is sway and v_m is surge", "exchange the two columns", _exchange("u", "v_m")),
-        ("sign", ("v_m",), "v_m counts to port", "change its sign", times(-1.0, "v_m")),
-        ("sign", ("u",), "u counts astern", "change its sign", times(-1.0, "u")),
-        ("sign", ("y",), "y counts to the west", "change its sign", times(-1.0, "y")),
-        ("sign", ("x",), "x counts to the south", "change its sign", times(-1.0, "x")),
+         step("to_body", "u", "v_m")),
+        ("axes", ("u", "v_m"), "u, v_m are velocities east and north", step("to_body", "v_m", "u")),
+        ("axes", ("x", "y"), "x is east and y is north", step("exchange", "x", "y")),
+        ("axes", ("u", "v_m"), "u is sway and v_m is surge", step("exchange", "u", "v_m")),
+        ("sign", ("v_m",), "v_m counts to port", times(-1.0, "v_m")),
+        ("sign", ("u",), "u counts astern", times(-1.0, "u")),
+        ("sign", ("y",), "y counts to the west", times(-1.0, "y")),
+        ("sign", ("x",), "x counts to the south", times(-1.0, "x")),
         ("course_as_heading", ("psi",), "psi is the course over ground, not the heading",
-         "take the column of the compass, or subtract the drift angle atan2(v_m, u)", _heading_of_course),
+         step("from_course", "psi", text="take the column of the compass")),
     ):  # fmt: skip
-        yield Suspect(key, names, what, remedy, "sign" if key == "sign" else "axes", repair)
-
-
-def slower(factor: float) -> Repair:
-    return lambda trial: replace(trial, t=trial.t[0] + (trial.t - trial.t[0]) * factor, file=None)
+        yield Suspect(key, names, what, remedy, "sign" if key == "sign" else "axes")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -11,10 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Array, Trial
-from ..prepare import complete
+from ..prepare import Remedy, Step, complete
 
 MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi")
 """Channels that an instrument measures."""
+
+COMPARED = MEASURED[:6]
+"""Those of the motion, which a fit compares; it needs no value of them in every row."""
 
 EVERY = "all channels"
 
@@ -29,6 +32,8 @@ _STEPS = {
 }  # fmt: skip
 _SHIP = 20.0
 _BEYOND = 1e15
+# Leaps of time, in steps, that straight lines bridge; rows without a value that a fit can do without.
+_BRIDGED, _SPARED = 3.5, 0.25
 # Values that show the rate of an instrument.
 _FEW = 10
 
@@ -45,7 +50,7 @@ class Fault:
     where: str
     what: str
     evidence: str
-    remedy: str
+    remedy: str | Remedy
     kind: Kind = "quality"
     key: str = ""
 
@@ -61,7 +66,7 @@ def beyond_faults(trial: Trial) -> Iterator[Fault]:
         largest = float(np.nanmax(np.abs(values), initial=0.0))
         if largest > _BEYOND:
             yield Fault("error", name, "beyond anything measured", f"up to {largest:.3g} {trial.unit(name)}",
-                        "set these rows to gaps (NaN)", "unit", "sentinel")  # fmt: skip
+                        gaps_of(trial, np.abs(values) > _BEYOND, name), "unit", "sentinel")  # fmt: skip
 
 
 def sensor_faults(trial: Trial) -> Iterator[Fault]:
@@ -91,23 +96,56 @@ def _time_faults(trial: Trial) -> Iterator[Fault]:
         yield Fault(
             "warning", "t", "time is quantised",
             f"only {different} different steps, from {steps.min():.3g} to {steps.max():.3g} s",
-            "rebuild the time from the row number, or resample", "quality", "time_quantised",
+            _do("even", amount=(trial.duration / (len(trial) - 1),)), "quality", "time_quantised",
         )  # fmt: skip
     elif leaps.size:
         k = int(leaps[0])
         yield Fault(
             "warning", "t", "missing samples",
-            f"{leaps.size} leaps, up to {steps.max():.3g} s, the first at t = {trial.t[k]:g} s",
-            "prepare.segments ends a run at each leap; prepare.resample bridges single rows", "quality", "missing_rows",
+            f"{leaps.size} leap{'s' * (leaps.size > 1)}, up to {steps.max():.3g} s, the first at t = {trial.t[k]:g} s",
+            _bridged(trial, float(steps.max()), middle), "quality", "missing_rows",
         )  # fmt: skip
     elif (off := np.abs(steps - middle) > 0.1 * middle).mean() > 0.05:
         yield Fault(
             "warning", "t", "uneven steps",
             f"{int(off.sum())} of {steps.size} steps differ by over 10 % from {middle:.3g} s, "
             f"from {steps.min():.3g} to {steps.max():.3g} s",
-            "a fit takes them at even steps (prepare.resample); log faster where that is too coarse", "quality",
+            _do("resample", amount=(middle,)), "quality",
             "uneven_steps",
         )  # fmt: skip
+
+
+def _do(do: str, *channels: str, amount: tuple[float, ...] = (), unit: str = "") -> Remedy:
+    """A remedy of one step."""
+    return Remedy(steps=(Step(do=do, channels=channels, amount=amount, unit=unit),))
+
+
+def degrees(*names: str) -> Step:
+    """Degrees that were read as radians."""
+    return Step(do="multiply", channels=names, amount=(math.pi / 180.0,))
+
+
+def stretches(t: Array, rows: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
+    """First and last time of each stretch of rows [s]."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], rows.astype(np.int8), [0]])))
+    return tuple((float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True))
+
+
+def gaps_of(trial: Trial, rows: NDArray[np.bool_], *names: str) -> Remedy:
+    """Gaps in the place of rows that nothing measured; an input is filled."""
+    where = stretches(trial.t, rows)
+    steps = [Step(do="gaps", channels=names, where=where)]
+    if not set(names) & set(COMPARED):
+        longest = max(b - a for a, b in where) + 2.0 * trial.dt
+        steps.append(Step(do="fill", channels=names, amount=(longest,)))
+    return Remedy(steps=tuple(steps))
+
+
+def _bridged(trial: Trial, longest: float, step: float) -> Remedy:
+    """Single rows that lack are bridged; a trial ends where more do."""
+    if longest > _BRIDGED * step:
+        return _do("split", amount=(1.5 * step,))
+    return Remedy(steps=(Step(do="resample", amount=(step,)), Step(do="fill", amount=(longest + 0.5 * step,))))
 
 
 def _lost_rows(trial: Trial, leaps: NDArray[np.intp], middle: float) -> bool:
@@ -131,14 +169,14 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         if name.split("_")[0] == "delta" and largest > 1.6:
             yield Fault(
                 "error", name, "rudder is in degrees", f"up to {largest:.3g} rad",
-                'convert it to radians: unit = "deg" in the mapping', "unit", "unit",
+                Remedy('or unit = "deg" in the mapping', (degrees(name),)), "unit", "unit",
             )
         elif name.split("_")[0] == "alpha" and largest > 6.3 and trial.unit(name) in ("rad", "-"):
             yield _turned(trial, name, largest)
         elif name in _DIRECTIONS and largest > 6.3:
             # a continuous direction may exceed one turn in radians
             yield Fault("error" if largest > 30 else "info", name, "direction beyond one turn",
-                        f"up to {largest:.4g} rad", "if it is in degrees, convert it to radians", "quality",
+                        f"up to {largest:.4g} rad", Remedy("if it is in degrees", (degrees(name),)), "quality",
                         "unit")  # fmt: skip
     if "psi" not in trial:
         return
@@ -148,10 +186,10 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         if wraps:
             # a compass counts from 0 to 360 deg, and whatever reads a heading here makes it continuous
             ordinary = unit == "rad"
+            steps = (*([] if ordinary else [degrees("psi")]), Step(do="unwrap", channels=("psi",)))
             yield Fault("info" if ordinary else "error", "psi", "heading wraps",
                         f"{wraps} leaps of about {turn:.4g} {unit}",
-                        "no action; data.unwrapped makes it continuous" if ordinary
-                        else "convert it to radians; data.unwrapped makes it continuous", "quality",
+                        "no action; data.unwrapped makes it continuous" if ordinary else Remedy(steps=steps), "quality",
                         "wraps")  # fmt: skip
 
 
@@ -165,7 +203,7 @@ def _turned(trial: Trial, name: str, largest: float) -> Fault:
         return Fault(
             "error", name, "direction of the thrust is in degrees",
             f"up to {largest:.3g} rad, by up to {moves.max(initial=0.0):.3g} rad a row, median {usual:.3g} rad/s",
-            "convert it to radians, or declare its unit: deg", "unit", "unit",
+            Remedy("or unit = \"deg\" in the mapping", (degrees(name),)), "unit", "unit",
         )  # fmt: skip
     return Fault("info", name, "direction beyond one turn", f"up to {largest:.4g} rad",
                  "if it is in degrees, convert it to radians")  # fmt: skip
@@ -190,7 +228,8 @@ def _step_faults(trial: Trial) -> Iterator[Fault]:
                 "warning", name, "coarse steps",
                 f"{levels.size} distinct values in {values.size} samples, "
                 f"steps of {quantum:.3g} {trial.unit(name)}",
-                "prefer integrated rates to differences of this channel, or smooth it", "quality", "coarse",
+                Remedy(steps=(Step(do="rebuild", channels=("psi",)),)) if name == "psi" and "r" in trial
+                else "state its noise in [loss] sigma of the study: a third of the step", "quality", "coarse",
             )  # fmt: skip
     if ordinary:
         yield Fault(
@@ -216,12 +255,12 @@ def gap_faults(trial: Trial) -> Iterator[Fault]:
     last = int(np.flatnonzero(filled)[-1]) if filled.any() else -1
     empty = len(trial) - 1 - last
     if last < 0:
-        yield Fault("error", EVERY, "no data", f"{len(trial)} rows, all empty", "leave it out")
+        yield Fault("error", EVERY, "no data", f"{len(trial)} rows, all empty", "leave the trial out")
         return
     if empty:
         yield Fault(
             "warning", EVERY, "rows without data at the end",
-            f"the last {empty} of {len(trial)} rows", "prepare.drop_trailing_gaps",
+            f"the last {empty} of {len(trial)} rows", _do("trim"),
         )  # fmt: skip
     slower: dict[float, list[str]] = {}
     holes: dict[_Holes, list[str]] = {}
@@ -235,9 +274,11 @@ def gap_faults(trial: Trial) -> Iterator[Fault]:
             found = _Holes.of(trial.t[: last + 1], values[: last + 1])
             holes.setdefault(next((one for one in holes if one.same(found)), found), []).append(name)
     for found, names in holes.items():
+        # a fit compares the motion row by row; an input must have a value in every row
+        few = set(names) <= set(COMPARED) and found.missing < _SPARED * (last + 1)
         yield Fault(
-            "warning", ", ".join(names), "gaps", found.words(last + 1),
-            "fit on prepare.segments, or fill short ones with prepare.interpolate_gaps", "quality", "gaps",
+            "info" if few else "warning", ", ".join(names), "gaps", found.words(last + 1),
+            "no action; a fit leaves these rows out" if few else found.remedy(trial, names), "quality", "gaps",
         )  # fmt: skip
     for every, names in slower.items():
         yield Fault(
@@ -278,6 +319,16 @@ class _Holes:
         return len(self.spans) == len(other.spans) and all(
             abs(a - c) <= slack and abs(b - d) <= slack for (a, b), (c, d) in pairs
         )
+
+    def remedy(self, trial: Trial, names: Sequence[str]) -> Remedy:
+        """Short gaps filled, long ones cut out where a control has them."""
+        longest = max((b - a for a, b in self.spans), default=2.0 * trial.dt)
+        if longest <= _BRIDGED * trial.dt or set(names) <= set(MEASURED):
+            return _do("fill", *names, amount=(float(f"{longest:.4g}"),))
+        rows = np.zeros(len(trial), dtype=np.bool_)
+        for a, b in self.spans:
+            rows |= (trial.t > a) & (trial.t < b)
+        return Remedy(steps=(Step(do="cut", where=stretches(trial.t, rows)),))
 
     def words(self, rows: int) -> str:
         """The numbers in words."""
@@ -324,7 +375,8 @@ def wind_faults(trial: Trial) -> Iterator[Fault]:
     numbers = f"true and apparent wind differ by {ours:.3g} m/s as 'from', by {misses[best]:.3g} m/s so"
     if best != (1, 1) and misses[best] < 0.5 * ours:
         yield Fault("error", names_of[best], "wind direction is 'to', not 'from'", numbers,
-                    f"add pi to {names_of[best]}", "quality", "wind_to")  # fmt: skip
+                    _do("add", *names_of[best].split(" and "), amount=(180.0,), unit="deg"),
+                    "quality", "wind_to")  # fmt: skip
     elif ours > 0.3 * float(np.median(speed) + np.median(np.abs(u))):
         yield Fault("warning", "U_A, gamma_A, U_T, gamma_T", "true and apparent wind disagree",
                     f"median difference {ours:.3g} m/s", "check units, heading and lever arm", "quality",

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import Trial
 from .relations import length_of
+from .repairs import step, times
 from .sensors import Fault
 
 # Advance per revolution over the length, u/(n L): .013 to .04 for ships.
@@ -32,13 +33,14 @@ def _one(trials: Sequence[Trial], name: str) -> Iterator[Fault]:
         yield Fault(
             "error", name, "no revolutions, and the ship keeps its speed",
             f"0 1/s in {len(steady)} trials at {np.median(speeds):.3g} m/s",
-            "take the column of the shaft; a model without thrust fits the resistance to nothing", "quality", "zeros",
+            step("drop", name, text="take the column of the shaft"), "quality", "zeros",
         )  # fmt: skip
         return
     if every.max() <= 0:
         yield Fault(
             "error", name, "revolutions are negative, and the ship goes ahead",
-            f"{np.median(turns):.3g} 1/s at {np.median(speeds):.3g} m/s ahead", "change the sign", "sign", "sign",
+            f"{np.median(turns):.3g} 1/s at {np.median(speeds):.3g} m/s ahead",
+            times(-1.0, name), "sign", "sign",
         )  # fmt: skip
         return
     known = (turns > 0) & np.isfinite(lengths)
@@ -55,8 +57,8 @@ def _one(trials: Sequence[Trial], name: str) -> Iterator[Fault]:
         else "revolutions are in rpm, or in percent",
         f"{np.median(told[known]):.3g} 1/s at {np.median(speeds[known]):.3g} m/s: {advance:.2g} lengths "
         f"a revolution ({_LEAST:g} to {_MOST:g} for ships)",
-        'say unit = "1/s" of the column, or multiply by 60' if small else 'say unit = "rpm", or divide by 60',
-        "unit", "unit",
+        times(60.0, name, text='unit = "1/s" in the mapping') if small
+        else times(1.0 / 60.0, name, text='unit = "rpm" in the mapping'), "unit", "unit",
     )  # fmt: skip
 
 

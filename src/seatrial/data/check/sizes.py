@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from .. import Trial
-from ..prepare import shifted
+from ..prepare import Remedy, Step
 from .relations import G, has, length_of
-from .repairs import Suspect, slower, times
+from .repairs import Suspect, step, times
 
 _DEG = math.pi / 180.0
 # A factor beyond this is a unit, if one explains it.
@@ -35,8 +35,7 @@ def _heading_bias(trials: Sequence[Trial], sizes: list[float], errors: list[floa
         return None
     return Suspect(
         "heading_bias", ("psi",), f"heading bias of {degrees:+.2f} deg (or magnetic heading)",
-        f"offset = {-degrees:.2f} of psi (deg) in the mapping, or trial.having(psi=trial['psi'] {-sizes[0]:+.5f})",
-        "quality", lambda trial: trial.having(psi=trial["psi"] - sizes[0]),
+        step("add", "psi", amount=(-degrees,), unit="deg"), "quality",
         f"the track lies {-degrees:+.2f} +- {errors[0] / _DEG:.2f} deg from heading and drift, on every heading", False,
     )  # fmt: skip
 
@@ -46,8 +45,8 @@ def _log_scale(trials: Sequence[Trial], sizes: list[float], errors: list[float])
         return None
     return Suspect(
         "log_scale", ("u", "v_m"), f"speeds are {100 * sizes[0]:+.1f} % off the track",
-        f"divide u and v_m by {1 + sizes[0]:.4f}", "scale" if abs(sizes[0]) > 0.15 else "quality",
-        times(1.0 / (1.0 + sizes[0]), "u", "v_m"), f"{100 * sizes[0]:+.2f} +- {100 * errors[0]:.2f} %",
+        times(1.0 / (1.0 + sizes[0]), "u", "v_m"), "scale" if abs(sizes[0]) > 0.15 else "quality",
+        f"{100 * sizes[0]:+.2f} +- {100 * errors[0]:.2f} %",
         abs(sizes[0]) > 0.15, abs(sizes[0]) > _LARGE,
     )  # fmt: skip
 
@@ -59,8 +58,9 @@ def _log_bias(trials: Sequence[Trial], sizes: list[float], errors: list[float]) 
     names = ("u", "v_m")[: len(sizes)]
     words = ", ".join(f"{n} {size:+.3g} m/s" for n, size in zip(names, sizes, strict=True))
     return Suspect(
-        "log_bias", names, f"speed log has a bias: {words}", f"subtract it: {words}", "quality",
-        lambda trial: trial.having(**{n: trial[n] - size for n, size in zip(names, sizes, strict=True)}),
+        "log_bias", names, f"speed log has a bias: {words}",
+        Remedy(steps=tuple(Step(do="add", channels=(n,), amount=(float(f"{-size:.4g}"),), unit="m/s")
+                           for n, size in zip(names, sizes, strict=True))), "quality",
         ", ".join(f"{size:+.3g} +- {error:.2g} m/s" for size, error in zip(sizes, errors, strict=True)), False,
     )  # fmt: skip
 
@@ -72,15 +72,9 @@ def _lever(trials: Sequence[Trial], sizes: list[float], errors: list[float]) -> 
     where = f"{abs(ahead):.3g} m {'ahead' if ahead > 0 else 'abaft'}, {abs(aside):.3g} m to " + (
         "starboard" if aside > 0 else "port"
     )
-
-    def repair(trial: Trial) -> Trial:
-        c, s = np.cos(trial["psi"]), np.sin(trial["psi"])
-        return trial.having(x=trial["x"] - ahead * c + aside * s, y=trial["y"] - ahead * s - aside * c)
-
     return Suspect(
         "lever_arm", ("x", "y"), f"x, y are those of an antenna {where} of midship",
-        f"move them to midship: x {-ahead:+.4g} cos psi {aside:+.4g} sin psi, "
-        f"y {-ahead:+.4g} sin psi {-aside:+.4g} cos psi", "quality", repair,
+        step("move", "x", "y", amount=(ahead, aside)), "quality",
         f"{ahead:+.3g} +- {errors[0]:.2g} m ahead, {aside:+.3g} +- {errors[1]:.2g} m to starboard", False,
     )  # fmt: skip
 
@@ -91,16 +85,15 @@ def _sway_lever(trials: Sequence[Trial], sizes: list[float], errors: list[float]
         return None
     return Suspect(
         "lever_arm", ("u", "v_m"), f"u, v_m are those of a point {ahead:+.3g} m ahead and {aside:+.3g} m to starboard "
-        "of midship", f"move them to midship: v_m {-ahead:+.4g} r, u {aside:+.4g} r", "quality",
-        lambda trial: trial.having(u=trial["u"] + aside * trial["r"], v_m=trial["v_m"] - ahead * trial["r"]),
+        "of midship", step("move", "u", "v_m", amount=(ahead, aside)), "quality",
         f"{ahead:+.3g} +- {errors[0]:.2g} m ahead", False,
     )  # fmt: skip
 
 
 def _late(*names: str) -> Callable[[Sequence[Trial], list[float], list[float]], Suspect | None]:
     def make(trials: Sequence[Trial], sizes: list[float], errors: list[float]) -> Suspect | None:
-        lag, step = sizes[0], float(np.median([trial.dt for trial in trials]))
-        if abs(lag) < max(0.3 * step, 0.05 * math.sqrt(length(trials) / G)):
+        lag, dt = sizes[0], float(np.median([trial.dt for trial in trials]))
+        if abs(lag) < max(0.3 * dt, 0.05 * math.sqrt(length(trials) / G)):
             return None
         which = ", ".join(names)
         if names[0] == "x" and lag < 0:
@@ -108,8 +101,8 @@ def _late(*names: str) -> Callable[[Sequence[Trial], list[float], list[float]], 
         return Suspect(
             "lag", names, f"{which} {'is' if len(names) == 1 else 'are'} {'late' if lag > 0 else 'early'} by "
             f"{abs(lag):.2g} s",
-            f"shift by {-lag:+.3g} s: prepare.shifted(trial, {lag:.3g}, {', '.join(map(repr, names))})", "quality",
-            lambda trial: _shifted(trial, lag, names), f"{lag:+.3g} +- {errors[0]:.2g} s against "
+            step("shift", *names, amount=(-lag,)), "quality",
+            f"{lag:+.3g} +- {errors[0]:.2g} s against "
             f"{'heading and speeds' if names[0] == 'x' else 'the others'}", False,
         )  # fmt: skip
 
@@ -120,31 +113,18 @@ def _early(lag: float, error: float) -> Suspect:
     """A receiver is not early: rather the velocity over ground was smoothed before psi turned it into u and v_m."""
     return Suspect(
         "lag", ("x", "y", "u", "v_m"), f"u, v_m are late by {-lag:.2g} s, both over ground, or x, y are early",
-        f"take u, v_m from track and heading: prepare.smooth.smooth(trial); or shift x, y by {-lag:+.3g} s to them: "
-        f"prepare.shifted(trial, {lag:.3g}, 'x', 'y')", "quality",
-        lambda trial: _shifted(trial, lag, ("x", "y")), f"x, y {lag:+.3g} +- {error:.2g} s against heading and speeds",
-        False,
+        step("shift", "x", "y", amount=(-lag,), text="take u, v_m from track and heading, which is better"), "quality",
+        f"x, y {lag:+.3g} +- {error:.2g} s against heading and speeds", False,
     )  # fmt: skip
-
-
-def _shifted(trial: Trial, lag: float, names: Sequence[str]) -> Trial:
-    return shifted(trial, lag, *(n for n in names if n in trial))
 
 
 def _water(trials: Sequence[Trial], sizes: list[float], errors: list[float]) -> Suspect | None:
     speed, towards = math.hypot(*sizes), math.degrees(math.atan2(sizes[1], sizes[0])) % 360.0
     if speed < 0.015 * _speed(trials):
         return None
-
-    def repair(trial: Trial) -> Trial:
-        c, s = np.cos(trial["psi"]), np.sin(trial["psi"])
-        north, east = sizes
-        return trial.having(u=trial["u"] + north * c + east * s, v_m=trial["v_m"] + east * c - north * s)
-
     return Suspect(
         "through_water", ("u", "v_m"), f"speeds are through the water, in a current of {speed:.3g} m/s towards "
-        f"{towards:.0f} deg", "add the current turned by psi to u and v_m, which are over ground here, and log it "
-        f"as U_C = {speed:.3g} m/s, gamma_C = {towards:.0f} deg", "quality", repair,
+        f"{towards:.0f} deg", step("to_ground", "u", "v_m", amount=(speed, towards)), "quality",
         f"the track drifts {sizes[0]:+.3g} +- {errors[0]:.2g} m/s north, {sizes[1]:+.3g} +- {errors[1]:.2g} m/s east",
         False,
     )  # fmt: skip
@@ -157,8 +137,7 @@ def _gyro_bias(trials: Sequence[Trial], sizes: list[float], errors: list[float])
     a_minute = sizes[0] / _DEG * 60.0
     return Suspect(
         "gyro_bias", ("r",), f"rate of turn has a bias of {a_minute:+.3g} deg/min",
-        f"offset = {-a_minute:.3g} of r (deg/min) in the mapping, or subtract {sizes[0]:.4g} rad/s", "quality",
-        lambda trial: trial.having(r=trial["r"] - sizes[0]),
+        step("add", "r", amount=(-a_minute,), unit="deg/min"), "quality",
         f"heading turns {-a_minute:+.3g} +- {errors[0] / _DEG * 60:.2g} deg/min more than r gives", False,
     )  # fmt: skip
 
@@ -168,8 +147,8 @@ def _gyro_scale(trials: Sequence[Trial], sizes: list[float], errors: list[float]
         return None
     return Suspect(
         "gyro_scale", ("r",), f"rate of turn is {100 * sizes[0]:+.1f} % off the heading",
-        f"divide r by {1 + sizes[0]:.4f}", "scale" if abs(sizes[0]) > 0.15 else "quality",
-        times(1.0 / (1.0 + sizes[0]), "r"), f"{100 * sizes[0]:+.2f} +- {100 * errors[0]:.2f} %", abs(sizes[0]) > 0.15,
+        times(1.0 / (1.0 + sizes[0]), "r"), "scale" if abs(sizes[0]) > 0.15 else "quality",
+        f"{100 * sizes[0]:+.2f} +- {100 * errors[0]:.2f} %", abs(sizes[0]) > 0.15,
         abs(sizes[0]) > _LARGE,
     )  # fmt: skip
 
@@ -177,11 +156,11 @@ def _gyro_scale(trials: Sequence[Trial], sizes: list[float], errors: list[float]
 def _time_scale(trials: Sequence[Trial], sizes: list[float], errors: list[float]) -> Suspect | None:
     if abs(sizes[0]) < 0.004 or not any(has(trial, "r", "psi") for trial in trials):
         return None
-    step, factor = float(np.median([trial.dt for trial in trials])), 1.0 / (1.0 + sizes[0])
+    dt, factor = float(np.median([trial.dt for trial in trials])), 1.0 / (1.0 + sizes[0])
     return Suspect(
         "time_scale", ("t",), "the time step is not the true one",
-        f"use the clock of the log: true step about {step * factor:.4g} s instead of {step:.4g} s, or multiply t by "
-        f"{factor:.5g}", "step", slower(factor),
+        step("clock", amount=(factor,), text=f"use the clock of the log, the true step is about {dt * factor:.4g} s "
+             f"instead of {dt:.4g} s"), "step",
         f"positions move and heading turns {factor:.4f} +- {errors[0]:.1g} times as much as u, v_m, r give",
         abs(sizes[0]) > 0.04, abs(sizes[0]) > _LARGE,
     )  # fmt: skip

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Trial
-from ..prepare import integral
-from .sensors import MEASURED, Fault
+from ..prepare import Remedy, Step, integral
+from .sensors import MEASURED, Fault, gaps_of
 
 _LEAST = 20
 """Rows that repeat one value before it counts."""
@@ -38,7 +38,7 @@ def still_faults(trial: Trial) -> tuple[list[Fault], Trial]:
         The faults, and the trial with gaps in the place of stretches that a sensor did not measure.
     """
     steady: list[str] = []
-    stuck: dict[tuple[int, int], list[str]] = {}
+    stuck: dict[tuple[tuple[int, int], ...], list[str]] = {}
     gone: dict[str, NDArray[np.float64]] = {}
     found: list[Fault] = []
     longest, since = 0.0, 0.0
@@ -53,7 +53,7 @@ def still_faults(trial: Trial) -> tuple[list[Fault], Trial]:
         held = [(k, n) for k, n in runs if _matters(trial, name, k, n) and not _rounded(trial, name, k, n, runs)]
         frozen = [(k, n) for k, n in held if not _exact(trial, k, n)]
         if frozen:
-            stuck.setdefault(max(frozen, key=lambda run: run[1]), []).append(name)
+            stuck.setdefault(tuple(frozen), []).append(name)
             gone[name] = _without(trial[name], [run for run in frozen if run[1] < 0.9 * len(trial)])
         elif held:
             steady.append(name)
@@ -64,7 +64,7 @@ def still_faults(trial: Trial) -> tuple[list[Fault], Trial]:
             found.append(Fault(
                 "warning", name, "repeated values",
                 f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
-                "the sensor is slower than the log: keep its own samples, or smooth", "quality", "repeated",
+                Remedy(steps=(Step(do="unrepeat", channels=(name,)),)), "quality", "repeated",
             ))  # fmt: skip
     found += _stuck(trial, stuck)
     if steady:
@@ -84,24 +84,28 @@ def _without(values: NDArray[np.float64], runs: list[tuple[int, int]]) -> NDArra
     return out
 
 
-def _stuck(trial: Trial, stuck: dict[tuple[int, int], list[str]]) -> Iterator[Fault]:
+def _stuck(trial: Trial, stuck: dict[tuple[tuple[int, int], ...], list[str]]) -> Iterator[Fault]:
     """Frozen sensors, the two channels of one instrument together."""
-    for run, names in stuck.items():
+    for runs, names in stuck.items():
         left = list(names)
         for pair in (("x", "y"), ("u", "v_m"), *((name,) for name in names)):
             if set(pair) <= set(left):
-                yield _frozen(trial, [*pair], *run)
+                yield _frozen(trial, [*pair], runs)
                 left = [name for name in left if name not in pair]
 
 
-def _frozen(trial: Trial, names: list[str], start: int, length: int) -> Fault:
+def _frozen(trial: Trial, names: list[str], runs: tuple[tuple[int, int], ...]) -> Fault:
+    start, length = max(runs, key=lambda run: run[1])
     value = trial[names[0]][start]
     zero, whole = value == 0.0, length > 0.98 * len(trial)
+    rows = np.zeros(len(trial), dtype=np.bool_)
+    for k, n in runs:
+        rows[k : k + n + 1] = True
     return Fault(
         "warning", ", ".join(names), "zeros where a sensor should be" if zero else "frozen sensor",
         f"the same value {value:.6g} for {_lasts(trial, start, length):.3g} s "
         f"from t = {trial.t[start]:g} s",
-        "leave the channel out of the mapping" if whole else "set these rows to gaps (NaN) or cut them", "quality",
+        _replaced(trial, names) if whole else gaps_of(trial, rows, *names), "quality",
         "zeros" if zero else "frozen",
     )  # fmt: skip
 
@@ -112,6 +116,12 @@ def _speed(trial: Trial) -> NDArray[np.float64] | None:
     if not known.any():
         return None
     return np.interp(trial.t, trial.t[known], np.abs(trial["u"][known]))  # a log may be slower than the rows
+
+
+def _replaced(trial: Trial, names: list[str]) -> Remedy:
+    """Velocities and rate that were not measured follow from track and heading; other channels are left out."""
+    derived = set(names) <= {"u", "v_m", "r"} and all(name in trial for name in ("x", "y", "psi"))
+    return Remedy(steps=(Step(do="derive" if derived else "drop", channels=tuple(names)),))
 
 
 def _same(trial: Trial, name: str, speed: NDArray[np.float64] | None) -> NDArray[np.bool_] | None:

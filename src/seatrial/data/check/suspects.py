@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -153,7 +153,8 @@ def _told(even: Sequence[Suspect], rms: float, part: float) -> Fault:
     first = even[0]
     names = list(dict.fromkeys(name for one in even for name in one.channels))
     what = " or ".join(dict.fromkeys(one.what for one in even))
-    remedy = " or ".join(dict.fromkeys(one.remedy for one in even))
+    rest = [said for said in dict.fromkeys(str(one.remedy) for one in even[1:]) if said != str(first.remedy)]
+    remedy = replace(first.remedy, text="; or ".join(filter(None, [first.remedy.text, *rest])))
     about = [one.evidence for one in even if one.evidence]
     about.append(f"track, heading, rates and speeds differ by {rms:.3g} times their noise, by {rms * part:.2g} after")
     return Fault("error" if first.grave else "warning", ", ".join(names), what, "; ".join(about), remedy,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .. import Array, Trial, unwrapped
 from ..prepare import complete, integral
 from .relations import has, slides_unseen, window_of
+from .repairs import step
 from .sensors import Fault
 
 # Course from displacements over this many fixes either way; not defined below this share of top speed.
@@ -86,8 +87,7 @@ def surge_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
         yield Fault(
             "error", "u, v_m", "the speed over ground is logged as surge, and no sway",
             f"u is the distance over ground to {share:.2f} +- {error:.1g} of the difference that drift makes",
-            "call the column U_G, and compute u = U_G cos(gamma_G - psi), v_m = U_G sin(gamma_G - psi) with the course "
-            "over ground", "axes", "speed_as_surge",
+            step("from_track", "u", "v_m"), "axes", "speed_as_surge",
         )  # fmt: skip
 
 
@@ -102,7 +102,7 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
                 "error", "psi, gamma_G", "heading and course over ground are exchanged",
                 f"psi follows the track within {math.degrees(psi):.2g} deg, gamma_G within "
                 f"{math.degrees(course):.2g} deg",
-                "exchange the two columns", "quality", "course_as_heading",
+                step("exchange", "psi", "gamma_G"), "quality", "course_as_heading",
             )  # fmt: skip
     ratio = _distance_ratio(trial) if "U_G" in trial else math.nan
     if abs(ratio - 1.0) > _CLOSE:
@@ -112,7 +112,7 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
             "the time step is not the true one, or x and y are stretched" if near
             else "wrong scale or unit: speed over ground and positions",
             f"positions move {ratio:.3f} times as far as U_G gives in the time",
-            "use the clock of the log; compute positions from latitude and longitude" if near
+            step("clock", amount=(ratio,), text="compute positions from latitude and longitude") if near
             else "check the unit of the speed (kn, km/h) and of the positions",
             *(("step", "time_scale") if near else ("scale", "unit")),
         )  # fmt: skip

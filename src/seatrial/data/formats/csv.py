@@ -36,11 +36,15 @@ needs_mapping = True
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """The column of time: `(column + offset) * unit`."""
+    """The column of time: `(column + offset) * unit`.
+
+    With `sort`, rows are put in the order of their times, and of rows that are the same one is kept.
+    """
 
     column: str
     unit: str
     offset: float = 0.0
+    sort: bool = False
 
 
 @dataclass(frozen=True)
@@ -115,9 +119,12 @@ def read(source: Path, mapping: Mapping) -> Trial:
     index = {channel: heads.index(column.column) for channel, column in wanted.items()}
     table, numbered = _wanted_numbers(source, lines, mapping, heads, sorted(set(index.values())))
     table, padded = continued(table, index["t"])
+    if mapping.time.sort:
+        table, numbered, padded = _sorted(table, index["t"], numbered, padded)
     values = {channel: _si(channel, column, table[:, index[channel]]) for channel, column in wanted.items()}
     t = values.pop("t")
-    check_time(source, time.column, t, numbered)
+    check_time(source, time.column, t, numbered, "" if mapping.time.sort else "; sort = true under time in the mapping "
+               "puts rows in order and leaves out those that repeat others")  # fmt: skip
     units = {n: conversion(n, c.unit)[0] for n, c in mapping.channels.items() if n not in UNITS}
     steps = [f"imported by a mapping: {len(values)} of {len(heads)} columns"]
     steps += [f"{n}: sign turned" for n, c in mapping.channels.items() if c.sign == -1.0]
@@ -128,6 +135,14 @@ def read(source: Path, mapping: Mapping) -> Trial:
         values["u"], values["v_m"] = to_body(values["u"], values["v_m"], values["psi"])
         steps.append("u, v_m turned from earth axes into body axes by psi")
     return Trial(source.stem, t, values, units, {**CONVENTIONS, **mapping.meta}).noting(*steps, *padded)
+
+
+def _sorted(table: Array, time: int, lines: list[int], steps: list[str]) -> tuple[Array, list[int], list[str]]:
+    """Rows in the order of their times, each once, their lines, and the steps with this one."""
+    _, each = np.unique(np.nan_to_num(table, nan=np.inf), axis=0, return_index=True)
+    order = each[np.lexsort((each, table[each, time]))]
+    said = f"sorted by time, {len(table) - len(order)} rows that repeat others left out"
+    return table[order], [lines[min(k, len(lines) - 1)] for k in order.tolist()], [*steps, said]
 
 
 def _wanted_numbers(

@@ -1,4 +1,6 @@
-"""Trials from trials: cut, segments, resample, gaps, split, axes, scale; `smooth` has the Kalman smoother.
+"""Trials from trials: cut, segments, resample, gaps, split, axes, scale.
+
+`steps` has corrections as values, which a file can hold; `smooth` has the Kalman smoother.
 
 Contract: each function takes a `Trial` (or its arrays) and returns a new one that notes the step in its processing.
 A gap is filled only by the function that is named for it.
@@ -6,9 +8,11 @@ A gap is filled only by the function that is named for it.
 
 from .axes import froude_scaled, integral, to_body, to_earth
 from .cutting import complete, cut, drop_trailing_gaps, segments, split, unbroken
+from .steps import Remedy, Step, mended, read_steps, steps_text
 from .timing import ANGLES, interpolate_gaps, nearest_rows, resample, resampling, shifted
 
 __all__ = [
-    "ANGLES", "complete", "cut", "drop_trailing_gaps", "froude_scaled", "integral", "interpolate_gaps",
-    "nearest_rows", "resample", "resampling", "segments", "shifted", "split", "to_body", "to_earth", "unbroken",
+    "ANGLES", "Remedy", "Step", "complete", "cut", "drop_trailing_gaps", "froude_scaled", "integral",
+    "interpolate_gaps", "mended", "nearest_rows", "read_steps", "resample", "resampling", "segments", "shifted",
+    "split", "steps_text", "to_body", "to_earth", "unbroken",
 ]  # fmt: skip

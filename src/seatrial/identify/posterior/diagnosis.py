@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ...data import Array
+from ...models import unit
 
 # A suspect is listed as a cause from this drop of the objective on, in squared sigma, and if it moves a parameter by
 # this many sigma or removes this share of the objective.
@@ -14,6 +16,14 @@ SIGNIFICANT, MOVES, REMOVES = 25.0, 1.0, 0.05
 LARGE, ALIKE = 1.3, 0.15
 # A reversed wind (twice its reading too much) shows as at least this scale error in the first step towards it.
 _TURNED = 0.5
+
+
+def _shown(name: str, noise: float) -> str:
+    """A noise in plain digits and the unit of reports."""
+    symbol = unit(name)
+    value = math.degrees(noise) if symbol.startswith("rad") else noise
+    digits = max(1 - math.floor(math.log10(value)), 0) if 0.0 < value < math.inf else 0
+    return f"{value:.{digits}f} {symbol.replace('rad', 'deg')}"
 
 
 @dataclass(frozen=True)
@@ -40,7 +50,7 @@ class Channel:
         """What contradicts the model, one line each."""
         out: list[str] = []
         if self.size > LARGE:
-            out.append(f"{name}: residuals are {self.size:.2g} times the sensor noise ({self.noise:.2g})")
+            out.append(f"{name}: residuals are {self.size:.2g} times the sensor noise ({_shown(name, self.noise)})")
         if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > 1.0:
             out.append(f"{name}: neighbouring residuals are alike (correlation {self.alike:.2f})")
         return tuple(out)
@@ -99,6 +109,14 @@ class Suspicion:
         return self.name == "scale.wind" and self.size > _TURNED
 
     @property
+    def remedy(self) -> str:
+        """Lines of a study that let the fit estimate it; both components of a vector."""
+        kind, _, way = self.name.partition(".")
+        names = (f"{kind}.north", f"{kind}.east") if way in ("north", "east") else (self.name,)
+        freed = ", ".join(f'"{name}" = inf' for name in names)
+        return f"correct the log, or estimate the error: common = {{ {freed} }} in [nuisance] of the study"
+
+    @property
     def matters(self) -> bool:
         """Whether it is significant and has an effect on the result."""
         most = max((abs(v) for v in self.moves.values()), default=0.0)
@@ -109,7 +127,7 @@ class Suspicion:
         """The finding in one line."""
         most = max(self.moves, key=lambda path: abs(self.moves[path]), default="")
         moved = f"; {most} would move by {self.moves[most]:+.1f} sigma" if most else ""
-        other = "; or its direction is where it blows to" if self.turned else ""
+        other = "; or its direction is where it blows to: add 180 deg to gamma_T" if self.turned else ""
         return (f"{self.words} of {self.value} would remove {self.share:.0%} of the objective"
                 f"{moved}{other}")  # fmt: skip
 
@@ -185,5 +203,6 @@ class Diagnosis:
         grounds = [line for name, one in self.channels.items() for line in one.grounds(name)]
         return (
             "the model does not explain the data: sigma and verdicts hold only if the model were right",
-            *(f"suspect: {one.text}" for one in self.causes[:5]), *grounds, *out,
+            *(f"suspect: {one.text}" for one in self.causes[:5]),
+            *(f"remedy of the first: {one.remedy}" for one in self.causes[:1]), *grounds, *out,
         )  # fmt: skip
