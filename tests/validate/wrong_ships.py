@@ -189,7 +189,7 @@ def _adding(change: Callable[..., Any]) -> Any:
 drifts_from_rest = _adding(lambda u, v, r, c, s: {"v": 1e-4 * _A})
 by_heading = _adding(lambda u, v, r, c, s: {"r": 0.05 * _A / _L * s[2] * where(magnitude(s[2]) > 0.5, 1.0, 0.0)})
 sway_pushed_to_port = _adding(
-    lambda u, v, r, c, s: {"v": where(both(v < 0, u < 0.3 * _U), v, 0.0) * (6.0 * magnitude(v) + 3.0 * magnitude(u)) / _L}
+    lambda u, v, r, c, s: {"v": where(both(v < 0, u < 0.3 * _U), v, 0.0) * (6.0 * magnitude(v) + 3.0 * u) / _L}
 )
 yaw_pushed_astern = _adding(lambda u, v, r, c, s: {"r": where(u < 0, 6.0, 0.0) * magnitude(u) * r / _L})
 creeping_free = _adding(

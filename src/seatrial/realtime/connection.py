@@ -19,7 +19,7 @@ from ..data.nmea.ship import KNOT, Fittings
 from ..ships import Ship
 from ..validate.requirements import Finding, Judgement, judged, worst
 from ..validate.requirements import thresholds as limit
-from .conning import thrusters
+from .conning import shafts, thrusters
 from .helm import limits
 from .loop import Loop
 from .on_wire import OnWire, Speech
@@ -131,7 +131,7 @@ def _rudder(ship: Ship) -> Iterator[Finding]:
 
 def _revolutions(ship: Ship) -> Iterator[Finding]:
     """An order of half the revolutions."""
-    turning = _following(ship, "n_P", "n")
+    turning = shafts(ship)  # none where revolutions move nothing
     if not turning:
         return
     loop, plant, line = _at_sea(ship)

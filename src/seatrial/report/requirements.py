@@ -60,10 +60,10 @@ def _finding(one: Finding) -> dict[str, object]:
 
 
 def _row(one: Finding) -> tuple[str, ...]:
+    value = number(one.value, 4) + (f" {one.unit}" if one.unit != "-" else "")
     if one.bound is None:
-        return one.what, number(one.value, 4), one.unit, "", "", ""
-    holds = "✓" if one.holds else f"✗ {one.wrong}"
-    return one.what, number(one.value, 4), one.unit, str(one.bound), holds, one.bound.why
+        return one.what, value, "", "", ""
+    return one.what, value, str(one.bound), "✓ holds" if one.holds else f"✗ {one.wrong}", one.bound.why
 
 
 def _item(item: Item, found: Judgement) -> Section:
@@ -71,6 +71,6 @@ def _item(item: Item, found: Judgement) -> Section:
              for plot in found.plots)  # fmt: skip
     body = f"<p><strong>{text(_MARK[found.verdict])}</strong>: {text(found.reason)}.</p>"
     if found.findings:
-        head = ("measured; of many points, the worst", "value", "unit", "threshold", "holds", "because")
-        body += f'<div class="wrap">{table(head, map(_row, found.findings), words=(2, 3, 4, 5))}</div>'
+        head = ("measured; of many points, the worst", "value", "threshold", "verdict", "because")
+        body += f'<div class="wrap">{table(head, map(_row, found.findings), words=(0, 2, 3, 4))}</div>'
     return Section(f"{item.number}. {item.text}", body + gallery(*drawn))

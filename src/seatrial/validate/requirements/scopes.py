@@ -48,7 +48,8 @@ def _step(p: Probe) -> Judgement:
         found.append(Finding(f"track error of {name} over 15 L/U", error, "L", limit.STEP_ERROR, wrong))
         lines.append((name, coarse.t / p.unit_time, apart))
     greatest = max(one.value for one in found if one.bound is limit.STEP_ERROR)
-    good = f"chosen automatically; hard turns and stops are {greatest:.1e} L from those at a quarter of the step"
+    tried = "hard turns and a crash stop" if "a crash stop" in cases else "hard turns"
+    good = f"chosen automatically; {tried} are {greatest:.1e} L from those at a quarter of the step"
     return judged(good, found, Plot("Error of the track by the time step", "t U/L", "L", tuple(lines)))
 
 

@@ -49,8 +49,9 @@ def turning(p: Probe) -> Judgement:
     found += [*_side_force(p), *_inside(p, runs[1.0, 1.0, 1], runs[1.0, 1.0, -1])]
     tracks = tuple((f"{s * a * p.limit / _DEGREE:+.0f} deg", run["y"], run["x"])
                    for (f, a, s), run in runs.items() if f == 1.0)  # fmt: skip
+    drifts = "; the bow inside the turn" if p.sways else "; it has no drift"
     return judged(
-        "turns to the side of the rudder, to both alike, the tighter the larger the angle; the bow inside the turn",
+        f"turns to the side of the rudder, to both alike, the tighter the larger the angle{drifts}",
         found, Plot("Turning", "east [m]", "north [m]", tracks, equal=True),
     )  # fmt: skip
 
@@ -157,6 +158,8 @@ def _inflow(p: Probe) -> Iterator[Finding]:
 
 def _race(p: Probe) -> Iterator[Finding]:
     """More revolutions, more force: the race of the propeller adds to the inflow."""
+    if not np.ptp(rudder_yaw(p, p.U, [(k * p.n_P, p.limit) for k in (0.0, 1.0, 1.6)])):
+        return  # what follows below says it: no answer to revolutions at all
     rising: list[tuple[str, float]] = []
     for f in p.ahead:
         base = max(f, 0.5) * p.n_P

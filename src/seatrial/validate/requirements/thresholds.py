@@ -49,7 +49,7 @@ UNDER_WAY = least(1e-3, "at held revolutions a faster ship has less thrust and m
 SWAY = least(
     0.03, "a tenth of what the lift of a plate as deep as a ship gives at small drift, pi d/(2 L) over its mass"
 )
-YAW = least(0.1, "a turning hull is damped: yaw fades by at least a tenth per length")
+YAW = least(0.03, "a turning hull is damped: yaw fades by 50 to 200 % per length, here by a thirtieth of that")
 TURNED = Bound(0.05, 0.95, "drift and yaw take 5 to 95 % of the speed in a hard turn")
 HULL = least(1.0, "a hull always pushes against its own motion")
 STILL = most(1e-9, "nothing moves by itself")
