@@ -98,7 +98,7 @@ def _told(ship: Ship, framed: bool) -> Iterator[Finding]:
         ("VBW", "transwaterspd"): (plant["v_m"] / KNOT, 0.011),
     }  # fmt: skip
     points = [
-        (f"{kind} {field}", abs(float(said[kind][field] or 0.0) - value) / (digit + 0.02 * abs(value)))
+        (f"{kind} {field}", abs((said[kind].number(field) or 0.0) - value) / (digit + 0.02 * abs(value)))
         for (kind, field), (value, digit) in expected.items() if kind in said
     ]  # fmt: skip
     if points:

@@ -186,7 +186,7 @@ class Probe:
         acting = np.hstack([orders, air])
         model = self.ship.model
         if isinstance(model, Sampled):
-            return np.array([self.rates(*m, tuple(c), Environment(*a)) for m, c, a in zip(
+            return np.array([self.rates(m[0], m[1], m[2], tuple(c), Environment(*a)) for m, c, a in zip(
                 moved.tolist(), orders.tolist(), air.tolist(), strict=True)])  # fmt: skip
         place = np.broadcast_to(np.array([0.0, 0.0, psi]), (rows, 3))
         state = np.hstack([place, moved, settled(model, acting)])
@@ -202,7 +202,7 @@ class Probe:
 
         def rates(at: Array) -> Array:
             if isinstance(model, Sampled):
-                return self.rates(*at.tolist(), control)
+                return self.rates(float(at[0]), float(at[1]), float(at[2]), control)
             return np.array(model.derivative((0.0, 0.0, 0.0, *at.tolist()), control, CALM)[3:], dtype=float)
 
         columns = [(rates(middle + h * e) - rates(middle - h * e)) / (2 * h)

@@ -107,8 +107,8 @@ def _open_source(p: Probe) -> Judgement:
     """Source of the model's classes can be read, and its licence allows that."""
     parts = [p.ship.model, *(part for part in vars(p.ship.model).values() if is_dataclass(part))]
     read = [type(part).__name__ for part in parts if _readable(type(part))]
-    known = metadata("seatrial")
-    licence = known.get("License-Expression") or known.get("License") or ""
+    known = metadata("seatrial").json
+    licence = str(known.get("license_expression") or known.get("license") or "")
     found = [
         Finding("classes of the model whose source can be read, of all", len(read) / len(parts), "-", limit.ALL_OPEN,
                 "the source of a part of the model cannot be read"),

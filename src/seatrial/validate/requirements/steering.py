@@ -159,7 +159,9 @@ def _inflow(p: Probe) -> Iterator[Finding]:
 def _race(p: Probe) -> Iterator[Finding]:
     """More revolutions, more force: the race of the propeller adds to the inflow."""
     if not np.ptp(rudder_yaw(p, p.U, [(k * p.n_P, p.limit) for k in (0.0, 1.0, 1.6)])):
-        return  # what follows below says it: no answer to revolutions at all
+        wrong = "more revolutions do not give the rudder more force: they do not enter it"
+        yield Finding("gain of rudder force by revolutions", 0.0, "-", limit.MORE_RACE, wrong)
+        return
     rising: list[tuple[str, float]] = []
     for f in p.ahead:
         base = max(f, 0.5) * p.n_P
