@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..core.parameters import Scalar, Scalars, spec
+from ..core.parameters import Scalar, Scalars, choice, spec
 from ..core.symbolic import both, clip, magnitude, speed, where
 from . import Flow, Force, PropellerModule, Slipstream
 
@@ -18,10 +18,12 @@ class FourQuadrant(PropellerModule):
     and the side force of Ueno et al.  At n_P = 0 there is no force, as in the authors' own code.
     Every coefficient stands on J_s = u/(n_P D_P); products with n_P^2 are written out, so that nothing
     is divided by n_P.  Misprints corrected: "v_p = 0" of Eq. 42 is w_P = 0; L_pp, not L_pp^2, in Eq. 43.
+    `hand` declares to which side the swirl of the numbers A and B must push; `seatrial requirements` tests it.
     """
 
     mirror_symmetric: ClassVar[bool] = False
 
+    hand: str = choice("hand of the propeller: its turn ahead, seen from astern", ("right", "left"), "right")
     D_P: Scalar = spec("m", "diameter", (1e-4, 50.0))
     pitch_ratio: Scalar = spec("", "pitch over diameter", (0.0, 5.0))
     t_P: Scalar = spec("", "thrust deduction factor ahead; 0 reversed", (-0.5, 1.0))

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from .. import __version__
-from ..validate.requirements import Item, Judgement, Table
+from ..validate.requirements import Finding, Item, Judgement, Table
 from . import figures
 from .page import Page, Section, entries, figure, gallery, lead, number, soft, table, text
 
-_MARK = {"pass": "✓ pass", "fail": "✗ fail", "not applicable": "– not applicable"}
+_MARK = {"pass": "✓ pass", "fail": "✗ fail", "not applicable": "– not applicable", "not judged": "– not judged"}
 _SOURCES = {
     "collision-avoidance": "Sawada et al. 2024, section 6.2: heading control for collision avoidance",
     "berthing": "Sawada et al. 2024, section 6.2: berthing",
-    "functional": "Sawada et al. 2024, section 6.1: the list of IEC 62065",
+    "functional": "Sawada et al. 2024, section 6.1: the list of IEC 62065, and the non-functional items of section 6.2",
 }
 
 
 def verdict(found: Table) -> str:
     """The outcome in one line."""
-    passed, failed, aside = (found.count(v) for v in ("pass", "fail", "not applicable"))
+    passed, failed, aside, open_ = (found.count(v) for v in ("pass", "fail", "not applicable", "not judged"))
     words = f"{passed} of {len(found.rows)} items pass"
     words += f", {failed} fail ({', '.join(found.failed)})" if failed else ""
-    return words + (f", {aside} not applicable" if aside else "")
+    words += f", {aside} not applicable" if aside else ""
+    return words + (f", {open_} not judged" if open_ else "")
 
 
 def page(found: Table) -> Page:
@@ -31,7 +32,7 @@ def page(found: Table) -> Page:
     head = lead(verdict(found)) + soft(source)
     head += f'<div class="wrap">{table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3))}</div>'
     conditions = {
-        **found.conditions, "limits of each check": "docs/decisions.md, requirements", "version": __version__,
+        **found.conditions, "thresholds": "src/seatrial/validate/requirements/thresholds.py", "version": __version__,
         "command": f"seatrial requirements {found.ship} --scope {found.scope}",
     }  # fmt: skip
     items = (_item(item, judgement) for item, judgement in found.rows)
@@ -45,17 +46,31 @@ def numbers(found: Table) -> dict[str, object]:
         "ship": found.ship, "scope": found.scope, "verdict": verdict(found), "failed": list(found.failed),
         "items": [
             {"item": item.number, "requirement": item.text, "verdict": j.verdict, "reason": j.reason,
-             "evidence": {name: {"value": value, "unit": unit} for name, (value, unit) in j.evidence.items()}}
+             "evidence": {one.what: _finding(one) for one in j.findings}}
             for item, j in found.rows
         ],
     }  # fmt: skip
 
 
+def _finding(one: Finding) -> dict[str, object]:
+    if one.bound is None:
+        return {"value": one.value, "unit": one.unit}
+    bound = {"low": one.bound.low, "high": one.bound.high, "holds": one.holds, "why": one.bound.why}
+    return {"value": one.value, "unit": one.unit, **bound, **({} if one.holds else {"wrong": one.wrong})}
+
+
+def _row(one: Finding) -> tuple[str, ...]:
+    value = number(one.value, 4) + (f" {one.unit}" if one.unit != "-" else "")
+    if one.bound is None:
+        return one.what, value, "", "", ""
+    return one.what, value, str(one.bound), "✓ holds" if one.holds else f"✗ {one.wrong}", one.bound.why
+
+
 def _item(item: Item, found: Judgement) -> Section:
-    evidence = ((name, number(value, 4), unit) for name, (value, unit) in found.evidence.items())
     drawn = (figure(figures.lines(plot.title, plot.x, plot.y, plot.lines, equal=plot.equal), plot.title)
              for plot in found.plots)  # fmt: skip
     body = f"<p><strong>{text(_MARK[found.verdict])}</strong>: {text(found.reason)}.</p>"
-    if found.evidence:
-        body += table(("measured", "value", "unit"), evidence, words=(2,))
+    if found.findings:
+        head = ("measured; of many points, the worst", "value", "threshold", "verdict", "because")
+        body += f'<div class="wrap">{table(head, map(_row, found.findings), words=(0, 2, 3, 4))}</div>'
     return Section(f"{item.number}. {item.text}", body + gallery(*drawn))

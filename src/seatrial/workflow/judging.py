@@ -318,13 +318,15 @@ def requirements(
         RequestError: an unknown scope, or an output that is no page or whose folder does not exist.
         ShipError: a ship that cannot be read.
     """
+    from ..exchange.equations import equations
+    from ..realtime.connection import connection
     from ..report.requirements import page
     from ..validate.requirements.scopes import SCOPES, judge
 
     if scope not in SCOPES:
         raise RequestError(f"--scope is '{scope}'; known: {', '.join(SCOPES)}")
     check_output(out, PAGES, "the page of the requirements")
-    found = judge(ship_of(ship), scope)
+    found = judge(ship_of(ship), scope, elsewhere={"3": connection, "4": equations, "N2": equations})
     _write(out, lambda: page(found), note)
     return found
 

@@ -7,16 +7,21 @@ ship does, never at the name of its family.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from ...data import Array
+from ...ships import Ship
+from .thresholds import Bound
 
 if TYPE_CHECKING:
     from .probe import Probe
 
-Verdict = Literal["pass", "fail", "not applicable"]
+Verdict = Literal["pass", "fail", "not applicable", "not judged"]
+
+_SAID = 3
 
 
 @dataclass(frozen=True)
@@ -31,18 +36,45 @@ class Plot:
 
 
 @dataclass(frozen=True)
+class Finding:
+    """One measured value and the bound it is held against.
+
+    Attributes:
+        what: the quantity and where it was measured; of many points, the worst.
+        bound: None where the value is shown only.
+        wrong: the physics that is wrong or missing where the bound does not hold.
+    """
+
+    what: str
+    value: float
+    unit: str = "-"
+    bound: Bound | None = None
+    wrong: str = ""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the value lies within its bound."""
+        return self.bound is None or self.bound.holds(self.value)
+
+
+@dataclass(frozen=True)
 class Judgement:
     """What became of one item.
 
     Attributes:
-        reason: why, in one sentence; of a failure, which physics is missing.
-        evidence: the figures it rests on: value and unit by what it is.
+        reason: why, in one sentence; of a failure, which physics is wrong or missing.
+        findings: the measured values it rests on, each with its bound.
     """
 
     verdict: Verdict
     reason: str
-    evidence: Mapping[str, tuple[float, str]] = field(default_factory=dict[str, tuple[float, str]])
+    findings: tuple[Finding, ...] = ()
     plots: tuple[Plot, ...] = ()
+
+    @property
+    def evidence(self) -> Mapping[str, tuple[float, str]]:
+        """Value and unit by what was measured."""
+        return {one.what: (one.value, one.unit) for one in self.findings}
 
 
 @dataclass(frozen=True)
@@ -52,6 +84,10 @@ class Item:
     number: str
     text: str
     check: Callable[[Probe], Judgement]
+
+
+Elsewhere = Mapping[str, Callable[[Ship], Judgement]]
+"""Checks of rooms that this one may not import, by the number of the item."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +109,26 @@ class Table:
         return tuple(item.number for item, judgement in self.rows if judgement.verdict == "fail")
 
 
-def given(holds: bool, good: str, bad: str, evidence: Mapping[str, tuple[float, str]], *plots: Plot) -> Judgement:
-    """Pass or fail, each with its reason."""
-    return Judgement("pass" if holds else "fail", good if holds else bad, evidence, plots)
+def judged(good: str, findings: Iterable[Finding], *plots: Plot) -> Judgement:
+    """Pass with the reason `good` if every bound holds; else fail, with what is wrong."""
+    found = tuple(findings)
+    if not any(one.bound for one in found):
+        raise ValueError("an item without a bound cannot fail")
+    wrong = [*dict.fromkeys(one.wrong for one in found if not one.holds)]
+    more = f"; and {len(wrong) - _SAID} more" if len(wrong) > _SAID else ""
+    return Judgement("fail" if wrong else "pass", "; ".join(wrong[:_SAID]) + more if wrong else good, found, plots)
+
+
+def worst(
+    what: str, points: Iterable[tuple[str, float]], bound: Bound, wrong: str, unit: str = "-"
+) -> Finding:  # fmt: skip
+    """The point that is furthest out of a bound, or nearest to its end; `{at}` in the texts is where that is."""
+
+    def room(point: tuple[str, float]) -> float:
+        value = point[1]
+        if not math.isfinite(value):
+            return -math.inf
+        return min(value - bound.low, bound.high - value)
+
+    at, value = min(points, key=room)
+    return Finding(f"{what} ({at})" if at else what, value, unit, bound, wrong.format(at=at))

@@ -14,12 +14,18 @@ from ...core.parameters import Scalar, spec
 from ...data import Array, Trial
 from ...engine.rollout import simulator
 from ...environment import CALM, CHANNELS, Environment, Uniform, Weather
+from ...environment.weather import Gust
 from ...manoeuvres import Policy
 from ...models import STATES, Sampled
 from ...models.settled import settled
 from ...ships import Ship, ShipError
 from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
 from ...simulate.run import approach, simulate, time_step
+
+
+def gusty(base: Weather, seed: int) -> Weather:
+    """The gusts that `seatrial simulate --gusts` blows."""
+    return Gust(base, seed=seed)
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,8 @@ class Probe:
         U, n_P: speed [m/s] and revolutions [1/s] of its approach.
         balanced: whether those revolutions hold that speed; else the reason, in words.
         clock: gives seconds; what the speed of the computation is measured with.
+        dt: time step of every run [s]; None takes that of `time_step`.
+        gusts: gusts on a steady wind, by a seed.
     """
 
     ship: Ship
@@ -54,6 +62,8 @@ class Probe:
     n_P: float
     balanced: str = ""
     clock: Callable[[], float] = time.perf_counter
+    dt: float | None = None
+    gusts: Callable[[Weather, int], Weather] = gusty
 
     @staticmethod
     def of(ship: Ship, clock: Callable[[], float] = time.perf_counter) -> Probe:
@@ -68,6 +78,53 @@ class Probe:
     def unit_time(self) -> float:
         """The time of one ship length [s]."""
         return self.ship.L_pp / self.U
+
+    @property
+    def step(self) -> float:
+        """Time step of the runs [s]."""
+        return self.dt or time_step(self.ship)
+
+    @property
+    def ahead(self) -> tuple[float, ...]:
+        """Speeds ahead that the ship's file claims, as shares of the approach speed, the slowest first."""
+        return tuple(f for f in (0.1, 0.25, 0.5, 0.75, 1.0) if self.allows("u", f * self.U)) or (1.0,)
+
+    @property
+    def astern(self) -> tuple[float, ...]:
+        """Speeds astern that the ship's file claims, as negative shares of the approach speed."""
+        return tuple(f for f in (-0.1, -0.25, -0.5) if self.allows("u", f * self.U))
+
+    @property
+    def rests(self) -> bool:
+        """Whether the file claims that the model is valid at rest."""
+        return self.allows("u", 0.0)
+
+    @property
+    def reverses(self) -> bool:
+        """Whether the file claims that the model is valid with the propulsion reversed."""
+        turned = self.controls(-self.n_P)
+        each = zip(self.ship.model.controls, turned, strict=True)
+        return bool(self.propulsion) and all(self.allows(name, value) for name, value in each)
+
+    @property
+    def stops(self) -> bool:
+        """Whether the propulsion can be stopped: revolutions change the motion."""
+        straight = [(self.U, 0.0, 0.0)]
+        return bool(
+            np.abs(self.at(straight, self.controls(self.n_P or 1.0)) - self.at(straight, self.controls())).any()
+        )
+
+    @property
+    def conventional(self) -> bool:
+        """Whether it steers by rudders, whose force is made by a flow; not by thrusts that are ordered or turned."""
+        return bool(self.steering) and all(name.partition("_")[0] == "delta" for name in self.steering)
+
+    @property
+    def sways(self) -> bool:
+        """Whether sideways motion exists in the model: some motion or rudder changes it."""
+        moved = [(self.U, 0.1 * self.U, 0.0), (self.U, 0.0, 0.1 / self.unit_time), (self.U, 0.0, 0.0)]
+        orders = [self.controls(self.n_P), self.controls(self.n_P), self.controls(self.n_P, 0.5 * self.limit)]
+        return bool(np.abs(self.at(moved, orders)[:, 1]).max() > 0.0)
 
     @property
     def limit(self) -> float:
@@ -103,9 +160,7 @@ class Probe:
         """A state at the origin, heading north, with these velocities; `rates` and `drift` settle what is beyond."""
         return (0.0, 0.0, 0.0, u, v_m, r)
 
-    def rates(
-        self, u: float, v_m: float, r: float, control: tuple[float, ...], around: Environment = CALM
-    ) -> Array:
+    def rates(self, u: float, v_m: float, r: float, control: tuple[float, ...], around: Environment = CALM) -> Array:
         """Rates of u, v_m, r [m/s^2, m/s^2, rad/s^2]."""
         model = self.ship.model
         rest = settled(model, np.array([[*control, *around]], dtype=np.float64))[0]
@@ -114,16 +169,44 @@ class Probe:
             return np.array(model.advance(state, control, around, model.begin(state, control))[0], dtype=float)
         return np.array(model.derivative(state, control, around)[3:6], dtype=float)
 
+    def at(
+        self, motion: Sequence[Sequence[float]] | Array, control: Sequence[float] | Sequence[Sequence[float]] | Array,
+        around: Sequence[float] | Sequence[Sequence[float]] | Array = CALM, psi: float = 0.0,
+    ) -> Array:  # fmt: skip
+        """Rates of (u, v_m, r) at many points in one call, shape (points, 3).
+
+        Args:
+            motion: u, v_m [m/s] and r [rad/s], shape (points, 3) or (1, 3).
+            control, around: what acts, shape (points, controls) and (points, 8), or one for all points.
+            psi: heading [rad].
+        """
+        given = [np.atleast_2d(np.asarray(one, dtype=float)) for one in (motion, control, around)]
+        rows = max(map(len, given))
+        moved, orders, air = (np.broadcast_to(one, (rows, one.shape[1])) for one in given)
+        acting = np.hstack([orders, air])
+        model = self.ship.model
+        if isinstance(model, Sampled):
+            return np.array([self.rates(m[0], m[1], m[2], tuple(c), Environment(*a)) for m, c, a in zip(
+                moved.tolist(), orders.tolist(), air.tolist(), strict=True)])  # fmt: skip
+        place = np.broadcast_to(np.array([0.0, 0.0, psi]), (rows, 3))
+        state = np.hstack([place, moved, settled(model, acting)])
+        system = open_loop(self.ship)
+        return simulator(system).evaluate(state, acting, open_loop_parameters(self.ship))[:, 3:6]
+
     def slopes(self, u: float, control: tuple[float, ...]) -> Array:
-        """d(rates of u, v_m, r)/d(u, v_m, r) straight ahead, shape (3, 3), by central differences."""
-        step = 1e-5 * np.array([self.U, self.U, self.U / self.ship.L_pp])
-        columns: list[Array] = []
-        for k in range(3):
-            aside = np.zeros(3)
-            aside[k] = step[k]
-            up = self.rates(u + aside[0], aside[1], aside[2], control)
-            down = self.rates(u - aside[0], -aside[1], -aside[2], control)
-            columns.append((up - down) / (2 * step[k]))
+        """d(rates of u, v_m, r and what is beyond)/d(the same) straight ahead, square, by central differences."""
+        model = self.ship.model
+        rest = () if isinstance(model, Sampled) else settled(model, np.array([[*control, *CALM]]))[0].tolist()
+        middle = np.array([u, 0.0, 0.0, *rest])
+        step = 1e-5 * np.array([self.U, self.U, self.U / self.ship.L_pp, *np.maximum(np.abs(rest), 1e-3)])
+
+        def rates(at: Array) -> Array:
+            if isinstance(model, Sampled):
+                return self.rates(float(at[0]), float(at[1]), float(at[2]), control)
+            return np.array(model.derivative((0.0, 0.0, 0.0, *at.tolist()), control, CALM)[3:], dtype=float)
+
+        columns = [(rates(middle + h * e) - rates(middle - h * e)) / (2 * h)
+                   for h, e in zip(step, np.eye(len(step)), strict=True)]  # fmt: skip
         return np.column_stack(columns)
 
     def drift(
@@ -131,7 +214,7 @@ class Probe:
         around: Environment = CALM,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Times and states (lanes, rows, 6) from given states under held controls, settled to them."""
-        dt = time_step(self.ship)
+        dt = self.step
         steps = max(round(duration / dt), 2) + 1
         series = np.array([[(*control, *around)] for control in controls], dtype=float)
         begun = np.hstack([np.array(states, dtype=float), settled(self.ship.model, series[:, 0])])
@@ -149,5 +232,5 @@ class Probe:
         free = replace(self.ship, validity={})
         return simulate(
             free, Held(self.n_P, n_order, delta), speed=self.U if speed is None else speed, duration=duration,
-            environment=weather or Uniform(), dt=dt,
+            environment=weather or Uniform(), dt=dt or self.dt,
         )  # fmt: skip

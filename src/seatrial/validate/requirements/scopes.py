@@ -1,89 +1,84 @@
-"""The items of each scope, in our words, and the judge; checks of the computation and of what is no motion."""
+"""The items of each scope, in our words, and the judge; checks of the computation itself."""
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import is_dataclass
+from functools import partial
+from importlib.metadata import metadata
 from types import MappingProxyType
 
 import numpy as np
 
-from ...core.parameters import unknown, values
+from ...core.parameters import unknown
+from ...engine import SimulationError
 from ...models import Sampled
 from ...ships import Ship, ShipError
-from ...simulate.run import fastest, time_step
-from . import Item, Judgement, Plot, Table, control, given, motion
+from ...simulate.run import fastest
+from . import Elsewhere, Finding, Item, Judgement, Plot, Table, control, hull, judged, propulsion, steering, weather
+from . import thresholds as limit
+from .plausible import plausible
 from .probe import Probe
-
-_ALLOWED = 1e-3
 
 
 def _step(p: Probe) -> Judgement:
     """The time step is chosen by scale and stiffness; what it costs in accuracy is measured."""
-    dt = time_step(p.ship)
-    evidence = {"time step": (dt, "s"), "in time of one ship length": (dt / p.unit_time, "L/U")}
+    dt = p.step
     if isinstance(p.ship.model, Sampled):
-        return Judgement("pass", "a model in discrete time runs at the step it was made for", evidence)
-    evidence["step times fastest motion"] = (dt * fastest(p.ship), "-")
-    coarse, fine = (p.run(p.n_P, p.limit, 15 * p.unit_time, dt=dt / k) for k in (1, 4))
-    every = np.interp(coarse.t, fine.t, np.arange(len(fine))).round().astype(int)
-    apart = np.hypot(coarse["x"] - fine["x"][every], coarse["y"] - fine["y"][every]) / p.ship.L_pp
-    evidence["track error of a hard turn over 15 lengths"] = (float(apart.max()), "L")
-    evidence["heading error"] = (float(np.degrees(np.abs(coarse["psi"] - fine["psi"][every]).max())), "deg")
-    plot = Plot("Error of the track by the time step", "t U/L", "L", (("a hard turn", coarse.t / p.unit_time, apart),))
-    return given(
-        float(apart.max()) < _ALLOWED,
-        f"chosen automatically; a hard turn is {float(apart.max()):.1e} L from that at a quarter of the step",
-        f"a hard turn is {float(apart.max()):.1e} L from that at a quarter of the step; wanted below {_ALLOWED:g} L",
-        evidence, plot,
-    )  # fmt: skip
+        own = Finding("step of the runs over that of the model", dt / float(p.ship.model.dt), "-", limit.OWN_STEP,
+                      "a model in discrete time does not run at the step it was made for")  # fmt: skip
+        return judged("a model in discrete time runs at the step it was made for", [own])
+    found = [
+        Finding("time step", dt, "s"), Finding("in time of one ship length", dt / p.unit_time, "L/U"),
+        Finding("step times fastest motion", dt * fastest(p.ship), "-", limit.STIFF,
+                "the time step is too coarse for the fastest motion of the ship"),
+    ]  # fmt: skip
+    cases = {"a hard turn to starboard": (p.n_P, p.limit), "a hard turn to port": (p.n_P, -p.limit)}
+    if p.reverses and p.astern:
+        cases["a crash stop"] = (-p.n_P, 0.0)
+    lines: list[tuple[str, np.ndarray, np.ndarray]] = []
+    for name, (n, delta) in cases.items():
+        coarse, fine = (p.run(n, delta, 15 * p.unit_time, dt=dt / k) for k in (1, 4))
+        every = np.interp(coarse.t, fine.t, np.arange(len(fine))).round().astype(int)
+        apart = np.hypot(coarse["x"] - fine["x"][every], coarse["y"] - fine["y"][every]) / p.ship.L_pp
+        error = float(apart.max()) if np.isfinite(apart).all() else math.inf
+        wrong = f"the time step is too coarse: {name} is {error:.1e} L from that at a quarter of it"
+        found.append(Finding(f"track error of {name} over 15 L/U", error, "L", limit.STEP_ERROR, wrong))
+        lines.append((name, coarse.t / p.unit_time, apart))
+    greatest = max(one.value for one in found if one.bound is limit.STEP_ERROR)
+    tried = "hard turns and a crash stop" if "a crash stop" in cases else "hard turns"
+    good = f"chosen automatically; {tried} are {greatest:.1e} L from those at a quarter of the step"
+    return judged(good, found, Plot("Error of the track by the time step", "t U/L", "L", tuple(lines)))
 
 
 def _real_time(p: Probe) -> Judgement:
     """A step takes less time than it covers."""
-    length, dt = 100 * p.unit_time, time_step(p.ship)
+    length, dt = 100 * p.unit_time, p.step
     p.run(p.n_P, 0.1 * p.limit, length)
     begun = p.clock()
     run = p.run(p.n_P, 0.1 * p.limit, length)
     taken = max(p.clock() - begun, 1e-9)
     factor = run.duration / taken
-    evidence = {
-        "real-time factor, one ship": (factor, "times"), "step": (1e6 * dt, "us"),
-        "time per step": (1e6 * taken * dt / run.duration, "us"),
-    }  # fmt: skip
-    return given(factor > 1.0, f"runs {factor:.3g} times as fast as the clock, everything included",
-                 "does not keep up with the clock", evidence)  # fmt: skip
-
-
-def _connection(p: Probe) -> Judgement:
-    return Judgement(
-        "not applicable",
-        "a matter of interfaces, not of motion, so it is not tried here: seatrial steer SHIP --nmea ADDRESS puts the "
-        "ship on the wire in the sentences of a bridge (IEC 61162-1 and -450), seatrial export in other programs",
-    )  # fmt: skip
-
-
-def _simplicity(p: Probe) -> Judgement:
-    paths = values(p.ship.model)
-    count, sourced = len(paths), sum(path in p.ship.entries for path in paths)
-    return Judgement(
-        "pass", f"the equations are open; {sourced} of {count} numbers of this ship are given with their source "
-        "(seatrial show SHIP --sources), the rest are constants of a published formula or leave a term out",
-        {"parameters": (float(count), "-"), "with a source": (float(sourced), "-")},
-    )  # fmt: skip
+    found = [
+        Finding("real-time factor, one ship", factor, "times", limit.REAL_TIME, "does not keep up with the clock"),
+        Finding("step", 1e6 * dt, "us"), Finding("time per step", 1e6 * taken * dt / run.duration, "us"),
+    ]  # fmt: skip
+    return judged(f"runs {factor:.3g} times as fast as the clock, everything included", found)
 
 
 def _numbered(*rows: tuple[str, Callable[[Probe], Judgement]]) -> tuple[Item, ...]:
     return tuple(Item(str(number), text, check) for number, (text, check) in enumerate(rows, start=1))
 
 
+_RESISTANCE = "Surge, sway and yaw meet a resistance that follows each velocity"
 _MANOEUVRING = (
-    ("Surge, sway and yaw meet a resistance that follows each velocity", motion.resistance),
-    ("Course stability depends on hull and speed", motion.stability),
-    ("No motion that theory or physics rules out", motion.plausible),
-    ("The rudder makes the ship turn", motion.turning),
-    ("Speed follows the propeller's revolutions", motion.speed_by_revolutions),
-    ("The answer to the rudder depends on speed and revolutions", motion.answer_varies),
+    ("Course stability depends on hull and speed", hull.stability),
+    ("No motion that theory or physics rules out", plausible),
+    ("The rudder makes the ship turn", steering.turning),
+    ("Speed follows the propeller's revolutions", propulsion.speed_by_revolutions),
+    ("The answer to the rudder depends on speed and revolutions", steering.answer_varies),
 )
 _ACTUATORS_AND_TIME = (
     ("An order takes time to reach the actuator", control.delay),
@@ -92,26 +87,66 @@ _ACTUATORS_AND_TIME = (
     ("Each step is computed in real time", _real_time),
 )
 COLLISION_AVOIDANCE = _numbered(
-    *_MANOEUVRING, ("Wind and waves carry the ship off or turn it", motion.wind_and_waves), *_ACTUATORS_AND_TIME
-)
-BERTHING = _numbered(
-    ("Left alone, the ship comes to rest", motion.rest_is_stable),
+    (_RESISTANCE, hull.resistance),
     *_MANOEUVRING,
-    ("Side thrusters lose force with headway", control.side_thrusters),
-    ("Backing swings the bow by the hand of the propeller", control.reversing),
-    ("Wind carries the ship off or turns it", motion.wind),
+    ("Wind and waves carry the ship off or turn it", weather.wind_and_waves),
     *_ACTUATORS_AND_TIME,
 )
+BERTHING = _numbered(
+    ("Left alone, the ship comes to rest", hull.rest_is_stable),
+    (_RESISTANCE, partial(hull.resistance, at_rest=True)),
+    *_MANOEUVRING,
+    ("Side thrusters lose force with headway", control.side_thrusters),
+    ("Backing swings the bow by the hand of the propeller", propulsion.reversing),
+    ("Wind carries the ship off or turns it", weather.wind),
+    *_ACTUATORS_AND_TIME,
+)
+
+
+def _open_source(p: Probe) -> Judgement:
+    """Source of the model's classes can be read, and its licence allows that."""
+    parts = [p.ship.model, *(part for part in vars(p.ship.model).values() if is_dataclass(part))]
+    read = [type(part).__name__ for part in parts if _readable(type(part))]
+    known = metadata("seatrial").json
+    licence = str(known.get("license_expression") or known.get("license") or "")
+    found = [
+        Finding("classes of the model whose source can be read, of all", len(read) / len(parts), "-", limit.ALL_OPEN,
+                "the source of a part of the model cannot be read"),
+        Finding(f"licence '{licence}' is an open one", float(licence.split(" ")[0] in _OPEN), "-", limit.ALL_OPEN,
+                "the licence is not one of open source"),
+    ]  # fmt: skip
+    return judged(f"its {len(parts)} classes are open to read, licence {licence}", found)
+
+
+def _readable(cls: type) -> bool:
+    try:
+        return bool(inspect.getsource(cls).strip())
+    except (OSError, TypeError):
+        return False
+
+
+def _unstable(p: Probe) -> Judgement:
+    """The ship, or it with one number of the hull changed, keeps turning with the rudder amidships."""
+    return hull.stability(p, both=True)
+
+
+def _elsewhere(p: Probe) -> Judgement:
+    return Judgement("not judged", "`seatrial requirements` tests it; `judge` alone examines motion only")
+
+
+_OPEN = ("MIT", "BSD-3-Clause", "BSD-2-Clause", "Apache-2.0")
 FUNCTIONAL = (
     Item("1a", "The propulsion answers its order", lambda p: control.delay(p, p.propulsion)),
-    Item("1b", "The ship answers the propulsion", motion.speed_by_revolutions),
-    Item("1c", "Straight ahead it meets a resistance", motion.resistance),
+    Item("1b", "The ship answers the propulsion", propulsion.speed_by_revolutions),
+    Item("1c", "Straight ahead it meets a resistance", hull.straight_resistance),
     Item("1d", "The rudder answers its order", lambda p: control.delay(p, p.steering)),
-    Item("1e", "The hull answers the rudder's actual angle", motion.turning),
-    Item("1f", "In a turn the ship moves sideways", motion.lateral),
-    Item("2", "A ship that is unstable on course can be represented", motion.stability),
-    Item("3", "It connects to a ship's own equipment", _connection),
-    Item("4", "Its equations can be read without doubt", _simplicity),
+    Item("1e", "The hull answers the rudder's actual angle", steering.turning),
+    Item("1f", "In a turn the ship moves sideways", steering.lateral),
+    Item("2", "A ship that is unstable on course can be represented", _unstable),
+    Item("3", "It connects to a ship's own equipment", _elsewhere),
+    Item("4", "Its equations can be read without doubt", _elsewhere),
+    Item("N1", "The model is open source (6.2, non-functional)", _open_source),
+    Item("N2", "It is described by equations (6.2, non-functional)", _elsewhere),
 )
 SCOPES: Mapping[str, tuple[Item, ...]] = MappingProxyType({
     "collision-avoidance": COLLISION_AVOIDANCE, "berthing": BERTHING, "functional": FUNCTIONAL,
@@ -119,8 +154,16 @@ SCOPES: Mapping[str, tuple[Item, ...]] = MappingProxyType({
 """Sawada et al. 2024 section 6.2 (11 and 14 items), and the list of IEC 62065 in its section 6.1."""
 
 
-def judge(ship: Ship, scope: str, probe: Probe | None = None) -> Table:
-    """Run `ship` through the items of `scope`.
+def checked(item: Item, p: Probe) -> Judgement:
+    """The judgement of an item; a ship that blows up in a run of it fails."""
+    try:
+        return item.check(p)
+    except (SimulationError, ArithmeticError, np.linalg.LinAlgError) as error:
+        return Judgement("fail", f"a run of this item blows up: {error}")
+
+
+def judge(ship: Ship, scope: str, probe: Probe | None = None, elsewhere: Elsewhere | None = None) -> Table:
+    """Run `ship` through the items of `scope`; `elsewhere` has checks of interfaces, by item.
 
     Raises:
         ShipError: an unknown scope.
@@ -132,6 +175,10 @@ def judge(ship: Ship, scope: str, probe: Probe | None = None) -> Table:
         "approach": f"{examined.U:.4g} m/s, {examined.n_P:.4g} 1/s {examined.balanced}".strip(),
         "ship length": f"{ship.L_pp:g} m, so L/U is {examined.unit_time:.4g} s",
         "steering limit used": f"{math.degrees(examined.limit):.3g} deg",
-        "time step": f"{time_step(ship):g} s, RK4",
+        "time step": f"{examined.step:g} s, RK4",
     }
-    return Table(ship.name, scope, tuple((item, item.check(examined)) for item in SCOPES[scope]), conditions)
+    given = elsewhere or {} if scope == "functional" else {}
+    rows = (
+        (item, given[item.number](ship) if item.number in given else checked(item, examined)) for item in SCOPES[scope]
+    )
+    return Table(ship.name, scope, tuple(rows), conditions)

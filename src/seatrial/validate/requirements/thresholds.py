@@ -1,0 +1,158 @@
+"""Thresholds of the requirements, each with the physics that sets it; no other module of this folder has one.
+
+Speeds are shares of the approach speed U, times are in L/U, rates of velocity over U^2/L, so that one number is valid
+for a tug and a tanker.  They are wide: a requirement asks for a plausible ship, not for an accurate one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+_INF = math.inf
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A closed interval for one measured value, and why it lies there."""
+
+    low: float
+    high: float
+    why: str
+
+    def holds(self, value: float) -> bool:
+        """Whether a value lies within; NaN does not."""
+        return self.low <= value <= self.high
+
+    def __str__(self) -> str:
+        if math.isinf(self.high):
+            return f"at least {self.low:g}"
+        return f"at most {self.high:g}" if math.isinf(self.low) else f"{self.low:g} to {self.high:g}"
+
+
+def least(value: float, why: str) -> Bound:
+    """No less than a value."""
+    return Bound(value, _INF, why)
+
+
+def most(value: float, why: str) -> Bound:
+    """No more than a value."""
+    return Bound(-_INF, value, why)
+
+
+# Resistance and damping
+COASTING = 0.01
+RESISTANCE = least(COASTING, "coasting, a ship loses half of its speed within 70 lengths: ln 2/0.01")
+GROWTH = Bound(0.5, 5.0, "linear at creeping speed, square of it from friction, up to the fourth power from waves")
+ASTERN = Bound(0.2, 8.0, "a hull astern has up to some times the resistance that it has ahead")
+UNDER_WAY = least(1e-3, "at held revolutions a faster ship has less thrust and more resistance")
+SWAY = least(
+    0.03, "a tenth of what the lift of a plate as deep as a ship gives at small drift, pi d/(2 L) over its mass"
+)
+YAW = least(0.03, "a turning hull is damped: yaw fades by 50 to 200 % per length, here by a thirtieth of that")
+TURNED = Bound(0.05, 0.95, "drift and yaw take 5 to 95 % of the speed in a hard turn")
+HULL = least(1.0, "a hull always pushes against its own motion")
+STILL = most(1e-9, "nothing moves by itself")
+# Stability
+WITH_SPEED = least(0.01, "roots scale with speed: at a quarter of it they move by more than 1 %")
+BY_HULL = least(0.01, "half as much again of the strongest coefficient of the hull moves the root by 1 %")
+PULLED_OUT = most(0.02, "a stable ship, its rudder amidships again, stops turning: below 0.02 U/L")
+KEEPS_TURNING = least(0.02, "an unstable ship, its rudder amidships, keeps turning: above 0.02 U/L")
+NEARLY_OUT = most(0.2, "next to neutral, a pull-out may end in a slow turn, not in a hard one")
+NEAR_NEUTRAL = 0.02
+"""Growth of a disturbance [U/L] below which a pull-out of 300 L/U cannot tell stable from unstable."""
+# No impossible motion
+FASTEST = most(2.0, "no steady order makes a ship twice as fast as at its approach")
+SPINNING = most(10.0, "one turn within two thirds of a length is the end of what floats")
+NO_GAIN = most(1.0 + 1e-9, "nothing that is left alone gains motion")
+ENERGY = most(0.0, "with the engines stopped kinetic energy only falls")
+CENTRIFUGAL = Bound(0.1, 1.6, "(m + m_x - Y_r)/(m + m_y): a turning ship is thrown outwards, by about half of u r")
+DRIFTING_TURN = Bound(0.5, 4.0, "(m + m_y + X_vr)/(m + m_x): drift in a turn acts on surge by once to twice v r")
+SURGE_MASS = Bound(1.005, 1.6, "added mass in surge is 1 to 20 % of the displaced water")
+SWAY_MASS = Bound(1.15, 4.0, "added mass in sway is 40 to 120 % of the displaced water")
+GYRATION = Bound(
+    0.255, 0.55, "radius of gyration in yaw with added inertia, over L: a quarter without, a third with it"
+)
+SYMMETRY = most(0.02, "a mass matrix is symmetric: pushing sways as it yaws")
+MIRROR = most(0.4, "port and starboard differ by the swirl of a single propeller only")
+SIDES = Bound(0.4, 2.5, "the same to both sides but for a single propeller")
+INVARIANT = most(1e-6, "neither place nor heading matters in calm water")
+CURRENT = most(1e-3, "uniform current moves the water: motion over ground is that in still water plus the drift")
+# Rudder
+OWN_SIDE = least(0.02, "tighter than a circle of 50 lengths radius, to the side of the rudder")
+TIGHTER = least(1e-3, "more rudder, a tighter circle")
+CIRCLE = Bound(
+    0.1, 25.0, "ships turn in 2 to 6 lengths at the greatest angle, thrusters that turn about in a tenth of one"
+)
+STERN_OUT = Bound(-1.5, 0.02, "the force is at the stern: it pushes midship to the outside")
+BOW_INSIDE = least(0.5, "bow inside the turn, by 5 to 20 deg at the greatest rudder")
+DEAD_WATER = most(1e-3, "without inflow a rudder has no force, at rest and with the propeller stopped")
+INFLOW = Bound(0.02, 0.15, "with the propeller stopped it goes with the square of speed: 1/16 at a quarter")
+STEERS = least(1e-3, "a ship that coasts still steers, if weakly")
+MORE_RACE = least(5e-3, "more revolutions, a faster race and more force: 1.3 times give at least 0.5 %")
+KICK = least(1e-3, "at rest, the race of the propeller alone gives the rudder a moment")
+ASTERN_RUDDER = most(
+    0.02, "with sternway and a stopped propeller the inflow comes from behind: force to the other side"
+)
+NOTICEABLE = least(0.01, "a change that a pilot can see")
+# Propeller
+PUSH = least(1e-4, "more revolutions, more thrust")
+FADES = most(1e-6, "at held revolutions a faster inflow takes thrust; one that is ordered in newtons stays")
+SQUARE_THRUST = Bound(1.5, 6.0, "bollard pull goes with the square of revolutions, or with ordered thrust")
+FOLLOWS = least(0.01, "more revolutions, more speed")
+HALF = Bound(0.2, 0.8, "half the revolutions hold about half the speed")
+PULLS_ASTERN = least(1e-4, "reversed revolutions pull astern")
+REVERSED = Bound(0.15, 1.3, "reversed, a propeller has 40 to 100 % of its bollard pull")
+STERNWAY = Bound(0.1, 1.3, "astern the ship reaches a good part of its speed ahead")
+STOPPING = Bound(0.2, 40.0, "a crash stop takes 2 to 20 lengths")
+SWING = least(1e-3, "the wheel effect of a single reversed propeller")
+HANDED = least(
+    0.0, "a right-handed propeller swings the stern to port when it is reversed, a left-handed one to starboard"
+)
+NO_SWING = most(1e-6, "side forces of a contra-turning pair cancel")
+# Thrusters
+LOSS = most(0.95, "flow along the hull bends the jet: at half speed some of the force is gone")
+FALLS = least(1e-4, "the faster the ship, the less is left")
+KEPT = Bound(0.0, 1.0, "under way a thruster pushes to the same side as at rest, not more than there")
+THRUST_SQUARE = Bound(2.5, 6.0, "thrust goes with the square of revolutions")
+# Wind and waves
+LEEWARD = least(0.05, "wind pushes to leeward from every direction")
+LEEWARD_SURGE = least(0.0, "head wind slows a ship at any speed, tail wind does not")
+WAVE_LEEWARD = least(-0.02, "mean drift force of waves is to leeward, next to nothing from astern")
+APPARENT = least(1.5, "the apparent wind of three times the speed is 4 U from ahead, 2 U from astern")
+WIND_SQUARE = Bound(3.6, 4.4, "force goes with the square of wind speed: four times at twice")
+LEEWAY = Bound(0.002, 0.3, "adrift in a beam wind, a ship makes 1 to 10 % of the wind speed")
+HEAD_WIND = least(0.02, "head and tail wind act along the ship: at least a fiftieth of the beam force")
+WIND_LEVER = Bound(0.005, 0.4, "the centre of wind pressure lies off midship, within the hull")
+LEVER_TRAVELS = least(0.0, "the centre of pressure moves aft as the wind does")
+WIND_MIRROR = most(0.1, "wind from port is the mirror image of wind from starboard")
+WIND_JUMP = most(0.25, "force changes smoothly with the angle: over 5 deg by less than a quarter of its greatest")
+SEEN_FROM_SHIP = most(1e-6, "only the angle between wind or waves and the ship matters, not the heading")
+WAVE_SQUARE = Bound(3.0, 5.0, "drift force goes with the square of wave height")
+SEED = most(0.0, "one seed, one wind")
+GUSTING = least(1e-3, "another seed, another wind")
+# Actuators
+LATE = Bound(0.8, 1.25, "an order is carried out in the time that rate, lag and dead time of its file give")
+WAITS = least(1e-9, "some time passes between an order of the rudder and its angle")
+ALL_WAIT = least(1.0, "the steering gear is among those that take time")
+SAME_GEAR = most(1e-6, "the ship moves by its actuators' values")
+SOME = Bound(1e-9, 1e12, "a finite value above zero")
+STROKE = Bound(0.02, 3.0, "from midships to hard over within three lengths, not within a fiftieth of one")
+REACHED = Bound(0.99, 1.001, "an order beyond the limit ends at the limit")
+RATE = Bound(0.9, 1.01, "the greatest rate is that of the file")
+ANGLE = Bound(10.0, 90.0, "rudders reach 35 deg, some 90 deg")
+# Interfaces and equations
+SENTENCES = least(8.0, "heading, rate of turn, speed, position, course, time, rudder and wind")
+LAST_DIGIT = most(1.5, "a sentence is rounded, and up to one tick old")
+ALL_OPEN = least(1.0, "all of it")
+OBEYED = most(0.06, "an order in force to the digits of its sentence")
+SAME_EQUATIONS = most(1e-9, "one set of equations, whoever evaluates it")
+READABLE = most(3000.0, "some days of a test house to read and check")
+# Computation
+STIFF = most(1.0, "RK4 is accurate to a step of some half of the fastest time constant, stable to 2.8 of it")
+OWN_STEP = Bound(1.0 - 1e-9, 1.0 + 1e-9, "a model in discrete time has one step")
+STEP_ERROR = most(1e-3, "a track that a plot cannot tell from the exact one")
+REAL_TIME = least(1.0, "faster than the clock")
+# Rest
+LEFT = most(1.0, "a hull with the least resistance, u' = -0.01 u |u|/L, leaves no more")
+FELL = least(1e-6, "motion falls until the end")
