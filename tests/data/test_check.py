@@ -286,3 +286,12 @@ def test_a_thruster_that_goes_round_is_not_in_degrees(made):
     assert [f for f in check(declared) if "alpha_1" in f.where] == []
     steps = made.having(alpha_1_cmd=np.pi * np.sign(np.sin(made.t / 9)))
     assert [f for f in check(steps) if "alpha_1" in f.where] == []
+
+
+def test_a_heading_rounded_on_a_straight_course_is_no_slow_sensor():
+    rng, t = np.random.default_rng(2), np.arange(600.0)
+    heading = np.radians(np.round(rng.normal(40.0, 0.1, t.size), 1))
+    u = rng.normal(8.0, 0.03, t.size)
+    channels = {"x": np.cumsum(u) * np.cos(0.698), "y": np.cumsum(u) * np.sin(0.698), "psi": heading, "u": u}
+    assert np.mean(np.diff(heading) == 0) > 0.25
+    assert not [f for f in check(Trial("straight", t, channels)) if f.what == "repeated values"]

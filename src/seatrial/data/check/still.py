@@ -18,6 +18,9 @@ from .sensors import MEASURED, Fault
 _LEAST = 20
 """Rows that repeat one value before it counts."""
 
+_DIGITS = 2.5
+"""A sensor slower than the log leaps by more digits than this from one of its samples to the next."""
+
 _MOTION = ("x", "y", "psi", "u", "v_m", "r")
 
 _EXACT = 3e-4
@@ -47,7 +50,7 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
             k, n = max(held, key=lambda run: run[1])
             if (lasts := _lasts(trial, k, n)) > longest:
                 longest, since = lasts, float(trial.t[k])
-        elif name in ("x", "y", "psi") and 0.25 < float(np.mean(same)) < 0.98:
+        elif name in ("x", "y", "psi") and 0.25 < float(np.mean(same)) < 0.98 and not _rounded(trial[name], same):
             yield Fault(
                 "warning", name, "repeated values",
                 f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
@@ -61,6 +64,13 @@ def still_faults(trial: Trial) -> Iterator[Fault]:
             f"of turn agree to {100 * _EXACT:g} %",
             "no action in a simulated run; a frozen sensor would disagree with the others", "quality", "steady",
         )  # fmt: skip
+
+
+def _rounded(values: NDArray[np.float64], same: NDArray[np.bool_]) -> bool:
+    """Whether values repeat because they are rounded: the others differ by hardly more than one digit."""
+    moved = np.abs(np.diff(values))[~same]
+    moved = moved[np.isfinite(moved) & (moved > 0)]
+    return moved.size > 0 and float(np.median(moved)) < _DIGITS * float(np.quantile(moved, 0.05))
 
 
 def _stuck(trial: Trial, stuck: dict[tuple[int, int], list[str]]) -> Iterator[Fault]:

@@ -24,9 +24,11 @@ from ..noise import input_noise, noise
 from ..nuisance import EVERY, begun_as
 from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
-from ..trajectory.suspects import suspects
+from ..trajectory.suspects import Suspect, suspects
 from ..vector import Vector
-from .diagnosis import Channel, Diagnosis, Residuals, Suspicion
+from .by_trial import Moments, differing
+from .contradiction import Contradiction, Scores, contradictions
+from .diagnosis import Channel, Diagnosis, Differing, Residuals, Suspicion
 from .misfit import correlated
 from .verdicts import judged_by
 
@@ -96,11 +98,13 @@ def diagnosed(
         np.append(vector.precision, objective.deviation**-2.0)
     )  # fmt: skip
     channels, size = _channels(objective, linear, A, noise(problem.trials))
-    covariance, tested = _tests(objective, linear, A, channels, size, known, problem)
+    covariance, tested, apart, own_errors = _tests(objective, linear, A, channels, size, known, problem)
+    terms = _terms(linear, A, size, fixed, problem)
     shown = _shown(problem)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
-        (shown, unit(shown)) if shown else ("", ""),
+        (shown, unit(shown)) if shown else ("", ""), contradictions=apart,
+        differing=own_errors, terms=terms,
     )  # fmt: skip
     wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
     count = len(problem.free)
@@ -118,15 +122,49 @@ def diagnosed(
 def _tests(
     objective: TrajectoryObjective, linear: _Linear, A: Array, channels: Mapping[str, Channel], size: Array, known: Any,
     problem: Problem,
-) -> tuple[Array, tuple[Suspicion, ...]]:
-    """Covariance for white residuals and noisy inputs, and the score tests of the suspects."""
+) -> tuple[Array, tuple[Suspicion, ...], tuple[Contradiction, ...], tuple[Differing, ...]]:
+    """Covariance for white residuals and noisy inputs, the score tests of the suspects, and trial against trial."""
     weight, by_inputs = objective.windows.weight, _by_inputs(linear, A)
     # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
     least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(STATES)])
     floor = np.maximum(size, least**2)
     least_sure = _covariance(linear, A, floor / weight) + by_inputs
     tested = _suspicions(linear, A, floor, known, least_sure, problem)
-    return _covariance(linear, A, size / weight) + by_inputs, tested
+    moments = _moments(linear, A, floor, objective.windows.trial, problem)
+    sigma, paths, n = np.sqrt(np.diag(least_sure)), problem.vector.paths, len(A)
+    scores = Scores(moments.names, moments.slope[:, :n], moments.gram[:, :n, :n], moments.scatter[:, :n, :n],
+                    A - _gram(linear.J))  # fmt: skip
+    own_errors = differing(moments, tested, [one.name for one in known], paths, sigma)
+    return (
+        _covariance(linear, A, size / weight) + by_inputs, tested, contradictions(scores, paths, sigma), own_errors,
+    )
+
+
+def _terms(
+    linear: _Linear, A: Array, size: Array, fixed: Mapping[str, float], problem: Problem
+) -> tuple[Suspicion, ...]:
+    """Score tests of the parameters that are held: as relative errors of the values that they have."""
+    held = replace(linear, extra=linear.held / _TENTH)
+    known = [Suspect(path, f"an error of {path}, held at {value:.4g},", "%", 0.01) for path, value in fixed.items()]
+    covariance = _covariance(linear, A, np.maximum(size, 1.0)) + _by_inputs(linear, A)
+    return _suspicions(held, A, np.maximum(size, 1.0), known, covariance, problem)
+
+
+def _moments(linear: _Linear, A: Array, size: Array, trial: Any, problem: Problem) -> Moments:
+    """Products by trial; the scatter is that of residuals of these mean squares and of the noise of the inputs."""
+    names = np.unique(trial)
+    gram, scatter, slope = list[Array](), list[Array](), list[Array]()
+    for name in names:
+        mine = trial == name
+        both = np.concatenate([linear.J[mine], linear.extra[mine]], axis=-1)
+        flat, drawn = both.reshape(-1, both.shape[-1]), linear.drawn[mine]
+        moved = flat.T @ drawn.reshape(len(flat), -1)
+        gram.append(flat.T @ flat)
+        scatter.append(_by_channel(both, size) + moved @ moved.T / max(moved.shape[1], 1))
+        slope.append(flat.T @ linear.e[mine].ravel())
+    cost, rows = float(linear.e.ravel() @ linear.e.ravel()), int(np.count_nonzero(linear.e))
+    return Moments([problem.trials[k].name for k in names.tolist()], np.array(gram), np.array(scatter),
+                   np.array(slope), np.linalg.pinv(A, hermitian=True), cost, rows)  # fmt: skip
 
 
 def _enough(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:
@@ -345,7 +383,7 @@ def _widened(
             meat = len(scores) / (len(scores) - 1.0) * scores.T @ scores
             most = np.maximum(most, np.diag(back @ meat @ back))
     count = len(vector)
-    for cause in diagnosis.causes[:1]:
+    for cause in (*diagnosis.causes[:1], *diagnosis.differing[:1]):
         shift = np.array([cause.moves[path] for path in vector.paths])
         most[:count] += np.diag(covariance)[:count] * shift**2
     factor = np.sqrt(most / np.maximum(np.diag(covariance), 1e-300))

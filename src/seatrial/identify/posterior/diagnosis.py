@@ -6,12 +6,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ...data import Array
+from .contradiction import Contradiction
 
 # A suspect is listed as a cause from this drop of the objective on, in squared sigma, and if it moves a parameter by
 # this many sigma or removes this share of the objective.
 SIGNIFICANT, MOVES, REMOVES = 25.0, 1.0, 0.05
 # Residuals this much larger than the noise, and neighbours this much alike, are more than chance explains.
 LARGE, ALIKE = 1.3, 0.15
+# A suspect leads where it accounts for this share of what the residuals exceed the noise by; so many are listed.
+_ACCOUNTS, _LISTED = 0.2, 5
+# Of an error by trial, the extremes are named among those known this well, relative to the median sigma.
+_KNOWN = 3.0
+# The first line on a result names a fixed number that would move it by more than so many sigma.
+_TAKEN = 3.0
 # A reversed wind (twice its reading too much) shows as at least this scale error in the first step towards it.
 _TURNED = 0.5
 
@@ -115,6 +122,48 @@ class Suspicion:
 
 
 @dataclass(frozen=True)
+class Differing:
+    """An error of an instrument that one trial has alone, or that differs from trial to trial (`by_trial`).
+
+    Attributes:
+        words: what it is.
+        each: estimate by trial: of the one that has it, or of all.
+        drop: expected decrease of the objective in squared sigma (chi square, `numbers` degrees of freedom).
+        share, moves: as in `Suspicion`.
+    """
+
+    words: str
+    each: Mapping[str, Suspicion]
+    drop: float
+    share: float
+    moves: Mapping[str, float]
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers it takes."""
+        return len(self.each)
+
+    @property
+    def name(self) -> str:
+        """Of the suspect."""
+        return next(iter(self.each.values())).name
+
+    @property
+    def text(self) -> str:
+        """The finding in one line."""
+        spread = sorted(one.sigma for one in self.each.values())
+        known = [trial for trial, one in self.each.items() if one.sigma <= _KNOWN * spread[len(spread) // 2]]
+        by_size = sorted(known, key=lambda trial: self.each[trial].size)
+        low, high = by_size[0], by_size[-1]
+        most = max(self.moves, key=lambda path: abs(self.moves[path]), default="")
+        moved = f"; {most} would move by {self.moves[most]:+.1f} sigma" if most else ""
+        what = f"of {self.each[low].value} in trial {low} alone" if self.numbers == 1 else (
+            f"that differs from trial to trial, {self.each[low].value} in {low} to {self.each[high].value} in {high},"
+        )  # fmt: skip
+        return f"{self.words} {what} would remove {self.share:.0%} of the objective{moved}"
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """Whether the model explains the data, and what else would.
 
@@ -131,6 +180,9 @@ class Diagnosis:
         shares: error of each fixed parameter relative to its value: its sigma where the ship file states one, else .1.
         carried: for each free parameter the root sum of squares of what the fixed ones with a stated sigma move it by,
             in its sigma; empty where none is stated.
+        contradictions: trials against the others, the one that stands out most first.
+        differing: errors of instruments that are not the same in all trials, the most likely first.
+        terms: tests of the parameters that are held, as relative errors, the most likely first.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict[str, Channel])
@@ -143,6 +195,9 @@ class Diagnosis:
     fixed: tuple[tuple[str, str, float], ...] = ()
     shares: Mapping[str, float] = field(default_factory=dict[str, float])
     carried: Mapping[str, float] = field(default_factory=dict[str, float])
+    contradictions: tuple[Contradiction, ...] = ()
+    differing: tuple[Differing, ...] = ()
+    terms: tuple[Suspicion, ...] = ()
 
     @property
     def causes(self) -> tuple[Suspicion, ...]:
@@ -152,7 +207,16 @@ class Diagnosis:
     @property
     def lacking(self) -> bool:
         """Whether the model does not explain the data."""
-        return bool(self.causes) or any(one.grounds(name) for name, one in self.channels.items())
+        named = self.causes or self.differing or self.apart or any(one.matters for one in self.terms)
+        return bool(named) or any(one.grounds(name) for name, one in self.channels.items())
+
+    @property
+    def apart(self) -> tuple[Contradiction, ...]:
+        """Trials that contradict the others, if the result depends on it; the one where the others agree without it."""
+        if not any(one.matters for one in self.contradictions):
+            return ()
+        found = self.contradictions[:1] if self.contradictions[0].alone else ()
+        return found or tuple(one for one in self.contradictions if one.odd) or self.contradictions
 
     def numbers(self) -> dict[str, object]:
         """The same for fit.json, SI units."""
@@ -162,6 +226,8 @@ class Diagnosis:
                          for name, c in self.channels.items()},
             "suspects": [{"name": s.name, "size": s.size, "sigma": s.sigma, "drop": s.drop, "share": s.share,
                           "matters": s.matters, "moves": dict(s.moves)} for s in self.suspicions],
+            "contradictions": [{"trial": c.trial, "chi_square": c.chi, "freedom": c.freedom, "removes": c.removes,
+                                "matters": c.matters, "moves": dict(c.moves)} for c in self.contradictions],
             "estimated": {s.name: {"size": s.size, "sigma": s.sigma} for s in self.errors},
             "outliers": {trial: dict(found) for trial, found in self.rejected.items()},
             "widened": dict(self.widened),
@@ -177,9 +243,36 @@ class Diagnosis:
                for name, n in self.rejected.items()]  # fmt: skip
         out += [f"estimated: {one.words} of {one.value}" for one in self.errors]
         if not self.lacking:
-            return ("the residuals look like sensor noise", *out)
+            return ("the residuals look like sensor noise", *self._taken(), *out)
         grounds = [line for name, one in self.channels.items() for line in one.grounds(name)]
+        strong, weak = self._suspects()
+        odd = self.apart
+        apart = [odd[0].text] if odd and (len(odd) == 1 or odd[0].alone) else [
+            f"trials contradict each other, the first of them most: {', '.join(one.trial for one in odd)}",
+        ] if odd else []  # fmt: skip
+        alone = apart if odd and odd[0].alone else []
         return (
             "the model does not explain the data: sigma and verdicts hold only if the model were right",
-            *(f"suspect: {one.text}" for one in self.causes[:5]), *grounds, *out,
+            *alone, *strong, *([] if alone else apart), *grounds, *weak, *out,
         )  # fmt: skip
+
+    def _taken(self) -> tuple[str, ...]:
+        """The number held fixed on which the result depends most, where no data could show its error."""
+        if not self.fixed or abs(self.fixed[0][2]) < _TAKEN:
+            return ()
+        path, free, moved = self.fixed[0]
+        return (f"sigma takes the fixed numbers as right: {path} larger by {self.shares.get(path, 0.1):.0%} would move "
+                f"{free} by {moved:+.1f} sigma",)  # fmt: skip
+
+    def _suspects(self) -> tuple[list[str], list[str]]:
+        """Lines on the likeliest suspects: those that explain a good part of what the noise does not, and the rest."""
+        own = {one.name: one for one in self.differing}
+        listed = [(one.share / (2.0 if one.numbers > 1 else 1.0), f"suspect: {one.text}") for one in self.differing]
+        listed += [(one.share, f"suspect: {one.text}") for one in self.causes if one.name not in own]
+        # A model has more numbers than its instruments have errors; so one of them has to explain more.
+        held = [(one.share / 1.5, f"or the ship: {one.text}") for one in self.terms[:2] if one.matters]
+        listed = sorted([*sorted(listed, reverse=True)[:_LISTED], *held], reverse=True)
+        square = sum(c.count * c.size**2 for c in self.channels.values())
+        excess = 1.0 - sum(c.count for c in self.channels.values()) / max(square, 1e-300)
+        good = [line for share, line in listed if share > max(_ACCOUNTS * excess, 0.0)]
+        return good, [line for _, line in listed if line not in good]

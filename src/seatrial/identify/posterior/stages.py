@@ -74,7 +74,10 @@ def in_stages(
             problem = _weighed(problem, found.diagnosis.channels)
             found = again(problem, found)
     # Suspects are tested where the noise decides: weights that a fault has made small would hide it.
-    said = found.diagnosis and replace(found.diagnosis, suspicions=by_noise.suspicions)
+    said = found.diagnosis and replace(
+        found.diagnosis, suspicions=by_noise.suspicions, contradictions=by_noise.contradictions,
+        differing=by_noise.differing, terms=by_noise.terms,
+    )  # fmt: skip
     return replace(found, diagnosis=said, loss=problem.loss)
 
 
