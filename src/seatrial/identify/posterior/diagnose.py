@@ -26,9 +26,8 @@ from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import Suspect, suspects
 from ..vector import Vector
-from .by_trial import Moments, differing
-from .contradiction import Contradiction, Scores, contradictions
-from .diagnosis import Channel, Diagnosis, Differing, Residuals, Suspicion
+from .by_trial import Moments, Scores, contradictions, differing
+from .diagnosis import Channel, Contradiction, Diagnosis, Differing, Residuals, Suspicion
 from .misfit import correlated
 from .verdicts import judged_by
 
