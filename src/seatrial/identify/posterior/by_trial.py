@@ -108,7 +108,7 @@ def contradictions(scores: Scores, paths: Sequence[str], sigma: Array) -> tuple[
     excess = float(np.maximum(chi - freedom, 0.0).sum())
     out: list[Contradiction] = []
     each = np.array([deviates(c, n) if n else -np.inf for c, n in zip(chi.tolist(), freedom.tolist(), strict=True)])
-    for k in np.argsort(-each)[:_TRIED].tolist():
+    for k in map(int, np.argsort(-each)[:_TRIED]):
         rest, expected = scores.without(k).squares()
         left = float(np.maximum(rest - expected, 0.0).sum())
         moves = scores.step(k) / np.maximum(sigma, 1e-300)

@@ -162,8 +162,9 @@ def _moments(linear: _Linear, A: Array, size: Array, trial: Any, problem: Proble
         scatter.append(_by_channel(both, size) + moved @ moved.T / max(moved.shape[1], 1))
         slope.append(flat.T @ linear.e[mine].ravel())
     cost, rows = float(linear.e.ravel() @ linear.e.ravel()), int(np.count_nonzero(linear.e))
+    back = np.asarray(np.linalg.pinv(A, hermitian=True), dtype=np.float64)
     return Moments([problem.trials[k].name for k in names.tolist()], np.array(gram), np.array(scatter),
-                   np.array(slope), np.linalg.pinv(A, hermitian=True), cost, rows)  # fmt: skip
+                   np.array(slope), back, cost, rows)  # fmt: skip
 
 
 def _enough(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:

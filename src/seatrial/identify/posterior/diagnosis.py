@@ -306,10 +306,11 @@ class Diagnosis:
         )  # fmt: skip
 
     def _taken(self) -> tuple[str, ...]:
-        """The number held fixed on which the result depends most, where no data could show its error."""
-        if not self.fixed or abs(self.fixed[0][2]) < _TAKEN:
+        """The number held fixed on which the result depends most; lengths and masses of the body are known."""
+        doubted = [row for row in self.fixed if not row[0].startswith("body.") and abs(row[2]) > _TAKEN]
+        if not doubted:
             return ()
-        path, free, moved = self.fixed[0]
+        path, free, moved = doubted[0]
         return (f"sigma takes the fixed numbers as right: {path} larger by {self.shares.get(path, 0.1):.0%} would move "
                 f"{free} by {moved:+.1f} sigma",)  # fmt: skip
 
