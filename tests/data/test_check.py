@@ -300,3 +300,12 @@ def test_a_berthing_coasts_with_its_propeller_near_rest(made):
         assert [f.kind for f in check(steady) if f.channels == ("n_P",)] == ["unit"]
     coasting = check(berthing.having(n_P=driven / 60.0))
     assert [f.kind for f in coasting if f.channels == ("n_P",)] == ["unit"]
+
+
+def test_a_heading_rounded_on_a_straight_course_is_no_slow_sensor():
+    rng, t = np.random.default_rng(2), np.arange(600.0)
+    heading = np.radians(np.round(rng.normal(40.0, 0.1, t.size), 1))
+    u = rng.normal(8.0, 0.03, t.size)
+    channels = {"x": np.cumsum(u) * np.cos(0.698), "y": np.cumsum(u) * np.sin(0.698), "psi": heading, "u": u}
+    assert np.mean(np.diff(heading) == 0) > 0.25
+    assert not [f for f in check(Trial("straight", t, channels)) if f.what == "repeated values"]

@@ -42,7 +42,8 @@ train = ["*"]
 """
 FAR = 4.0
 KEYS = {
-    "bias.psi": "heading_bias", "bias.r": "gyro_bias", "bias.u": "log_bias", "bias.v_m": "sway_bias",
+    "bias.psi": "heading_bias", "deviation.north": "heading_deviation", "deviation.east": "heading_deviation",
+    "bias.r": "gyro_bias", "bias.u": "log_bias", "bias.v_m": "sway_bias",
     "scale.u": "log_scale", "scale.r": "gyro_scale", "delay.position": "lag:x", "delay.psi": "lag:psi",
     "delay.speed": "lag:u", "delay.r": "lag:r", "antenna.ahead": "lever_arm", "antenna.starboard": "lever_arm",
     "offset.delta": "rudder_offset", "port.delta": "rudder_sides", "scale.delta": "rudder_scale",

@@ -94,7 +94,8 @@ def test_a_clean_log_passes() -> None:
     fit = Trajectory().fit(_problem(_logs()))
     assert fit.diagnosis is not None
     assert not fit.diagnosis.lacking
-    assert fit.diagnosis.lines == ("the residuals look like sensor noise",)
+    assert fit.diagnosis.lines[0] == "the residuals look like sensor noise"
+    assert "takes the fixed numbers as right" in fit.diagnosis.lines[1]
     assert {verdict.status for verdict in fit.verdicts if verdict.subject in PATHS} == {"identified"}
     assert np.abs(_z(fit)).max() < 3.5
     assert all(channel.size == pytest.approx(1.0, abs=0.15) for channel in fit.diagnosis.channels.values())
@@ -256,3 +257,55 @@ def test_residuals_stand_beside_the_rudder() -> None:
     assert fit.diagnosis.control == ("delta", "rad")
     most = max(float(np.abs(one.control).max()) for one in fit.diagnosis.residuals.values())
     assert most == pytest.approx(35.0 * DEG)
+
+
+def test_a_trial_of_another_ship_is_named_before_its_residuals_show() -> None:
+    """The parameters adapt to all five, so that the residuals look like noise; the trials disagree."""
+    logs, tanker = list(_logs()), load("kvlcc2")
+    known = values(tanker.model)
+    true = {path: factor * known[path] for path, factor in TRUTH.items()}
+    other = tanker.having({**true, "hull.R_0": 1.1 * true["hull.R_0"], "hull.N_r": 0.97 * true["hull.N_r"]})
+    rng = np.random.default_rng(9)
+    for name, rudder, ship in (("slow", -20.0, other), ("gentle", 10.0, tanker.having(true))):
+        run = simulate(ship, Turning(1.7, rudder * DEG), duration=600.0, dt=0.1, every=10, name=name)
+        read = {c: run[c] + rng.normal(0.0, SENSORS.get(c, 0.0), len(run)) for c in (*SENSORS, "delta", "n_P")}
+        logs.append(Trial(name, run.t, read, meta={"L_pp": tanker.L_pp}))
+    fit = Trajectory().fit(_problem(tuple(logs)))
+    assert fit.diagnosis is not None
+    assert [one.trial for one in fit.diagnosis.apart] == ["slow"]
+    assert "trial slow contradicts the others" in "; ".join(fit.diagnosis.lines)
+    assert not any(verdict.status == "identified" for verdict in fit.verdicts)
+
+
+def test_an_error_of_one_trial_is_named_with_the_trial() -> None:
+    logs = _logs()
+    turned = {**logs[1].channels, "psi": logs[1]["psi"] + 1.5 * DEG}
+    fit = Trajectory().fit(_problem((logs[0], Trial("turn", logs[1].t, turned, meta=logs[1].meta), logs[2])))
+    assert fit.diagnosis is not None
+    found = {one.name: one for one in fit.diagnosis.differing}["bias.psi"]
+    assert list(found.each) == ["turn"]
+    assert found.each["turn"].size == pytest.approx(1.5 * DEG, rel=0.15)
+
+
+@pytest.mark.long
+def test_a_deviation_that_turns_with_the_heading_is_named_with_its_size() -> None:
+    def plant(channels: Channels) -> None:
+        channels["psi"] += 0.8 * DEG * np.cos(channels["psi"])
+
+    fit = Trajectory().fit(_problem(_logs(plant)))
+    assert fit.diagnosis is not None
+    first = fit.diagnosis.causes[0]
+    assert first.name == "deviation.north"
+    assert first.size == pytest.approx(0.8 * DEG, rel=0.1)
+
+
+@pytest.mark.long
+def test_a_wrong_number_of_the_ship_file_is_named_with_its_error() -> None:
+    problem = _problem(_logs())
+    tanker = problem.ship
+    wrong = replace(problem, ship=tanker.having({"body.m_y": 1.15 * values(tanker.model)["body.m_y"]}))
+    fit = Trajectory().fit(wrong)
+    assert fit.diagnosis is not None
+    assert fit.diagnosis.terms[0].name == "body.m_y"
+    assert fit.diagnosis.terms[0].size == pytest.approx(1.0 / 1.15 - 1.0, rel=0.2)
+    assert "or the ship: an error of body.m_y" in "; ".join(fit.diagnosis.lines)

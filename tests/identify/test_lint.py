@@ -91,6 +91,14 @@ def test_test_trials_that_overlap_are_refused(problem: Problem) -> None:
     assert any("in validation and in test" in i.text for i in lint(watched, (again,)))
 
 
+def test_a_recording_under_two_names_counts_twice(problem: Problem) -> None:
+    again = replace(problem.trials[0], name="copy")
+    told = [i for i in lint(replace(problem, trials=(*problem.trials, again))) if "counted twice" in i.text]
+    assert [i.severity for i in told] == ["warning"]
+    assert "copy" in told[0].where
+    assert not [i for i in lint(problem) if "counted twice" in i.text]
+
+
 def test_a_part_of_the_recording_is_the_recording(problem: Problem) -> None:
     part = replace(problem.trials[0].rows(slice(100, 400)), name="later")
     assert any(i.severity == "error" and "share a recording" in i.text for i in lint(problem, (part,)))

@@ -243,6 +243,12 @@ def _sets(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
                 what = finding.what.replace("training and test", f"{earlier} and {later}")
                 remedy = finding.remedy.replace("test", later).replace("training", earlier)
                 yield Issue("error", finding.where, f"{what} ({finding.evidence}); {remedy}")
+    order = {trial.name: k for k, trial in enumerate(problem.trials)}
+    for finding in check_set(problem.trials, problem.trials):
+        first, second = finding.trials
+        if order[first] < order[second]:
+            yield Issue("warning", finding.where, f"are one recording, counted twice ({finding.evidence}), so that "
+                        "sigma is too small; leave one of them out")  # fmt: skip
     if not (problem.validation or test):
         yield Issue("warning", "validation", "no trial is held out; nothing is known of unseen manoeuvres")
 

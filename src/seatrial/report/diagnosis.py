@@ -46,6 +46,7 @@ def verdict(fit: Fit) -> str:
         why += (f" The likeliest cause: {likely}, which would remove {share} of the objective." if first.share > REMOVES
                 else f" The first error of an instrument that would help, {likely}, removes {share} of the objective "
                      "only: most is the model's.")  # fmt: skip
+    why += _own(found)
     after = "" if first is None else (
         f"Check the instrument; or estimate its error along, with shooting:Trajectory: \"{first.name}\" in "
         "[nuisance.common], or suspects = \"auto\" in [nuisance]."
@@ -59,6 +60,19 @@ def verdict(fit: Fit) -> str:
         "Trust": f"{trust}. Its predictions are as good as the errors on trials that the fit has not seen, no better.",
         "Why": why, "Next": after,
     })  # fmt: skip
+
+
+def _own(found: Diagnosis) -> str:
+    """Trials that contradict the others, the error that one of them has, and the number of the ship, in sentences."""
+    odd, terms = found.apart, [one for one in found.terms if one.matters]
+    said: list[str] = []
+    if odd:
+        named = ", ".join(one.trial for one in odd)
+        said.append(odd[0].text if odd[0].alone else f"trials contradict each other: {named}")
+    said += [f"{kind}: {one.text}" for kind, one in (
+        *(("by trial", one) for one in found.differing[:1]), *(("or the ship", one) for one in terms[:1]),
+    )]  # fmt: skip
+    return "".join(f" {line[0].upper()}{line[1:]}." for line in said).replace("+-", "±")
 
 
 def _sound(fit: Fit, found: Diagnosis) -> str:

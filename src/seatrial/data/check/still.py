@@ -60,7 +60,7 @@ def still_faults(trial: Trial) -> tuple[list[Fault], Trial]:
             k, n = max(held, key=lambda run: run[1])
             if (lasts := _lasts(trial, k, n)) > longest:
                 longest, since = lasts, float(trial.t[k])
-        elif name in ("x", "y", "psi") and 0.25 < float(np.mean(same)) < 0.98 and not _by_digits(trial[name]):
+        elif name in ("x", "y", "psi") and 0.25 < float(np.mean(same)) < 0.98 and not _by_digits(trial, name):
             found.append(Fault(
                 "warning", name, "repeated values",
                 f"{100 * float(np.mean(same)):.0f} % of the samples repeat the one before while under way",
@@ -175,11 +175,18 @@ def _rounded(trial: Trial, name: str, start: int, length: int, runs: list[tuple[
     return bool(step > 0 and np.ptp(integral(trial.t[part], rate)) < 1.5 * step)
 
 
-def _by_digits(values: NDArray[np.float64]) -> bool:
+def _by_digits(trial: Trial, name: str) -> bool:
     """Whether a channel repeats values as it is rounded: its steps are alike, and last as long as the motion is slow.
 
-    Those of a sensor that is slower than the log are as large as the motion is fast, and all last its period.
+    Those of a sensor that is slower than the log are as large as the motion is fast, and all last its period; they are
+    many digits.
     """
+    values = trial[name]
+    shown = np.degrees(values) if name == "psi" else values
+    moved = np.abs(np.diff(shown))
+    moved = moved[moved > 0]
+    if moved.size and (digit := _digit(shown)) and float(np.median(moved)) < 2.5 * digit:
+        return True
     at = np.flatnonzero(np.diff(values) != 0)
     leaps, lasts = np.abs(np.diff(values))[at[1:]], np.diff(at)
     leaps, lasts = leaps[lasts > 1], lasts[lasts > 1]
@@ -227,3 +234,10 @@ def _made_of_psi(trial: Trial) -> bool:
 def _usual(values: NDArray[np.float64]) -> float:
     good = np.abs(values[np.isfinite(values)])
     return float(np.quantile(good, 0.95)) if good.size else 0.0
+
+
+def _digit(values: NDArray[np.float64]) -> float:
+    """The decimal step in which values are written; 0 where they have more than five decimals."""
+    known = values[np.isfinite(values)]
+    steps = (10.0**-k for k in range(6))
+    return next((one for one in steps if (np.abs(known / one - np.round(known / one)) < 1e-6 / one).all()), 0.0)

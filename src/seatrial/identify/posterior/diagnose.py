@@ -10,24 +10,25 @@ the suspects would cause.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...core.parameters import values
 from ...data import Array, Trial
-from ...environment import CHANNELS
 from ...models import STATES, unit
 from .. import Fit, Problem
-from ..noise import input_noise, noise
+from ..noise import noise
 from ..nuisance import EVERY, begun_as
 from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
-from ..trajectory.suspects import suspects
+from ..trajectory.suspects import Suspect, suspects
 from ..vector import Vector
 from .apart import Beside, sigma_by_trial
-from .diagnosis import Channel, Diagnosis, Residuals, Suspicion
+from .by_trial import Moments, Scores, contradictions, differing
+from .diagnosis import Channel, Contradiction, Diagnosis, Differing, Residuals, Suspicion
+from .linear import Linear, inverse, linearised
 from .misfit import correlated
 from .verdicts import judged_by
 
@@ -40,52 +41,6 @@ _LISTED = 5
 _LASTS = 0.05
 # Rows beyond which a part of the trials is tested, at least so many of them.
 _ROWS, _LEAST = 20_000, 8
-
-
-@dataclass(frozen=True)
-class _Linear:
-    """The fit, linearised at its optimum, initial states and other nuisances of the trials eliminated.
-
-    Attributes:
-        e: weighted residuals, shape (lanes, rows, 6).
-        J: weighted derivatives by the parameters, nuisances projected out, shape (lanes, rows * 6, parameters).
-        extra: the same by the suspects, shape (lanes, rows * 6, suspects).
-        held: the same by the fixed parameters.
-        drawn: changes by draws of the noise of the inputs, weighted and projected alike.
-        leverage: of the nuisances, shape (lanes, rows, 6).
-        products: of the parameters with parameters and suspects, channel by channel, shape (6, n, n + suspects).
-        squares: of the suspects, channel by channel, shape (6, suspects).
-    """
-
-    e: Array
-    J: Array
-    extra: Array
-    held: Array
-    drawn: Array
-    leverage: Array
-    products: Array
-    squares: Array
-
-    @staticmethod
-    def of(e: Array, columns: Array, counts: tuple[int, ...], leverage: Array) -> _Linear:
-        """From columns side by side, shape (lanes, rows * 6, parameters + suspects + fixed + draws)."""
-        J, extra, held, drawn = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
-        n, both = counts[0], counts[0] + counts[1]
-        own = columns.reshape(-1, len(STATES), columns.shape[-1])[:, :, :both]
-        channels = np.ascontiguousarray(own.transpose(1, 0, 2))
-        products = np.stack([one[:, :n].T @ one for one in channels])
-        squares = np.einsum("crk,crk->ck", channels[:, :, n:], channels[:, :, n:])
-        return _Linear(e, J, extra, held, drawn, leverage, products, squares)
-
-    def gram(self, size: Array | float = 1.0) -> Array:
-        """Products of the parameters with parameters and suspects, over all channels, each times its `size`."""
-        return np.tensordot(size * np.ones(len(STATES)), self.products, axes=1)
-
-    @staticmethod
-    def mixed(one: Array, other: Array) -> Array:
-        """Products of two kinds of columns."""
-        rows = one.shape[0] * one.shape[1]  # stated, as either may have no column
-        return one.reshape(rows, one.shape[-1]).T @ other.reshape(rows, other.shape[-1])
 
 
 def diagnosed(
@@ -115,16 +70,16 @@ def diagnosed(
     known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
                   and not _estimated(one.name, problem))  # fmt: skip
     fixed = {path: value for path, value in _fixed(fit, problem).items() if path in objective.forward.system.parameters}
-    with np.errstate(all="ignore"):
-        linear = _linear(objective, p, eta, known, fixed, _draws(objective, problem))
+    linear = linearised(objective, p, eta, known, fixed, problem)
     vector = problem.vector
     A = linear.gram()[:, : linear.J.shape[-1]] + np.diag(np.append(vector.precision, objective.deviation**-2.0))
     channels, size = _channels(objective, linear, A, noise(problem.trials))
-    covariance, tested = _tests(objective, linear, A, channels, size, known, problem)
+    covariance, tested, apart, own_errors = _tests(objective, linear, A, channels, size, known, problem)
     shown, beside = _shown(problem), Beside.of(objective, p, eta)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
-        (shown, unit(shown)) if shown else ("", ""),
+        (shown, unit(shown)) if shown else ("", ""), contradictions=apart, differing=own_errors,
+        terms=_terms(linear, A, size, fixed, problem),
         by_trial=sigma_by_trial(beside, objective.layout, [trial.name for trial in problem.trials]),
     )  # fmt: skip
     wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
@@ -142,17 +97,61 @@ def diagnosed(
 
 
 def _tests(
-    objective: TrajectoryObjective, linear: _Linear, A: Array, channels: Mapping[str, Channel], size: Array, known: Any,
+    objective: TrajectoryObjective, linear: Linear, A: Array, channels: Mapping[str, Channel], size: Array, known: Any,
     problem: Problem,
-) -> tuple[Array, tuple[Suspicion, ...]]:
-    """Covariance for white residuals and noisy inputs, and the score tests of the suspects."""
+) -> tuple[Array, tuple[Suspicion, ...], tuple[Contradiction, ...], tuple[Differing, ...]]:
+    """Covariance for white residuals and noisy inputs, the score tests of the suspects, and trial against trial."""
     weight, by_inputs = objective.windows.weight, _by_inputs(linear, A)
     # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
     least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(STATES)])
     floor = np.maximum(size, least**2)
     least_sure = _covariance(linear, A, floor / weight) + by_inputs
     tested = _suspicions(linear, A, floor, known, least_sure, problem)
-    return _covariance(linear, A, size / weight) + by_inputs, tested
+    moments = _moments(linear, A, floor, problem)
+    sigma, paths, n = np.sqrt(np.diag(least_sure)), problem.vector.paths, len(A)
+    scores = Scores(moments.names, moments.slope[:, :n], moments.gram[:, :n, :n], moments.scatter[:, :n, :n],
+                    A - linear.gram()[:, :n])  # fmt: skip
+    own_errors = differing(moments, tested, [one.name for one in known], paths, sigma)
+    return (
+        _covariance(linear, A, size / weight) + by_inputs, tested, contradictions(scores, paths, sigma), own_errors,
+    )
+
+
+def _terms(
+    linear: Linear, A: Array, size: Array, fixed: Mapping[str, float], problem: Problem
+) -> tuple[Suspicion, ...]:
+    """Score tests of the parameters that are held: as relative errors of the values that they have."""
+    held = linear.testing(linear.held / _TENTH)
+    known = [Suspect(path, f"an error of {path}, held at {value:.4g},", "%", 0.01) for path, value in fixed.items()]
+    covariance = _covariance(linear, A, np.maximum(size, 1.0)) + _by_inputs(linear, A)
+    return _suspicions(held, A, np.maximum(size, 1.0), known, covariance, problem)
+
+
+def _moments(linear: Linear, A: Array, size: Array, problem: Problem) -> Moments:
+    """Products by trial; the scatter is that of residuals of these mean squares and of the noise of the inputs."""
+    n, k = linear.J.shape[-1], linear.extra.shape[-1]
+    gram, scatter = (_bordered(one, linear.products, linear.squares) for one in (np.ones(len(STATES)), size))
+    slope = np.zeros((len(linear.trials), n + k))
+    for at, index in enumerate(linear.trials):
+        mine = linear.trial == index
+        both = [part[mine].reshape(-1, part.shape[-1]).T for part in (linear.J, linear.extra)]
+        drawn = linear.drawn[mine].reshape(both[0].shape[1], -1) / np.sqrt(max(linear.drawn.shape[-1], 1))
+        moved = np.concatenate([part @ drawn for part in both])
+        scatter[at] += moved @ moved.T
+        slope[at] = np.concatenate([part @ linear.e[mine].ravel() for part in both])
+    cost, rows = float(linear.e.ravel() @ linear.e.ravel()), int(np.count_nonzero(linear.e))
+    names = [problem.trials[index].name for index in linear.trials]
+    return Moments(names, gram, scatter, slope, inverse(A), cost, rows)
+
+
+def _bordered(size: Array, products: Array, squares: Array) -> Array:
+    """Products of all columns by trial; of suspects, with the parameters and each with itself."""
+    own, others = np.einsum("c,tcnk->tnk", size, products), np.einsum("c,tck->tk", size, squares)
+    n = own.shape[1]
+    out = np.zeros((len(own), own.shape[2], own.shape[2]))
+    out[:, :n], out[:, n:, :n] = own, own[:, :, n:].transpose(0, 2, 1)
+    out[:, np.arange(n, out.shape[1]), np.arange(n, out.shape[1])] = others
+    return out
 
 
 def _enough(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:
@@ -180,44 +179,12 @@ def _fixed(fit: Fit, problem: Problem) -> dict[str, float]:
     return {path: value for path, value in values(fit.ship.model).items() if path not in free and value}
 
 
-def _linear(
-    objective: TrajectoryObjective, p: Array, eta: Array, known: Any, fixed: Mapping[str, float], draws: list[Array]
-) -> _Linear:
-    e, slopes, extra, held, drawn = objective.linear(p, eta, known, fixed, draws)
-    scale = objective.windows.scale
-    n, k, h, d = p.size, extra.shape[-1], held.shape[-1], drawn.shape[-1]
-    whole = np.concatenate([slopes[..., :n], extra, held, drawn], axis=-1)
-    whole *= scale[..., None]
-    whole[(scale == 0.0) | ~np.isfinite(whole).all(axis=-1)] = 0.0
-    columns = whole.reshape(len(whole), -1, n + k + h + d)
-    weighted = slopes * scale[..., None]
-    weighted[scale == 0.0] = 0.0
-    leverage = np.zeros((len(columns), columns.shape[1]))
-    layout = objective.layout
-    if objective.nuisances and not layout.own.count:  # initial states only: window by window
-        eta_columns = weighted.reshape(len(columns), -1, weighted.shape[-1])[:, :, n + layout.own.initial]
-        prior = np.stack([np.diag(layout.deviation[part] ** -2.0) for part in layout.by_window])
-        back = np.linalg.solve(eta_columns.transpose(0, 2, 1) @ eta_columns + prior, eta_columns.transpose(0, 2, 1))
-        columns -= eta_columns @ (back @ columns)
-        leverage = np.einsum("lrk,lkr->lr", eta_columns, back)
-    for index in range(len(layout.slices)) if layout.own.count else ():
-        part, mine = layout.slices[index], layout.lanes[index]
-        eta_columns = layout.columns(index, weighted[mine], scale[mine], n)
-        flat = eta_columns.reshape(-1, eta_columns.shape[2])
-        own = flat.T @ flat + np.diag(layout.deviation[part] ** -2.0)
-        back = np.linalg.solve(own, flat.T)
-        mixed = columns[mine].reshape(-1, n + k + h + d)
-        columns[mine] = (mixed - flat @ (back @ mixed)).reshape(columns[mine].shape)
-        leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
-    return _Linear.of(e, columns, (n, k, h, d), leverage.reshape(scale.shape))
-
-
 def _channels(
-    objective: TrajectoryObjective, linear: _Linear, A: Array, level: Mapping[str, float]
+    objective: TrajectoryObjective, linear: Linear, A: Array, level: Mapping[str, float]
 ) -> tuple[dict[str, Channel], Array]:
     """Residuals of each compared channel, and their mean square per degree of freedom (weighted), shape (6,)."""
     cut, scale = objective.windows, objective.windows.scale
-    back = _inverse(A)
+    back = inverse(A)
     out: dict[str, Channel] = {}
     size = np.ones(len(STATES))
     for k, name in enumerate(STATES):
@@ -225,7 +192,7 @@ def _channels(
         if not seen.any():
             continue
         e = np.where(seen, linear.e[:, :, k], 0.0)
-        fitted = (back * linear.products[k, :, : len(A)]).sum() + linear.leverage[:, :, k][seen].sum()
+        fitted = (back * linear.products[:, k, :, : len(A)].sum(axis=0)).sum() + linear.leverage[:, :, k][seen].sum()
         freedom = max(float(seen.sum() - fitted), 1.0)
         size[k] = float((e**2).sum()) / freedom
         both = seen[:, 1:] & seen[:, :-1]
@@ -246,28 +213,23 @@ def _unit(objective: TrajectoryObjective, channel: int) -> float:
     return float(np.median(scale[scale > 0])) if (scale > 0).any() else 0.0
 
 
-def _inverse(A: Array) -> Array:
-    """Pseudo-inverse of a normal matrix; parameters of 1e-5 stand beside those of 300, so it is scaled before."""
-    scale = np.maximum(np.diag(A), 1e-300) ** -0.5
-    return np.linalg.pinv(scale[:, None] * A * scale, hermitian=True) * np.outer(scale, scale)
-
-
-def _covariance(linear: _Linear, A: Array, size: Array) -> Array:
+def _covariance(linear: Linear, A: Array, size: Array) -> Array:
     """Covariance for residuals of these mean squares by channel, each over the share that counts as independent."""
     n = len(A)
     prior = A - linear.gram()[:, :n]
-    back = _inverse(A)
+    back = inverse(A)
     return back @ (linear.gram(size)[:, :n] + prior) @ back
 
 
 def _suspicions(
-    linear: _Linear, A: Array, size: Array, known: Any, covariance: Array, problem: Problem
+    linear: Linear, A: Array, size: Array, known: Any, covariance: Array, problem: Problem
 ) -> tuple[Suspicion, ...]:
     e, count = linear.e.ravel(), linear.J.shape[-1]
-    cost, back = float(e @ e), _inverse(A)
+    cost, back = float(e @ e), inverse(A)
     sigma = np.sqrt(np.diag(covariance))
     G, sized = linear.gram(), linear.gram(size)
-    squares, sized_squares = linear.squares.sum(axis=0), size @ linear.squares
+    by_channel = linear.squares.sum(axis=0)
+    squares, sized_squares = by_channel.sum(axis=0), size @ by_channel
     both = [part.reshape(e.size, -1).T for part in (linear.J, linear.extra)]
     slope, extra_slope = (part @ e for part in both)
     drawn = linear.drawn.reshape(e.size, -1) / np.sqrt(max(linear.drawn.shape[-1], 1))
@@ -295,7 +257,7 @@ def _suspicions(
 
 
 def _moves(
-    k: int, names: Sequence[str], owns: Mapping[int, Array], estimates: Mapping[int, float], linear: _Linear
+    k: int, names: Sequence[str], owns: Mapping[int, Array], estimates: Mapping[int, float], linear: Linear
 ) -> Array:
     """Moves of the parameters with a suspect; a wind or current comes with its other component, as it is freed."""
     kind, _, way = names[k].partition(".")
@@ -307,34 +269,14 @@ def _moves(
     return -np.linalg.pinv(columns @ columns.T, hermitian=True) @ (columns @ linear.e.ravel()) @ own
 
 
-def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
-    """Draws of the noise of the logged inputs, as they act: controls with the mean of two rows."""
-    level = input_noise(problem.trials, problem.ship.model)
-    if not level.any():
-        return []
-    cut, rng = objective.windows, np.random.default_rng(0)
-    substeps = max(round(problem.trials[0].dt / cut.dt), 1)
-    lanes, steps, inputs = cut.series.shape
-    noisy = np.flatnonzero(level)
-    held = noisy >= inputs - len(CHANNELS)
-    out: list[Array] = []
-    for _ in range(_DRAWS):
-        white = rng.standard_normal((lanes, -(-steps // substeps) + 1, noisy.size)) * level[noisy]
-        acts = np.where(held, white[:, 1:], 0.5 * (white[:, 1:] + white[:, :-1]))
-        draw = np.zeros(cut.series.shape)
-        draw[:, :, noisy] = np.repeat(acts, substeps, axis=1)[:, :steps]
-        out.append(draw)
-    return out
-
-
-def _by_inputs(linear: _Linear, A: Array) -> Array:
+def _by_inputs(linear: Linear, A: Array) -> Array:
     """Covariance that the noise of the inputs adds."""
-    moves = _inverse(A) @ linear.mixed(linear.J, linear.drawn)
+    moves = inverse(A) @ linear.mixed(linear.J, linear.drawn)
     return moves @ moves.T / max(moves.shape[1], 1)
 
 
 def _residuals(
-    objective: TrajectoryObjective, linear: _Linear, channels: Mapping[str, Channel], problem: Problem
+    objective: TrajectoryObjective, linear: Linear, channels: Mapping[str, Channel], problem: Problem
 ) -> dict[str, Residuals]:
     """Residuals of each trial in units of the noise, its windows one after the other."""
     cut, out = objective.windows, dict[str, Residuals]()
@@ -366,12 +308,12 @@ def _errors(objective: TrajectoryObjective, p: Array, covariance: Array) -> tupl
 
 
 def _widened(
-    linear: _Linear, A: Array, covariance: Array, trial: Any, diagnosis: Diagnosis, vector: Vector
+    linear: Linear, A: Array, covariance: Array, trial: Any, diagnosis: Diagnosis, vector: Vector
 ) -> Array:
     """Covariance with each sigma widened where the model does not explain the data."""
     if not diagnosis.lacking:
         return covariance
-    back = _inverse(A)
+    back = inverse(A)
     by_window = (linear.J.transpose(0, 2, 1) @ linear.e.reshape(len(linear.e), -1, 1))[:, :, 0]
     most = np.diag(covariance).copy()
     names = np.unique(trial)
@@ -381,7 +323,7 @@ def _widened(
             meat = len(scores) / (len(scores) - 1.0) * scores.T @ scores
             most = np.maximum(most, np.diag(back @ meat @ back))
     count = len(vector)
-    for cause in diagnosis.causes[:1]:
+    for cause in (*diagnosis.causes[:1], *diagnosis.differing[:1]):
         shift = np.array([cause.moves[path] for path in vector.paths])
         most[:count] += np.diag(covariance)[:count] * shift**2
     factor = np.sqrt(most / np.maximum(np.diag(covariance), 1e-300))
@@ -389,7 +331,7 @@ def _widened(
 
 
 def _influence(
-    diagnosis: Diagnosis, linear: _Linear, A: Array, fixed: Mapping[str, float], covariance: Array, problem: Problem
+    diagnosis: Diagnosis, linear: Linear, A: Array, fixed: Mapping[str, float], covariance: Array, problem: Problem
 ) -> Diagnosis:
     """With the fixed parameters whose error, of one sigma if the ship file states it, would move the result most.
 
@@ -397,7 +339,7 @@ def _influence(
     """
     vector, entries = problem.vector, problem.ship.entries
     stated = {path: float(sigma) for path in fixed if path in entries and (sigma := entries[path].sigma)}
-    back, sigma = _inverse(A), np.sqrt(np.diag(covariance))
+    back, sigma = inverse(A), np.sqrt(np.diag(covariance))
     mixed = linear.mixed(linear.J, linear.held)
     shares = {path: stated[path] / abs(value) if path in stated else _TENTH for path, value in fixed.items()}
     out: list[tuple[str, str, float]] = []

@@ -14,6 +14,18 @@ from ...models import unit
 SIGNIFICANT, MOVES, REMOVES = 25.0, 1.0, 0.05
 # Residuals this much larger than the noise, and neighbours this much alike, are more than chance explains.
 LARGE, ALIKE = 1.3, 0.15
+# Deviates beyond which chance is no explanation: those of a suspect (`diagnosis.SIGNIFICANT`).
+_DEVIATES = 5.0
+# Of trials that contradict each other, those beyond this are named.
+_HARDLY = 3.0
+# One trial stands out where leaving it out removes this share of what the scores of all exceed chance by.
+_MOST = 0.75
+# A suspect leads where it accounts for this share of what the residuals exceed the noise by; so many are listed.
+_ACCOUNTS, _LISTED = 0.2, 5
+# Of an error by trial, the extremes are named among those known this well, relative to the median sigma.
+_KNOWN = 3.0
+# The first line on a result names a fixed number that would move it by more than so many sigma.
+_TAKEN = 3.0
 # A reversed wind (twice its reading too much) shows as at least this scale error in the first step towards it.
 _TURNED = 0.5
 
@@ -133,6 +145,92 @@ class Suspicion:
 
 
 @dataclass(frozen=True)
+class Differing:
+    """An error of an instrument that one trial has alone, or that differs from trial to trial (`by_trial`).
+
+    Attributes:
+        words: what it is.
+        each: estimate by trial: of the one that has it, or of all.
+        drop: expected decrease of the objective in squared sigma (chi square, `numbers` degrees of freedom).
+        share, moves: as in `Suspicion`.
+    """
+
+    words: str
+    each: Mapping[str, Suspicion]
+    drop: float
+    share: float
+    moves: Mapping[str, float]
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers it takes."""
+        return len(self.each)
+
+    @property
+    def name(self) -> str:
+        """Of the suspect."""
+        return next(iter(self.each.values())).name
+
+    @property
+    def text(self) -> str:
+        """The finding in one line."""
+        spread = sorted(one.sigma for one in self.each.values())
+        known = [trial for trial, one in self.each.items() if one.sigma <= _KNOWN * spread[len(spread) // 2]]
+        by_size = sorted(known, key=lambda trial: self.each[trial].size)
+        low, high = by_size[0], by_size[-1]
+        most = max(self.moves, key=lambda path: abs(self.moves[path]), default="")
+        moved = f"; {most} would move by {self.moves[most]:+.1f} sigma" if most else ""
+        what = f"of {self.each[low].value} in trial {low} alone" if self.numbers == 1 else (
+            f"that differs from trial to trial, {self.each[low].value} in {low} to {self.each[high].value} in {high},"
+        )  # fmt: skip
+        return f"{self.words} {what} would remove {self.share:.0%} of the objective{moved}"
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """What one trial asks of the parameters, against the others.
+
+    Attributes:
+        trial: its name.
+        chi, freedom: square of its score over the covariance, and what chance leaves of that on average.
+        deviates: the same in standard deviations of a Gaussian (Wilson and Hilferty 1931).
+        together: deviates of the scores of all trials at once.
+        removes: share of the excess of all trials that leaving this one out would remove.
+        moves: change of each free parameter without this trial, in its sigma.
+    """
+
+    trial: str
+    chi: float
+    freedom: int
+    deviates: float
+    together: float
+    removes: float
+    moves: Mapping[str, float]
+
+    @property
+    def matters(self) -> bool:
+        """Whether chance is no explanation, and the result depends on it."""
+        return max(self.deviates, self.together) > _DEVIATES and max(map(abs, self.moves.values()), default=0.0) > 1.0
+
+    @property
+    def odd(self) -> bool:
+        """Whether noise does not explain it, or hardly."""
+        return self.deviates > _HARDLY
+
+    @property
+    def alone(self) -> bool:
+        """Whether the others agree among themselves, or nearly."""
+        return self.deviates > _DEVIATES and self.removes > _MOST
+
+    @property
+    def text(self) -> str:
+        """The finding in one line."""
+        most = max(self.moves, key=lambda path: abs(self.moves[path]))
+        return (f"trial {self.trial} contradicts the others (chi square {self.chi:.0f} where {self.freedom} is "
+                f"expected); without it {most} would move by {self.moves[most]:+.1f} sigma")  # fmt: skip
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """Whether the model explains the data, and what else would.
 
@@ -151,6 +249,9 @@ class Diagnosis:
             in its sigma; empty where none is stated.
         by_trial: standard deviations of the currents and biases of `Fit.nuisances`, by trial and name, as far as the
             residuals are white.
+        contradictions: trials against the others, the one that stands out most first.
+        differing: errors of instruments that are not the same in all trials, the most likely first.
+        terms: tests of the parameters that are held, as relative errors, the most likely first.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict[str, Channel])
@@ -164,6 +265,9 @@ class Diagnosis:
     shares: Mapping[str, float] = field(default_factory=dict[str, float])
     carried: Mapping[str, float] = field(default_factory=dict[str, float])
     by_trial: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
+    contradictions: tuple[Contradiction, ...] = ()
+    differing: tuple[Differing, ...] = ()
+    terms: tuple[Suspicion, ...] = ()
 
     @property
     def causes(self) -> tuple[Suspicion, ...]:
@@ -173,7 +277,16 @@ class Diagnosis:
     @property
     def lacking(self) -> bool:
         """Whether the model does not explain the data."""
-        return bool(self.causes) or any(one.grounds(name) for name, one in self.channels.items())
+        named = self.causes or self.differing or self.apart or any(one.matters for one in self.terms)
+        return bool(named) or any(one.grounds(name) for name, one in self.channels.items())
+
+    @property
+    def apart(self) -> tuple[Contradiction, ...]:
+        """Trials that contradict the others, if the result depends on it; the one where the others agree without it."""
+        if not any(one.matters for one in self.contradictions):
+            return ()
+        found = self.contradictions[:1] if self.contradictions[0].alone else ()
+        return found or tuple(one for one in self.contradictions if one.odd) or self.contradictions
 
     def numbers(self) -> dict[str, object]:
         """The same for fit.json, SI units."""
@@ -183,6 +296,8 @@ class Diagnosis:
                          for name, c in self.channels.items()},
             "suspects": [{"name": s.name, "size": s.size, "sigma": s.sigma, "drop": s.drop, "share": s.share,
                           "matters": s.matters, "moves": dict(s.moves)} for s in self.suspicions],
+            "contradictions": [{"trial": c.trial, "chi_square": c.chi, "freedom": c.freedom, "removes": c.removes,
+                                "matters": c.matters, "moves": dict(c.moves)} for c in self.contradictions],
             "estimated": {s.name: {"size": s.size, "sigma": s.sigma} for s in self.errors},
             "outliers": {trial: dict(found) for trial, found in self.rejected.items()},
             "widened": dict(self.widened),
@@ -199,10 +314,38 @@ class Diagnosis:
                for name, n in self.rejected.items()]  # fmt: skip
         out += [f"estimated: {one.words} of {one.value}" for one in self.errors]
         if not self.lacking:
-            return ("the residuals look like sensor noise", *out)
+            return ("the residuals look like sensor noise", *self._taken(), *out)
         grounds = [line for name, one in self.channels.items() for line in one.grounds(name)]
+        strong, weak = self._suspects()
+        odd = self.apart
+        apart = [odd[0].text] if odd and (len(odd) == 1 or odd[0].alone) else [
+            f"trials contradict each other, the first of them most: {', '.join(one.trial for one in odd)}",
+        ] if odd else []  # fmt: skip
+        alone = apart if odd and odd[0].alone else []
         return (
             "the model does not explain the data: sigma and verdicts hold only if the model were right",
-            *(f"suspect: {one.text}" for one in self.causes[:5]),
-            *(f"remedy of the first: {one.remedy}" for one in self.causes[:1]), *grounds, *out,
+            *alone, *strong, *(f"remedy of the first: {one.remedy}" for one in self.causes[:1]),
+            *([] if alone else apart), *grounds, *weak, *out,
         )  # fmt: skip
+
+    def _taken(self) -> tuple[str, ...]:
+        """The number held fixed on which the result depends most; lengths and masses of the body are known."""
+        doubted = [row for row in self.fixed if not row[0].startswith("body.") and abs(row[2]) > _TAKEN]
+        if not doubted:
+            return ()
+        path, free, moved = doubted[0]
+        return (f"sigma takes the fixed numbers as right: {path} larger by {self.shares.get(path, 0.1):.0%} would move "
+                f"{free} by {moved:+.1f} sigma",)  # fmt: skip
+
+    def _suspects(self) -> tuple[list[str], list[str]]:
+        """Lines on the likeliest suspects: those that explain a good part of what the noise does not, and the rest."""
+        own = {one.name: one for one in self.differing}
+        listed = [(one.share / (2.0 if one.numbers > 1 else 1.0), f"suspect: {one.text}") for one in self.differing]
+        listed += [(one.share, f"suspect: {one.text}") for one in self.causes if one.name not in own]
+        # A model has more numbers than its instruments have errors; so one of them has to explain more.
+        held = [(one.share / 1.5, f"or the ship: {one.text}") for one in self.terms[:2] if one.matters]
+        listed = sorted([*sorted(listed, reverse=True)[:_LISTED], *held], reverse=True)
+        square = sum(c.count * c.size**2 for c in self.channels.values())
+        excess = 1.0 - sum(c.count for c in self.channels.values()) / max(square, 1e-300)
+        good = [line for share, line in listed if share > max(_ACCOUNTS * excess, 0.0)]
+        return good, [line for _, line in listed if line not in good]

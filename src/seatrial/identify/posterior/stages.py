@@ -77,7 +77,10 @@ def in_stages(
             then = again(problem, found) if able else test.followed(found, problem)
             found = test.of(then, problem)
     # Suspects are tested where the noise decides: weights that a fault has made small would hide it.
-    said = found.diagnosis and replace(found.diagnosis, suspicions=by_noise.suspicions)
+    said = found.diagnosis and replace(
+        found.diagnosis, suspicions=by_noise.suspicions, contradictions=by_noise.contradictions,
+        differing=by_noise.differing, terms=by_noise.terms,
+    )  # fmt: skip
     found = replace(found, diagnosis=said, loss=problem.loss)
     return found if able else _of_search(found, searched)
 

@@ -111,9 +111,28 @@ def _antenna(aside: bool) -> Reads:
     return reads
 
 
+def _deviation(east: bool) -> Reads:
+    """Error of the compass of one cycle, largest on a heading to the north, or to the east."""
+
+    def reads(predicted: Array, change: Array | None, dt: float) -> Array:
+        psi = predicted[..., PSI]
+        out = np.zeros_like(predicted if change is None else change)
+        if change is None:
+            out[..., PSI] = np.sin(psi) if east else np.cos(psi)
+        else:
+            out[..., PSI] = (np.cos(psi) if east else -np.sin(psi)) * change[..., PSI]
+        return out
+
+    return reads
+
+
 _DEG = math.radians(1.0)
 _SENSORS = (
     Suspect("bias.psi", "a bias of the heading", "deg", _DEG, reads=_bias(PSI)),
+    Suspect("deviation.north", "a deviation of the compass on northerly headings (speed error of a gyro)", "deg", _DEG,
+            reads=_deviation(east=False)),
+    Suspect("deviation.east", "a deviation of the compass on easterly headings", "deg", _DEG,
+            reads=_deviation(east=True)),
     Suspect("bias.u", "a bias of the speed", "m/s", 1.0, reads=_bias(U)),
     Suspect("bias.v_m", "a bias of the sway velocity", "m/s", 1.0, reads=_bias(V)),
     Suspect("bias.r", "a bias of the yaw rate", "deg/s", _DEG, reads=_bias(R)),

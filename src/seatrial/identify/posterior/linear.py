@@ -1,0 +1,145 @@
+"""A fit, linearised at its optimum: derivatives by parameters, suspects, fixed parameters and noise of the inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...data import Array
+from ...environment import CHANNELS
+from ...models import STATES
+from .. import Problem
+from ..noise import input_noise
+from ..trajectory.objective import TrajectoryObjective
+
+# Draws of the noise of the inputs.
+_DRAWS = 16
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The fit, linearised at its optimum, initial states and other nuisances of the trials eliminated.
+
+    Attributes:
+        e: weighted residuals, shape (lanes, rows, 6).
+        J: weighted derivatives by the parameters, nuisances projected out, shape (lanes, rows * 6, parameters).
+        extra: the same by the suspects, shape (lanes, rows * 6, suspects).
+        held: the same by the fixed parameters.
+        drawn: changes by draws of the noise of the inputs, weighted and projected alike.
+        leverage: of the nuisances, shape (lanes, rows, 6).
+        trial: index of the trial of each lane, shape (lanes,).
+        products: of the parameters with these and suspects, by trial and channel, shape (trials, 6, n, n + suspects).
+        squares: of the suspects, by trial and channel, shape (trials, 6, suspects).
+    """
+
+    e: Array
+    J: Array
+    extra: Array
+    held: Array
+    drawn: Array
+    leverage: Array
+    trial: Any
+    products: Array
+    squares: Array
+
+    @staticmethod
+    def of(e: Array, columns: Array, counts: tuple[int, ...], leverage: Array, trial: Any) -> Linear:
+        """From columns side by side, shape (lanes, rows * 6, parameters + suspects + fixed + draws)."""
+        J, extra, held, drawn = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
+        products, squares = _by_channel(columns[..., : counts[0] + counts[1]], counts[0], trial)
+        return Linear(e, J, extra, held, drawn, leverage, trial, products, squares)
+
+    @property
+    def trials(self) -> list[int]:
+        """Indices of the trials, in the order of `products`."""
+        return np.unique(self.trial).tolist()
+
+    def testing(self, extra: Array) -> Linear:
+        """The same with other suspects."""
+        products, squares = _by_channel(np.concatenate([self.J, extra], axis=-1), self.J.shape[-1], self.trial)
+        return replace(self, extra=extra, products=products, squares=squares)
+
+    def gram(self, size: Array | float = 1.0) -> Array:
+        """Products of the parameters with parameters and suspects, over all channels, each times its `size`."""
+        return np.tensordot(size * np.ones(len(STATES)), self.products.sum(axis=0), axes=1)
+
+    @staticmethod
+    def mixed(one: Array, other: Array) -> Array:
+        """Products of two kinds of columns."""
+        rows = one.shape[0] * one.shape[1]  # stated, as either may have no column
+        return one.reshape(rows, one.shape[-1]).T @ other.reshape(rows, other.shape[-1])
+
+
+def _by_channel(columns: Array, n: int, trial: Any) -> tuple[Array, Array]:
+    """Products of the first `n` columns with all, and squares of the others, by trial and channel."""
+    products, squares = list[Array](), list[Array]()
+    for index in np.unique(trial):
+        own = columns[trial == index].reshape(-1, len(STATES), columns.shape[-1])
+        channels = np.ascontiguousarray(own.transpose(1, 0, 2))
+        products.append(np.stack([one[:, :n].T @ one for one in channels]))
+        squares.append(np.einsum("crk,crk->ck", channels[:, :, n:], channels[:, :, n:]))
+    return np.array(products), np.array(squares)
+
+
+@np.errstate(all="ignore")
+def linearised(
+    objective: TrajectoryObjective, p: Array, eta: Array, known: Any, fixed: Mapping[str, float], problem: Problem
+) -> Linear:
+    """The fit at parameters `p` and nuisances `eta`, with suspects `known` and the `fixed` parameters by path."""
+    e, slopes, extra, held, drawn = objective.linear(p, eta, known, fixed, _draws(objective, problem))
+    scale = objective.windows.scale
+    n, k, h, d = p.size, extra.shape[-1], held.shape[-1], drawn.shape[-1]
+    whole = np.concatenate([slopes[..., :n], extra, held, drawn], axis=-1)
+    whole *= scale[..., None]
+    whole[(scale == 0.0) | ~np.isfinite(whole).all(axis=-1)] = 0.0
+    columns = whole.reshape(len(whole), -1, n + k + h + d)
+    weighted = slopes * scale[..., None]
+    weighted[scale == 0.0] = 0.0
+    leverage = np.zeros((len(columns), columns.shape[1]))
+    layout = objective.layout
+    if objective.nuisances and not layout.own.count:  # initial states only: window by window
+        eta_columns = weighted.reshape(len(columns), -1, weighted.shape[-1])[:, :, n + layout.own.initial]
+        prior = np.stack([np.diag(layout.deviation[part] ** -2.0) for part in layout.by_window])
+        back = np.linalg.solve(eta_columns.transpose(0, 2, 1) @ eta_columns + prior, eta_columns.transpose(0, 2, 1))
+        columns -= eta_columns @ (back @ columns)
+        leverage = np.einsum("lrk,lkr->lr", eta_columns, back)
+    for index in range(len(layout.slices)) if layout.own.count else ():
+        part, mine = layout.slices[index], layout.lanes[index]
+        eta_columns = layout.columns(index, weighted[mine], scale[mine], n)
+        flat = eta_columns.reshape(-1, eta_columns.shape[2])
+        own = flat.T @ flat + np.diag(layout.deviation[part] ** -2.0)
+        back = np.linalg.solve(own, flat.T)
+        mixed = columns[mine].reshape(-1, n + k + h + d)
+        columns[mine] = (mixed - flat @ (back @ mixed)).reshape(columns[mine].shape)
+        leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
+    return Linear.of(e, columns, (n, k, h, d), leverage.reshape(scale.shape), objective.windows.trial)
+
+
+def inverse(A: Array) -> Array:
+    """Pseudo-inverse of a normal matrix; parameters of 1e-5 stand beside those of 300, so it is scaled before."""
+    scale = np.maximum(np.diag(A), 1e-300) ** -0.5
+    back = np.linalg.pinv(scale[:, None] * A * scale, hermitian=True) * np.outer(scale, scale)
+    return np.asarray(back, dtype=np.float64)
+
+
+def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
+    """Draws of the noise of the logged inputs, as they act: controls with the mean of two rows."""
+    level = input_noise(problem.trials, problem.ship.model)
+    if not level.any():
+        return []
+    cut, rng = objective.windows, np.random.default_rng(0)
+    substeps = max(round(problem.trials[0].dt / cut.dt), 1)
+    lanes, steps, inputs = cut.series.shape
+    noisy = np.flatnonzero(level)
+    held = noisy >= inputs - len(CHANNELS)
+    out: list[Array] = []
+    for _ in range(_DRAWS):
+        white = rng.standard_normal((lanes, -(-steps // substeps) + 1, noisy.size)) * level[noisy]
+        acts = np.where(held, white[:, 1:], 0.5 * (white[:, 1:] + white[:, :-1]))
+        draw = np.zeros(cut.series.shape)
+        draw[:, :, noisy] = np.repeat(acts, substeps, axis=1)[:, :steps]
+        out.append(draw)
+    return out
