@@ -15,6 +15,7 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ from seatrial.workflow.validate import check
 
 from .faults import FAULTS, Fault
 from .logs import Folder, clean
-from .ships import hidden
+from .ships import Ship, hidden
 
 STUDY = """schema = "seatrial-study/1"
 ship = "{ship}"
@@ -49,7 +50,7 @@ KEYS = {
     "current.north": "current", "current.east": "current", "wind.north": "wind", "wind.east": "wind",
     "scale.wind": "wind_scale", "direction.wind": "wind_to",
 }
-"""Names of suspects of a fit as the keys of `check` have them."""
+"""Names of suspects of a fit as the keys of `check` have them; those of one of several controls keep their own."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,20 @@ def keys(findings: Sequence[Finding]) -> tuple[str, ...]:
     return tuple(sorted({f"{f.key}:{name}" for f in told for name in f.channels} | {f.key for f in told}))
 
 
+def ship_file(ship: Ship, where: Path) -> str:
+    """What a study calls the ship: its name, or a file where the one of the library lacks the windage of the garden."""
+    text = (files("seatrial.ships") / f"{ship.name}.toml").read_text(encoding="utf-8")
+    if ship.areas is None or "[wind]" in text:
+        return ship.name
+    numbers = {**ship.areas, "rho_air": 1.225, "C_Dt": 0.70, "C_Dl_bow": 0.90, "C_Dl_stern": 0.55, "delta": 0.40}
+    units = {"A_T": "m^2", "A_L": "m^2", "L_OA": "m", "s_L": "m", "rho_air": "kg/m^3"}
+    lines = [f'{name} = {{ value = {value!r}, source = "assumed"' + (f', unit = "{units[name]}" }}' if name in units else " }")
+             for name, value in numbers.items()]  # fmt: skip
+    path = where / f"{ship.name}.toml"
+    path.write_text(text + '\n[wind]\ntype = "wind_blendermann:Blendermann"\n' + "\n".join(lines) + "\n", encoding="utf-8")
+    return str(path)
+
+
 def study(ship: str, free: Sequence[str], where: Path, trials: Path) -> Path:
     """A study of nothing but ship, data and seven free parameters."""
     lines = "\n".join(f'"{path}" = {{ ratio = 0.5 }}' for path in free)
@@ -130,7 +145,7 @@ def one(fault: Fault | None, seed: int, ship: str = "full", fit: bool = True, fo
             return Outcome(**{**asdict(empty), "findings": told, "seconds": (spent, 0.0)})
         begun = time.perf_counter()
         truth = hidden(spoilt.ship)
-        path = study(spoilt.ship.name, list(truth), where, where / "trials")
+        path = study(ship_file(spoilt.ship, where), list(truth), where, where / "trials")
         ear = Ear()
         try:
             outcome = identify(path, where / "run", sink=ear)
@@ -173,7 +188,7 @@ def suspects(fit: Any) -> tuple[str, ...]:
     """Keys of the two likeliest suspects of a fit, those that matter."""
     causes = fit.diagnosis.causes[:2] if fit.diagnosis else ()
     turned = any(one.turned for one in causes)
-    return (*(KEYS[one.name] for one in causes), *["wind_to"] * turned)
+    return (*(KEYS.get(one.name, one.name) for one in causes), *["wind_to"] * turned)
 
 
 def capped(fit: Any) -> bool:
