@@ -133,8 +133,8 @@ def tug(ship: Ship, n: float) -> list[Plan]:
         return n_1 * n, alpha_1 * DEG, n_2 * n, alpha_2 * DEG
 
     begin, slow = ship.steered(0.0, n), ship.steered(0.0, 0.5 * n)
-    crab = [(0.0, slow), (3 * own, at(0.5, 20, 0.5, 160)), (18 * own, at(0.5, 160, 0.7, 20)),
-            (32 * own, at(0.6, -20, 0.6, -160)), (48 * own, slow)]  # fmt: skip
+    # thrust ahead on one side and astern on the other holds the heading while both push the stern aside
+    crab = [(0.0, slow), (3 * own, at(1.0, 171, 1.0, 9)), (24 * own, at(1.0, -9, 1.0, -171)), (50 * own, at(0.5, 0, 0.5, 0))]
     stepped = [(0.0, slow), (3 * own, at(0.5, 30, 0.5, 0)), (8 * own, at(0.5, 0, 0.5, -30)), (14 * own, at(0.8, 0, 0.4, 0)),
                (20 * own, at(0.4, 25, 0.8, -25)), (28 * own, at(0.6, -40, 0.6, 0)), (34 * own, at(0.6, 0, 0.3, 40))]  # fmt: skip
     spot = [(0.0, slow), (3 * own, at(0.6, 90, 0.6, 90)), (15 * own, at(0.0, 90, 0.7, -90)),

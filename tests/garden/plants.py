@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
 from .fleet import BY_SHIP, DEG
 from .logs import Folder, Log, scale
 from .motion import Array, sail
+from .others import Three, Twin
 from .ships import Mmg, Ship, held_speed, truth
 
 Plant = Callable[[Folder], Folder]
@@ -242,6 +243,18 @@ def _again(log: Log, published: Ship, other: Ship) -> Log:
 def held_revolutions(log: Log) -> float:
     """Revolutions at the speed of approach [1/s]."""
     return float(np.max(log.true(log.motion.ship.controls[0])))
+
+
+def jammed(ship: Twin) -> Twin:
+    """Its starboard rudder stands at 5 deg, whatever is ordered."""
+    return Jammed(**{each.name: getattr(ship, each.name) for each in fields(ship)})
+
+
+class Jammed(Twin):
+    """Twin screws, one rudder of which does not obey."""
+
+    def rates(self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float]) -> Three:
+        return super().rates(u, v, r, (*controls[:3], 5 * DEG), wind)
 
 
 def shallow(ship: Mmg) -> Mmg:

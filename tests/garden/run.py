@@ -1,6 +1,6 @@
 """What a user does with a folder of the garden, and what was said: import, check, identify, nothing else.
 
-    python -m garden.run [NAME ...] [--seeds 1,2,3] [--no-fit] [--json FILE]      (with tests/ on PYTHONPATH)
+    python -m garden.run [NAME ...] [--ship SHIP] [--seeds 1,2,3] [--no-fit] [--json FILE]      (with tests/ on PYTHONPATH)
 
 An outcome is silently wrong where a parameter is called identified beyond four of its sigmas from the truth and nobody
 said anything that the same folder without the fault does not get to hear.
@@ -28,7 +28,7 @@ from seatrial.workflow.data import import_logs
 from seatrial.workflow.identify import identify
 from seatrial.workflow.validate import check
 
-from .faults import FAULTS, Fault
+from .faults import Fault, faults
 from .logs import Folder, clean
 from .ships import Ship, hidden
 
@@ -196,12 +196,12 @@ def capped(fit: Any) -> bool:
     return bool(fit.diagnosis and fit.diagnosis.lacking)
 
 
-def table(outcomes: Sequence[Outcome], faults: Mapping[str, Fault]) -> str:
+def table(outcomes: Sequence[Outcome], planted: Mapping[str, Fault]) -> str:
     """Outcomes in lines, the sums last."""
     lines = [f"{'fault':22} seed named wrong silent  said"]
     silent = named = visible = wrong = 0
     for o in outcomes:
-        fault = faults.get(o.fault)
+        fault = planted.get(o.fault)
         culprits = fault.culprits if fault else ()
         right, bad = o.named(culprits), bool(o.wrong)
         if fault and fault.visible:
@@ -226,10 +226,11 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--no-fit", action="store_true")
     parser.add_argument("--json", type=Path)
     asked = parser.parse_args(arguments)
-    chosen = [f for f in FAULTS if not asked.names or f.name in asked.names]
+    known = faults(asked.ship)
+    chosen = [f for f in known if not asked.names or f.name in asked.names]
     some: list[Fault | None] = [*([None] if not asked.names or "clean" in asked.names else []), *chosen]
     outcomes = [one(f, int(s), asked.ship, not asked.no_fit) for s in asked.seeds.split(",") for f in some]
-    sys.stdout.write(table(outcomes, {f.name: f for f in FAULTS}) + "\n")
+    sys.stdout.write(table(outcomes, {f.name: f for f in known}) + "\n")
     if asked.json:
         rows = [{**asdict(o), "wrong": o.wrong, "said": o.said} for o in outcomes]
         asked.json.write_text(json.dumps(rows, indent=1, default=_plain) + "\n", encoding="utf-8")

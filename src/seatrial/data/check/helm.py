@@ -34,7 +34,7 @@ def helm_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     if gross := [*_dead(some), *_small(some), *_orders(some)]:
         yield gross[0]
         return
-    if stuck := [*_stuck(some)]:
+    if stuck := [*stuck_faults(some)]:
         yield stuck[0]
         return
     if late := [*_lag(some)]:
@@ -107,7 +107,7 @@ def _orders(trials: Sequence[Trial]) -> Iterator[Fault]:
         )  # fmt: skip
 
 
-def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
+def stuck_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     """A long stretch of one value, where the indicator flickers whenever the rudder is held."""
     for trial in trials:
         delta, noise = trial["delta"], noise_of(trial["delta"])

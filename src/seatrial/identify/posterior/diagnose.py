@@ -195,6 +195,7 @@ def _channels(
     cut, scale = objective.windows, objective.windows.scale
     lean = ((linear.J @ np.linalg.pinv(A, hermitian=True)) * linear.J).sum(axis=2).reshape(scale.shape)
     lean += linear.leverage
+    drawn = _left(linear, A).reshape(*scale.shape, -1)
     out: dict[str, Channel] = {}
     size = np.ones(len(STATES))
     for k, name in enumerate(STATES):
@@ -204,16 +205,29 @@ def _channels(
         e = np.where(seen, linear.e[:, :, k], 0.0)
         freedom = max(float(seen.sum() - lean[:, :, k][seen].sum()), 1.0)
         size[k] = float((e**2).sum()) / freedom
+        # What the noise of the inputs leaves is alike, and no fault of the model.
+        d = np.where(seen[..., None], drawn[:, :, k], 0.0)
+        inputs = float((d**2).sum()) / max(d.shape[-1], 1) / freedom
         both = seen[:, 1:] & seen[:, :-1]
         product = np.where(both, e[:, 1:] * e[:, :-1], 0.0).sum()
+        product -= np.where(both[..., None], d[:, 1:] * d[:, :-1], 0.0).sum() / max(d.shape[-1], 1)
         alike = float(product) / max(int(both.sum()), 1) / max(float((e**2).sum()) / seen.sum(), 1e-300)
         per = _unit(objective, k)
         if name in level:
             out[name] = Channel(
                 level[name], float(np.sqrt(size[k])) / (per * level[name]), alike, max(int(both.sum()), 1) ** -0.5,
                 correlated([e.T], _LASTS)[1] * cut.dt * cut.every, int(seen.sum()),
+                float(np.sqrt(inputs)) / (per * level[name]),
             )  # fmt: skip
+            # The covariance counts the noise of the inputs by itself.
+            size[k] = max(size[k] - inputs, min(size[k], (per * level[name]) ** 2))
     return out, size
+
+
+def _left(linear: _Linear, A: Array) -> Array:
+    """What the parameters do not take up of the draws of the noise of the inputs, shape (lanes * rows * 6, draws)."""
+    J, drawn = (part.reshape(-1, part.shape[-1]) for part in (linear.J, linear.drawn))
+    return drawn - J @ (np.linalg.pinv(A, hermitian=True) @ (J.T @ drawn))
 
 
 def _unit(objective: TrajectoryObjective, channel: int) -> float:

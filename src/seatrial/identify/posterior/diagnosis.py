@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -23,10 +24,11 @@ class Channel:
     Attributes:
         noise: standard deviation of the sensor's noise, SI units.
         size: root mean square residual over the noise, degrees of freedom allowed for.
-        alike: correlation of neighbouring residuals.
+        alike: correlation of neighbouring residuals, beyond what the noise of the inputs causes.
         alike_sigma: scatter of that correlation for white residuals.
         lasting: time over which residuals are alike: twice the sum of their correlations [s].
         count: number of residuals.
+        by_inputs: root mean square residual that the noise of the inputs causes, over the noise.
     """
 
     noise: float
@@ -35,13 +37,15 @@ class Channel:
     alike_sigma: float
     lasting: float
     count: int
+    by_inputs: float = 0.0
 
     def grounds(self, name: str) -> tuple[str, ...]:
         """What contradicts the model, one line each."""
         out: list[str] = []
-        if self.size > LARGE:
+        expected = math.hypot(1.0, self.by_inputs)
+        if self.size > LARGE * expected:
             out.append(f"{name}: residuals are {self.size:.2g} times the sensor noise ({self.noise:.2g})")
-        if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > 1.0:
+        if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > expected:
             out.append(f"{name}: neighbouring residuals are alike (correlation {self.alike:.2f})")
         return tuple(out)
 
