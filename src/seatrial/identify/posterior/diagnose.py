@@ -83,7 +83,7 @@ def diagnosed(
     objective = TrajectoryObjective.build(own, own.trials, sigma, **arguments)
     found = fit.nuisances.get(EVERY, {})
     p = np.append(fit.values, [found.get(name, 0.0) for name in problem.nuisance.common])
-    eta = objective.begun(p)
+    eta = objective.begun(p, known=fit.nuisances)
     if not np.isfinite(objective.cost(p, eta)):
         return fit
     known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
