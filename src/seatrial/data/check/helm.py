@@ -77,7 +77,7 @@ def _small(trials: Sequence[Trial]) -> Iterator[Fault]:
         fast = u > 0.3 * float(np.nanmax(u))
         turn = float(np.nanquantile(np.abs(trial["r"][fast]) * length / u[fast], 0.9))
         angle = float(np.nanquantile(np.abs(trial["delta"]), 0.9))
-        if turn > 0.15 and angle > 0.0:
+        if turn > 0.15 and angle > 5.0 * noise_of(trial["delta"]):  # a rudder at rest is not one in another unit
             most.append(turn / angle)
     if most and min(most) > _EFFECTIVE:
         yield Fault(

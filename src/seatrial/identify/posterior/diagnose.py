@@ -26,6 +26,7 @@ from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import suspects
 from ..vector import Vector
+from .alternatives import alternatives
 from .diagnosis import Channel, Diagnosis, Residuals, Suspicion
 from .misfit import correlated
 from .verdicts import judged_by
@@ -97,6 +98,9 @@ def diagnosed(
     )  # fmt: skip
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance, tested = _tests(objective, linear, A, channels, size, known, problem)
+    if widen and any(one.grounds(name) for name, one in channels.items()):
+        whole = alternatives(objective, p, eta, np.sqrt(np.diag(covariance)), problem)
+        tested = tuple(sorted([*tested, *whole], key=lambda one: -one.drop))
     shown = _shown(problem)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),

@@ -76,6 +76,7 @@ class Suspicion:
         size, sigma: estimate in one Gauss-Newton step, SI units.
         moves: change of each free parameter, in its sigma, if it were estimated.
         of_reading: as in `suspects.Suspect`.
+        whole: whether it is there or not, without a size, and cannot be estimated (`alternatives`).
     """
 
     name: str
@@ -88,10 +89,13 @@ class Suspicion:
     sigma: float
     moves: Mapping[str, float]
     of_reading: bool = False
+    whole: bool = False
 
     @property
     def value(self) -> str:
         """Error of the instrument with its sigma and unit, as a share of the true value where it is a scale."""
+        if self.whole:
+            return "whole"
         size, sigma = self.size, self.sigma
         if self.of_reading and size < 0.9:
             size, sigma = size / (1.0 - size), sigma / (1.0 - size) ** 2
@@ -114,7 +118,8 @@ class Suspicion:
         most = max(self.moves, key=lambda path: abs(self.moves[path]), default="")
         moved = f"; {most} would move by {self.moves[most]:+.1f} sigma" if most else ""
         other = "; or its direction is where it blows to" if self.turned else ""
-        return (f"{self.words} of {self.value} would remove {self.share:.0%} of the objective"
+        size = "" if self.whole else f" of {self.value}"
+        return (f"{self.words}{size} would remove {self.share:.0%} of the objective"
                 f"{moved}{other}")  # fmt: skip
 
 

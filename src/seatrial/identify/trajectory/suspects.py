@@ -149,7 +149,6 @@ def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
                              acts=_column([at], lambda v, _: -v), of_reading=True))  # fmt: skip
         found.append(Suspect(f"delay.{name}", f"a delay of {name}", "s", 1.0,
                              step=1e-3, acts=_column([at], _slope)))  # fmt: skip
-    found += _exchanges(model.controls)
     n = len(model.controls)
     around = {name: n + k for k, name in enumerate(CHANNELS)}
     for way, channel in (("north", "current_x"), ("east", "current_y")):
@@ -167,18 +166,6 @@ def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
         found.append(Suspect("direction.wind", "an error of the wind direction", "deg", _DEG,
                              acts=_column(wind, lambda v, _: np.stack([v[..., 1], -v[..., 0]], axis=-1))))  # fmt: skip
     return tuple(found)
-
-
-def _exchanges(controls: Sequence[str]) -> list[Suspect]:
-    """Two controls of one kind, such as n_P_1 and n_P_2, whose columns may have changed places (100 %)."""
-    kinds: dict[str, list[int]] = {}
-    for at, name in enumerate(controls):
-        kinds.setdefault(name.rpartition("_")[0], []).append(at)
-    return [
-        Suspect(f"exchange.{kind}", f"an exchange of {controls[pair[0]]} and {controls[pair[1]]}", "%", 0.01,
-                acts=_column(pair, lambda v, _: v[..., ::-1] - v))
-        for kind, pair in kinds.items() if kind and len(pair) == 2
-    ]  # fmt: skip
 
 
 def named(model: Model, trials: Sequence[Trial], names: Sequence[str]) -> tuple[Suspect, ...]:
