@@ -20,7 +20,7 @@ from ...data import Array, Trial
 from ...environment import CHANNELS
 from ...models import STATES, unit
 from .. import Fit, Problem
-from ..noise import input_noise, noise
+from ..noise import between_rows, input_noise, noise
 from ..nuisance import EVERY, begun_as
 from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
@@ -298,10 +298,12 @@ def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
     lanes, steps, inputs = cut.series.shape
     noisy = np.flatnonzero(level)
     held = noisy >= inputs - len(CHANNELS)
+    open_ = between_rows(cut.series[:, ::substeps, noisy], level[noisy]) * ~held
     out: list[Array] = []
     for _ in range(_DRAWS):
         white = rng.standard_normal((lanes, -(-steps // substeps) + 1, noisy.size)) * level[noisy]
         acts = np.where(held, white[:, 1:], 0.5 * (white[:, 1:] + white[:, :-1]))
+        acts[:, : open_.shape[1]] += open_ * rng.standard_normal(open_.shape)
         draw = np.zeros(cut.series.shape)
         draw[:, :, noisy] = np.repeat(acts, substeps, axis=1)[:, :steps]
         out.append(draw)
