@@ -71,7 +71,8 @@ def calibrated(spec: str) -> Calibration:
             import_logs("csv", where / "raw", where / "trials", mapping)
             trials = read_trials([where / "trials"])
             published = load(ship_file(vessel.ship, where))
-        told = set(keys(check_folder(trials))) - ({"current", "current:x", "current:y"} if weather == "current" else set())
+        right = {"current", "current:x", "current:y"} if weather == "current" else set()
+        told = set(keys(check_folder(trials))) - right
         nuisance = Nuisance(current=0.3 * vessel.ship.speed) if weather == "current" else Nuisance()
         problem = Problem(published, tuple(trials), near(published.model, *truth, ratio=0.5), nuisance=nuisance)
         fit = Trajectory().fit(problem)

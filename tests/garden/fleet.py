@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from .motion import Controls, Order, Weather, steps, turning, zigzag
 from .others import ESSO, TUG, TWIN
-from .ships import FULL, MODEL, Ship, revolutions
+from .ships import FULL, MODEL, Ship
 
 DEG = math.pi / 180.0
 UNITS = {
@@ -91,8 +91,9 @@ def _usual(ship: Ship, n: float, straight: float, by_time: float, angles: tuple[
     held, slow = steer(0.0), ship.steered(0.0, 0.6 * n)
     out = [Plan(f"zigzag_{angle}_{letter}", "zigzag", zig(angle, side), held, ship.speed,
                 (900.0 if angle == small else 1000.0) * by_time) for angle, letter, side in zigzags]  # fmt: skip
-    out += [Plan(f"turning_{hard}_{letter}", "turning", lambda psi, side=side: turning(steer, hard * DEG, side, straight),
-                 held, ship.speed, 1200.0 * by_time) for letter, side in ways]  # fmt: skip
+    out += [Plan(f"turning_{hard}_{letter}", "turning",
+                 lambda psi, side=side: turning(steer, hard * DEG, side, straight), held, ship.speed, 1200.0 * by_time)
+            for letter, side in ways]  # fmt: skip
     begun = 30.0 * straight / 20.0
     out.append(Plan("acceleration", "acceleration", lambda psi: steps((0.0, slow), (begun, held)), slow,
                     0.6 * ship.speed, 900.0 * by_time))  # fmt: skip
@@ -117,8 +118,9 @@ def twin(ship: Ship, n: float) -> list[Plan]:
     begin = ship.steered(0.0, n)
     return [
         *_usual(ship, n, 20.0, math.sqrt(ship.length / 320.0), both=False),
-        Plan("shafts", "shafts", lambda psi: steps((0.0, begin), (2 * own, shafts(1.0, 0.5)), (8 * own, shafts(0.5, 1.0)),
-                                                  (16 * own, begin)), begin, ship.speed, 22 * own),
+        Plan("shafts", "shafts", lambda psi: steps((0.0, begin), (2 * own, shafts(1.0, 0.5)),
+                                                  (8 * own, shafts(0.5, 1.0)), (16 * own, begin)),
+             begin, ship.speed, 22 * own),
         Plan("rudders", "rudders", lambda psi: steps((0.0, begin), (2 * own, apart(20, 0)), (7 * own, apart(0, -20)),
                                                     (13 * own, apart(-15, 15)), (18 * own, apart(0, 20))),
              begin, ship.speed, 24 * own),
@@ -132,11 +134,13 @@ def tug(ship: Ship, n: float) -> list[Plan]:
     def at(n_1: float, alpha_1: float, n_2: float, alpha_2: float) -> Controls:
         return n_1 * n, alpha_1 * DEG, n_2 * n, alpha_2 * DEG
 
-    begin, slow = ship.steered(0.0, n), ship.steered(0.0, 0.5 * n)
+    slow = ship.steered(0.0, 0.5 * n)
     # thrust ahead on one side and astern on the other holds the heading while both push the stern aside
-    crab = [(0.0, slow), (3 * own, at(1.0, 171, 1.0, 9)), (24 * own, at(1.0, -9, 1.0, -171)), (50 * own, at(0.5, 0, 0.5, 0))]
-    stepped = [(0.0, slow), (3 * own, at(0.5, 30, 0.5, 0)), (8 * own, at(0.5, 0, 0.5, -30)), (14 * own, at(0.8, 0, 0.4, 0)),
-               (20 * own, at(0.4, 25, 0.8, -25)), (28 * own, at(0.6, -40, 0.6, 0)), (34 * own, at(0.6, 0, 0.3, 40))]  # fmt: skip
+    crab = [(0.0, slow), (3 * own, at(1.0, 171, 1.0, 9)), (24 * own, at(1.0, -9, 1.0, -171)),
+            (50 * own, at(0.5, 0, 0.5, 0))]  # fmt: skip
+    stepped = [(0.0, slow), (3 * own, at(0.5, 30, 0.5, 0)), (8 * own, at(0.5, 0, 0.5, -30)),
+               (14 * own, at(0.8, 0, 0.4, 0)), (20 * own, at(0.4, 25, 0.8, -25)), (28 * own, at(0.6, -40, 0.6, 0)),
+               (34 * own, at(0.6, 0, 0.3, 40))]  # fmt: skip
     spot = [(0.0, slow), (3 * own, at(0.6, 90, 0.6, 90)), (15 * own, at(0.0, 90, 0.7, -90)),
             (30 * own, at(0.5, -60, 0.5, -90))]  # fmt: skip
     return [

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -83,7 +84,7 @@ class LowSpeed:
         """Integral of |v + k x| (v + k x) x^power over x from -1/2 to 1/2, split where the cross flow turns."""
         ends = [-0.5, 0.5] if not k or abs(v / k) >= 0.5 else [-0.5, -v / k, 0.5]
         total = 0.0
-        for a, b in zip(ends, ends[1:], strict=False):
+        for a, b in pairwise(ends):
             for node, weight in zip(_NODES, _WEIGHTS, strict=True):
                 x = 0.5 * (a + b) + 0.5 * (b - a) * node
                 total += 0.5 * (b - a) * weight * abs(v + k * x) * (v + k * x) * x**power

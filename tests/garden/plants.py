@@ -195,9 +195,10 @@ def side(port: float, starboard: float) -> Plant:
 
 def ordered(log: Log) -> Log:
     """The rudder's order under the name of its angle: where the rudder will come to rest."""
-    delta = log.true("delta")
+    delta, ship = log.true("delta"), log.motion.ship
+    quickest = ship.gear[ship.controls.index("delta")]
     step = float(log.t[1] - log.t[0])
-    moving = np.abs(log.true("delta", -step) - delta) > 0.02 * step * dict(zip(log.motion.ship.controls, log.motion.ship.gear, strict=True))["delta"]
+    moving = np.abs(log.true("delta", -step) - delta) > 0.02 * step * quickest
     rests, moves = np.flatnonzero(~moving), np.flatnonzero(moving)
     moves = moves[moves < rests[-1]]
     goal = delta.copy()

@@ -1,6 +1,8 @@
 """What a user does with a folder of the garden, and what was said: import, check, identify, nothing else.
 
-    python -m garden.run [NAME ...] [--ship SHIP] [--seeds 1,2,3] [--no-fit] [--json FILE]      (with tests/ on PYTHONPATH)
+    python -m garden.run [NAME ...] [--ship SHIP] [--seeds 1,2,3] [--no-fit] [--json FILE]
+
+with tests/ on PYTHONPATH.
 
 An outcome is silently wrong where a parameter is called identified beyond four of its sigmas from the truth and nobody
 said anything that the same folder without the fault does not get to hear.
@@ -16,6 +18,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.resources import files
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -110,10 +113,12 @@ def ship_file(ship: Ship, where: Path) -> str:
         return ship.name
     numbers = {**ship.areas, "rho_air": 1.225, "C_Dt": 0.70, "C_Dl_bow": 0.90, "C_Dl_stern": 0.55, "delta": 0.40}
     units = {"A_T": "m^2", "A_L": "m^2", "L_OA": "m", "s_L": "m", "rho_air": "kg/m^3"}
-    lines = [f'{name} = {{ value = {value!r}, source = "assumed"' + (f', unit = "{units[name]}" }}' if name in units else " }")
-             for name, value in numbers.items()]  # fmt: skip
+    lines = ["[wind]", 'type = "wind_blendermann:Blendermann"']
+    for name, value in numbers.items():
+        unit = f', unit = "{units[name]}"' if name in units else ""
+        lines.append(f'{name} = {{ value = {value!r}, source = "assumed"{unit} }}')
     path = where / f"{ship.name}.toml"
-    path.write_text(text + '\n[wind]\ntype = "wind_blendermann:Blendermann"\n' + "\n".join(lines) + "\n", encoding="utf-8")
+    path.write_text("\n".join([text, *lines, ""]), encoding="utf-8")
     return str(path)
 
 
@@ -229,7 +234,10 @@ def main(arguments: Sequence[str]) -> int:
     known = faults(asked.ship)
     chosen = [f for f in known if not asked.names or f.name in asked.names]
     some: list[Fault | None] = [*([None] if not asked.names or "clean" in asked.names else []), *chosen]
-    outcomes = [one(f, int(s), asked.ship, not asked.no_fit) for s in asked.seeds.split(",") for f in some]
+    outcomes: list[Outcome] = []
+    for seed, fault in product(asked.seeds.split(","), some):
+        outcomes.append(one(fault, int(seed), asked.ship, not asked.no_fit))
+        sys.stderr.write(table(outcomes[-1:], {f.name: f for f in known}).splitlines()[1] + "\n")
     sys.stdout.write(table(outcomes, {f.name: f for f in known}) + "\n")
     if asked.json:
         rows = [{**asdict(o), "wrong": o.wrong, "said": o.said} for o in outcomes]

@@ -69,12 +69,20 @@ class Ship(Protocol):
 
 def revolutions(ship: Ship, speed: float) -> float:
     """Revolutions [1/s] that hold a speed [m/s] straight ahead in calm."""
-    return float(brentq(lambda n: ship.rates(speed, 0.0, 0.0, ship.steered(0.0, n), (speed, 0.0))[0], 0.2 * speed / ship.length, 300.0 * speed / ship.length, xtol=1e-13))
+
+    def net(n: float) -> float:
+        return ship.rates(speed, 0.0, 0.0, ship.steered(0.0, n), (speed, 0.0))[0]
+
+    return float(brentq(net, 0.2 * speed / ship.length, 300.0 * speed / ship.length, xtol=1e-13))
 
 
 def held_speed(ship: Ship, n: float) -> float:
     """Speed [m/s] that revolutions hold straight ahead in calm."""
-    return float(brentq(lambda u: ship.rates(u, 0.0, 0.0, ship.steered(0.0, n), (u, 0.0))[0], 0.02 * ship.speed, 3 * ship.speed))
+
+    def net(u: float) -> float:
+        return ship.rates(u, 0.0, 0.0, ship.steered(0.0, n), (u, 0.0))[0]
+
+    return float(brentq(net, 0.02 * ship.speed, 3.0 * ship.speed))
 
 
 @dataclass(frozen=True)

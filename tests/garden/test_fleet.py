@@ -1,4 +1,4 @@
-"""Twin screws, a tug with azimuths and a 3 m model: sound logs, and faults of one rudder, shaft or azimuth of several."""
+"""Twin screws, a tug with azimuths and a 3 m model: sound logs, and faults of one of several controls."""
 
 from __future__ import annotations
 

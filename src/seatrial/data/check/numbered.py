@@ -1,6 +1,6 @@
-"""Rudders, shafts and azimuths of which a ship has several, `delta_1`, `n_2`, `alpha_1`: each is judged as a single one.
+"""Rudders, shafts and azimuths of which a ship has several: `delta_1`, `n_2`, `alpha_1`.
 
-A numbered rudder is looked at as if it were the only one.  Its sense shows where all of them move together; an azimuth
+Each rudder is looked at as if it were the only one.  Its sense shows where all of them move together; an azimuth
 turns a ship one way at the stern and the other at the bow, so that of an azimuth is left to a fit.
 """
 

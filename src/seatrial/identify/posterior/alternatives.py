@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -71,14 +72,14 @@ def _of(controls: tuple[str, ...]) -> Iterator[_Alternative]:
     for at, name in enumerate(controls):
         kinds.setdefault(name.rpartition("_")[0], []).append(at)
         if "_" in name and unit(name) == "rad":
-            yield _Alternative(f"sign.{name}", f"{name} counted the other way", lambda series, at=at: _turned(series, [at]))
+            yield _Alternative(f"sign.{name}", f"{name} counted the other way", partial(_turned, places=[at]))
     for kind, places in kinds.items():
         if not kind or len(places) != 2:
             continue
         names = f"{controls[places[0]]} and {controls[places[1]]}"
-        yield _Alternative(f"exchange.{kind}", f"an exchange of {names}", lambda series, two=places: _exchanged(series, two))
+        yield _Alternative(f"exchange.{kind}", f"an exchange of {names}", partial(_exchanged, places=places))
         if unit(controls[places[0]]) == "rad":
-            yield _Alternative(f"sign.{kind}", f"{names} counted the other way", lambda series, two=places: _turned(series, two))
+            yield _Alternative(f"sign.{kind}", f"{names} counted the other way", partial(_turned, places=places))
     pairs = [places for kind, places in kinds.items() if kind and len(places) == 2]
     if len(pairs) == 2:
         yield _Alternative("exchange", "all columns of both sides exchanged",

@@ -90,17 +90,13 @@ def diagnosed(
     known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
                   and not _estimated(one.name, problem))  # fmt: skip
     fixed = {path: value for path, value in _fixed(fit, problem).items() if path in objective.forward.system.parameters}
-    with np.errstate(all="ignore"):
-        linear = _linear(objective, p, eta, known, fixed, _draws(objective, problem))
-    vector = problem.vector
+    linear, vector = _linear(objective, p, eta, known, fixed, _draws(objective, problem)), problem.vector
     A = _gram(linear.J) + np.diag(
         np.append(vector.precision, objective.deviation**-2.0)
     )  # fmt: skip
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance, tested = _tests(objective, linear, A, channels, size, known, problem)
-    if widen and any(one.grounds(name) for name, one in channels.items()):
-        whole = alternatives(objective, p, eta, np.sqrt(np.diag(covariance)), problem)
-        tested = tuple(sorted([*tested, *whole], key=lambda one: -one.drop))
+    tested = _with_alternatives(objective, p, eta, covariance, channels, tested, problem) if widen else tested
     shown = _shown(problem)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
@@ -133,6 +129,17 @@ def _tests(
     return _covariance(linear, A, size / weight) + by_inputs, tested
 
 
+def _with_alternatives(
+    objective: TrajectoryObjective, p: Array, eta: Array, covariance: Array, channels: Mapping[str, Channel],
+    tested: tuple[Suspicion, ...], problem: Problem,
+) -> tuple[Suspicion, ...]:
+    """Suspects, with what is there or not as a whole where the residuals contradict the model."""
+    if not any(one.grounds(name) for name, one in channels.items()):
+        return tested
+    whole = alternatives(objective, p, eta, np.sqrt(np.diag(covariance)), problem)
+    return tuple(sorted([*tested, *whole], key=lambda one: -one.drop))
+
+
 def _enough(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:
     """Trials at even distances in their order that have enough rows to test a fit; all of them as a rule."""
     rows = sum(len(trial) for trial in trials)
@@ -158,6 +165,7 @@ def _fixed(fit: Fit, problem: Problem) -> dict[str, float]:
     return {path: value for path, value in values(fit.ship.model).items() if path not in free and value}
 
 
+@np.errstate(all="ignore")
 def _linear(
     objective: TrajectoryObjective, p: Array, eta: Array, known: Any, fixed: Mapping[str, float], draws: list[Array]
 ) -> _Linear:
