@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,10 @@ from garden.logs import Folder, clean
 from garden.run import keys, one, table
 from seatrial.data import Trial
 from seatrial.data.check import check_folder
+from seatrial.data.trialfile import read_trial
 from seatrial.identify.noise import between_rows
+from seatrial.identify.posterior.diagnosis import Channel
+from seatrial.workflow.data import import_logs
 
 SEED = 4
 
@@ -20,7 +25,7 @@ def trials(folder: Folder) -> list[Trial]:
     return [Trial(log.name, log.t, dict(log.table), {}, dict(folder.meta)) for log in folder.logs]
 
 
-@pytest.mark.parametrize("ship", OTHERS)
+@pytest.mark.parametrize("ship", ["twin", "tug", pytest.param("esso", marks=pytest.mark.long)])
 def test_sound_logs_of_any_ship_get_no_warning(ship: str) -> None:
     assert keys(check_folder(trials(clean(ship, rate=2.0)))) == ()
 
@@ -31,6 +36,16 @@ def test_the_one_of_several_that_is_wrong_is_named(ship: str, name: str) -> None
     [fault] = [one for one in faults(ship) if one.name == name]
     told = keys(check_folder(trials(fault.plant(clean(ship, rate=2.0)))))
     assert set(told) & set(fault.culprits), told
+
+
+def test_the_table_of_a_tug_is_imported_by_a_mapping(tmp_path: Path) -> None:
+    """Thrusters with numbers are channels of their own: rpm and degrees come out in 1/s and rad."""
+    folder = clean("tug", rate=2.0)
+    mapping = folder.write_raw(tmp_path / "raw")
+    trial = read_trial(import_logs("csv", tmp_path / "raw", tmp_path / "trials", mapping).written[0])
+    [log] = [log for log in folder.logs if log.name == trial.name]
+    for name in folder.ship.controls:
+        np.testing.assert_allclose(trial[name], log.table[name], atol=1e-6)
 
 
 def test_each_ship_has_faults_of_its_own() -> None:
@@ -49,6 +64,14 @@ def test_what_two_readings_leave_open_is_where_an_actuator_begins_and_ends_to_mo
     np.testing.assert_allclose(left[[20, 24]], 0.5 * 0.3 * 0.7 * 5.0, rtol=0.1)
     np.testing.assert_allclose(left[40], 20.0 / np.sqrt(12.0), rtol=0.02)
     assert np.median(left) == 0.0
+
+
+def test_residuals_that_the_noise_of_inputs_explains_do_not_contradict_the_model() -> None:
+    def told(by_inputs: float) -> tuple[str, ...]:
+        return Channel(0.0026, 1.6, 0.05, 0.01, 1.0, 5000, by_inputs).grounds("psi")
+
+    assert told(0.0)
+    assert not told(1.2)
 
 
 @pytest.mark.long

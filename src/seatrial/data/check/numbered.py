@@ -95,7 +95,8 @@ def _astern(trials: Sequence[Trial]) -> Iterator[Fault]:
         if fast.mean() < 0.5:
             continue
         names |= set(own)
-        push = sum(trial[f"n{name[5:]}"] ** 2 * np.sign(trial[f"n{name[5:]}"]) * np.cos(trial[name]) for name in own)
+        pushes = [trial[f"n{name[5:]}"] * np.abs(trial[f"n{name[5:]}"]) * np.cos(trial[name]) for name in own]
+        push = np.sum(pushes, axis=0)
         back = float(np.nanmean(push[fast] < 0.0))
         astern, ahead = astern + (back > 0.9), ahead + (back < 0.5)
     if astern > 1 and not ahead:

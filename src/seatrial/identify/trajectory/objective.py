@@ -289,8 +289,9 @@ class TrajectoryObjective:
         here, eta = self, np.zeros(self.nuisances)
         if not eta.size:
             return eta
-        for index, part in zip(np.unique(self.windows.trial).tolist(), self.layout.slices, strict=True):
-            found = (known or {}).get(self.problem.trials[index].name, {})
+        known, indices = known or {}, np.unique(self.windows.trial).tolist()
+        for index, part in zip(indices, self.layout.slices, strict=True) if known else ():
+            found = known.get(self.problem.trials[index].name, {})
             own = np.array([found.get(name, 0.0) for name in self.layout.own.names])
             eta[part.stop - own.size : part.stop] = own
         if until is not None:
