@@ -102,6 +102,11 @@ class Suspicion:
         return f"{size / self.per:.3g} +- {sigma / self.per:.1g} {self.unit}"
 
     @property
+    def sized(self) -> str:
+        """What it is, with its size where it has one."""
+        return self.words if self.whole else f"{self.words} of {self.value}"
+
+    @property
     def turned(self) -> bool:
         """Whether a wind acts so little as logged that it may act the other way: its direction may be reversed."""
         return self.name == "scale.wind" and self.size > _TURNED
@@ -118,8 +123,7 @@ class Suspicion:
         most = max(self.moves, key=lambda path: abs(self.moves[path]), default="")
         moved = f"; {most} would move by {self.moves[most]:+.1f} sigma" if most else ""
         other = "; or its direction is where it blows to" if self.turned else ""
-        size = "" if self.whole else f" of {self.value}"
-        return (f"{self.words}{size} would remove {self.share:.0%} of the objective"
+        return (f"{self.sized} would remove {self.share:.0%} of the objective"
                 f"{moved}{other}")  # fmt: skip
 
 
