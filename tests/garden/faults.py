@@ -200,7 +200,7 @@ OTHERS: dict[str, tuple[Fault, ...]] = {
         Fault("azimuths_sign", "azimuths count to port", ("sign.alpha",), p.times(-1.0, "alpha_1", "alpha_2")),
         Fault("azimuth_sign", "azimuth 2 counts to port", ("sign.alpha_2",), p.times(-1.0, "alpha_2")),
         Fault("azimuths_degrees", "azimuths in degrees read as radians", ("unit:alpha_1",), p.times(1 / DEG, "alpha_1", "alpha_2")),
-        Fault("azimuths_small", "azimuths in radians converted as degrees", ("unit:alpha_1", "scale.alpha_1"), p.times(DEG, "alpha_1", "alpha_2")),
+        Fault("azimuths_small", "azimuths in radians converted as degrees", ("unit:alpha_1", "scale.alpha_1", "scale.alpha_2"), p.times(DEG, "alpha_1", "alpha_2")),
         Fault("azimuths_astern", "azimuths counted from astern", ("sign:alpha_1",), p.chain(p.plus(np.pi, "alpha_1"), p.plus(np.pi, "alpha_2"))),
         Fault("azimuths_late", "azimuths late by .8 s", ("delay.alpha_1", "delay.alpha_2", "lag:alpha_1"), p.late(10.0, "alpha_1", "alpha_2")),
         Fault("azimuth_stuck", "azimuth 1 stuck for a quarter of each trial", ("frozen:alpha_1",), p.held(0.25, "alpha_1")),
