@@ -155,3 +155,70 @@ FAULTS: tuple[Fault, ...] = (
 )  # fmt: skip
 
 BY_NAME = {fault.name: fault for fault in FAULTS}
+
+
+def _picked(names: str) -> tuple[Fault, ...]:
+    """Faults of the full scale ship, at the scale of another."""
+    return tuple(BY_NAME[name] for name in names.split())
+
+
+OTHERS: dict[str, tuple[Fault, ...]] = {
+    "esso": (
+        *_picked("current wind_hidden wind_zero heading_bias heading_late heading_course gyro_bias gyro_scale rate_sign "
+                 "rate_degrees gnss_late antenna_aft axes_swapped speed_knots log_scale log_bias sway_sign sway_zero "
+                 "speed_late rudder_offset rudder_scale rudder_sides rudder_sign rudder_late rudder_degrees "
+                 "revolutions_scale revolutions_rpm revolutions_slow revolutions_zero clock_fast"),
+        Fault("wind_to", "the wind's direction is where it goes to", ("wind_to",), p.plus(np.pi, "gamma_T"), "wind"),
+        Fault("revolutions_percent", "percent of full revolutions read as rpm", ("revolutions_scale", "unit:n_P"), p.times(100 / 60 / 10.6, "n_P")),
+    ),
+    "twin": (
+        *_picked("current wind_hidden heading_bias heading_late gyro_bias rate_sign rate_degrees gnss_late antenna_aft "
+                 "speed_knots log_scale sway_sign speed_late clock_fast"),
+        Fault("shafts_exchanged", "revolutions of port and starboard exchanged", ("exchange.n_P",), p.swapped("n_P_1", "n_P_2")),
+        Fault("shafts_scale", "revolutions of both shafts 6 % too low", ("revolutions_scale", "scale.n_P_1", "scale.n_P_2"), p.times(0.94, "n_P_1", "n_P_2")),
+        Fault("shaft_scale", "revolutions of the starboard shaft 8 % too low", ("scale.n_P_2",), p.times(0.92, "n_P_2")),
+        Fault("shaft_rpm", "rpm of the starboard shaft read as 1/s", ("unit:n_P_2",), p.times(60.0, "n_P_2")),
+        Fault("shaft_zero", "no revolutions of the port shaft, zeros instead", ("zeros:n_P_1",), p.constant(0.0, "n_P_1")),
+        Fault("shaft_sign", "revolutions of the port shaft ahead are negative", ("sign:n_P_1",), p.times(-1.0, "n_P_1")),
+        Fault("rudders_exchanged", "rudders of port and starboard exchanged", ("exchange.delta",), p.swapped("delta_1", "delta_2")),
+        Fault("rudders_offset", "both rudder indicators 1.5 deg off", ("rudder_offset", "offset.delta"), p.chain(p.plus(1.5 * DEG, "delta_1"), p.plus(1.5 * DEG, "delta_2"))),
+        Fault("rudder_offset_port", "port rudder indicator 2 deg off", ("offset.delta_1", "rudder_offset:delta_1"), p.plus(2 * DEG, "delta_1")),
+        Fault("rudder_scale_port", "angles of the port rudder 10 % too large", ("scale.delta_1", "rudder_scale:delta_1"), p.times(1.1, "delta_1")),
+        Fault("rudders_sign", "both rudders count to port", ("sign:delta_1",), p.times(-1.0, "delta_1", "delta_2")),
+        Fault("rudder_sign_starboard", "starboard rudder counts to port", ("sign:delta_2", "scale.delta_2"), p.times(-1.0, "delta_2")),
+        Fault("rudder_degrees_port", "port rudder in degrees read as radians", ("unit:delta_1",), p.times(1 / DEG, "delta_1")),
+        Fault("rudder_zero_starboard", "starboard rudder zero throughout", ("zeros:delta_2", "frozen:delta_2"), p.constant(0.0, "delta_2")),
+        Fault("rudder_stuck_starboard", "starboard rudder indicator stuck for a quarter of each trial", ("frozen:delta_2",), p.held(0.25, "delta_2")),
+        Fault("rudder_jammed", "starboard rudder jammed at 5 deg; its order is logged", ("scale.delta_2", "offset.delta_2", "sign.delta_2"), p.sailed_by(p.jammed)),
+        Fault("rudders_late", "both rudders late by 4 s", ("lag:delta", "lag:delta_1", "delay.delta_1", "delay.delta_2"), p.late(4.0, "delta_1", "delta_2")),
+    ),
+    "tug": (
+        *_picked("current wind_hidden heading_bias heading_late gyro_bias rate_sign rate_degrees gnss_late antenna_aft "
+                 "axes_swapped speed_knots log_scale sway_sign sway_zero speed_late clock_fast"),
+        Fault("azimuths_offset", "both azimuths 3 deg off", ("offset.alpha", "offset.alpha_1", "offset.alpha_2"), p.chain(p.plus(3 * DEG, "alpha_1"), p.plus(3 * DEG, "alpha_2"))),
+        Fault("azimuth_offset", "azimuth 1 5 deg off", ("offset.alpha_1",), p.plus(5 * DEG, "alpha_1")),
+        Fault("azimuths_sign", "azimuths count to port", ("sign.alpha",), p.times(-1.0, "alpha_1", "alpha_2")),
+        Fault("azimuth_sign", "azimuth 2 counts to port", ("sign.alpha_2",), p.times(-1.0, "alpha_2")),
+        Fault("azimuths_degrees", "azimuths in degrees read as radians", ("unit:alpha_1",), p.times(1 / DEG, "alpha_1", "alpha_2")),
+        Fault("azimuths_small", "azimuths in radians converted as degrees", ("unit:alpha_1", "scale.alpha_1", "scale.alpha_2"), p.times(DEG, "alpha_1", "alpha_2")),
+        Fault("azimuths_astern", "azimuths counted from astern", ("sign:alpha_1",), p.chain(p.plus(np.pi, "alpha_1"), p.plus(np.pi, "alpha_2"))),
+        Fault("azimuths_late", "azimuths late by .8 s", ("delay.alpha_1", "delay.alpha_2", "lag:alpha_1"), p.late(10.0, "alpha_1", "alpha_2")),
+        Fault("azimuth_stuck", "azimuth 1 stuck for a quarter of each trial", ("frozen:alpha_1",), p.held(0.25, "alpha_1")),
+        Fault("azimuth_zero", "azimuth 2 zero throughout", ("zeros:alpha_2", "frozen:alpha_2"), p.constant(0.0, "alpha_2")),
+        Fault("thrusters_exchanged", "thrusters 1 and 2 exchanged", ("exchange",), p.chain(p.swapped("n_1", "n_2"), p.swapped("alpha_1", "alpha_2"))),
+        Fault("azimuths_exchanged", "directions of thrusters 1 and 2 exchanged", ("exchange.alpha",), p.swapped("alpha_1", "alpha_2")),
+        Fault("thruster_scale", "revolutions of thruster 1 10 % too low", ("scale.n_1",), p.times(0.9, "n_1")),
+        Fault("thrusters_scale", "revolutions of both thrusters 6 % too low", ("revolutions_scale", "scale.n_1", "scale.n_2"), p.times(0.94, "n_1", "n_2")),
+        Fault("thruster_rpm", "rpm of thruster 1 read as 1/s", ("unit:n_1",), p.times(60.0, "n_1")),
+        Fault("thrusters_slow", "1/s of both thrusters read as rpm", ("unit:n_1",), p.times(1 / 60, "n_1", "n_2")),
+        Fault("thruster_zero", "no revolutions of thruster 2, zeros instead", ("zeros:n_2",), p.constant(0.0, "n_2")),
+    ),
+}  # fmt: skip
+"""Those of the other ships."""
+
+
+def faults(ship: str) -> tuple[Fault, ...]:
+    """Faults of a ship of the fleet."""
+    return OTHERS.get(ship, FAULTS)
+
+

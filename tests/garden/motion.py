@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from .ships import Mmg
+from .ships import Ship
 
 Array = NDArray[np.float64]
-NAMES = ("x", "y", "psi", "u", "v_m", "r", "delta", "n_P")
-BEFORE = 60.0
-"""Seconds of straight approach before the first row of a log, so that late instruments have something to show."""
+NAMES = ("x", "y", "psi", "u", "v_m", "r")
+BEFORE = 1.5
+"""Straight approach before the first row of a log, so that late instruments have something to show [lengths]."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Weather:
 class Motion:
     """What truly happened, at any time: segments of dense output, states in the moving water."""
 
-    ship: Mmg
+    ship: Ship
     weather: Weather
     starts: Array
     pieces: tuple[Any, ...]
@@ -42,11 +42,11 @@ class Motion:
         """All channels over ground at times t [s]."""
         t = np.asarray(t, dtype=float)
         which = np.clip(np.searchsorted(self.starts, t, "right") - 1, 0, len(self.pieces) - 1)
-        out = np.empty((8, t.size))
+        out = np.empty((len(NAMES) + len(self.ship.controls), t.size))
         for k in np.unique(which):
             rows = which == k
             out[:, rows] = self.pieces[k](t[rows])
-        values = dict(zip(NAMES, out, strict=True))
+        values = dict(zip((*NAMES, *self.ship.controls), out, strict=True))
         w = self.weather
         east, north = w.current * math.sin(w.current_to), w.current * math.cos(w.current_to)
         c, s = np.cos(values["psi"]), np.sin(values["psi"])
@@ -57,71 +57,71 @@ class Motion:
         return values
 
 
+Controls = tuple[float, ...]
+Steer = Callable[[float], Controls]
+"""Controls of the ship by the angle that it steers with, > 0 to starboard."""
+
+
 @dataclass(frozen=True)
 class Order:
-    """Rudder [rad] and revolutions [1/s] ordered until `until(t, state)` crosses zero; None runs to the end."""
+    """Controls ordered until `until(t, state)` crosses zero; None runs to the end."""
 
-    rudder: float
-    revolutions: float
+    controls: Controls
     until: Callable[[float, Array], float] | None = None
 
 
-def zigzag(rudder: float, heading: float, side: int, psi_0: float, n: float, times: int = 5) -> Iterator[Order]:
-    """Orders of a zigzag: straight for 20 s, then over at every `heading` off the base course."""
-
-    def after(t: float, y: Array) -> float:
-        return t - 20.0
-
-    yield Order(0.0, n, after)
+def zigzag(steer: Steer, angle: float, heading: float, side: int, psi_0: float, straight: float = 20.0,
+           times: int = 5) -> Iterator[Order]:  # fmt: skip
+    """Orders of a zigzag: straight for some seconds, then over at every `heading` off the base course."""
+    yield Order(steer(0.0), lambda t, y: t - straight)
     for k in range(times):
         now = side * (-1) ** k
 
         def off(t: float, y: Array, now: int = now) -> float:
             return now * (y[2] - psi_0) - heading
 
-        yield Order(now * rudder, n, off)
-    yield Order(side * (-1) ** times * rudder, n)
+        yield Order(steer(now * angle), off)
+    yield Order(steer(side * (-1) ** times * angle))
 
 
-def turning(rudder: float, side: int, n: float) -> Iterator[Order]:
-    """Orders of a turning circle from 20 s on."""
-    yield Order(0.0, n, lambda t, y: t - 20.0)
-    yield Order(side * rudder, n)
+def turning(steer: Steer, angle: float, side: int, straight: float = 20.0) -> Iterator[Order]:
+    """Orders of a turning circle after some seconds straight on."""
+    return steps((0.0, steer(0.0)), (straight, steer(side * angle)))
 
 
-def acceleration(low: float, high: float) -> Iterator[Order]:
-    """Straight on, from low to high revolutions at 30 s."""
-    yield Order(0.0, low, lambda t, y: t - 30.0)
-    yield Order(0.0, high)
+def steps(*orders: tuple[float, Controls]) -> Iterator[Order]:
+    """Controls, each from a time on [s]; the first from the beginning."""
+    for k, (_, controls) in enumerate(orders):
+        end = orders[k + 1][0] if k + 1 < len(orders) else None
+        yield Order(controls, None if end is None else lambda t, y, end=end: t - end)
 
 
 def sail(
-    ship: Mmg, orders: Iterator[Order], weather: Weather, psi_0: float, speed: float, n: float, duration: float
+    ship: Ship, orders: Iterator[Order], weather: Weather, psi_0: float, speed: float, begin: Controls, duration: float
 ) -> Motion:
-    """Integrate a manoeuvre from a straight run at `speed` [m/s] and `n` [1/s]."""
+    """Integrate a manoeuvre from a straight run at `speed` [m/s] under the controls `begin`."""
     w = weather
     east, north = w.current * math.sin(w.current_to), w.current * math.cos(w.current_to)
     from_north, from_east = w.wind * math.cos(w.wind_from), w.wind * math.sin(w.wind_from)
 
-    def rhs(t: float, y: Array, rates: tuple[float, float]) -> list[float]:
-        _, _, psi, u, v, r, delta, revolutions = y.tolist()
+    def rhs(t: float, y: Array, rates: Controls) -> list[float]:
+        _, _, psi, u, v, r, *controls = y.tolist()
         c, s = math.cos(psi), math.sin(psi)
         wind = (
             (from_north + north) * c + (from_east + east) * s + u,
             (from_east + east) * c - (from_north + north) * s + v,
         )
-        du, dv, dr = ship.rates(u, v, r, (revolutions, delta), wind)
+        du, dv, dr = ship.rates(u, v, r, tuple(controls), wind)
         return [u * c - v * s, u * s + v * c, r, du, dv, dr, *rates]
 
-    start = -BEFORE
-    y = np.array([-speed * BEFORE * math.cos(psi_0), -speed * BEFORE * math.sin(psi_0), psi_0, speed, 0, 0, 0, n])
+    before = BEFORE * ship.length / ship.speed
+    y = np.array([-speed * before * math.cos(psi_0), -speed * before * math.sin(psi_0), psi_0, speed, 0, 0, *begin])
     starts: list[float] = []
     pieces: list[Any] = []
 
-    def run(t: float, y: Array, rates: tuple[float, float], until: float, stop: Any) -> tuple[float, Array, bool]:
+    def run(t: float, y: Array, rates: Controls, until: float, stop: Any) -> tuple[float, Array, bool]:
         events = []
         if stop is not None:
-            stop.terminal = True
             events = [lambda t, y, *_: stop(t, y)]
             events[0].terminal = True  # type: ignore[attr-defined]
         found = solve_ivp(
@@ -131,21 +131,16 @@ def sail(
         pieces.append(found.sol)
         return float(found.t[-1]), found.y[:, -1], found.status == 1
 
-    t = start
+    t, own = -before, slice(len(NAMES), None)
     for order in orders:
         reached = False
         while t < duration and not reached:
-            lag_d, lag_n = order.rudder - y[6], order.revolutions - y[7]
-            rates = (
-                math.copysign(ship.rudder_rate, lag_d) if abs(lag_d) > 1e-12 else 0.0,
-                math.copysign(ship.shaft_rate, lag_n) if abs(lag_n) > 1e-12 else 0.0,
-            )
-            moves = [abs(lag / rate) for lag, rate in zip((lag_d, lag_n), rates, strict=True) if rate]
+            lags = np.array(order.controls) - y[own]
+            rates = np.where(np.abs(lags) > 1e-12, np.copysign(ship.gear, lags), 0.0)
+            moves = [abs(lag / rate) for lag, rate in zip(lags, rates, strict=True) if rate]
             until = min([duration + 1.0, *(t + move for move in moves)])
-            t, y, reached = run(t, y, rates, until, order.until)
-            for k, lag, goal in ((6, lag_d, order.rudder), (7, lag_n, order.revolutions)):
-                if lag and abs(y[k] - goal) < 1e-9:
-                    y[k] = goal
+            t, y, reached = run(t, y, tuple(rates.tolist()), until, order.until)
+            y[own] = np.where(np.abs(y[own] - order.controls) < 1e-9, order.controls, y[own])
         if t >= duration:
             break
     return Motion(ship, weather, np.array(starts), tuple(pieces))

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
-from .logs import DEG, SHIPS, WEATHERS, Folder, Log, scale
-from .motion import Array, acceleration, sail, turning, zigzag
-from .ships import Mmg, truth
+from .fleet import BY_SHIP, DEG
+from .logs import Folder, Log, scale
+from .motion import Array, sail
+from .others import Three, Twin
+from .ships import Mmg, Ship, held_speed, truth
 
 Plant = Callable[[Folder], Folder]
 AFTER = 200.0
@@ -46,7 +48,7 @@ def late(seconds: float, *names: str) -> Plant:
 def spikes(size: float, count: int, *names: str, only: str = "") -> Plant:
     """Single rows that are off by `size` [SI, full scale], the same rows for each channel."""
 
-    def one(log: Log, ship: Mmg) -> Log:
+    def one(log: Log, ship: Ship) -> Log:
         rows = np.linspace(0.3, 0.8, count) * len(log.t)
         out = {}
         for n in names:
@@ -193,9 +195,10 @@ def side(port: float, starboard: float) -> Plant:
 
 def ordered(log: Log) -> Log:
     """The rudder's order under the name of its angle: where the rudder will come to rest."""
-    delta = log.true("delta")
+    delta, ship = log.true("delta"), log.motion.ship
+    quickest = ship.gear[ship.controls.index("delta")]
     step = float(log.t[1] - log.t[0])
-    moving = np.abs(log.true("delta", -step) - delta) > 0.02 * step * log.motion.ship.rudder_rate
+    moving = np.abs(log.true("delta", -step) - delta) > 0.02 * step * quickest
     rests, moves = np.flatnonzero(~moving), np.flatnonzero(moving)
     moves = moves[moves < rests[-1]]
     goal = delta.copy()
@@ -221,33 +224,38 @@ def sailed_by(change: Callable[[Mmg], Mmg]) -> Plant:
     """The same orders and the same noise, aboard another ship than the papers say."""
 
     def plant(f: Folder) -> Folder:
-        other = change(truth(SHIPS["full" if f.ship.length > 100 else "model"]))
-        return replace(f, logs=tuple(_again(log, other) for log in f.logs))
+        other = change(truth(f.ship))
+        return replace(f, logs=tuple(_again(log, f.ship, other) for log in f.logs))
 
     return plant
 
 
-def _again(log: Log, other: Mmg) -> Log:
-    first = log.motion.at(np.array([-1.0]))
-    psi, n = float(first["psi"][0]), float(first["n_P"][0])
-    full = float(log.true("n_P")[-1])
-    side = -1 if log.name.endswith("_p") else 1
-    if log.kind == "zigzag":
-        angle = int(log.name.split("_")[1]) * DEG
-        orders = zigzag(angle, angle, side, psi, n)
-    else:
-        orders = turning(35 * DEG, side, n) if log.kind == "turning" else acceleration(n, full)
-    made = sail(other, orders, WEATHERS["calm"], psi, _held(other, n), n, float(log.t[-1]))
-    now, before = made.at(log.t), log.motion.at(log.t)
-    table = {name: log.table[name] + now[name] - before[name] if name in now else log.table[name] for name in log.table}
+def _again(log: Log, published: Ship, other: Ship) -> Log:
+    before = log.motion.at(np.array([-1.0]))
+    psi, n = float(before["psi"][0]), held_revolutions(log)
+    [plan] = [one for one in BY_SHIP[published.name].plans(published, n) if one.name == log.name]
+    speed = held_speed(other, plan.begin[0])
+    made = sail(other, plan.orders(psi), log.motion.weather, psi, speed, plan.begin, plan.duration)
+    now, then = made.at(log.t), log.motion.at(log.t)
+    table = {name: log.table[name] + now[name] - then[name] if name in now else log.table[name] for name in log.table}
     return replace(log, table=table, motion=made)
 
 
-def _held(ship: Mmg, n: float) -> float:
-    """Speed [m/s] that revolutions hold."""
-    from scipy.optimize import brentq
+def held_revolutions(log: Log) -> float:
+    """Revolutions at the speed of approach [1/s]."""
+    return float(np.max(log.true(log.motion.ship.controls[0])))
 
-    return float(brentq(lambda u: ship.rates(u, 0.0, 0.0, (n, 0.0), (u, 0.0))[0], 0.05 * ship.speed, 3 * ship.speed))
+
+def jammed(ship: Twin) -> Twin:
+    """Its starboard rudder stands at 5 deg, whatever is ordered."""
+    return Jammed(**{each.name: getattr(ship, each.name) for each in fields(ship)})
+
+
+class Jammed(Twin):
+    """Twin screws, one rudder of which does not obey."""
+
+    def rates(self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float]) -> Three:
+        return super().rates(u, v, r, (*controls[:3], 5 * DEG), wind)
 
 
 def shallow(ship: Mmg) -> Mmg:

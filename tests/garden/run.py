@@ -1,6 +1,8 @@
 """What a user does with a folder of the garden, and what was said: import, check, identify, nothing else.
 
-    python -m garden.run [NAME ...] [--seeds 1,2,3] [--no-fit] [--json FILE]      (with tests/ on PYTHONPATH)
+    python -m garden.run [NAME ...] [--ship SHIP] [--seeds 1,2,3] [--no-fit] [--json FILE]
+
+with tests/ on PYTHONPATH.
 
 An outcome is silently wrong where a parameter is called identified beyond four of its sigmas from the truth and nobody
 said anything that the same folder without the fault does not get to hear.
@@ -15,6 +17,8 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from importlib.resources import files
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +32,9 @@ from seatrial.workflow.data import import_logs
 from seatrial.workflow.identify import identify
 from seatrial.workflow.validate import check
 
-from .faults import FAULTS, Fault
+from .faults import Fault, faults
 from .logs import Folder, clean
-from .ships import hidden
+from .ships import Ship, hidden
 
 STUDY = """schema = "seatrial-study/1"
 ship = "{ship}"
@@ -51,7 +55,7 @@ KEYS = {
     "current.north": "current", "current.east": "current", "wind.north": "wind", "wind.east": "wind",
     "scale.wind": "wind_scale", "direction.wind": "wind_to",
 }
-"""Names of suspects of a fit as the keys of `check` have them."""
+"""Names of suspects of a fit as the keys of `check` have them; those of one of several controls keep their own."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +113,22 @@ def trials(folder: Folder) -> list[Trial]:
     return [Trial(log.name, log.t, dict(log.table), {}, dict(folder.meta)) for log in folder.logs]
 
 
+def ship_file(ship: Ship, where: Path) -> str:
+    """What a study calls the ship: its name, or a file where the one of the library lacks the windage of the garden."""
+    text = (files("seatrial.ships") / f"{ship.name}.toml").read_text(encoding="utf-8")
+    if ship.areas is None or "[wind]" in text:
+        return ship.name
+    numbers = {**ship.areas, "rho_air": 1.225, "C_Dt": 0.70, "C_Dl_bow": 0.90, "C_Dl_stern": 0.55, "delta": 0.40}
+    units = {"A_T": "m^2", "A_L": "m^2", "L_OA": "m", "s_L": "m", "rho_air": "kg/m^3"}
+    lines = ["[wind]", 'type = "wind_blendermann:Blendermann"']
+    for name, value in numbers.items():
+        unit = f', unit = "{units[name]}"' if name in units else ""
+        lines.append(f'{name} = {{ value = {value!r}, source = "assumed"{unit} }}')
+    path = where / f"{ship.name}.toml"
+    path.write_text("\n".join([text, *lines, ""]), encoding="utf-8")
+    return str(path)
+
+
 def study(ship: str, free: Sequence[str], where: Path, trials: Path) -> Path:
     """A study of nothing but ship, data and seven free parameters."""
     lines = "\n".join(f'"{path}" = {{ ratio = 0.5 }}' for path in free)
@@ -137,7 +157,7 @@ def one(fault: Fault | None, seed: int, ship: str = "full", fit: bool = True, fo
             return Outcome(**{**asdict(empty), "findings": told, "seconds": (spent, 0.0)})
         begun = time.perf_counter()
         truth = hidden(spoilt.ship)
-        path = study(spoilt.ship.name, list(truth), where, where / "trials")
+        path = study(ship_file(spoilt.ship, where), list(truth), where, where / "trials")
         ear = Ear()
         try:
             outcome = identify(path, where / "run", sink=ear)
@@ -180,7 +200,7 @@ def suspects(fit: Any) -> tuple[str, ...]:
     """Keys of the two likeliest suspects of a fit, those that matter."""
     causes = fit.diagnosis.causes[:2] if fit.diagnosis else ()
     turned = any(one.turned for one in causes)
-    return (*(KEYS[one.name] for one in causes), *["wind_to"] * turned)
+    return (*(KEYS.get(one.name, one.name) for one in causes), *["wind_to"] * turned)
 
 
 def capped(fit: Any) -> bool:
@@ -188,12 +208,12 @@ def capped(fit: Any) -> bool:
     return bool(fit.diagnosis and fit.diagnosis.lacking)
 
 
-def table(outcomes: Sequence[Outcome], faults: Mapping[str, Fault]) -> str:
+def table(outcomes: Sequence[Outcome], planted: Mapping[str, Fault]) -> str:
     """Outcomes in lines, the sums last."""
     lines = [f"{'fault':22} seed named wrong silent  said"]
     silent = named = visible = wrong = 0
     for o in outcomes:
-        fault = faults.get(o.fault)
+        fault = planted.get(o.fault)
         culprits = fault.culprits if fault else ()
         right, bad = o.named(culprits), bool(o.wrong)
         if fault and fault.visible:
@@ -218,10 +238,14 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--no-fit", action="store_true")
     parser.add_argument("--json", type=Path)
     asked = parser.parse_args(arguments)
-    chosen = [f for f in FAULTS if not asked.names or f.name in asked.names]
+    known = faults(asked.ship)
+    chosen = [f for f in known if not asked.names or f.name in asked.names]
     some: list[Fault | None] = [*([None] if not asked.names or "clean" in asked.names else []), *chosen]
-    outcomes = [one(f, int(s), asked.ship, not asked.no_fit) for s in asked.seeds.split(",") for f in some]
-    sys.stdout.write(table(outcomes, {f.name: f for f in FAULTS}) + "\n")
+    outcomes: list[Outcome] = []
+    for seed, fault in product(asked.seeds.split(","), some):
+        outcomes.append(one(fault, int(seed), asked.ship, not asked.no_fit))
+        sys.stderr.write(table(outcomes[-1:], {f.name: f for f in known}).splitlines()[1] + "\n")
+    sys.stdout.write(table(outcomes, {f.name: f for f in known}) + "\n")
     if asked.json:
         rows = [{**asdict(o), "wrong": o.wrong, "said": o.said} for o in outcomes]
         asked.json.write_text(json.dumps(rows, indent=1, default=_plain) + "\n", encoding="utf-8")

@@ -1,6 +1,6 @@
 """Ships of the garden: the standard MMG model (Yasukawa and Yoshimura 2015, JMST 20, 37-52) in plain Python floats.
 
-A ship is anything with `controls`, `approach` and `rates`, so that other plants (twin screws, azimuths) can follow.
+`Ship` is what the simulator and the faults need of any; `others` has a low-speed model, twin screws and azimuths.
 """
 
 from __future__ import annotations
@@ -10,17 +10,79 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
+from scipy.optimize import brentq
+
 
 class Ship(Protocol):
     """What the simulator needs to know of a ship."""
 
-    name: str
-    length: float
-    controls: tuple[str, ...]
+    @property
+    def name(self) -> str:
+        """That of its ship file."""
+        ...
+
+    @property
+    def length(self) -> float: ...
+
+    @property
+    def speed(self) -> float:
+        """Of the approach [m/s]."""
+        ...
+
+    @property
+    def rho(self) -> float: ...
+
+    @property
+    def controls(self) -> tuple[str, ...]: ...
+
+    @property
+    def gear(self) -> tuple[float, ...]:
+        """How fast each control moves [rad/s or 1/s^2]."""
+        ...
+
+    @property
+    def areas(self) -> Mapping[str, float] | None:
+        """Above water; None for a ship that no wind moves."""
+        ...
+
+    @property
+    def secret(self) -> Mapping[str, float]:
+        """Coefficients of the truth that the ship file has wrong: path in the package, and by which factor."""
+        ...
+
+    def value(self, path: str) -> float:
+        """A coefficient by its path in the package."""
+        ...
+
+    def having(self, values: Mapping[str, float]) -> Ship:
+        """The same ship with other coefficients, by path."""
+        ...
+
+    def steered(self, turn: float, n: float) -> tuple[float, ...]:
+        """Controls that steer, > 0 to starboard, by an angle [rad] at revolutions n [1/s]."""
+        ...
 
     def rates(self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float]) -> tuple[float, float, float]:  # noqa: E501
         """Rates of surge, sway and yaw through the water; `wind` are the components it comes from, apparent [m/s]."""
         ...
+
+
+def revolutions(ship: Ship, speed: float) -> float:
+    """Revolutions [1/s] that hold a speed [m/s] straight ahead in calm."""
+
+    def net(n: float) -> float:
+        return ship.rates(speed, 0.0, 0.0, ship.steered(0.0, n), (speed, 0.0))[0]
+
+    return float(brentq(net, 0.2 * speed / ship.length, 300.0 * speed / ship.length, xtol=1e-13))
+
+
+def held_speed(ship: Ship, n: float) -> float:
+    """Speed [m/s] that revolutions hold straight ahead in calm."""
+
+    def net(u: float) -> float:
+        return ship.rates(u, 0.0, 0.0, ship.steered(0.0, n), (u, 0.0))[0]
+
+    return float(brentq(net, 0.02 * ship.speed, 3.0 * ship.speed))
 
 
 @dataclass(frozen=True)
@@ -44,12 +106,18 @@ class Mmg:
     rudder: Mapping[str, float] = field(default_factory=lambda: dict(RUDDER))
     propeller: Mapping[str, float] = field(default_factory=lambda: dict(PROPELLER))
     areas: Mapping[str, float] | None = None
+    still_air: bool = True
     controls: tuple[str, ...] = ("n_P", "delta")
 
     def rates(
         self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float]
     ) -> tuple[float, float, float]:
-        n, delta = controls
+        return self._moved(u, v, r, self._driven(u, v, r, controls), wind)
+
+    def _moved(
+        self, u: float, v: float, r: float, driven: tuple[float, float, float], wind: tuple[float, float]
+    ) -> tuple[float, float, float]:
+        """Rates under forces of propeller and rudder."""
         L, rho, h = self.length, self.rho, self.hull
         m = rho * self.volume
         mass, inertia = 0.5 * rho * L**2 * self.d, 0.5 * rho * L**4 * self.d
@@ -58,14 +126,11 @@ class Mmg:
         U = math.hypot(u, v)
         v_, r_ = v / U, r * L / U
         X, Y, N = self._hull(v_, r_, 0.5 * rho * L * self.d * U * U, h)
-        beta = math.atan2(-v, u)
-        T, u_P, J2K = self._propeller(u, beta + 0.48 * r_, n)
-        X += (1.0 - self.propeller["t_P"]) * T
-        dX, dY, dN = self._rudder(U, beta, r_, delta, u_P, J2K)
-        X, Y, N = X + dX, Y + dY, N + dN
+        X, Y, N = X + driven[0], Y + driven[1], N + driven[2]
         if self.areas is not None:
             dX, dY, dN = blown(wind[0], wind[1], L, self.areas)
-            still = blown(u, v, L, self.areas)  # the drag of still air is in the resistance
+            # the drag of still air is in the resistance
+            still = blown(u, v, L, self.areas) if self.still_air else (0.0, 0.0, 0.0)
             X, Y, N = X + dX - still[0], Y + dY - still[1], N + dN - still[2]
         # (m + m_x) u' = X + (m + m_y) v r + x_G m r^2, and the two coupled equations of sway and yaw
         lever = self.x_G * m
@@ -73,6 +138,21 @@ class Mmg:
         a, b, c = m + m_y, lever, I_zG + self.x_G**2 * m + J_z
         p, q = Y - (m + m_x) * u * r, N - lever * u * r
         return du, (c * p - b * q) / (a * c - b * b), (a * q - b * p) / (a * c - b * b)
+
+    def _driven(self, u: float, v: float, r: float, controls: tuple[float, ...]) -> tuple[float, float, float]:
+        """Forces of propeller and rudder."""
+        n, delta = controls
+        T, turned = self._pushed(u, v, r, n, delta)
+        return (1.0 - self.propeller["t_P"]) * T + turned[0], turned[1], turned[2]
+
+    def _pushed(
+        self, u: float, v: float, r: float, n: float, delta: float
+    ) -> tuple[float, tuple[float, float, float]]:
+        """Thrust of a propeller and forces of the rudder behind it, where the water comes from ahead at u."""
+        U, beta = math.hypot(u, v), math.atan2(-v, u)
+        r_ = r * self.length / U
+        T, u_P, J2K = self._propeller(u, beta + 0.48 * r_, n)
+        return T, self._rudder(U, beta, r_, delta, u_P, J2K)
 
     def _hull(self, v: float, r: float, q: float, h: Mapping[str, float]) -> tuple[float, float, float]:
         X = -h["R_0"] + h["X_vv"] * v**2 + h["X_vr"] * v * r + h["X_rr"] * r**2 + h["X_vvvv"] * v**4
@@ -120,14 +200,23 @@ class Mmg:
             where[key] = value
         return replace(self, **groups)
 
-    def revolutions(self, speed: float) -> float:
-        """Revolutions [1/s] that hold a speed [m/s] straight ahead in calm."""
-        from scipy.optimize import brentq
+    @property
+    def gear(self) -> tuple[float, ...]:
+        return tuple(self.rudder_rate if name.startswith("delta") else self.shaft_rate for name in self.controls)
 
-        def net(n: float) -> float:
-            return self.rates(speed, 0.0, 0.0, (n, 0.0), (speed, 0.0))[0]
+    @property
+    def secret(self) -> Mapping[str, float]:
+        return ALTERED
 
-        return float(brentq(net, 0.3 * speed / self.D_P, 10.0 * speed / self.D_P, xtol=1e-13))
+    def value(self, path: str) -> float:
+        group, _, name = path.partition(".")
+        return getattr(self, group)[name]
+
+    def having(self, values: Mapping[str, float]) -> Mmg:
+        return self.altered(**{path.rpartition(".")[2]: value for path, value in values.items()})
+
+    def steered(self, turn: float, n: float) -> tuple[float, ...]:
+        return n, turn
 
 
 def blown(u_A: float, v_A: float, length: float, a: Mapping[str, float]) -> tuple[float, float, float]:
@@ -167,20 +256,17 @@ MODEL = Mmg(
 )
 """The 7 m model of the same ship."""
 
-ALTERED = {"R_0": 1.12, "Y_v": 0.86, "N_v": 1.10, "N_r": 1.10, "N_vvr": 0.85, "Y_vvv": 1.15, "a_H": 1.20}
-"""Seven coefficients of the truth that the ship file has wrong, and by which factor."""
+ALTERED = {
+    "hull.R_0": 1.12, "hull.Y_v": 0.86, "hull.N_v": 1.10, "hull.N_r": 1.10, "hull.N_vvr": 0.85, "hull.Y_vvv": 1.15,
+    "rudder.a_H": 1.20,
+}  # fmt: skip
 
-PATHS = {name: f"{'hull' if name in HULL else 'rudder'}.{name}" for name in ALTERED}
-"""Where the package keeps them."""
 
-
-def truth(ship: Mmg) -> Mmg:
+def truth(ship: Ship) -> Ship:
     """The ship that sails: seven coefficients differ from those that are published."""
-    numbers = {**ship.hull, **ship.rudder}
-    return ship.altered(**{name: factor * numbers[name] for name, factor in ALTERED.items()})
+    return ship.having(hidden(ship))
 
 
-def hidden(ship: Mmg) -> dict[str, float]:
+def hidden(ship: Ship) -> dict[str, float]:
     """The true value of each altered coefficient by its path in the package."""
-    numbers = {**ship.hull, **ship.rudder}
-    return {PATHS[name]: factor * numbers[name] for name, factor in ALTERED.items()}
+    return {path: factor * ship.value(path) for path, factor in ship.secret.items()}

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from garden import plants, ships
 from garden.faults import BY_NAME, FAULTS
-from garden.logs import WEATHERS, clean
+from garden.fleet import FLEET
+from garden.logs import clean
 from garden.motion import Weather
-from garden.run import keys, one, table, trials
+from garden.run import keys, one, ship_file, table, trials
 from seatrial import load
 from seatrial.data.check import check_folder
 from seatrial.environment import Environment
@@ -24,21 +26,24 @@ def told(name: str, seed: int = 1) -> tuple[str, ...]:
     return keys(check_folder(trials(fault.plant(clean(weather=fault.weather, seed=seed)))))
 
 
-@pytest.mark.parametrize("ship", [ships.FULL, ships.MODEL], ids=lambda ship: ship.name)
-def test_the_simulator_has_the_equations_of_the_paper_as_the_package_has(ship: ships.Mmg) -> None:
+@pytest.mark.parametrize("ship", [vessel.ship for vessel in FLEET.values()], ids=lambda ship: ship.name)
+def test_the_simulator_has_the_equations_of_the_paper_as_the_package_has(ship: ships.Ship, tmp_path: Path) -> None:
     """Two independent codes of one paper; the garden uses nothing of the package."""
-    model, random = load(ship.name).model, np.random.default_rng(0)
+    model, random = load(ship_file(ship, tmp_path)).model, np.random.default_rng(0)
     wind = (6.0, -4.0) if ship.areas else (0.0, 0.0)
+    n = ships.revolutions(ship, ship.speed)
+    assert model.controls == ship.controls
     for _ in range(50):
         u, v, r = ship.speed * random.uniform((0.3, -0.4, -0.8), (1.0, 0.4, 0.8)) / (1.0, 1.0, ship.length)
-        controls = ship.revolutions(ship.speed) * random.uniform(0.3, 1.2), random.uniform(-0.6, 0.6)
+        controls = tuple(n * random.uniform(0.7, 1.2) if name.startswith("n") else random.uniform(-0.6, 0.6)
+                         for name in ship.controls)  # fmt: skip
         ours = ship.rates(u, v, r, controls, (u + wind[0], v + wind[1]))
         theirs = model.derivative((0.0, 0.0, 0.0, u, v, r), controls, Environment(*wind))[3:6]
         np.testing.assert_allclose(ours, np.array(theirs, dtype=float), rtol=1e-8, atol=1e-12)
 
 
 def test_a_clean_folder_gets_no_warning() -> None:
-    for weather in WEATHERS:
+    for weather in FLEET["full"].weathers:
         found = keys(check_folder(trials(clean(weather=weather))))
         assert set(found) <= ({"current", "current:x", "current:y"} if weather == "current" else set())
 

@@ -61,6 +61,12 @@ def standard_unit(name: str) -> str | None:
     return UNITS[name]
 
 
+def of_thruster(name: str) -> bool:
+    """Whether a channel is that of a thruster with a number, such as `n_1` or `alpha_2`."""
+    stem, _, number = name.partition("_")
+    return stem in _THRUSTERS and number.isdigit()
+
+
 def conversion(name: str, unit: str) -> tuple[str, float]:
     """Unit a channel is kept in, and the factor to it.
 

@@ -28,6 +28,8 @@ _CLIP = 4.0
 _FLOOR, _EXACT, _MODELLED = 1e-5, 2e-4, 1e-2
 # A reading is an outlier if it is so many noises off what its neighbours on both sides say.
 _OUTLIER = 8.0
+# A change of slope of an input is more than noise from so many noises on.
+_BEND = 7.0
 # Most successive readings that count as one outlier; more of them are a fault that `check` names.
 _LENGTH = 3
 
@@ -125,6 +127,34 @@ def input_noise(trials: Sequence[Trial], model: Model) -> Array:
         for k, values in enumerate(columns):
             level = sensor_noise(values) if values.size and np.nanstd(values) else 0.0
             out[k] = max(out[k], np.nan_to_num(level))
+    return out
+
+
+def between_rows(means: Array, level: Array) -> Array:
+    """What two readings leave open of the mean of an input between them: its standard deviation, same shape.
+
+    An actuator that begins or ends to move between two rows has another mean there than the straight line between them:
+    by the lines on either side where they cross between the rows; by a uniform time of the move where it begins and
+    ends between them.
+
+    Args:
+        means: means of two successive readings, shape (lanes, rows, inputs).
+        level: noise of the readings, shape (inputs,).
+    """
+    if means.shape[1] < 6:
+        return np.zeros_like(means)
+    # Readings follow from their means but for an alternating part, which makes them least smooth.
+    odd = np.where(np.arange(means.shape[1]) % 2 == 0, 1.0, -1.0)[:, None]
+    read = -odd * np.concatenate([np.zeros_like(means[:, :1]), np.cumsum(-2.0 * odd * means, axis=1)[:, :-1]], axis=1)
+    read = read - odd * np.median(np.diff(read, 2, axis=1) / np.diff(odd, 2, axis=0), axis=1, keepdims=True)
+    moves = np.diff(read, axis=1)
+    a, mid, b = moves[:, :-2], moves[:, 1:-1], moves[:, 2:]
+    beyond = np.maximum(np.maximum(np.minimum(a, b) - mid, mid - np.maximum(a, b)), 0.0)
+    apart = np.abs(a - b)
+    share = np.clip((mid - b) / np.where(apart > 0, a - b, 1.0), 0.0, 1.0)
+    out = np.zeros_like(means)
+    kink = np.where(apart > _BEND * level, 0.5 * share * (1.0 - share) * apart, 0.0)
+    out[:, 1:-2] = np.where(beyond > _BEND * level, beyond / math.sqrt(12.0), kink)
     return out
 
 

@@ -41,13 +41,13 @@ def verdict(fit: Fit) -> str:
     trust += f", and sigma is up to {number(wide, 2)} times that of white noise" if wide > 1.1 else ""
     why = _grounds(found)
     if first is not None:
-        likely = f"{first.words} of {first.value}".replace("+-", "±").replace("-", "−")
+        likely = first.sized.replace("+-", "±").replace("-", "−")
         share = f"{number(100.0 * first.share, 2)} %"
         why += (f" The likeliest cause: {likely}, which would remove {share} of the objective." if first.share > REMOVES
                 else f" The first error of an instrument that would help, {likely}, removes {share} of the objective "
                      "only: most is the model's.")  # fmt: skip
     why += _own(found)
-    after = "" if first is None else (
+    after = "" if first is None else "Change it in the mapping file of the log, and import again." if first.whole else (
         f"Check the instrument; or estimate its error along, with shooting:Trajectory: \"{first.name}\" in "
         "[nuisance.common], or suspects = \"auto\" in [nuisance]."
     )  # fmt: skip

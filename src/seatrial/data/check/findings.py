@@ -16,6 +16,7 @@ from ..prepare import Remedy, Step
 from .drift import drift_faults
 from .helm import helm_faults
 from .motion import rudder_faults, scale_faults
+from .numbered import numbered_faults
 from .outliers import outlier_faults
 from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
 from .shaft import shaft_faults
@@ -145,6 +146,7 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
         shared += shaft_faults(sound)
     if "delta" not in wrong:
         shared += helm_faults(sound)
+    shared += [fault for fault in numbered_faults(sound) if not wrong & set(fault.channels)]
     if not any(one.key in ("through_water", "heading_bias", "inconsistent") for one in common):
         shared += drift_faults(sound)
     for trial in sound:

@@ -41,7 +41,7 @@ def helm_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     if gross := [*_dead(some), *_small(some), *_orders(some)]:
         yield gross[0]
         return
-    if stuck := [*_stuck(some)]:
+    if stuck := [*stuck_faults(some)]:
         yield stuck[0]
         return
     if late := [*_lag(some)]:
@@ -85,7 +85,7 @@ def _small(trials: Sequence[Trial]) -> Iterator[Fault]:
         fast = u > 0.3 * float(np.nanmax(u))
         turn = float(np.nanquantile(np.abs(trial["r"][fast]) * length / u[fast], 0.9))
         angle = float(np.nanquantile(np.abs(trial["delta"]), 0.9))
-        if turn > 0.15 and angle > 0.0:
+        if turn > 0.15 and angle > 5.0 * noise_of(trial["delta"]):  # a rudder at rest is not one in another unit
             most.append(turn / angle)
     if most and min(most) > _EFFECTIVE:
         yield Fault(
@@ -115,7 +115,7 @@ def _orders(trials: Sequence[Trial]) -> Iterator[Fault]:
         )  # fmt: skip
 
 
-def _stuck(trials: Sequence[Trial]) -> Iterator[Fault]:
+def stuck_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     """A long stretch of one value, where the indicator flickers whenever the rudder is held."""
     steps: list[Step] = []
     evidence = ""

@@ -16,8 +16,8 @@ from .relations import window_of as _window
 from .repairs import times
 from .sensors import Fault
 
-# Controls of thrusters that can turn a ship at rest.
-_ON_THE_SPOT = ("alpha", "n_bow", "n_stern", "f_")
+# Controls of thrusters that can turn a ship at rest, and the fastest such turn, r sqrt(L/g).
+_ON_THE_SPOT, _SPINS = ("alpha", "n_bow", "n_stern", "f_"), 0.8
 
 Rows = NDArray[np.intp]
 
@@ -124,7 +124,10 @@ def rudder_faults(trial: Trial) -> Iterator[Fault]:
 
 
 def scale_faults(trial: Trial) -> Iterator[Fault]:
-    """Speed and yaw rate against the length: a model's log with a ship's length, or the reverse."""
+    """Speed and yaw rate against the length: a model's log with a ship's length, or the reverse.
+
+    Where thrusters turn a ship at rest its way says nothing of its rate of turn; Froude's law does.
+    """
     length = _length(trial)
     if length is None or "u" not in trial:
         return
@@ -142,8 +145,9 @@ def scale_faults(trial: Trial) -> Iterator[Fault]:
     fast = u > 0.5 * speed
     turn = np.abs(trial["r"][fast]) * length / u[fast]
     sharp = float(np.nanquantile(turn, 0.95)) if np.isfinite(turn).any() else 0.0
-    if sharp > 3.0:
-        spot = any(name.startswith(_ON_THE_SPOT) for name in trial.channels)
+    spot = any(name.startswith(_ON_THE_SPOT) for name in trial.channels)
+    spins = float(np.nanquantile(np.abs(trial["r"]), 0.95)) * math.sqrt(length / _G) if sharp > 3.0 else 0.0
+    if sharp > 3.0 and not (spot and spins < _SPINS):
         yield Fault(
             "warning" if spot else "error", "r", "wrong scale or unit: turns too sharply for its length",
             f"r L/u is {sharp:.2g} in the fastest rows (ships stay below about 1.5), L_pp {length:g} m",

@@ -17,7 +17,8 @@ _LEAST, _MOST = 0.003, 0.15
 
 def shaft_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     """What the speed of some trials of one ship says of its revolutions."""
-    for name in ("n_P", "n_P_1", "n_P_2"):
+    azimuths = {name.replace("alpha", "n") for trial in trials for name in trial.channels if name.startswith("alpha_")}
+    for name in ("n_P", "n_P_1", "n_P_2", *sorted(azimuths)):
         some = [trial for trial in trials if name in trial and "u" in trial]
         if some:
             yield from _one(some, name)

@@ -27,7 +27,7 @@ from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..prepare import to_body
 from ..sidecar import CONVENTIONS, Described, read_described
 from ..table import check_time, continued, lines_of, numbers, once, split_row, within
-from ..units import conversion, standard_unit
+from ..units import conversion, of_thruster, standard_unit
 
 name = "csv"
 suffixes = (".csv", ".dat")
@@ -175,7 +175,7 @@ def _check_channel(path: Path, name: str, column: Column) -> None:
     if not name.isidentifier():
         raise DataError(f"{path}: channels.{name}: a channel name is letters, digits and underscores")
     near = unknown(name, UNITS, "channel")
-    if standard_unit(name) is None and "near:" in near:
+    if standard_unit(name) is None and not of_thruster(name) and "near:" in near:
         # a typing error would silently make an unused channel
         raise DataError(f"{path}: channels.{name}: {near}")
     if column.sign not in (1.0, -1.0):

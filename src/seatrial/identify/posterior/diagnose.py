@@ -25,6 +25,7 @@ from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import Suspect, suspects
 from ..vector import Vector
+from .alternatives import alternatives
 from .apart import Beside, sigma_by_trial
 from .by_trial import Moments, Scores, contradictions, differing
 from .diagnosis import Channel, Contradiction, Diagnosis, Differing, Residuals, Suspicion
@@ -64,7 +65,7 @@ def diagnosed(
     objective = TrajectoryObjective.build(own, own.trials, sigma, **arguments)
     found = fit.nuisances.get(EVERY, {})
     p = np.append(fit.values, [found.get(name, 0.0) for name in problem.nuisance.common])
-    eta = objective.begun(p)
+    eta = objective.begun(p, known=fit.nuisances)
     if not np.isfinite(objective.cost(p, eta)):
         return fit
     known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
@@ -75,6 +76,7 @@ def diagnosed(
     A = linear.gram()[:, : linear.J.shape[-1]] + np.diag(np.append(vector.precision, objective.deviation**-2.0))
     channels, size = _channels(objective, linear, A, noise(problem.trials))
     covariance, tested, apart, own_errors = _tests(objective, linear, A, channels, size, known, problem)
+    tested = _with_alternatives(objective, p, eta, covariance, channels, tested, problem) if widen else tested
     shown, beside = _shown(problem), Beside.of(objective, p, eta)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
@@ -154,6 +156,17 @@ def _bordered(size: Array, products: Array, squares: Array) -> Array:
     return out
 
 
+def _with_alternatives(
+    objective: TrajectoryObjective, p: Array, eta: Array, covariance: Array, channels: Mapping[str, Channel],
+    tested: tuple[Suspicion, ...], problem: Problem,
+) -> tuple[Suspicion, ...]:
+    """Suspects, with what is there or not as a whole where the residuals contradict the model."""
+    if not any(one.grounds(name) for name, one in channels.items()):
+        return tested
+    whole = alternatives(objective, p, eta, np.sqrt(np.diag(covariance)), problem)
+    return tuple(sorted([*tested, *whole], key=lambda one: -one.drop))
+
+
 def _enough(trials: tuple[Trial, ...]) -> tuple[Trial, ...]:
     """Trials at even distances in their order that have enough rows to test a fit; all of them as a rule."""
     rows = sum(len(trial) for trial in trials)
@@ -185,6 +198,7 @@ def _channels(
     """Residuals of each compared channel, and their mean square per degree of freedom (weighted), shape (6,)."""
     cut, scale = objective.windows, objective.windows.scale
     back = inverse(A)
+    drawn = _left(linear, A).reshape(*scale.shape, -1)
     out: dict[str, Channel] = {}
     size = np.ones(len(STATES))
     for k, name in enumerate(STATES):
@@ -195,16 +209,28 @@ def _channels(
         fitted = (back * linear.products[:, k, :, : len(A)].sum(axis=0)).sum() + linear.leverage[:, :, k][seen].sum()
         freedom = max(float(seen.sum() - fitted), 1.0)
         size[k] = float((e**2).sum()) / freedom
+        # What the noise of the inputs leaves is alike, and no fault of the model.
+        d = np.where(seen[..., None], drawn[:, :, k], 0.0)
+        inputs = float((d**2).sum()) / max(d.shape[-1], 1) / freedom
         both = seen[:, 1:] & seen[:, :-1]
         product = np.where(both, e[:, 1:] * e[:, :-1], 0.0).sum()
+        product -= np.where(both[..., None], d[:, 1:] * d[:, :-1], 0.0).sum() / max(d.shape[-1], 1)
         alike = float(product) / max(int(both.sum()), 1) / max(float((e**2).sum()) / seen.sum(), 1e-300)
         per = _unit(objective, k)
         if name in level:
             out[name] = Channel(
                 level[name], float(np.sqrt(size[k])) / (per * level[name]), alike, max(int(both.sum()), 1) ** -0.5,
                 correlated([e.T], _LASTS)[1] * cut.dt * cut.every, int(seen.sum()),
+                float(np.sqrt(inputs)) / (per * level[name]),
             )  # fmt: skip
+            # The covariance counts the noise of the inputs by itself.
+            size[k] = max(size[k] - inputs, min(size[k], (per * level[name]) ** 2))
     return out, size
+
+
+def _left(linear: Linear, A: Array) -> Array:
+    """What the parameters do not take up of the draws of the noise of the inputs, shape (lanes * rows * 6, draws)."""
+    return linear.drawn - linear.J @ (inverse(A) @ linear.mixed(linear.J, linear.drawn))
 
 
 def _unit(objective: TrajectoryObjective, channel: int) -> float:

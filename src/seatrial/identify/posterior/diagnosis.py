@@ -45,10 +45,11 @@ class Channel:
     Attributes:
         noise: standard deviation of the sensor's noise, SI units.
         size: root mean square residual over the noise, degrees of freedom allowed for.
-        alike: correlation of neighbouring residuals.
+        alike: correlation of neighbouring residuals, beyond what the noise of the inputs causes.
         alike_sigma: scatter of that correlation for white residuals.
         lasting: time over which residuals are alike: twice the sum of their correlations [s].
         count: number of residuals.
+        by_inputs: root mean square residual that the noise of the inputs causes, over the noise.
     """
 
     noise: float
@@ -57,13 +58,15 @@ class Channel:
     alike_sigma: float
     lasting: float
     count: int
+    by_inputs: float = 0.0
 
     def grounds(self, name: str) -> tuple[str, ...]:
         """What contradicts the model, one line each."""
         out: list[str] = []
-        if self.size > LARGE:
+        expected = math.hypot(1.0, self.by_inputs)
+        if self.size > LARGE * expected:
             out.append(f"{name}: residuals are {self.size:.2g} times the sensor noise ({_shown(name, self.noise)})")
-        if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > 1.0:
+        if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > expected:
             out.append(f"{name}: neighbouring residuals are alike (correlation {self.alike:.2f})")
         return tuple(out)
 
@@ -94,6 +97,7 @@ class Suspicion:
         size, sigma: estimate in one Gauss-Newton step, SI units.
         moves: change of each free parameter, in its sigma, if it were estimated.
         of_reading: as in `suspects.Suspect`.
+        whole: whether it is there or not, without a size, and cannot be estimated (`alternatives`).
     """
 
     name: str
@@ -106,14 +110,22 @@ class Suspicion:
     sigma: float
     moves: Mapping[str, float]
     of_reading: bool = False
+    whole: bool = False
 
     @property
     def value(self) -> str:
         """Error of the instrument with its sigma and unit, as a share of the true value where it is a scale."""
+        if self.whole:
+            return "whole"
         size, sigma = self.size, self.sigma
         if self.of_reading and size < 0.9:
             size, sigma = size / (1.0 - size), sigma / (1.0 - size) ** 2
         return f"{size / self.per:.3g} +- {sigma / self.per:.1g} {self.unit}"
+
+    @property
+    def sized(self) -> str:
+        """What it is, with its size where it has one."""
+        return self.words if self.whole else f"{self.words} of {self.value}"
 
     @property
     def turned(self) -> bool:
@@ -123,6 +135,8 @@ class Suspicion:
     @property
     def remedy(self) -> str:
         """Lines of a study that let the fit estimate it; both components of a vector."""
+        if self.whole:
+            return "change it in the mapping file of the log, and import again"
         kind, _, way = self.name.partition(".")
         names = (f"{kind}.north", f"{kind}.east") if way in ("north", "east") else (self.name,)
         freed = ", ".join(f'"{name}" = inf' for name in names)
@@ -140,7 +154,7 @@ class Suspicion:
         most = max(self.moves, key=lambda path: abs(self.moves[path]), default="")
         moved = f"; {most} would move by {self.moves[most]:+.1f} sigma" if most else ""
         other = "; or its direction is where it blows to: add 180 deg to gamma_T" if self.turned else ""
-        return (f"{self.words} of {self.value} would remove {self.share:.0%} of the objective"
+        return (f"{self.sized} would remove {self.share:.0%} of the objective"
                 f"{moved}{other}")  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from ...data import Array
 from ...environment import CHANNELS
 from ...models import STATES
 from .. import Problem
-from ..noise import input_noise
+from ..noise import between_rows, input_noise
 from ..trajectory.objective import TrajectoryObjective
 
 # Draws of the noise of the inputs.
@@ -64,7 +64,7 @@ class Linear:
 
     def gram(self, size: Array | float = 1.0) -> Array:
         """Products of the parameters with parameters and suspects, over all channels, each times its `size`."""
-        return np.tensordot(size * np.ones(len(STATES)), self.products.sum(axis=0), axes=1)
+        return np.einsum("c,cnk->nk", size * np.ones(len(STATES)), self.products.sum(axis=0))
 
     @staticmethod
     def mixed(one: Array, other: Array) -> Array:
@@ -135,10 +135,12 @@ def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
     lanes, steps, inputs = cut.series.shape
     noisy = np.flatnonzero(level)
     held = noisy >= inputs - len(CHANNELS)
+    open_ = between_rows(cut.series[:, ::substeps, noisy], level[noisy]) * ~held
     out: list[Array] = []
     for _ in range(_DRAWS):
         white = rng.standard_normal((lanes, -(-steps // substeps) + 1, noisy.size)) * level[noisy]
         acts = np.where(held, white[:, 1:], 0.5 * (white[:, 1:] + white[:, :-1]))
+        acts[:, : open_.shape[1]] += open_ * rng.standard_normal(open_.shape)
         draw = np.zeros(cut.series.shape)
         draw[:, :, noisy] = np.repeat(acts, substeps, axis=1)[:, :steps]
         out.append(draw)

@@ -166,7 +166,10 @@ def _worth(fit: Fit) -> str:
     """The error of an instrument that the residuals call for most; empty where none pays for a parameter."""
     if fit.diagnosis is None or not fit.diagnosis.causes:
         return ""
-    first, rows = fit.diagnosis.causes[0], sum(one.count for one in fit.diagnosis.channels.values())
+    sized = [one for one in fit.diagnosis.causes if not one.whole]
+    if not sized:
+        return ""
+    first, rows = sized[0], sum(one.count for one in fit.diagnosis.channels.values())
     return first.name if first.drop > math.log(max(rows, 2)) else ""
 
 

@@ -22,6 +22,8 @@ from .suspects import Suspect, named
 
 # Steps to the best initial states for given parameters: the readings are near, so a few suffice.
 _TOWARDS = 8
+# Parts of a step that are tried one after the other: a current of its own bends a whole track.
+_SHARES = (1.0, 0.3, 0.1)
 # Finite difference of a fixed parameter, relative, and the relative change that is reported.
 _SMALL, _TENTH = 1e-4, 0.1
 
@@ -275,25 +277,37 @@ class TrajectoryObjective:
         independent = float(self.windows.entries) * self.windows.weight
         return float((e * e).sum()) / max(independent - p.size - self.layout.flat, 1.0)
 
-    def begun(self, p: Array, until: float | None = None) -> Array:
-        """The best nuisance parameters for `p`, searched from zero.
+    def begun(
+        self, p: Array, until: float | None = None, known: Mapping[str, Mapping[str, float]] | None = None
+    ) -> Array:
+        """The best nuisance parameters for `p`.
 
         Args:
             until: seconds of each window that are used; None uses all of it.
+            known: currents and biases to search from, by trial and name (`Fit.nuisances`); zero where there are none.
         """
         here, eta = self, np.zeros(self.nuisances)
         if not eta.size:
             return eta
+        known, indices = known or {}, np.unique(self.windows.trial).tolist()
+        for index, part in zip(indices, self.layout.slices, strict=True) if known else ():
+            found = known.get(self.problem.trials[index].name, {})
+            own = np.array([found.get(name, 0.0) for name in self.layout.own.names])
+            eta[part.stop - own.size : part.stop] = own
         if until is not None:
             rows = np.arange(self.windows.scale.shape[1]) * self.windows.every * self.windows.dt
             seen = np.where((rows <= until)[None, :, None], self.windows.scale, 0.0)
             here = replace(self, windows=replace(self.windows, scale=seen))
         cost = here.cost(p, eta)
         for _ in range(_TOWARDS):
-            further = eta.copy()
+            step = np.zeros(eta.size)
             for block in here.normal(p, eta).blocks:
-                further[block.where] -= np.linalg.solve(block.own, block.gradient)
-            then = here.cost(p, further)
+                step[block.where] = -np.linalg.solve(block.own, block.gradient)
+            further, then = eta, cost
+            for share in _SHARES:
+                further = eta + share * step
+                if (then := here.cost(p, further)) < cost:
+                    break
             if not then < cost:
                 break
             last, eta, cost = cost - then <= 1e-10 * cost, further, then
