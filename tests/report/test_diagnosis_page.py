@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from example_report import fit, report, weaving
 
-from seatrial.identify.posterior.diagnosis import Channel, Diagnosis, Residuals, Suspicion
+from seatrial.identify.diagnosis.findings import Channel, Diagnosis, Residuals, Suspicion
 from seatrial.report import diagnosis, figures
 from seatrial.report.report import worse_words
 

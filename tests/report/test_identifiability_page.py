@@ -12,7 +12,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 from suzaku_turns import GNSS, PATHS, TRUTH, manoeuvre, problem, turn
 
-from seatrial.identify.posterior.diagnosis import Diagnosis, Suspicion
+from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 from seatrial.identify.posterior.ensemble import bands, ensemble
 from seatrial.identify.posterior.misfit import Misfit, Remainder, misfit
 from seatrial.identify.posterior.profile import profiles

@@ -98,7 +98,7 @@ def linted(fit: _F) -> _F:
             raise_on_errors(lint(problem, estimator=self, felt=False))
             problem = replace(problem, linted=True)
             if tested_by(problem, self):
-                from .posterior.stages import in_stages
+                from .diagnosis.stages import in_stages
 
                 return in_stages(fit, self, problem, *args, **options)
         return fit(self, problem, *args, **options)

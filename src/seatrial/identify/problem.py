@@ -15,7 +15,7 @@ from ..core.errors import StudyError as StudyError
 from ..core.parameters import Free
 from ..data import Array, Trial
 from ..ships import Ship
-from .posterior.diagnosis import Diagnosis
+from .diagnosis.findings import Diagnosis
 from .vector import Vector
 
 
@@ -27,7 +27,7 @@ class Loss:
         sigma: scale of each compared channel by name, SI units; the residual is divided by it.  Empty: see `scale`.
         correlation: correlation time of the errors of a prediction [s]; it determines how many
             samples count as independent against the prior.  0 counts every sample.  None counts every sample, and
-            widens the posterior by what the residuals show (`posterior.diagnosis`).
+            widens the posterior by what the residuals show (`diagnosis.findings`).
         weights: weight of the trials whose names match a shell-style pattern (the first match); others weigh 1.
         scale: without `sigma`, "noise" divides by the noise of each sensor, estimated from the logs (`noise.noise`);
             "spread" by the standard deviation of each state over the training trials, as papers do.

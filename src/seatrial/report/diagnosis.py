@@ -10,7 +10,7 @@ import numpy as np
 
 from ..data import Array
 from ..identify import Fit
-from ..identify.posterior.diagnosis import REMOVES, Channel, Diagnosis, Residuals
+from ..identify.diagnosis.findings import REMOVES, Channel, Diagnosis, Residuals
 from ..models import unit
 from . import figures
 from .drawing import Frame, label, whole

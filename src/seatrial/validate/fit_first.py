@@ -19,9 +19,9 @@ import numpy as np
 from ..data import Array, DataError, Trial, unwrapped
 from ..environment import to_earth
 from ..identify import Loss, Nuisance, Problem
+from ..identify.diagnosis.findings import LARGE
 from ..identify.noise import noise, screened
 from ..identify.nuisance import EVERY, begun_as
-from ..identify.posterior.diagnosis import LARGE
 from ..identify.record import even
 from ..identify.trajectory.gauss_newton import State, minimise
 from ..identify.trajectory.objective import TrajectoryObjective

@@ -207,7 +207,7 @@ def _named(names: Sequence[str]) -> str:
 
 
 def _begun_words(ship: Ship, one: Beginning, span: float) -> list[str]:
-    from ..identify.posterior.diagnosis import LARGE
+    from ..identify.diagnosis.findings import LARGE
     from ..validate.corrected import words
 
     clear = {name: size for name, size in one.found.items() if abs(size) > _CLEAR * one.sigma[name]}

@@ -17,9 +17,9 @@ import numpy as np
 from ...core.parameters import Free
 from ...data import Array
 from .. import Fit, Problem, Verdict
+from ..diagnosis.findings import Diagnosis
 from ..trajectory.gauss_newton import Normal
 from ..vector import Vector
-from .diagnosis import Diagnosis
 
 # Share of the prior variance that the data must remove: below the first nothing is learned,
 # above the second the data clearly outweigh the prior.  Of the squared size of a parameter, its variance

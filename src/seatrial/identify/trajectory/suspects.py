@@ -3,7 +3,7 @@
 Each is one number, zero where the instrument is right, named "kind.channel".  An error of an input changes what acts on
 the model; an error of a sensor changes what the model predicts the sensor to read.  Both enter to first order, so that
 one direction describes each: of the inputs (`Suspect.acts`), or of the readings (`Suspect.reads`).  A problem may
-estimate any of them (`Nuisance.common`), and `posterior.diagnosis` tests those that it does not.
+estimate any of them (`Nuisance.common`), and `diagnosis.findings` tests those that it does not.
 
 Sign: a reading is the true value plus the error.  An offset of +2 deg means that the log shows 2 deg too much; a delay
 of 1 s means that it shows the value of one second before.

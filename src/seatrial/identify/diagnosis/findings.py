@@ -1,4 +1,4 @@
-"""What the residuals of a fit say about it: values that an estimator attaches to its fit (`posterior.diagnose`)."""
+"""What the residuals of a fit say about it: values that an estimator attaches to its fit (`diagnosis.diagnose`)."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from ..record import Settings, compared_as, scales
 from ..trajectory.local import WINDOW, Cut, local
 from .apart import refuse_copies
 from .diagnose import diagnosed
-from .diagnosis import Channel, Suspicion
+from .findings import Channel, Suspicion
 
 # Most errors of instruments that are estimated because the residuals call for them, and rounds of residual weights.
 _MOST, _ROUNDS = 5, 2

@@ -21,6 +21,8 @@ from ...models import STATES, unit
 from .. import Fit, Problem
 from ..noise import noise
 from ..nuisance import EVERY, begun_as
+from ..posterior.misfit import correlated
+from ..posterior.verdicts import judged_by
 from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import Suspect, suspects
@@ -28,10 +30,8 @@ from ..vector import Vector
 from .alternatives import alternatives
 from .apart import Beside, sigma_by_trial
 from .by_trial import Moments, Scores, contradictions, differing
-from .diagnosis import Channel, Contradiction, Diagnosis, Differing, Residuals, Suspicion
+from .findings import Channel, Contradiction, Diagnosis, Differing, Residuals, Suspicion
 from .linear import Linear, inverse, linearised
-from .misfit import correlated
-from .verdicts import judged_by
 
 # A fixed parameter is tested with this change, relative.
 _TENTH = 0.1

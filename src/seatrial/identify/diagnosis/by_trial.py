@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...data import Array
-from .diagnosis import MOVES, REMOVES, SIGNIFICANT, Contradiction, Differing, Suspicion
+from .findings import MOVES, REMOVES, SIGNIFICANT, Contradiction, Differing, Suspicion
 
 # Trials, those of the largest chi square, that are left out in turn.
 _TRIED = 4

@@ -17,7 +17,7 @@ from ...models import unit
 from .. import Problem
 from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.objective import TrajectoryObjective
-from .diagnosis import Suspicion
+from .findings import Suspicion
 
 # Share of the objective that an alternative must remove, and the steps it gets.
 _MOST, _STEPS = 0.5, 6

@@ -10,10 +10,10 @@ import numpy as np
 from ...data import Array
 from .. import Problem, StudyError, Verdict
 from ..nuisance import Layout, begun_as
+from ..posterior.verdicts import CORRELATED
 from ..record import Settings, cut_as
 from ..trajectory.gauss_newton import Block, Normal
 from ..trajectory.objective import TrajectoryObjective
-from .verdicts import CORRELATED
 
 # Least curvature of a direction, relative to that of its parameters one by one, priors included: below it sigma is a
 # hundred times what it would be alone, and the model errs by more than the data could tell.
