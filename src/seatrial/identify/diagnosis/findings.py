@@ -38,6 +38,11 @@ def _shown(name: str, noise: float) -> str:
     return f"{value:.{digits}f} {symbol.replace('rad', 'deg')}"
 
 
+def _plain(value: float, digits: int) -> str:
+    """A number with so many digits that count, without an exponent where it is of ordinary size."""
+    return f"{float(f'{value:.{digits}g}'):g}"
+
+
 @dataclass(frozen=True)
 class Channel:
     """Residuals of one channel.
@@ -65,7 +70,7 @@ class Channel:
         out: list[str] = []
         expected = math.hypot(1.0, self.by_inputs)
         if self.size > LARGE * expected:
-            out.append(f"{name}: residuals are {self.size:.2g} times the sensor noise ({_shown(name, self.noise)})")
+            out.append(f"{name}: residuals are {_plain(self.size, 2)} times the sensor noise ({_shown(name, self.noise)})")
         if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > expected:
             out.append(f"{name}: neighbouring residuals are alike (correlation {self.alike:.2f})")
         return tuple(out)
@@ -120,7 +125,7 @@ class Suspicion:
         size, sigma = self.size, self.sigma
         if self.of_reading and size < 0.9:
             size, sigma = size / (1.0 - size), sigma / (1.0 - size) ** 2
-        return f"{size / self.per:.3g} +- {sigma / self.per:.1g} {self.unit}"
+        return f"{size / self.per:.3g} +- {_plain(sigma / self.per, 1)} {self.unit}"
 
     @property
     def sized(self) -> str:
