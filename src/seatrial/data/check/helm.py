@@ -198,9 +198,9 @@ def _misfit(trial: Trial, moves: Sequence[tuple[int, int]], lags: Array) -> Arra
 def _moves(trial: Trial) -> list[tuple[int, int]]:
     """Rows about each move of the rudder going ahead, some ship times to either side."""
     delta, r, dt, ship_time = trial["delta"], trial["r"], trial.dt, _ship_time(trial)
-    near = max(round(ship_time / dt), 1)
-    if len(trial) < 8 * near + 20:
-        return []
+    near = round(ship_time / dt)
+    if near < 2 or len(trial) < 8 * near + 20:
+        return []  # with a row a ship time, a move has hardly more rows than the quartic has coefficients
     ahead = trial["u"] > 0.3 * float(np.nanmax(np.abs(trial["u"])))
     if "n_P" in trial:
         ahead &= ~(trial["n_P"] <= 0)
