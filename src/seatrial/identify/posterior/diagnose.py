@@ -83,7 +83,8 @@ class _Linear:
     @staticmethod
     def mixed(one: Array, other: Array) -> Array:
         """Products of two kinds of columns."""
-        return one.reshape(-1, one.shape[-1]).T @ other.reshape(-1, other.shape[-1])
+        rows = one.shape[0] * one.shape[1]  # stated, as either may have no column
+        return one.reshape(rows, one.shape[-1]).T @ other.reshape(rows, other.shape[-1])
 
 
 def diagnosed(
