@@ -15,7 +15,7 @@ import math
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -143,12 +143,15 @@ def by_lot(base: VirtualTrials, number: int) -> Iterator[Truth]:
 
 
 def finer(base: VirtualTrials) -> Iterator[Truth]:
-    """Nearer to the truths above that come closest to Fig. 6; chosen after these were seen."""
-    for degrees in (-1.25, -1.5, -1.75):
-        for way in (225, 270, 315):
-            for speed in (3.0, 5.0):
-                blown = replace(offset(base, degrees), wind=Uniform(speed, math.radians(way)))
-                yield Truth("finer", f"rudder {degrees:g} deg off, wind {speed:g} m/s from {way} deg", (blown,))
+    """Nearer to the truths above that come closest to Fig. 6, in two steps; chosen after those before were seen."""
+    steps = (
+        ("finer", (-1.25, -1.5), (225, 270, 315), (3.0, 5.0)),
+        ("finest", (-1.1, -1.25, -1.4), (210, 225, 240), (7.0, 9.0)),
+    )
+    for group, offsets, ways, speeds in steps:
+        for degrees, way, speed in product(offsets, ways, speeds):
+            blown = replace(offset(base, degrees), wind=Uniform(speed, math.radians(way)))
+            yield Truth(group, f"rudder {degrees:g} deg off, wind {speed:g} m/s from {way} deg", (blown,))
 
 
 def heard(base: VirtualTrials, noise: Mapping[str, float]) -> VirtualTrials:
