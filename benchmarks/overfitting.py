@@ -13,7 +13,7 @@ import argparse
 import json
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from pathlib import Path
@@ -215,10 +215,16 @@ def judged(truth: Truth, problem: Problem, tests: tuple[str, ...], ratios: tuple
     each = [scorer.scores([made[n] for n in tests], v, seen=False) for v in values]
     test = [sum(one.values()) for one in each]
     return {
-        **row, "tune": tune, "test": test, "tests": each, "values": [v.tolist() for v in values],
+        **row, "tune": rounded(tune), "test": rounded(test),
+        "tests": [dict(zip(one, rounded(one.values()), strict=True)) for one in each],
         "falls": all(b <= a * (1 + 1e-6) for a, b in pairwise(tune)),
         "least": ratios[int(np.argmin(test))], "greatest": ratios[int(np.argmax(test))],
     }  # fmt: skip
+
+
+def rounded(losses: Iterable[float]) -> list[float]:
+    """Losses to the digits that are worth keeping."""
+    return [float(f"{loss:.6g}") for loss in losses]
 
 
 def main() -> None:

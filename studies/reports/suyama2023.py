@@ -317,7 +317,8 @@ def truths() -> str:
     remark = (
         f"{of['command']}: the gradient from {of['starts']} starts in each range, {of['seconds']:.0f} s. Every truth "
         "that was tried is listed; those that leave the validity of the ship are counted as not simulated. \"Worse at "
-        "the last\": J of the test trials rises from the last range but one to the last."
+        "the last\": J of the test trials rises from the last range but one to the last. The groups finer and finest "
+        "were searched after those before them were seen."
     )
     return table(head, counted) + soft(remark) + f"<h3>Each truth</h3>{every}"
 
