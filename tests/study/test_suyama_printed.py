@@ -14,6 +14,7 @@ import pytest
 from seatrial.core.parameters import read
 from seatrial.report.printed import Row
 from seatrial.ships.files import load
+from seatrial.study.study import read_study
 
 ROOT = Path(__file__).parents[2]
 PRINTED = tomllib.loads((ROOT / "studies" / "suyama2023_printed.toml").read_text(encoding="utf-8"))
@@ -23,7 +24,12 @@ GOLDEN = tomllib.loads((ROOT / "tests" / "golden" / "suzaku.toml").read_text(enc
 @pytest.fixture(scope="module")
 def script() -> Any:
     """The script of the page as a module."""
-    spec = importlib.util.spec_from_file_location("page_of_suyama", ROOT / "studies" / "reports" / "suyama2023.py")
+    return made(ROOT / "studies" / "reports" / "suyama2023.py")
+
+
+def made(path: Path) -> Any:
+    """A script as a module."""
+    spec = importlib.util.spec_from_file_location(f"own_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -70,3 +76,15 @@ def test_the_page_names_a_reason_for_every_difference(script: Any, tmp_path: Pat
     assert not [row for some in rows.values() for row in some if row["why"] == "not explained"]
     findings = {row["name"]: row for row in rows["findings"]}
     assert findings["Fig. 5: J of the tuning trials falls with a_r"]["same"]
+
+
+@pytest.mark.long
+def test_a_rudder_off_its_order_gives_figure_6() -> None:
+    """The test error is least at a_r = .5 and greatest at .6, while that of the tuning trials falls throughout."""
+    search = made(ROOT / "benchmarks" / "overfitting.py")
+    study = read_study(search.STUDY)
+    what = "rudder -2 deg off, wind 3 m/s from 180 deg"
+    truth = next(one for one in search.truths(study.virtual, 0) if one.what == what)
+    row = search.judged(truth, study.problem, tuple(t.name for t in study.test), study.estimator.ratios)
+    assert row["falls"]
+    assert (row["least"], row["greatest"]) == (0.5, 0.6)
