@@ -316,8 +316,9 @@ def truths() -> str:
     remark = (
         f"{of['command']}: the gradient from {of['starts']} starts in each range, {of['seconds']:.0f} s. Every truth "
         "that was tried is listed; those that leave the validity of the ship are left out. Counted: where J of the "
-        "test trials is least, whether it is larger in the widest range than in the one before, and than in all; Fig. 6 "
-        "is least at .5 and greatest at .6. The groups finer and finest were searched after those before them were seen."
+        "test trials is least, whether it is larger in the widest range than in the one before, and than in all; "
+        "Fig. 6 is least at .5 and greatest at .6. The groups finer and finest were searched after those before them "
+        "were seen."
     )
     return table(head, counted) + soft(remark) + f"<h3>Each truth</h3>{every}"
 
