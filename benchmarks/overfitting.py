@@ -172,7 +172,8 @@ def paths() -> tuple[str, ...]:
 
 def lagged(ship: Ship, lag: float) -> Ship:
     """`ship` with another lag of its rudder [s]."""
-    return replace(ship, actuators=Actuators({n: replace(s, lag=lag) for n, s in ship.actuators.by_name.items()}))
+    servos: Any = ship.actuators.by_name
+    return replace(ship, actuators=Actuators({name: replace(servo, lag=lag) for name, servo in servos.items()}))
 
 
 def rudder(ship: Ship, **how: str) -> Ship:
@@ -242,10 +243,11 @@ def main() -> None:
     for truth in truths(study.virtual, asked.random):
         rows.append(judged(truth, study.problem, tests, ratios))
         print(f"{time.perf_counter() - began:6.1f} s {line(rows[-1])}", flush=True)
-    RESULTS.write_text(json.dumps({
-        "command": "python benchmarks/overfitting.py", "random": asked.random, "ratios": ratios, "starts": STARTS,
-        "seconds": time.perf_counter() - began, "rows": rows,
-    }, indent=1) + "\n")  # fmt: skip
+    about = {"command": "python benchmarks/overfitting.py", "random": asked.random, "ratios": ratios,
+             "starts": STARTS, "seconds": time.perf_counter() - began}  # fmt: skip
+    # A truth a line.
+    lines = ",\n".join(json.dumps(row) for row in rows)
+    RESULTS.write_text(f"{json.dumps(about)[:-1]}, \"rows\": [\n{lines}\n]}}\n")
 
 
 def line(row: Mapping[str, Any]) -> str:
