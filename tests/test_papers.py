@@ -13,7 +13,7 @@ KEY = re.compile(r"\b[a-z]{3,}(?:19|20)\d\d\b")
 SOURCE = re.compile(r"source\s*=\s*\"([^\"]*)\"")
 PAPERS = (ROOT / "docs" / "papers.md").read_text(encoding="utf-8")
 
-FILES = sorted([*SHIPS.glob("*.toml"), *(SHIPS / "formulas").glob("*.py")])
+FILES = sorted([*SHIPS.glob("*.toml"), *(SHIPS / "variants").glob("*.toml"), *(SHIPS / "formulas").glob("*.py")])
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)

