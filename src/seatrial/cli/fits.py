@@ -85,7 +85,7 @@ def validate(
     fit_first: o.FitFirst = None, instruments: o.Instruments = None, purpose: o.FitFor = None,
     limit: o.Limit = None, json: o.Json = False,
 ) -> None:  # fmt: skip
-    """Validate a model on trials beside two baselines; --for exits with 0 fit, 3 not fit, 4 cannot tell."""
+    """Validate a model on trials beside two baselines."""
     from ..workflow.fitness import STATUS
     from ..workflow.request import positive
     from ..workflow.validate import validate as run
