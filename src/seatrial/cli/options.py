@@ -75,7 +75,7 @@ Instruments = Annotated[
 ]  # fmt: skip
 FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
 FitFor = Annotated[
-    str | None, Option("--for", metavar="PURPOSE", help="Judge errors for a use such as berthing; exit 0 fit, 3 not fit, 4 cannot tell.")
+    str | None, Option("--for", metavar="PURPOSE", help="Judge for a use; exit 0 fit, 3 not fit, 4 cannot tell.")
 ]  # fmt: skip
 Limit = Annotated[str | None, Option(metavar="NAME=VALUE", help="Set limits of --for, such as position=2,stopping=5.")]
 Scale = Annotated[str | None, Option(help="Divide errors as in the fit of this model.toml.")]

@@ -21,8 +21,9 @@ from ..ships.felt import feels
 from ..ships.files import load
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
 from ..validate.metrics import scale_words
-from . import SILENT, Document, Outcome, RequestError, Sink, fitness
+from . import SILENT, Document, Outcome, RequestError, Sink
 from .comparing import Around, compared, judged, provenance, scales_asked
+from .judging import fitness, fitness_table, purpose_of, refuse
 from .reports import comparisons as table_of
 from .request import PAGES, make_folder, separate
 
@@ -126,7 +127,7 @@ def validate(
     made = provenance(ship)
     seen = tuple(made.get("trained_on", ()))
     if wanted is not None:
-        fitness.refuse(wanted, ship, trials, seen)
+        refuse(wanted, ship, trials, seen)
     sigma, origin = scales_asked(trials, scale)
     scaled = f"{scale_words(sigma)} ({origin})"
     asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
@@ -134,7 +135,7 @@ def validate(
         ship, asked.trials, restart, sigma, smooth_start=smooth_start, begun=asked.begun,
     )  # fmt: skip
     spread = spread_of(model, ship, trials, sink)
-    fit = None if wanted is None else fitness.judged(wanted, ship, asked.trials, seen, smooth_start)
+    fit = None if wanted is None else fitness(wanted, ship, asked.trials, seen, smooth_start)
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=seen, fitness=fit,
         findings=(*(str(s) for s in spread if s.verdict != "inside"),
@@ -150,7 +151,7 @@ def validate(
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
     document = {**report.numbers(), **begun, **spread_numbers(spread)}
     leads = worse_words(report)
-    shown = (*leads, table_of(report), f"errors divided by: {scaled}", *(fitness.summary(fit) if fit else ()))
+    shown = (*leads, table_of(report), f"errors divided by: {scaled}", *(fitness_table(fit) if fit else ()))
     return Outcome(report, document, shown, failed, leads)
 
 
@@ -166,7 +167,7 @@ def _purpose(purpose: str | None, limits: str | None, fit_first: float | None) -
         return None
     if fit_first is not None:
         raise RequestError("--for: its windows start in measured states; leave --fit-first out")
-    return fitness.asked(purpose, limits)
+    return purpose_of(purpose, limits)
 
 
 def predict(
