@@ -139,6 +139,8 @@ def test_the_distance_to_stop_is_that_of_a_ship_that_brakes_less() -> None:
     weak = SHIP.having({"propeller.t_P": 0.5, "propeller.C_6": 0.0})
     assert judge(weak, [stop], [limit]).found[0].value > 0.05
     assert stop["u"][rows][-1] <= 0.2 * stop["u"][rows][0]
+    unknown = {name: np.full(len(stop), np.nan) for name in ("n_P", "n_P_cmd")}
+    assert not brakes(SHIP, stop.having(**unknown)), "a gap in the log is no order"
 
 
 def test_an_overshoot_is_that_of_one_reversal(open_water) -> None:

@@ -41,7 +41,6 @@ def ended(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str
 
 
 def test_the_exit_status_is_the_verdict(logs: Path, tmp_path: Path, capsys) -> None:
-    page = tmp_path / "page.html"
     status, out, _ = ended(capsys, "esso_osaka_3m", str(logs), *SEA, "--json")
     assert status == 0
     found = json.loads(out)["fitness"]
@@ -52,10 +51,19 @@ def test_the_exit_status_is_the_verdict(logs: Path, tmp_path: Path, capsys) -> N
     status, out, _ = ended(capsys, str(tmp_path / "weak.toml"), str(logs), *SEA)
     assert status == 3
     assert out.rstrip().endswith("for collision-avoidance: not fit")
-    status, out, _ = ended(capsys, "esso_osaka_3m", str(logs / "zigzag_0.csv"), *SEA, "--json", "-o", str(page))
+    status, out, _ = ended(capsys, "esso_osaka_3m", str(logs / "zigzag_0.csv"), *SEA, "--json")
     assert status == 4
-    assert "Fit for purpose" in page.read_text(encoding="utf-8")
     assert "shown by 1 trial only; 5 are needed" in json.loads(out)["fitness"]["limits"]["position"]["why"]
+
+
+@pytest.mark.long
+def test_the_page_has_the_verdict_the_intervals_and_the_sources(logs: Path, tmp_path: Path, capsys) -> None:
+    page = tmp_path / "page.html"
+    assert ended(capsys, "esso_osaka_3m", str(logs / "zigzag_0.csv"), *SEA, "-o", str(page))[0] == 4
+    html = page.read_text(encoding="utf-8")
+    assert "For collision avoidance by heading control: cannot tell." in html
+    assert "half of the smallest limit that MSC.137(76) 5.3.3 has" in html
+    assert json.loads(page.with_suffix(".json").read_text())["fitness"]["limits"]["overshoot"]["why"]
 
 
 def test_a_limit_may_be_set_by_the_user(logs: Path, capsys) -> None:
@@ -67,7 +75,8 @@ def test_a_limit_may_be_set_by_the_user(logs: Path, capsys) -> None:
 @pytest.mark.parametrize(
     ("asked", "line"),
     [
-        (("--for", "berthing"), "no trial shows position at low speed"),
+        (("--for", "berthing"), "position=1 m is much for turn_0, of a ship of 3 m; give a scale (ship over model)"),
+        (("--for", "berthing", "--limit", "position=0.05"), "no trial shows position at low speed"),
         (("--for", "dancing"), "errors are judged for: berthing, collision-avoidance, training"),
         (("--limit", "position=1"), "name one with --for"),
         ((*SEA, "--limit", "stopping=1"), "known: position, heading, overshoot, advance"),

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..engine import SimulationError
@@ -165,7 +165,7 @@ def interval(errors: Sequence[Sequence[float]], level: float = _LEVEL) -> tuple[
     drawn = np.random.default_rng(_SEED).integers(0, k, (_DRAWS, k))
     others, spread = _logarithm(squares[drawn], counts[drawn])
     ratios = (others - centre) / np.maximum(spread, _EQUAL)
-    tail, usual = 0.5 * (1.0 - level), float(student.ppf(0.5 * (1.0 + level), k - 1))
+    tail, usual = 0.5 * (1.0 - level), float(stdtrit(k - 1, 0.5 * (1.0 + level)))
     # Draws without the only trial that has errors have next to no spread; hence an upper end.
     most = np.clip(np.quantile(ratios, (1.0 - tail, tail)) * (1.0, -1.0), usual, _WIDEST * usual)
     return value, value * math.exp(-most[0] * own), value * math.exp(most[1] * own)
@@ -212,7 +212,7 @@ def verdict(limit: Limit, errors: Mapping[str, tuple[float, ...]], noise: float 
 
 def _errors(limit: Limit, ship: Ship, trial: Trial, smooth: float | None) -> tuple[float, ...]:
     """Errors of one trial in the unit of the limit; infinite where the prediction fails."""
-    unit = _unit(limit, ship, trial)
+    unit = unit_of(limit, ship, trial)
     if limit.of == "stopping":
         return tuple(_stopping(ship, trial, rows, smooth) / unit for rows in brakes(ship, trial))
     if limit.of == "overshoot":
@@ -228,7 +228,7 @@ def _errors(limit: Limit, ship: Ship, trial: Trial, smooth: float | None) -> tup
     return tuple(_at_end(limit.of, part.rows(rows), guess.rows(rows)) / unit for rows in chosen)
 
 
-def _unit(limit: Limit, ship: Ship, trial: Trial) -> float:
+def unit_of(limit: Limit, ship: Ship, trial: Trial) -> float:
     """The unit of a limit in SI units and radians."""
     scale = trial.meta.get("scale")  # ship over model
     metre = 1.0 / scale if isinstance(scale, int | float) and scale > 0 else 1.0
@@ -240,7 +240,7 @@ def _noise(limit: Limit, ship: Ship, trial: Trial) -> float:
     of = {"position": ("x", "y"), "heading": ("psi",), "speed": ("u",)}.get(limit.of, ())
     levels = [sensor_noise(unwrapped(trial[n]) if n == "psi" else trial[n]) for n in of if n in trial]
     known = [level for level in levels if math.isfinite(level)]
-    return math.hypot(*known) / _unit(limit, ship, trial) if known else 0.0
+    return math.hypot(*known) / unit_of(limit, ship, trial) if known else 0.0
 
 
 def _seconds(limit: Limit, ship: Ship) -> float:
@@ -271,20 +271,23 @@ def _at_end(of: str, measured: Trial, guess: Trial) -> float:
         "speed": lambda: np.abs(guess["u"] - measured["u"]),
         "turn": lambda: np.abs((said - said[0]) - (psi - psi[0])) / np.abs(psi - psi[0]).clip(1e-12),
     }
-    error = series[of]()
-    known = error[np.isfinite(error)]
+    known = _known(series[of]())
     return float(known[-1]) if known.size else math.inf
 
 
 def _speed(trial: Trial) -> float:
-    """Mean speed through the water [m/s]."""
-    return float(np.nanmean(np.hypot(*through_water(trial))))
+    """Mean speed through the water [m/s]; NaN where none is known."""
+    known = _known(np.hypot(*through_water(trial)))
+    return float(known.mean()) if known.size else math.nan
+
+
+def _known(values: Array) -> Array:
+    return values[np.isfinite(values)]
 
 
 def _swing(trial: Trial) -> float:
     """Change of heading from the first row to the last [rad]."""
-    known = unwrapped(trial["psi"])
-    known = known[np.isfinite(known)]
+    known = _known(unwrapped(trial["psi"]))
     return abs(float(known[-1] - known[0])) if known.size else 0.0
 
 
@@ -294,7 +297,8 @@ def _slow(ship: Ship, trial: Trial) -> bool:
 
 
 def _hard_over(ship: Ship, trial: Trial) -> bool:
-    return "delta" in trial and float(np.nanmedian(np.abs(trial["delta"]))) >= _LARGE
+    known = _known(trial["delta"]) if "delta" in trial else np.zeros(0)
+    return bool(known.size) and float(np.median(np.abs(known))) >= _LARGE
 
 
 def _reversed(ship: Ship, trial: Trial) -> bool:
@@ -320,8 +324,8 @@ def brakes(ship: Ship, trial: Trial) -> Windows:
     name = next((n for n in _SHAFTS if n in trial), None)
     if name is None or "u" not in trial:
         return []
-    n_P, u = np.nan_to_num(trial[name]), trial["u"]
-    idle = n_P <= _IDLE * float(np.abs(n_P).max(initial=0.0))
+    n_P, u = trial[name], trial["u"]
+    idle = n_P <= _IDLE * float(np.abs(_known(n_P)).max(initial=0.0))  # not in a gap
     out: Windows = []
     # A log that begins with the order on begins at its first sample.
     for first in (*np.flatnonzero(idle[:1]), *np.flatnonzero(idle[1:] & ~idle[:-1])):
@@ -356,7 +360,7 @@ def _distance(run: Trial, u_0: float) -> float:
 
 def legs(trial: Trial) -> Windows:
     """Rows of each leg of a zigzag from a reversal of the rudder to the next, if the heading comes to a peak in it."""
-    if trial.meta.get("kind") != "zigzag":
+    if trial.meta.get("kind") != "zigzag" or rudder_channel(trial) not in trial:
         return []
     rudder = trial[rudder_channel(trial)]
     large = np.flatnonzero(np.abs(rudder) >= 0.5 * np.nanmax(np.abs(rudder)))

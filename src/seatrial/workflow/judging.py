@@ -179,6 +179,10 @@ def _write(out: Path | None, page: Callable[[], Page], note: Note) -> None:
         note(f"wrote {write(out, page())}")
 
 
+_ASKED = "as asked for by --limit"
+# An accepted error in metres that is more than this share of the ship is meant for a larger one.
+_WIDE = 0.1
+
 STATUS = {"fit": 0, "not fit": 3, "cannot tell": 4}
 """Exit status by verdict; 1 and 2 keep their meaning, a run that failed and a request that was wrong."""
 
@@ -205,7 +209,7 @@ def purpose_of(purpose: str, limits: str | None) -> Purpose:
             size = math.nan
         if not (size > 0.0 and math.isfinite(size)):
             raise RequestError(f"--limit: '{part.strip()}'; write {name}={found[name].size:g}, in {found[name].unit}")
-        found[name] = replace(found[name], size=size, source="as asked for by --limit")
+        found[name] = replace(found[name], size=size, source=_ASKED)
     return replace(known[purpose], accuracy=tuple(found.values()))
 
 
@@ -213,15 +217,21 @@ def refuse(purpose: Purpose, ship: Ship, trials: Sequence[Trial], trained_on: Se
     """Refuse trials that cannot show whether a model is fit for a purpose, before anything is predicted.
 
     Raises:
-        RequestError: every trial was used in the fit, or none shows what the purpose is about.
+        RequestError: every trial was used in the fit, or none shows what the purpose is about, or a limit in metres of
+            the full-scale ship is meant for a model whose scale is not on record.
     """
-    from ..validate.fitness import shows
+    from ..validate.fitness import shows, unit_of
 
     unseen = [trial for trial in trials if trial.name not in trained_on]
     if not unseen:
         raise RequestError(f"--for {purpose.key}: the model was fitted to every one of these trials; give others")
-    for limit in purpose.accuracy:
-        if limit.must and not any(shows(limit, ship, trial) for trial in unseen):
+    for limit in (one for one in purpose.accuracy if one.must):
+        wide = next((t for t in unseen if limit.size * unit_of(limit, ship, t) > _WIDE * ship.L_pp), None)
+        if limit.unit == "m" and wide is not None and limit.source != _ASKED:
+            known = "a scale (ship over model) in its sidecar" if "scale" not in wide.meta else "a smaller limit"
+            raise RequestError(f"--for {purpose.key}: {limit.key}={limit.size:g} m is much for {wide.name}, of a ship "
+                               f"of {ship.L_pp:g} m; give {known}, or --limit {limit.key}=M")  # fmt: skip
+        if not any(shows(limit, ship, trial) for trial in unseen):
             seconds = limit.horizon * ship.L_pp / ship.speed
             what = f"{limit.when} over {seconds:.3g} s or more" if limit.when else limit.about
             raise RequestError(f"--for {purpose.key}: no trial shows {limit.about} ({what}); give trials that do")
