@@ -86,7 +86,7 @@ def validate(
     limit: o.Limit = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Validate a model on trials beside two baselines."""
-    from ..workflow.judging import STATUS
+    from ..workflow.comparing import STATUS
     from ..workflow.request import positive
     from ..workflow.validate import validate as run
 

@@ -22,8 +22,17 @@ from ..ships.files import load
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
 from ..validate.metrics import scale_words
 from . import SILENT, Document, Outcome, RequestError, Sink
-from .comparing import Around, compared, judged, provenance, scales_asked
-from .judging import fitness, fitness_table, purpose_of, refuse
+from .comparing import (
+    Around,
+    compared,
+    fitness,
+    fitness_table,
+    judged,
+    provenance,
+    purpose_of,
+    refuse,
+    scales_asked,
+)
 from .reports import comparisons as table_of
 from .request import PAGES, make_folder, separate
 
