@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from seatrial.models import Stepped
 from seatrial.ships.files import library, load
 
 
@@ -20,6 +21,8 @@ def make(thing: Any) -> tuple[Any, ...]:
 
 
 LIBRARY = library()
+TRACED = tuple(name for name in LIBRARY if not isinstance(load(name).model, Stepped))
+"""Ships whose equations are traced; a network steps by itself."""
 UNIT = frozenset({make(load(name).model): name for name in reversed(LIBRARY)}.values())
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from makes import ships
+from makes import TRACED, ships
 from seatrial.core.parameters import ParameterError
 from seatrial.engine import floats
 from seatrial.engine.rollout import sensitivity, simulator
@@ -19,7 +19,7 @@ from seatrial.simulate.loop import closed_loop, loop_values
 FREE = ("hull.Y_v", "hull.N_r", "rudder.t_R", "propeller.w_P0")
 
 
-every_ship = pytest.mark.parametrize("case", ships(), indirect=True)
+every_ship = pytest.mark.parametrize("case", ships(TRACED), indirect=True)
 
 
 def slope(errors: list[float]) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from makes import ships
+from makes import TRACED, ships
 from seatrial.actuators import Actuators
 from seatrial.core.parameters import ParameterError
 from seatrial.environment import CALM, Uniform
@@ -32,7 +32,7 @@ def about(name: str, speed: float | None = None) -> Linear:
     return straight(ship.model, speed or ship.speed)
 
 
-@pytest.mark.parametrize("name", ships())
+@pytest.mark.parametrize("name", ships(TRACED))
 def test_every_ship_of_the_library_has_a_linear_form(name: str) -> None:
     found = about(name)
     assert np.isfinite(found.A).all()

@@ -161,3 +161,19 @@ def test_zeefakkel_turns_as_ships_do(name: str, U: float) -> None:
         diameters.append(2.0 * U / x[5] / 45.0)
     assert 2.0 < diameters[1] < 6.0
     assert diameters[1] > 1.5 * diameters[0] * 5.0 / 30.0, "linear, it would be a sixth"
+
+
+@pytest.mark.parametrize(
+    ("U", "K", "T", "n_3"), [(6.0, 0.08, 20.0, 0.4), (9.0, 0.18, 27.0, 0.6), (12.0, 0.23, 21.0, 0.3)]
+)
+def test_the_frigate_of_the_same_thesis_circles_as_ships_do_with_n_3_per_square_degree(
+    U: float, K: float, T: float, n_3: float
+) -> None:
+    """A frigate of 100 m, as coded in MSS frigate.m: the unit of n_3 decides between 5 lengths and 2."""
+    per_square = {"deg": n_3 * math.degrees(1.0) ** 2, "rad": n_3}
+    rates = {unit: run(Nomoto(K=K, T=T, U=U, alpha=alpha), lambda t: math.radians(30.0), 300.0, 0.2)[-1]
+             for unit, alpha in per_square.items()}  # fmt: skip
+    diameter = {unit: 2.0 * U / r / 100.0 for unit, r in rates.items()}
+    assert 4.5 < diameter["deg"] < 6.0
+    assert diameter["rad"] < 3.0
+    assert per_square["rad"] * rates["rad"] ** 2 < 0.01, "a term that no trial could show"

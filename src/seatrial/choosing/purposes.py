@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..validate.fitness import Limit
 from . import ANSWERS, Need, table
 from .survey import Assessment
 
@@ -25,6 +26,7 @@ class Purpose:
         used: families that they name in use for it; they go first where needs are met alike.
         simplest: the least that has been used, and its price; empty where there is no simpler way.
         check: how to test a ship for the purpose.
+        accuracy: errors of a model that the purpose accepts; none where only the family decides.
     """
 
     key: str
@@ -35,6 +37,7 @@ class Purpose:
     used: tuple[str, ...]
     simplest: str
     check: str
+    accuracy: tuple[Limit, ...] = ()
 
 
 def _purpose(found: Mapping[str, Any]) -> Purpose:
@@ -42,7 +45,7 @@ def _purpose(found: Mapping[str, Any]) -> Purpose:
              for kind in ("must", "wish") for about, place, *keys in found.get(kind, ())]  # fmt: skip
     words = {name: found.get(name, "") for name in ("key", "title", "about", "simplest", "check")}
     return Purpose(needs=(*_ITEMS.get(found["key"], ()), *needs), reasons=found["reasons"], used=tuple(found["used"]),
-                   **words)  # fmt: skip
+                   accuracy=tuple(Limit(**row) for row in found.get("accuracy", ())), **words)  # fmt: skip
 
 
 _TABLE = table("purposes.toml")

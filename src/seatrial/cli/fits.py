@@ -83,16 +83,21 @@ def predict(
 def validate(
     model: o.ShipName, trials: o.Trials, out: o.Report = None, restart: o.Restart = None,
     smooth_start: o.SmoothStart = None, scale: o.Scale = None, current: o.Current = None,
-    fit_first: o.FitFirst = None, instruments: o.Instruments = None, json: o.Json = False,
+    fit_first: o.FitFirst = None, instruments: o.Instruments = None, purpose: o.FitFor = None,
+    limit: o.Limit = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Validate a model on trials beside two baselines."""
+    from ..workflow.comparing import STATUS
     from ..workflow.request import positive
     from ..workflow.validate import validate as run
 
     positive(restart=restart, smooth_start=smooth_start)
     outcome = run(model, trials, out=out, restart=restart, smooth_start=smooth_start, scale=scale, current=current,
-                  fit_first=fit_first, instruments=instruments, sink=Terminal())  # fmt: skip
+                  fit_first=fit_first, instruments=instruments, purpose=purpose, limits=limit,
+                  sink=Terminal())  # fmt: skip
     _end(outcome, json)
+    if outcome.result.fitness is not None:
+        raise typer.Exit(STATUS[outcome.result.fitness.verdict])
 
 
 def _show(outcome: Outcome[Any], json: bool) -> None:

@@ -83,6 +83,10 @@ Instruments = Annotated[
     str | None, Option(metavar="MODEL", help="Use the instrument errors of the fit of this model.toml.")
 ]  # fmt: skip
 FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
+FitFor = Annotated[
+    str | None, Option("--for", metavar="PURPOSE", help="Judge for a use; exit 0 fit, 3 not fit, 4 cannot tell.")
+]  # fmt: skip
+Limit = Annotated[str | None, Option(metavar="NAME=VALUE", help="Set limits of --for, such as position=2,stopping=5.")]
 Scale = Annotated[str | None, Option(help="Divide errors as in the fit of this model.toml.")]
 Quick = Annotated[bool, Option("--quick", help="Run the rehearsal of a table of fits.")]
 OnlyFits = Annotated[list[str] | None, Option("--only", help="Run only this fit of a table of fits. Repeatable.")]

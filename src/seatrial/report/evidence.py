@@ -13,6 +13,7 @@ from ..identify import Fit
 from ..ships import Ship
 from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY, pooled
+from ..validate.fitness import Fitness
 from ..validate.foresight import Foresight
 from .page import ReportError, number
 
@@ -59,6 +60,7 @@ class Evidence:
         provenance: ship, data files, software version, digest, command, date: name to text.
         fit_first: seconds of each trial on which its start was estimated, and which are not judged; None for none.
         changes: what was done to the trials before they were compared, one line each.
+        fitness: verdicts on the errors for a purpose; None where none was asked for.
     """
 
     title: str
@@ -71,6 +73,7 @@ class Evidence:
     provenance: Mapping[str, str] = field(default_factory=dict[str, str])
     fit_first: float | None = None
     changes: tuple[str, ...] = ()
+    fitness: Fitness | None = None
 
     def __post_init__(self) -> None:
         seen: set[tuple[str, str]] = set()

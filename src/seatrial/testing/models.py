@@ -248,7 +248,7 @@ def _sampled_in_a_current(ship: Ship) -> None:
     start = np.array([[0.0, 0.0, 0.3, U, 0.0, 0.0]])
     still = _run(ship, start, Environment(), model.dt)
     start[0, 3:5] += _in_ship_axes(0.3, current)
-    moved = _run(ship, start, Environment(current_x=current[0], current_y=current[1]), model.dt)
+    moved = _run(ship, start, _carried_along(Environment(), current), model.dt)
     wanted = still.values[..., 2:6].copy()
     wanted[..., 1:3] += np.stack(_in_ship_axes(wanted[..., 0], current), axis=-1)
     off = np.abs(moved.values[..., 2:6] - wanted)

@@ -1,25 +1,28 @@
-"""Comparisons of a model and its baselines with trials: in which current, from which start, and by what scales."""
+"""Comparisons of a model with trials: in which current, from which start, by what scales; its fitness for a purpose."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.parameters import values
+from ..core.parameters import unknown, values
 from ..data import Trial
 from ..engine import SimulationError
 from ..models import Sampled
 from ..ships import Ship
 from ..ships.files import library, load
 from ..validate import Comparison
-from . import RequestError, Sink
+from . import RequestError, Sink, Table, figure
 from .request import positive, vector
 
 if TYPE_CHECKING:
+    from ..choosing.purposes import Purpose
     from ..validate.fit_first import Beginning
+    from ..validate.fitness import Fitness, Found
 
 # Greatest current that is accepted [m/s], as in `request.surroundings`.
 _MOST_CURRENT = 15.0
@@ -258,3 +261,86 @@ def _of_the_library(ship: Ship, name: str) -> bool:
         return False
     held = load(name).model
     return type(held) is type(ship.model) and set(values(held)) == set(values(ship.model))
+
+
+_ASKED = "as asked for by --limit"
+# An accepted error in metres that is more than this share of the ship is meant for a larger one.
+_WIDE = 0.1
+
+STATUS = {"fit": 0, "not fit": 3, "cannot tell": 4}
+"""Exit status by verdict; 1 and 2 keep their meaning, a run that failed and a request that was wrong."""
+
+
+def purpose_of(purpose: str, limits: str | None) -> Purpose:
+    """A purpose by its key, with the limits of ``name=value,...`` in place of its own, each in the unit it has there.
+
+    Raises:
+        RequestError: a purpose without limits, an unknown limit, or a value that is no number above zero.
+    """
+    from ..choosing.purposes import PURPOSES
+
+    known = {one.key: one for one in PURPOSES if one.accuracy}
+    if purpose not in known:
+        raise RequestError(f"--for is '{purpose}'; errors are judged for: {', '.join(known)}")
+    found = {limit.key: limit for limit in known[purpose].accuracy}
+    for part in limits.split(",") if limits else ():
+        name, _, value = part.strip().partition("=")
+        if name not in found:
+            raise RequestError(f"--limit: {unknown(name, found, 'limit')}")
+        try:
+            size = float(value)
+        except ValueError:
+            size = math.nan
+        if not (size > 0.0 and math.isfinite(size)):
+            raise RequestError(f"--limit: '{part.strip()}'; write {name}={found[name].size:g}, in {found[name].unit}")
+        found[name] = replace(found[name], size=size, source=_ASKED)
+    return replace(known[purpose], accuracy=tuple(found.values()))
+
+
+def refuse(purpose: Purpose, ship: Ship, trials: Sequence[Trial], trained_on: Sequence[str]) -> None:
+    """Refuse trials that cannot show whether a model is fit for a purpose, before anything is predicted.
+
+    Raises:
+        RequestError: every trial was used in the fit, or none shows what the purpose is about, or a limit in metres of
+            the full-scale ship is meant for a model whose scale is not on record.
+    """
+    from ..validate.fitness import shows, unit_of
+
+    unseen = [trial for trial in trials if trial.name not in trained_on]
+    if not unseen:
+        raise RequestError(f"--for {purpose.key}: the model was fitted to every one of these trials; give others")
+    for limit in (one for one in purpose.accuracy if one.must):
+        wide = next((t for t in unseen if limit.size * unit_of(limit, ship, t) > _WIDE * ship.L_pp), None)
+        if limit.unit == "m" and wide is not None and limit.source != _ASKED:
+            known = "a scale (ship over model) in its sidecar" if "scale" not in wide.meta else "a smaller limit"
+            raise RequestError(f"--for {purpose.key}: {limit.key}={limit.size:g} m is much for {wide.name}, of a ship "
+                               f"of {ship.L_pp:g} m; give {known}, or --limit {limit.key}=M")  # fmt: skip
+        if not any(shows(limit, ship, trial) for trial in unseen):
+            seconds = limit.horizon * ship.L_pp / ship.speed
+            what = f"{limit.when} over {seconds:.3g} s or more" if limit.when else limit.about
+            raise RequestError(f"--for {purpose.key}: no trial shows {limit.about} ({what}); give trials that do")
+
+
+def fitness(
+    purpose: Purpose, ship: Ship, trials: Sequence[Trial], trained_on: Sequence[str], smooth_start: float | None
+) -> Fitness:
+    """The verdicts on trials that `refuse` let pass."""
+    from ..validate.fitness import judge
+
+    return judge(ship, trials, purpose.accuracy, purpose=purpose.key, title=purpose.title,
+                 trained_on=trained_on, smooth_start=smooth_start)  # fmt: skip
+
+
+def fitness_table(found: Fitness) -> tuple[Table, str]:
+    """The table and the verdict for a terminal."""
+    rows = tuple(_judged(one) for one in found.found)
+    head = ("error", "accepted", "found", "from", "to", "unit", "trials", "errors", "verdict", "why")
+    table = Table(head, rows, right=(1, 2, 3, 4, 6, 7))
+    return table, f"for {found.purpose}: {found.verdict}"
+
+
+def _judged(one: Found) -> tuple[str, ...]:
+    counts = (str(len(one.errors)), str(sum(map(len, one.errors.values()))))
+    sizes = (figure(value, 3) if not math.isinf(value) else "∞" for value in (one.value, one.low, one.high))
+    limit = one.limit
+    return (f"{limit.key}: {limit.about}", figure(limit.size, 3), *sizes, limit.unit, *counts, one.verdict, one.reason)

@@ -24,11 +24,22 @@ from ..ships.files import load
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
 from ..validate.metrics import scale_words
 from . import SILENT, Document, Outcome, RequestError, Sink
-from .comparing import Around, compared, judged, provenance, scales_asked
+from .comparing import (
+    Around,
+    compared,
+    fitness,
+    fitness_table,
+    judged,
+    provenance,
+    purpose_of,
+    refuse,
+    scales_asked,
+)
 from .reports import comparisons as table_of
 from .request import PAGES, make_folder, separate
 
 if TYPE_CHECKING:
+    from ..choosing.purposes import Purpose
     from ..validate.coverage import Coverage
     from ..validate.spread import Spread
 
@@ -122,15 +133,17 @@ def _compared(
 def validate(
     model: str, paths: Sequence[Path], *, out: Path | None = None, restart: float | None = None,
     smooth_start: float | None = None, scale: str | None = None, current: str | None = None,
-    fit_first: float | None = None, instruments: str | None = None, sink: Sink = SILENT,
+    fit_first: float | None = None, instruments: str | None = None, purpose: str | None = None,
+    limits: str | None = None, sink: Sink = SILENT,
 ) -> Outcome[Report]:  # fmt: skip
-    """Compare a model and its baselines with trials.
+    """Compare a model and its baselines with trials, and judge it for a purpose where one is named.
 
     Args:
         model: a name of the library, or a ship file.
         paths: trial files, or folders of them.
         out: page to write, with its numbers beside it.
-        restart, smooth_start, scale, current, fit_first, instruments: as the options of `seatrial validate`.
+        restart, smooth_start, scale, current, fit_first, instruments, limits: as the options of `seatrial validate`.
+        purpose: as its option --for; the verdict is `Report.fitness`.
 
     Returns:
         The report; a prediction that blew up is in `errors`.
@@ -140,7 +153,12 @@ def validate(
     """
     if out is not None and out.suffix.lower() not in PAGES:
         raise RequestError(f"{out}: a report ends in .html; its numbers go beside it as .json")
+    wanted = _purpose(purpose, limits, fit_first)
     ship, trials = _read(model, paths, sink)
+    made = provenance(ship)
+    seen = tuple(made.get("trained_on", ()))
+    if wanted is not None:
+        refuse(wanted, ship, trials, seen)
     sigma, origin = scales_asked(trials, scale)
     scaled = f"{scale_words(sigma)} ({origin})"
     asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
@@ -148,9 +166,9 @@ def validate(
         ship, asked.trials, restart, sigma, smooth_start=smooth_start, begun=asked.begun,
     )  # fmt: skip
     spread = spread_of(model, ship, trials, sink)
-    made = provenance(ship)
+    fit = None if wanted is None else fitness(wanted, ship, asked.trials, seen, smooth_start)
     report = Report(
-        f"{ship.name}: validation", comparisons, trained_on=tuple(made.get("trained_on", ())),
+        f"{ship.name}: validation", comparisons, trained_on=seen, fitness=fit,
         findings=(*(str(s) for s in spread if s.verdict != "inside"),
                   *(str(f) for f in check_folder(trials) if f.severity != "info")),
         assumptions=assumptions(ship), fit_first=fit_first, changes=asked.changes,
@@ -164,7 +182,23 @@ def validate(
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
     document = {**report.numbers(), **begun, **spread_numbers(spread)}
     leads = worse_words(report)
-    return Outcome(report, document, (*leads, table_of(report), f"errors divided by: {scaled}"), failed, leads)
+    shown = (*leads, table_of(report), f"errors divided by: {scaled}", *(fitness_table(fit) if fit else ()))
+    return Outcome(report, document, shown, failed, leads)
+
+
+def _purpose(purpose: str | None, limits: str | None, fit_first: float | None) -> Purpose | None:
+    """The purpose that is asked for, with its limits.
+
+    Raises:
+        RequestError: it cannot be judged, or not so.
+    """
+    if purpose is None:
+        if limits is not None:
+            raise RequestError("--limit: it changes a limit of a purpose; name one with --for")
+        return None
+    if fit_first is not None:
+        raise RequestError("--for: its windows start in measured states; leave --fit-first out")
+    return purpose_of(purpose, limits)
 
 
 def predict(

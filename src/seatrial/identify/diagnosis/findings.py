@@ -70,7 +70,8 @@ class Channel:
         out: list[str] = []
         expected = math.hypot(1.0, self.by_inputs)
         if self.size > LARGE * expected:
-            out.append(f"{name}: residuals are {_plain(self.size, 2)} times the sensor noise ({_shown(name, self.noise)})")
+            times, noise = _plain(self.size, 2), _shown(name, self.noise)
+            out.append(f"{name}: residuals are {times} times the sensor noise ({noise})")
         if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > expected:
             out.append(f"{name}: neighbouring residuals are alike (correlation {self.alike:.2f})")
         return tuple(out)
