@@ -7,6 +7,9 @@ def test_the_same_to_the_digits_printed() -> None:
     assert Row("w_P0", 0.5064, 0.50644).same
     assert not Row("w_P0", 0.5064, 0.50646).same
     assert Row("L_pp", 83.0, 83.4).same
+    assert Row("C_w", -2.4, -2.44).same
+    assert not Row("C_w", -2.4, -2.44, digit=1e-4).same
+    assert not Row("S", 3.31e-6, 3.4e-6).same
     assert not Row("L_pp", 83.0, float("nan")).same
     assert Row("least at", "0.5", "0.5").same
 
