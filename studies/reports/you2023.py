@@ -43,11 +43,17 @@ PRINTED = STUDY.with_name("you2023_printed.toml")
 DEGREES = math.degrees(1.0)
 
 
-def page(found: Rivals, paper: Paper, sources: Mapping[str, str]) -> Page:
-    """The tables and figures of the paper, our values beside the published ones; `sources` are the provenance."""
+def page(found: Rivals, sources: Mapping[str, str], paper: Paper | None = None) -> Page:
+    """The tables and figures of the paper, our values beside the published ones.
+
+    Args:
+        found: B, judged beside the truth.
+        sources: provenance.
+        paper: A and B beside the printed numbers; None leaves these sections out.
+    """
     parts = (
         Section("", rivals.summary(found)),
-        *you2023_paper.sections(paper),
+        *(you2023_paper.sections(paper) if paper else ()),
         Section("B: relative errors in every weather (You 2023 Tab. 5)", rivals.relative(found)),
         Section("B: errors over the steps predicted (You 2023 Fig. 22)", rivals.growth(found)),
         Section("B: errors by manoeuvre (You 2023 Fig. 21)", by_manoeuvre(found)),
@@ -55,7 +61,8 @@ def page(found: Rivals, paper: Paper, sources: Mapping[str, str]) -> Page:
         Section("B: thrust and azimuth servos (You 2023 Figs. 14 and 15)", rivals.drive(found) + drawn_drive(found)),
         provenance(sources),
     )
-    return Page(found.study.title, parts, {**rivals.numbers(found), "paper": you2023_paper.numbers(paper)})
+    more = {"paper": you2023_paper.numbers(paper)} if paper else {}
+    return Page(found.study.title, parts, {**rivals.numbers(found), **more})
 
 
 def compared(found: Rivals, printed: Mapping[str, Any]) -> Paper:
@@ -197,11 +204,11 @@ def main(arguments: list[str] | None = None) -> int:
     fit = overruled(study.estimator.fit(study.problem), study.unidentified)
     found = judged(study, fit, study.virtual)
     try:
-        path = write(given.out / "report.html", page(found, compared(found, printed), {
+        path = write(given.out / "report.html", page(found, {
             "study": str(STUDY), "digest": study.digest, "version": f"seatrial {__version__}",
             "truth": f"{study.virtual.ship.name}, seed {study.virtual.seed}",
             "command": f"python studies/reports/you2023.py -o {given.out}",
-        }))  # fmt: skip
+        }, compared(found, printed)))  # fmt: skip
     except OSError as error:
         sys.stderr.write(f"{error.filename}: cannot be written: {error.strerror}\n")
         return 1

@@ -180,11 +180,11 @@ def _searches(paper: Paper) -> str:
     best = min(one.objective for one in paper.attempts)
     names = list(paper.printed["table_4"]["values"])
     rows = [
-        [one.what, f"{one.objective / best - 1.0:.1%}" if one.values else "–",
-         *(number(one.values[n], 4) if one.values else "" for n in names), one.status]
+        [one.what, _above(one.objective / best), *(number(one.values[n], 4) if one.values else "" for n in names[:3]),
+         one.status]
         for one in paper.attempts
     ]  # fmt: skip
-    head = ["search", "above the best", *(n.partition(".")[2] for n in names), "it says"]
+    head = ["search", "above the best", *(n.partition(".")[2] for n in names[:3]), "it says"]
     local = [
         [f"{letter}, {one.name}", *(number(variant.local[RIVAL].vector.by_path(variant.local[RIVAL].values)[n], 4)
                                     for n in names)]
@@ -198,10 +198,14 @@ def _searches(paper: Paper) -> str:
     )
     small = ["", *(n.partition(".")[2] for n in names)]
     return (
-        f"<h3>Algorithm 1 by one search and by more</h3>{table(head, rows, words=(8,))}{soft(remark)}"
+        f"<h3>Algorithm 1 by one search and by more</h3>{table(head, rows, words=(5,))}{soft(remark)}"
         f"<h3>Six parameters from LO: A by single steps (Eq. 15), B by the momentum balance</h3>"
         f"{table(small, [printed, *local])}"
     )
+
+
+def _above(ratio: float) -> str:
+    return f"{100.0 * (ratio - 1.0):.1f} %" if ratio < 10.0 else "far"
 
 
 def _ridge(paper: Paper) -> str:

@@ -137,7 +137,8 @@ def test_the_page_of_the_paper_has_its_tables_and_figures(found, tmp_path, capsy
     assert not [row["name"] for one in rows.values() for row in one if row["why"] == "not explained"]
     assert "Where this page departs" in page
     # Eq. 17 to the letter; Algorithm 1 alone ends at a poor optimum and two searches do not.
-    assert all(row["same"] for row in rows["start"][::2])
+    for row in rows["start"][::2]:
+        assert row["ours"] == pytest.approx(row["printed"], abs=1e-4)  # Eq. 17 adds rounded terms
     poor = {one["what"]: one["objective"] for one in paper["searches"]}
     best = min(poor.values())
     assert poor["Algorithm 1 by 4, within the bounds of the study, 1 search"] > 1.01 * best
