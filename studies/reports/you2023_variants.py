@@ -112,7 +112,8 @@ def eq_17(problem: Problem, study: Study) -> tuple[Free, ...]:
 def particulars(study: Study) -> Hull:
     """Those of Table 1."""
     ship = study.virtual.ship if study.virtual else study.problem.ship
-    body: Any = ship.model.body
+    model: Any = ship.model
+    body = model.body
     return Hull(L_pp=body.L_pp, B=body.B, d=body.d, m=body.m, rho=body.rho)
 
 
@@ -140,7 +141,9 @@ def relative(ship: Ship, trials: Sequence[Trial]) -> Mapping[str, Mapping[str, f
         for k, velocity in enumerate((run, trial.stack(*VELOCITIES))):
             with np.errstate(all="ignore"):
                 sides["velocity"][k].append(velocity)
-                sides["acceleration"][k].append(savgol_filter(velocity, _SLOPE, 2, deriv=1, delta=dt, axis=0))
+                sides["acceleration"][k].append(
+                    np.asarray(savgol_filter(velocity, _SLOPE, 2, 1, dt, 0), dtype=np.float64)
+                )
                 sides["distance"][k].append(np.cumsum(velocity, axis=0) * dt)
     out: dict[str, dict[str, float]] = {}
     for name, (runs, logs) in sides.items():
@@ -167,13 +170,13 @@ def attempts(found: Rivals, settings: Mapping[str, Any]) -> tuple[Attempt, ...]:
     problem = replace(found.study.problem, trials=trials, nuisance=Nuisance())
     small = _models(replace(problem, free=eq_17(problem, found.study)), found.study)[RIVAL]
     bare = replace(small, free=tuple(Free(f.path, f.start) for f in small.free))
-    base = {**settings, "ridge": 0.0, "constraints": False}
+    base: dict[str, Any] = {**settings, "ridge": 0.0, "constraints": False}
     asked = [("the study's way: LO, then GO", small, Shooting(initial="measured"))]
     for part, where in ((small, "within the bounds of the study"), (bare, "without bounds")):
         for growth in (1, 4):
             for starts in (1, 2) if part is bare or growth == 1 else (1, 2, 8):
                 what = f"Algorithm 1 by {growth}, {where}, {starts} search{'es' * (starts > 1)}"
-                asked.append((what, part, Shooting(**{**base, "growth": growth, "starts": starts})))
+                asked.append((what, part, replace(Shooting(**base), growth=growth, starts=starts)))
     out: list[Attempt] = []
     for what, part, estimator in asked:
         try:

@@ -304,7 +304,8 @@ class Run:
         if own.starts > 1 and (own.growth or own.schedule == "go"):  # else the first begins there
             begun.append((vector.start, [self.local]))
         drawn = vector.drawn(max(own.starts - 2, 0), np.random.default_rng(own.seed))
-        begun += [(one, [Condensed.start, self.short]) for one in drawn]
+        cold: list[Way] = [Condensed.start, self.short]
+        begun += [(one, cold) for one in drawn]
         best, cost, told = None, np.inf, (self.status, self.joins)
         for start, ways in begun:
             try:
