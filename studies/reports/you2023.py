@@ -1,9 +1,10 @@
-"""Page of You 2023: its Tables 3 and 5 and Figures 14, 15, 21 and 22 from the virtual trials of studies/you2023.toml.
+"""Page of You 2023: its Tables 3 to 5, Figures 9 to 12, 14, 15, 21 and 22 and equations with numbers, beside ours.
 
     python studies/reports/you2023.py -o RUN
 
-Fits the model of 22 parameters and its rival of 6, compares both with the truth in several weathers, and writes
-RUN/report.html and RUN/report.json in some ten seconds.
+Fits the model of 22 parameters and its rival of 6 to the virtual trials of studies/you2023.toml, as printed (A) and by
+our default (B), compares them with the truth and with studies/you2023_printed.toml, and writes RUN/report.html and
+RUN/report.json in some three minutes.
 """
 
 from __future__ import annotations
@@ -16,37 +17,67 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import you2023_paper
+from you2023_paper import Paper
+from you2023_variants import attempts, ridges, weathers
 
 from seatrial import __version__
+from seatrial.core.files import read_toml
 from seatrial.data import Array, Trial
 from seatrial.engine import SimulationError
 from seatrial.identify.components.servo import ServoFit, answered
-from seatrial.identify.components.thrust_map import ThrustMap
+from seatrial.identify.components.smooth_servo import fit_smooth_servo
+from seatrial.identify.components.thrust_map import ThrustMap, fit_thrust
 from seatrial.identify.posterior.verdicts import overruled
 from seatrial.report import figures, rivals
 from seatrial.report.figures import canvas, legend_below, svg
 from seatrial.report.page import Page, Section, figure, gallery, number, provenance, soft, table, write
 from seatrial.report.rivals import AXES, STYLES
+from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.study.study import read_study
 from seatrial.validate.rivals import FULL, RIVAL, VELOCITIES, Case, Rivals, Score, judged
 
 STUDY = Path(__file__).parents[1] / "you2023.toml"
+PRINTED = STUDY.with_name("you2023_printed.toml")
 DEGREES = math.degrees(1.0)
 
 
-def page(found: Rivals, sources: Mapping[str, str]) -> Page:
-    """The tables and figures of the paper, our values beside the published ones; `sources` are the provenance."""
+def page(found: Rivals, sources: Mapping[str, str], paper: Paper | None = None) -> Page:
+    """The tables and figures of the paper, our values beside the published ones.
+
+    Args:
+        found: B, judged beside the truth.
+        sources: provenance.
+        paper: A and B beside the printed numbers; None leaves these sections out.
+    """
     parts = (
         Section("", rivals.summary(found)),
-        Section("Relative errors (You 2023 Tab. 5)", rivals.relative(found)),
-        Section("Errors over the steps predicted (You 2023 Fig. 22)", rivals.growth(found)),
-        Section("Errors by manoeuvre (You 2023 Fig. 21)", by_manoeuvre(found)),
-        Section("The parameters (You 2023 Tab. 3)", rivals.parameters(found)),
-        Section("Thrust and azimuth servos (You 2023 Figs. 14 and 15)", rivals.drive(found) + drawn_drive(found)),
+        *(you2023_paper.sections(paper) if paper else ()),
+        Section("B: relative errors in every weather (You 2023 Tab. 5)", rivals.relative(found)),
+        Section("B: errors over the steps predicted (You 2023 Fig. 22)", rivals.growth(found)),
+        Section("B: errors by manoeuvre (You 2023 Fig. 21)", by_manoeuvre(found)),
+        Section("B: the parameters (You 2023 Tab. 3)", rivals.parameters(found)),
+        Section("B: thrust and azimuth servos (You 2023 Figs. 14 and 15)", rivals.drive(found) + drawn_drive(found)),
         provenance(sources),
     )
-    return Page(found.study.title, parts, rivals.numbers(found))
+    more = {"paper": you2023_paper.numbers(paper)} if paper else {}
+    return Page(found.study.title, parts, {**rivals.numbers(found), **more})
+
+
+def compared(found: Rivals, printed: Mapping[str, Any]) -> Paper:
+    """Variants A and B and all else that stands beside a printed number."""
+    settings, small = printed["as_printed"], load("qiuxin5_6")
+    ships = {"Table 3 as printed": load("qiuxin5"), "Table 4 as printed": small}
+    busy = [t for t in found.study.problem.trials if not t.name.startswith("line")]  # manoeuvres 5 to 12
+    return Paper(
+        found, printed, weathers(found, settings, ships), attempts(found, settings),
+        ridges(found, settings, printed["ridges"]["weights"]),
+        {name: fit_smooth_servo(busy, name) for name in found.drive.servos},
+        {name: (fit_thrust(n, pull, name=name, order=5, offset=True), fit)
+         for name, (fit, n, pull) in found.drive.maps.items()},
+        small,
+    )  # fmt: skip
 
 
 def by_manoeuvre(found: Rivals) -> str:
@@ -166,7 +197,7 @@ def main(arguments: list[str] | None = None) -> int:
     asked = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     asked.add_argument("-o", "--out", type=Path, required=True, metavar="RUN", help="folder of the page")
     given = asked.parse_args(arguments)
-    study = read_study(STUDY)
+    study, printed = read_study(STUDY), read_toml(PRINTED)
     if study.virtual is None or not study.rival:
         sys.stderr.write(f"{STUDY}: no [virtual] or no [rival]; this page needs both\n")
         return 2
@@ -177,7 +208,7 @@ def main(arguments: list[str] | None = None) -> int:
             "study": str(STUDY), "digest": study.digest, "version": f"seatrial {__version__}",
             "truth": f"{study.virtual.ship.name}, seed {study.virtual.seed}",
             "command": f"python studies/reports/you2023.py -o {given.out}",
-        }))  # fmt: skip
+        }, compared(found, printed)))  # fmt: skip
     except OSError as error:
         sys.stderr.write(f"{error.filename}: cannot be written: {error.strerror}\n")
         return 1

@@ -14,7 +14,7 @@ from seatrial.actuators import Azimuth
 from seatrial.core.parameters import Free, update, values
 from seatrial.data import DataError
 from seatrial.identify import Problem
-from seatrial.identify.components.first_guess import Hull, first_guess, fossen_ship, guesses
+from seatrial.identify.components.first_guess import Hull, as_printed, first_guess, fossen_ship, guesses
 from seatrial.identify.components.servo import ServoFit, fit_servo
 from seatrial.identify.components.thrust_map import fit_thrust
 from seatrial.identify.trajectory.shooting import Trajectory
@@ -30,6 +30,12 @@ from seatrial.study.freedom import freedom
 TUG = Hull(L_pp=2.152, B=0.6952, d=0.2485, m=187.6)
 N = np.linspace(0.0, 10.0, 21)
 EQ_20 = np.vander(N, 6, increasing=True) @ np.array([0.0722, 1.974, 0.151, 0.04978, 0.001187, -0.0001773]) / 2.0
+
+
+def test_equation_11_to_the_letter_gives_equation_17() -> None:
+    found = as_printed(TUG)
+    masses = [found[f"inertia.m_{k}"] for k in ("11", "22", "33", "23", "32")]
+    assert masses == pytest.approx([196.98, 254.0454, 220.1974, 0.0, 0.0], abs=1e-4)
 
 
 def test_equation_11_put_right() -> None:

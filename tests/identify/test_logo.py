@@ -1,6 +1,7 @@
 """The shooting estimator: schedules agree, derivatives are exact, constraints hold, bad input is told."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,11 +9,12 @@ from tug_trials import COLD, NAMES, NOISE, TRUE, TRUTH, problem
 
 from seatrial.core.parameters import Free
 from seatrial.data import DataError
-from seatrial.identify import FitError, Loss, StudyError
+from seatrial.identify import FitError, Loss, Nuisance, StudyError
+from seatrial.identify.shooting.balance import smoothed
 from seatrial.identify.shooting.chains import FirstStates, chains
 from seatrial.identify.shooting.condensed import Condensed
 from seatrial.identify.shooting.constraints import Inequalities, Penalty
-from seatrial.identify.shooting.logo import Shooting, smoothed
+from seatrial.identify.shooting.logo import Shooting
 from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.models import STATES
 from seatrial.ships.files import load
@@ -113,6 +115,55 @@ def test_ridge_pulls_to_the_start_and_weights_weigh(told, fit):
     assert doubled.objective == pytest.approx(2 * fit.objective, rel=1e-8)
 
 
+def four(told, start):
+    """Four runs and four parameters."""
+    few = ("inertia.m_11", "inertia.m_33", "damping.X_u", "damping.N_r")
+    values = {name: start * TRUE[NAMES.index(name)] for name in few}
+    free = tuple(Free(name, value) for name, value in values.items())
+    return replace(told, ship=TRUTH.having(values), free=free, trials=tuple(told.trials[k] for k in (1, 5, 8, 11)))
+
+
+def test_a_ridge_about_zero_is_that_of_equation_13(told):
+    """lambda |P|^2 in SI units is part of the objective and shrinks the parameters; one about the start does not."""
+    part = four(told, 1.0)
+    plain, printed = (Shooting(ridge=r, ridge_about="zero").fit(part) for r in (0.0, 0.5))
+    spent, most = (0.5 * float(fit.values @ fit.values) for fit in (printed, plain))
+    assert spent < most
+    assert plain.objective + spent < printed.objective < plain.objective + most
+    near = Shooting(ridge=1e6).fit(part)
+    np.testing.assert_allclose(near.values, [f.start for f in part.free], rtol=0.02)
+
+
+@pytest.mark.long
+def test_a_search_that_grew_to_a_poor_optimum_is_beaten_by_one_from_the_balance(told):
+    """Six parameters, four trials at a time in the order line, zigzag, turn: one search ends with m_33 at its bound.
+
+    All ends are kept, and the status says that they differ.
+    """
+    from seatrial.environment import Uniform
+    from seatrial.study.study import read_study
+
+    study = read_study(Path(__file__).parents[2] / "studies" / "you2023.toml")
+    calm = replace(study.virtual, wind=Uniform(), gusts="", ship=replace(
+        study.virtual.ship, model=replace(study.virtual.ship.model, wind=None)))  # fmt: skip
+    made = {trial.name: trial for trial in calm.run()}
+    part = replace(study.problem, trials=tuple(made[t.name] for t in study.problem.trials), nuisance=Nuisance(),
+                   free=study.problem.vector.started({"inertia.m_11": 196.98, "inertia.m_22": 254.0454,
+                                                      "inertia.m_33": 220.1974}))  # fmt: skip
+    six = [f.path for f in study.rival]
+    part = replace(part, free=tuple(f for f in part.free if f.path in six))
+    settings = {"schedule": "go", "growth": 4, "initial": "measured"}
+    alone, best = Shooting(**settings, starts=1).fit(part), Shooting(initial="measured").fit(part)
+    assert alone.status == "converged"
+    assert alone.objective > 1.01 * best.objective
+    for starts, same in ((2, 1), (4, 3)):
+        found = Shooting(**settings, starts=starts).fit(part)
+        assert found.objective == pytest.approx(best.objective, rel=1e-8)
+        assert found.status == f"converged; {same} of {starts} starts end there"
+        assert found.ends[0, 0] == pytest.approx(alone.objective, rel=1e-6)
+        assert found.ends.shape == (starts, 7)
+
+
 def test_constraints_of_equation_19_hold_where_the_data_would_break_them(told):
     """The truth is stable with -X_u > 0; a bound that binds is met exactly by the multipliers."""
     inequalities = Inequalities.of(told)
@@ -144,7 +195,7 @@ def test_trials_join_by_groups_each_from_where_the_last_ended(told, monkeypatch,
         seen.append((len(trials), p[0]))
         return p + 1.0
 
-    def last(run, stage, p):
+    def last(run, stage, p, *_):
         seen.append((stage.chains.trials, p[0]))
         raise FitError("enough")
 
@@ -152,7 +203,7 @@ def test_trials_join_by_groups_each_from_where_the_last_ended(told, monkeypatch,
     monkeypatch.setattr(logo_run.Run, "whole", last)
     monkeypatch.setattr(logo_run.Run, "local", last)
     with pytest.raises(FitError, match="enough"):
-        Shooting(**settings).fit(told)
+        Shooting(**settings, starts=1).fit(told)
     assert [count for count, _ in seen] == [*wanted, 12]
     assert [p for _, p in seen] == pytest.approx([told.free[0].start + k for k in range(len(seen))])
 
@@ -166,7 +217,8 @@ def test_smoothing_keeps_a_parabola():
 @pytest.mark.parametrize(("fields", "words"), [
     ({"schedule": "og"}, "known: lo, go, logo"), ({"window": 0.0}, "above zero"),
     ({"initial": "known"}, "free, measured"),
-    ({"ridge": -1.0}, "zero or above"), ({"weights": {"a": 0.0}}, "weights of a"),
+    ({"ridge": -1.0}, "zero or above"), ({"starts": 0}, "above zero"),
+    ({"ridge_about": "mean"}, "start, zero"), ({"weights": {"a": 0.0}}, "weights of a"),
 ])  # fmt: skip
 def test_bad_settings_are_told(fields, words):
     with pytest.raises(StudyError, match=words):

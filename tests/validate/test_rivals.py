@@ -14,7 +14,7 @@ from seatrial.report.page import plain
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 from seatrial.study.study import read_study
-from seatrial.validate.rivals import HORIZONS, score
+from seatrial.validate.rivals import HORIZONS, VELOCITIES, free_runs, one_step, score
 
 STUDY = Path(__file__).parents[2] / "studies" / "you2023.toml"
 TUG = load("qiuxin5")
@@ -102,3 +102,16 @@ def test_a_hybrid_begins_with_what_the_log_before_tells():
     found = score(hybrid, [run])
     assert max(found.relative.values()) < 0.01
     assert found.steps["y"][-1] < 1e-3
+
+
+def test_a_row_predicted_from_the_row_before_errs_less_than_a_whole_run(trials):
+    other = TUG.having({"damping.X_u": -20.0, "damping.N_r": -40.0})
+    logged = [t.stack(*VELOCITIES) for t in trials]
+    steps, runs = one_step(other, trials), free_runs(other, trials)
+    for made in (steps, runs):
+        assert [part.shape for part in made] == [part.shape for part in logged]
+        assert all((part[0] == log[0]).all() for part, log in zip(made, logged, strict=True))
+    for step, run, log in zip(steps, runs, logged, strict=True):
+        assert (np.abs(run - log).max(axis=0) > np.abs(step - log).max(axis=0)).all()
+    # The first two rows of a run are a step.
+    np.testing.assert_allclose(steps[0][:2], runs[0][:2], rtol=1e-12)

@@ -74,7 +74,7 @@ def fields(rows: Iterable[Row]) -> list[Mapping[str, Any]]:
 def _shown(value: float | str, digits: int = 0) -> str:
     if isinstance(value, str):
         return value
-    return number(value, digits) if digits else f"{value:g}".replace("-", "−")
+    return number(value, digits) if digits else f"{value:.12g}".replace("-", "−")
 
 
 def _digit(printed: float) -> float:

@@ -38,6 +38,7 @@ VELOCITIES: tuple[str, ...] = ("u", "v_m", "r")
 HORIZONS = (1, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50)
 """Steps of a prediction, as in Fig. 22 of You 2023."""
 
+_MOVING = [STATES.index(name) for name in VELOCITIES]
 # Rows from one start of a short prediction to the next.
 _STRIDE = 10
 
@@ -208,22 +209,50 @@ def _drive(trials: tuple[Trial, ...], virtual: VirtualTrials) -> Drive:
 
 def score(ship: Ship, trials: Sequence[Trial]) -> Score:
     """Errors of `ship` on `trials`, which must have complete rows at even steps, the same in all."""
-    states = [trial.having(psi=unwrapped(trial["psi"])).stack(*STATES) for trial in trials]
-    acting = [inputs(trial, ship.model) for trial in trials]
-    known = [np.hstack([state, unseen(ship.model, rows, trials[0].dt)])
-             for state, rows in zip(states, acting, strict=True)]  # fmt: skip
-    longest = max(len(trial) for trial in trials)
-    # The last row of a shorter trial is held to the end of the longest.
-    lanes = np.array([np.pad(rows, ((0, longest - len(rows)), (0, 0)), mode="edge") for rows in acting])
-    whole = _predicted(ship, np.array([state[0] for state in known]), lanes, trials[0].dt)
-    columns = [STATES.index(name) for name in VELOCITIES]
-    errors = [run[: len(state), columns] - state[:, columns] for run, state in zip(whole, states, strict=True)]
+    states, known, acting = _logged(ship, trials)
+    measured = [state[:, _MOVING] for state in states]
+    errors = [run - state for run, state in zip(free_runs(ship, trials), measured, strict=True)]
     runs = {t.name: dict(zip(VELOCITIES, _rms(e), strict=True)) for t, e in zip(trials, errors, strict=True)}
-    away, size = _rms(np.concatenate(errors)), _rms(np.concatenate(states)[:, columns])
+    away, size = _rms(np.concatenate(errors)), _rms(np.concatenate(measured))
     relative = {name: a / b for name, a, b in zip(VELOCITIES, away, size, strict=True)}
     short = _short(ship, known, acting, trials[0].dt)
     steps = {name: np.array(_rms(short[:, :, k])) for k, name in enumerate(STATES)}
     return Score(relative, runs, steps, len(short))
+
+
+def free_runs(ship: Ship, trials: Sequence[Trial]) -> list[Array]:
+    """Velocities of each trial predicted from its first measured state, each of shape (rows, 3); trials as in `score`.
+
+    Not finite where a prediction diverges.
+    """
+    _, known, acting = _logged(ship, trials)
+    longest = max(len(trial) for trial in trials)
+    # The last row of a shorter trial is held to the end of the longest.
+    lanes = np.array([np.pad(rows, ((0, longest - len(rows)), (0, 0)), mode="edge") for rows in acting])
+    whole = _predicted(ship, np.array([state[0] for state in known]), lanes, trials[0].dt)
+    return [run[: len(trial), _MOVING] for run, trial in zip(whole, trials, strict=True)]
+
+
+def one_step(ship: Ship, trials: Sequence[Trial]) -> list[Array]:
+    """Velocities of each trial, each row predicted from the measured row before, each of shape (rows, 3).
+
+    The first row is as measured.
+    """
+    states, known, acting = _logged(ship, trials)
+    begun = np.concatenate([state[:-1] for state in known])
+    lanes = np.concatenate([np.stack([rows[:-1], rows[1:]], axis=1) for rows in acting])
+    ends = _predicted(ship, begun, lanes, trials[0].dt)[:, 1, _MOVING]
+    parts = np.split(ends, np.cumsum([len(trial) - 1 for trial in trials])[:-1])
+    return [np.vstack([state[:1, _MOVING], part]) for state, part in zip(states, parts, strict=True)]
+
+
+def _logged(ship: Ship, trials: Sequence[Trial]) -> tuple[list[Array], list[Array], list[Array]]:
+    """Measured states of each trial, the same with the states that the log determines, and its inputs."""
+    states = [trial.having(psi=unwrapped(trial["psi"])).stack(*STATES) for trial in trials]
+    acting = [inputs(trial, ship.model) for trial in trials]
+    known = [np.hstack([state, unseen(ship.model, rows, trials[0].dt)])
+             for state, rows in zip(states, acting, strict=True)]  # fmt: skip
+    return states, known, acting
 
 
 def _short(ship: Ship, states: Sequence[Array], acting: Sequence[Array], dt: float) -> Array:

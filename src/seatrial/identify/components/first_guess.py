@@ -120,6 +120,20 @@ def first_guess(hull: Hull, *, speed: float | None = None, thrust: float | None 
     return {path: one.value for path, one in guesses(hull, speed=speed, thrust=thrust).items()}
 
 
+def as_printed(hull: Hull) -> dict[str, float]:
+    """Masses by You 2023 Eqs. 10-11 to the letter, whose values are Eqs. 16-17: to reproduce that paper, not to use.
+
+    The spheroid of I_z has semi-axes L/2 and B/2, so that it displaces more than the ship weighs; Y_vdot lacks pi.
+    """
+    m, L, B, d, rho, a, b = hull.m, hull.L_pp, hull.B, hull.d, hull.rho, 0.5 * hull.L_pp, 0.5 * hull.B
+    yaw = (0.1 * m * B * B + math.pi * rho * d * d * L**3) / 24.0
+    inertia = 4.0 / 15.0 * math.pi * rho * a * b * b * (a * a + b * b)
+    return {
+        "inertia.m_11": m + 0.05 * m, "inertia.m_22": m + 0.5 * rho * d * d * L, "inertia.m_33": inertia + yaw,
+        "inertia.m_23": m * hull.x_G, "inertia.m_32": m * hull.x_G,
+    }  # fmt: skip
+
+
 def _added(hull: Hull) -> tuple[Guess, Guess, Guess]:
     """Added mass in surge and sway [kg] and added moment of inertia in yaw [kg m^2]."""
     m, L, B, d, rho = hull.m, hull.L_pp, hull.B, hull.d, hull.rho

@@ -1,33 +1,23 @@
 """Local and global optimisation of trajectories: Algorithm 1 of You 2023 as a schedule that always has an answer.
 
 LO is a prediction over short stretches from measured states, or, where the momentum balance is linear in all
-parameters, one linear system.  GO is the whole trajectory by multiple shooting.  Trials are added step by step,
-each GO begins where the last one ended, and LO is the way back in where it stalls.
-
-The momentum balance of Fossen's family: over a window the momentum M nu changes by the impulse of thrust, damping and
-Coriolis forces.  Written that way the masses enter linearly too, whatever the search starts from: one linear system,
-within the bounds.  The motion is smoothed first, so that noise in the regressors does not pull the estimates towards
-zero.
+parameters, one linear system (`balance`).  GO is the whole trajectory by multiple shooting.  Trials are added step by
+step, each GO begins where the last one ended, and LO is the way back in where it stalls.  A search that grew with its
+trials can end at a poor optimum of the whole, so another from the momentum balance stands against it.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from ...data import Array, DataError, Trial
 from ...engine.rollout import is_rk4
-from ...environment import CHANNELS, Environment
-from ...models import STATES, Model
-from ...models.common import Surroundings
-from ...models.fossen import Fossen
-from ...models.settled import unseen
+from ...models import STATES
 from ...simulate.approach import substeps
 from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
 from ..digest import digest
@@ -39,13 +29,17 @@ from ..trajectory.gauss_newton import Normal
 from ..trajectory.local import Cut
 from ..trajectory.objective import TrajectoryObjective
 from ..watch import tell, with_values
-from .chains import Chains, chains
-from .condensed import DAMPING, Condensed, Point, Search, bounded, descend
+from .balance import momentum_guess
+from .chains import chains
+from .condensed import DAMPING, Condensed, Point, Search, descend
 from .constraints import Inequalities, Penalty
 from .ipopt import FullSpace
 
+Way = Callable[[Condensed, Array], Point]
+"""Where a search of whole trajectories begins."""
+
 _KNOWN = {"schedule": ("lo", "go", "logo"), "initial": INITIAL, "back_end": ("engine", "ipopt"),
-          "hessian": ("gauss-newton", "exact")}  # fmt: skip
+          "hessian": ("gauss-newton", "exact"), "ridge_about": ("start", "zero")}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -62,12 +56,16 @@ class Shooting:
         every: stride of the compared steps.
         dt: time step [s]; None takes the median step of the trials.
         method: as in `Trajectory`.
-        ridge: weight of the squared offset from the start, relative to the start (absolute where that is zero).
+        ridge: weight of the squared offset from the start, relative to the start (absolute where that is zero);
+            or, with `ridge_about` "zero", of the squared parameters in SI units (lambda of You 2023 Eq. 13).
+        ridge_about: "start" or "zero".
         constraints: whether You 2023 Eqs. 18-19 are kept (`constraints`).
         initial: first state of each trial "free", its measurement counting as any other row, or as "measured".
         weights: of the manoeuvres by trial name; 1 where not named.
         back_end: "engine", or "ipopt" (CasADi), to which `hessian` belongs: "gauss-newton" or "exact".
         iterations, tolerance: stop after this many iterations, or when the relative decrease is smaller.
+        starts: number of searches; the first as described, the second from the momentum balance (with "go" or
+            `growth`, which begin elsewhere), the others from starts drawn within bounds (or the prior) from `seed`.
         threads: None takes every processor.
     """
 
@@ -79,6 +77,7 @@ class Shooting:
     dt: float | None = None
     method: str = "rk4"
     ridge: float = 0.0
+    ridge_about: str = "start"
     constraints: bool = False
     initial: str = "free"
     weights: Mapping[str, float] = field(default_factory=dict[str, float])
@@ -86,10 +85,12 @@ class Shooting:
     hessian: str = "gauss-newton"
     iterations: int = 60
     tolerance: float = 1e-10
+    starts: int = 2
+    seed: int = 0
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        for name in ("window", "smooth", "every", "dt", "iterations", "tolerance"):
+        for name in ("window", "smooth", "every", "dt", "iterations", "tolerance", "starts"):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise StudyError(f"estimator.{name} is {value:g}; it must be above zero")
@@ -136,7 +137,7 @@ class Shooting:
             for count in range(self.growth, len(problem.trials), self.growth):
                 p = run.early(problem.trials[:count], p)
         stage = run.stage(problem.trials)
-        return run.finished(stage, run.local(stage, p) if self.schedule == "lo" else run.whole(stage, p))
+        return run.finished(stage, run.local(stage, p) if self.schedule == "lo" else run.best(stage, p))
 
     def _check(self, problem: Problem) -> None:
         if problem.nuisance.initial:
@@ -161,9 +162,8 @@ UNJOINED = "LO only: no whole trajectory could be joined"
 
 # Weight of a squared violation (relative) per sample; rounds of the multipliers of constraints.
 _STIFF, _ROUNDS = 1e5, 6
-# The momentum balance: damping of the step's matrix, so that parameters that the data do not excite keep their values,
-# and passes over the weights of surge, sway and yaw.
-_NUDGE, _PASSES = np.full(1, 1e-9), 2
+# Searches end at the same optimum if their objectives differ by less (relative).
+_SAME = 1e-6
 
 
 @dataclass
@@ -184,6 +184,7 @@ class Run:
     evaluations: int = 0
     status: str = ""
     joins: bool = True
+    ends: list[Array] = field(default_factory=list[Array])
 
     @staticmethod
     def of(settings: Shooting, problem: Problem, began: float, progress: Progress | None) -> Run:
@@ -195,9 +196,10 @@ class Run:
                 every=settings.every, method=settings.method, threads=settings.threads,
             )  # fmt: skip
         start, mean, prior = problem.vector.start, problem.vector.mean, problem.vector.precision
-        ridge = settings.ridge * np.where(start != 0, np.abs(start), 1.0) ** -2.0
+        near = settings.ridge_about == "start"
+        ridge = settings.ridge * (np.where(start != 0, np.abs(start), 1.0) ** -2.0 if near else np.ones(start.size))
         weight = prior + ridge
-        middle = (prior * mean + ridge * start) / np.where(weight > 0, weight, 1.0)
+        middle = (prior * mean + (ridge * start if near else 0.0)) / np.where(weight > 0, weight, 1.0)
         anchor = np.array([np.where(weight > 0, middle, start), weight])
         full = sigma if len(sigma) == len(STATES) else {**spread(problem.trials), **sigma}
         unseen = [1.0] * (len(problem.ship.model.states) - len(STATES))
@@ -263,7 +265,7 @@ class Run:
     def early(self, trials: tuple[Trial, ...], p: Array) -> Array:
         """GO of some trials; as it was where so few do not determine the parameters."""
         try:
-            end = self.whole(self.stage(trials), p)
+            end = self.whole(self.stage(trials), p, self.ways)
         except (FitError, DataError):
             end = None
         if end is not None and self.joins:
@@ -271,15 +273,20 @@ class Run:
         self.status, self.joins = "", True
         return p
 
-    def whole(self, stage: Condensed, p: Array) -> Point:
-        """GO, warm from `p` if that joins; LO where it does not (You 2023 Algorithm 1, lines 4-8).
+    @property
+    def ways(self) -> list[Way]:
+        """Where GO begins: warm if that joins, else LO (You 2023 Algorithm 1, lines 4-8)."""
+        ways: list[Way] = [self.short, self.local] if self.settings.schedule == "go" else [self.local, self.short]
+        return [Condensed.start, *ways] if self.status == "converged" else ways
+
+    def whole(self, stage: Condensed, p: Array, ways: Sequence[Way]) -> Point:
+        """GO from the first of the ways in at `p` that converges, else the best of them.
 
         Where the windows of no way in can be joined: the best of these, as LO has it.
         """
-        ways = [self.short, self.local] if self.settings.schedule == "go" else [self.local, self.short]
         ends: list[Search] = []
         begun: list[Point] = []
-        for way in ([Condensed.start, *ways] if self.status == "converged" else ways):
+        for way in ways:
             try:
                 begun.append(way(stage, p))
                 end = self.joined(stage, begun[-1])
@@ -297,6 +304,36 @@ class Run:
             raise FitError(f"{self.problem.ship.name}: no trajectory could be joined, from the start or from LO")
         self.status, self.joins = UNJOINED, False
         return begun[int(np.argmin(costs))]
+
+    def best(self, stage: Condensed, p: Array) -> Point:
+        """The best end of the searches from `p` and from the further starts; where each ended is kept."""
+        own, vector = self.settings, self.problem.vector
+        begun: list[tuple[Array, list[Way]]] = [(p, self.ways)]
+        if own.starts > 1 and (own.growth or own.schedule == "go"):  # else the first begins there
+            begun.append((vector.start, [self.local]))
+        drawn = vector.drawn(max(own.starts - 2, 0), np.random.default_rng(own.seed))
+        cold: list[Way] = [Condensed.start, self.short]
+        begun += [(one, cold) for one in drawn]
+        best, cost, told = None, np.inf, (self.status, self.joins)
+        for start, ways in begun:
+            try:
+                end = self.whole(stage, start, ways)
+            except FitError:
+                if len(begun) == 1:
+                    raise
+                self.ends.append(np.array([np.inf, *start]))
+                continue
+            reached = stage.cost(end)[0] if self.joins else np.inf
+            self.ends.append(np.array([reached, *end.p]))
+            if best is None or reached < cost:
+                best, cost, told = end, reached, (self.status, self.joins)
+        if best is None:
+            raise FitError(f"{self.problem.ship.name}: no trajectory could be joined from any of {len(begun)} starts")
+        self.status, self.joins = told
+        same = sum(end[0] <= cost * (1.0 + _SAME) for end in self.ends)
+        if self.joins and (same < len(self.ends) or own.starts > 2):
+            self.status += f"; {same} of {len(self.ends)} starts end there"
+        return best
 
     def joined(self, stage: Condensed, start: Point) -> Search:
         """Multiple shooting from `start`, multipliers of the constraints included."""
@@ -350,7 +387,7 @@ class Run:
         return judged(
             self.problem, p, Normal(linear.cost, H - ridge, g), variance, history=np.array(self.history),
             seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
-            digest=digest(self.problem, self.settings), ends=np.array([[linear.cost, *p]]),
+            digest=digest(self.problem, self.settings), ends=np.array(self.ends or [[linear.cost, *p]]),
             nuisances=stage.nuisances.by_trial(self.problem.trials, point.own),
         )  # fmt: skip
 
@@ -362,105 +399,3 @@ def _closed(stage: Condensed, end: Search) -> Search:
         point.nodes[level] += stage.cost(point)[1][level]
     cost = stage.cost(point)[0]
     return replace(end, point=point, cost=cost, closed=bool(np.isfinite(cost)))
-
-
-def momentum_guess(problem: Problem, cut: Chains, *, smooth: float, span: float, start: Array) -> Array | None:
-    """Parameters that balance the momentum best, within bounds; None where one linear system does not give them.
-
-    That is where the balance is not linear in them, or has fewer equations than there are parameters.
-
-    Args:
-        cut: the trials.
-        smooth: length over which velocities are smoothed by a quadratic [s].
-        span: length of the windows over which the balance is drawn [s].
-        start: values of parameters that the data do not excite, shape (free,).
-    """
-    balance = _balance(problem)
-    if balance is None:
-        return None
-    parts = [_equations(balance, problem.ship.model, cut, k, start, smooth, span) for k in range(cut.trials)]
-    error = np.concatenate([part[0] for part in parts])
-    slope = np.concatenate([part[1] for part in parts])
-    if len(error) * 3 <= start.size:
-        return None
-    low, high = problem.vector.low, problem.vector.high
-    scale, p = np.ones(3), start
-    for _ in range(_PASSES):
-        A, b = (slope / scale[:, None]).reshape(-1, start.size), (error / scale).ravel()
-        p = np.clip(start + bounded(A.T @ A, A.T @ b, low - start, high - start, _NUDGE), low, high)
-        left = np.sqrt(np.mean((error + slope @ (p - start)) ** 2, axis=0))
-        scale = np.where(left > 0, left, 1.0)
-    return p
-
-
-def _balance(problem: Problem) -> Any:
-    """CasADi functions of (state, control, environment, p): force less Coriolis force, and momentum, with slopes."""
-    model = problem.ship.model
-    if not isinstance(model, Fossen):
-        return None
-    sizes = {"z": len(model.states), "c": len(model.controls), "e": len(CHANNELS), "p": len(problem.free)}
-    z, c, e, p = (ca.SX.sym(name, size) for name, size in sizes.items())
-    free: Any = problem.vector.model(model, p)
-    control = tuple(ca.vertsplit(c))
-    fixed = (model.propeller is not None) + (model.rudder is not None)
-    flow = Surroundings.of(tuple(ca.vertsplit(z)), Environment(*ca.vertsplit(e))).flow(free.body, *control[:fixed])
-    force, nu = free.force(flow, control[fixed:]), (flow.u, flow.v_m, flow.r)
-    C = free.inertia.coriolis_matrix(*nu)
-    push = [f - sum(a * b for a, b in zip(row, nu, strict=True)) for f, row in zip(force, C, strict=True)]
-    momentum = [sum(a * b for a, b in zip(row, nu, strict=True)) for row in free.inertia.matrix]
-    outs = [ca.vertcat(*(ca.SX(x) for x in side)) for side in (push, momentum)]
-    slopes = [ca.densify(ca.jacobian(out, p)) for out in outs]
-    if any(ca.depends_on(ca.vec(slope), p) for slope in slopes):
-        return None
-    pairs = zip(outs, slopes, strict=True)
-    return [ca.Function("side", [z, c, e, p], [ca.densify(out), slope]) for out, slope in pairs]
-
-
-def _equations(
-    balance: Any, model: Model, cut: Chains, trial: int, start: Array, smooth: float, span: float
-) -> tuple[Array, Array]:
-    """Imbalance at `start` and its derivatives over overlapping windows, shapes (windows, 3) and (windows, 3, free)."""
-    # Measured states (gaps bridged) and mean inputs of the trial, one row per compared row.
-    lanes = np.flatnonzero(cut.trial == trial)
-    mean = cut.series[lanes, :-1].reshape(len(lanes), -1, cut.every, cut.series.shape[2]).mean(axis=2)
-    within = np.arange(mean.shape[1]) < cut.length[lanes][:, None]
-    motion, series = cut.motion[lanes, :-1][within], mean[within]
-    h, n = cut.dt * cut.every, series.shape[1] - len(CHANNELS)
-    motion = smoothed(motion, max(round(0.5 * smooth / h), 1))
-    state = np.hstack([motion, unseen(model, series, h)])
-    push, momentum = balance
-    force, d_force = _called(push, 0.5 * (state[1:] + state[:-1]), series[:-1], n, start)
-    # The momentum on either side of a step under the same environment: a current that changes is no impulse.
-    held, d_held = _called(momentum, state, series, n, start)
-    total, d_total = (np.concatenate([np.zeros_like(x[:1]), np.cumsum(h * x, axis=0)]) for x in (force, d_force))
-    jump = min(max(round(span / h), 1), len(state) - 1)
-    a = np.arange(0, len(state) - jump, max(jump // 4, 1))
-    b = a + jump
-    error = total[b] - total[a] - (held[b] - held[a])
-    return error, d_total[b] - d_total[a] - (d_held[b] - d_held[a])
-
-
-def _called(function: Any, state: Array, series: Array, n: int, start: Array) -> tuple[Array, Array]:
-    rows = len(state)
-    given = (state.T, series[:, :n].T, series[:, n:].T, np.repeat(start[:, None], rows, axis=1))
-    value, slope = function.map(rows)(*given)
-    return np.array(value.full()).T, np.array(slope.full()).reshape(3, rows, -1).transpose(1, 0, 2)
-
-
-def smoothed(values: Array, half: int) -> Array:
-    """Each column by the quadratic that fits `half` rows on either side best; ends by the end's own quadratic.
-
-    Shape (rows, columns) in and out; too few rows stay as they are.
-    """
-    width = 2 * half + 1
-    if width < 4 or len(values) < width:
-        return values
-    x = np.arange(-half, half + 1) / half
-    basis = np.column_stack([np.ones(width), x, x * x])
-    hat = basis @ np.linalg.pinv(basis)
-    view = np.lib.stride_tricks.sliding_window_view(values, width, axis=0)
-    out = values.copy()
-    out[half:-half] = view @ hat[half]
-    out[:half] = hat[:half] @ values[:width]
-    out[-half:] = hat[half + 1 :] @ values[-width:]
-    return out

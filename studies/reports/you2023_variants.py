@@ -1,0 +1,201 @@
+"""The fits of You 2023 in two variants: (A) as printed, (B) as this program does it; and their errors by Table 5.
+
+(A): masses of Eq. 17 to begin with, Eq. 13 with lambda |P|^2, Eqs. 18-19, first states as measured (Eq. 12),
+Algorithm 1 with one more manoeuvre at a time, one search, no current estimated; LO is a single step (Eq. 15).
+(B): the study.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from seatrial.core.parameters import Free
+from seatrial.core.parameters import values as parameter_values
+from seatrial.data import Array, Trial
+from seatrial.environment import Uniform
+from seatrial.identify import Fit, FitError, Nuisance, Problem
+from seatrial.identify.components.first_guess import Hull, as_printed
+from seatrial.identify.shooting.logo import Shooting
+from seatrial.identify.trajectory.shooting import OneStep
+from seatrial.ships import Ship
+from seatrial.study.study import Study
+from seatrial.validate.rivals import AS_SAILED, CALM, FULL, RIVAL, VELOCITIES, Rivals, free_runs
+
+PRINTED, OURS = "A", "B"
+QUANTITIES = ("velocity", "acceleration", "distance")
+# Length of the quadratic whose slope is an acceleration [rows].
+_SLOPE = 11
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Fits of the larger and the smaller model, by FULL and RIVAL.
+
+    Attributes:
+        whole: of whole trajectories (GO).
+        local: of short predictions or of the momentum balance (LO).
+    """
+
+    whole: Mapping[str, Fit]
+    local: Mapping[str, Fit]
+
+
+@dataclass(frozen=True)
+class Weather:
+    """Both variants on the same trials.
+
+    Attributes:
+        trials, tests: those fitted, and those held out.
+        variants: by letter.
+        errors: of Table 5, by "letter model" or ship, then set ("fitted", "held out"), quantity and velocity.
+    """
+
+    name: str
+    trials: tuple[Trial, ...]
+    tests: tuple[Trial, ...]
+    variants: Mapping[str, Variant]
+    errors: Mapping[str, Mapping[str, Mapping[str, Mapping[str, float]]]]
+
+
+def weathers(found: Rivals, settings: Mapping[str, Any], printed: Mapping[str, Ship]) -> tuple[Weather, ...]:
+    """As sailed and calm; `printed` are ships of the paper's own tables, by name, judged beside."""
+    out: list[Weather] = []
+    for case in found.cases:
+        if case.name not in (AS_SAILED, CALM):
+            continue
+        trials, tests = sailed(found.study, calm=case.name == CALM)
+        problem = replace(found.study.problem, trials=trials)
+        local = replace(_ours(found.study), schedule="lo")
+        ours = Variant(case.fits, {who: local.fit(part) for who, part in _models(problem, found.study).items()})
+        variants = {PRINTED: to_the_letter(problem, found.study, settings), OURS: ours}
+        ships = {f"{name} {who}": fit.ship for name, one in variants.items() for who, fit in one.whole.items()}
+        errors = {
+            name: {"fitted": relative(ship, trials), "held out": relative(ship, tests)}
+            for name, ship in (*ships.items(), *printed.items())
+        }  # fmt: skip
+        out.append(Weather(case.name, trials, tests, variants, errors))
+    return tuple(out)
+
+
+def sailed(study: Study, *, calm: bool) -> tuple[tuple[Trial, ...], tuple[Trial, ...]]:
+    """Trials fitted and held out, in the weather of the study or in none."""
+    virtual = study.virtual
+    if not calm or virtual is None:
+        return study.problem.trials, study.test
+    model: Any = virtual.ship.model
+    still = replace(virtual, wind=Uniform(), gusts="", ship=replace(virtual.ship, model=replace(model, wind=None)))
+    made = {trial.name: trial for trial in still.run()}
+    return tuple(made[t.name] for t in study.problem.trials), tuple(made[t.name] for t in study.test)
+
+
+def to_the_letter(problem: Problem, study: Study, settings: Mapping[str, Any]) -> Variant:
+    """Variant A; `settings` are those of `Shooting` that the paper prints or leaves open."""
+    begun = replace(problem, nuisance=Nuisance(), free=eq_17(problem, study))
+    models = _models(begun, study)
+    one = OneStep(step=problem.trials[0].dt)
+    return Variant(
+        {who: Shooting(**settings).fit(part) for who, part in models.items()},
+        {who: one.fit(part) for who, part in models.items()},
+    )
+
+
+def eq_17(problem: Problem, study: Study) -> tuple[Free, ...]:
+    """The free parameters with the starts of Eq. 17: masses by Eq. 11 to the letter, the rest at zero."""
+    return problem.vector.started(as_printed(particulars(study)))
+
+
+def particulars(study: Study) -> Hull:
+    """Those of Table 1."""
+    ship = study.virtual.ship if study.virtual else study.problem.ship
+    model: Any = ship.model
+    body = model.body
+    return Hull(L_pp=body.L_pp, B=body.B, d=body.d, m=body.m, rho=body.rho)
+
+
+def _models(problem: Problem, study: Study) -> dict[str, Problem]:
+    small = [f.path for f in study.rival]
+    return {FULL: problem, RIVAL: replace(problem, free=tuple(f for f in problem.free if f.path in small))}
+
+
+def _ours(study: Study) -> Shooting:
+    estimator = study.estimator
+    if not isinstance(estimator, Shooting):
+        raise FitError(f"{study.path}: this page needs logo:Shooting")
+    return estimator
+
+
+def relative(ship: Ship, trials: Sequence[Trial]) -> Mapping[str, Mapping[str, float]]:
+    """Errors of whole free runs over the measured, by quantity and velocity: Table 5, whose definition is not printed.
+
+    Norm of the error of all rows of all trials over that of the measured.  Accelerations are slopes of a quadratic
+    over 2 s, of the measured as of the predicted; distances are integrals of each velocity from the start of the run.
+    """
+    dt = trials[0].dt
+    sides: dict[str, tuple[list[Array], list[Array]]] = {name: ([], []) for name in QUANTITIES}
+    for trial, run in zip(trials, free_runs(ship, trials), strict=True):
+        for k, velocity in enumerate((run, trial.stack(*VELOCITIES))):
+            with np.errstate(all="ignore"):
+                sides["velocity"][k].append(velocity)
+                sides["acceleration"][k].append(
+                    np.asarray(savgol_filter(velocity, _SLOPE, 2, 1, dt, 0), dtype=np.float64)
+                )
+                sides["distance"][k].append(np.cumsum(velocity, axis=0) * dt)
+    out: dict[str, dict[str, float]] = {}
+    for name, (runs, logs) in sides.items():
+        predicted, measured = np.concatenate(runs), np.concatenate(logs)
+        with np.errstate(all="ignore"):
+            away = np.sqrt(((predicted - measured) ** 2).mean(axis=0) / (measured**2).mean(axis=0))
+        out[name] = {v: float(e) if np.isfinite(e) else np.inf for v, e in zip(VELOCITIES, away, strict=True)}
+    return out
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One search of the smaller model in a calm, under a setting."""
+
+    what: str
+    objective: float
+    values: Mapping[str, float]
+    status: str
+
+
+def attempts(found: Rivals, settings: Mapping[str, Any]) -> tuple[Attempt, ...]:
+    """Algorithm 1 with one and with more searches, with and without bounds, beside the study's own way."""
+    trials, _ = sailed(found.study, calm=True)
+    problem = replace(found.study.problem, trials=trials, nuisance=Nuisance())
+    small = _models(replace(problem, free=eq_17(problem, found.study)), found.study)[RIVAL]
+    bare = replace(small, free=tuple(Free(f.path, f.start) for f in small.free))
+    base: dict[str, Any] = {**settings, "ridge": 0.0, "constraints": False}
+    asked = [("the study's way: LO, then GO", small, Shooting(initial="measured"))]
+    for part, where in ((small, "within the bounds of the study"), (bare, "without bounds")):
+        for growth in (1, 4):
+            for starts in (1, 2) if part is bare or growth == 1 else (1, 2, 8):
+                what = f"Algorithm 1 by {growth}, {where}, {starts} search{'es' * (starts > 1)}"
+                asked.append((what, part, replace(Shooting(**base), growth=growth, starts=starts)))
+    out: list[Attempt] = []
+    for what, part, estimator in asked:
+        try:
+            with np.errstate(all="ignore"):  # a search without bounds may end far beyond any ship
+                fit = estimator.fit(part)
+            out.append(Attempt(what, fit.objective, fit.vector.by_path(fit.values), fit.status))
+        except FitError as error:
+            out.append(Attempt(what, np.inf, {}, str(error)))
+    return tuple(out)
+
+
+def ridges(found: Rivals, settings: Mapping[str, Any], weights: Sequence[float]) -> dict[float, Fit]:
+    """The larger model in a calm with lambda |P|^2 (Eq. 13), by lambda; from LO, as growth changes nothing here."""
+    trials, _ = sailed(found.study, calm=True)
+    problem = replace(found.study.problem, trials=trials, nuisance=Nuisance())
+    return {w: Shooting(initial=settings["initial"], ridge=w, ridge_about="zero").fit(problem) for w in weights}
+
+
+def true(ship: Ship, fit: Fit) -> Array:
+    """Values of the free parameters of a fit in another ship."""
+    known = parameter_values(ship.model)
+    return np.array([known[f.path] for f in fit.free])
