@@ -26,9 +26,9 @@ from seatrial.data import Trial
 from seatrial.identify import Fit
 from seatrial.identify.regression.captive import CaptiveFit, fit_captive
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.report import captive as pages
 from seatrial.report import figures
 from seatrial.report.figures import canvas, legend_below, svg
+from seatrial.report.judging import captive as pages
 from seatrial.report.page import Page, Section, figure, gallery, lead, number, provenance, soft, table, text, write
 from seatrial.ships import Ship
 from seatrial.ships.files import load, save

@@ -11,8 +11,8 @@ import pytest
 from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
-from seatrial.report.coverage import histogram
-from seatrial.report.coverage import page as page_of
+from seatrial.report.judging.coverage import histogram
+from seatrial.report.judging.coverage import page as page_of
 from seatrial.validate.coverage import WIND, Reference, apart, columns, coverage, usual
 
 

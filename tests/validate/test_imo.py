@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from seatrial.cli.judging import imo
-from seatrial.report.imo import page as page_of
+from seatrial.report.judging.imo import page as page_of
 from seatrial.ships.files import library, load
 from seatrial.simulate.run import approach
 from seatrial.validate.imo import FAIL, NOT_APPLICABLE, PASS, ImoTable, imo_table, no_stop, overshoot_limits

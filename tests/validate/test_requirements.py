@@ -13,7 +13,7 @@ from seatrial.actuators import Actuator, Actuators
 from seatrial.cli.app import main
 from seatrial.core.parameters import Parts, update
 from seatrial.models.mmg import Mmg
-from seatrial.report.requirements import page as page_of
+from seatrial.report.judging.requirements import page as page_of
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import load
 from seatrial.validate.requirements import Judgement

@@ -49,7 +49,7 @@ def design(
 
 def imo(ship: o.ShipName, out: o.Page = None, json: o.Json = False) -> None:
     """Judge a ship by the criteria of IMO MSC.137(76)."""
-    from ..report.imo import numbers
+    from ..report.judging.imo import numbers
     from ..workflow.judging import imo as run
 
     table = run(ship, out, note)
@@ -66,7 +66,7 @@ def requirements(
     ship: o.ShipName, scope: o.Scope = "collision-avoidance", out: o.Page = None, json: o.Json = False
 ) -> None:
     """Judge a ship by the requirements of Sawada 2024 section 6."""
-    from ..report.requirements import numbers, verdict
+    from ..report.judging.requirements import numbers, verdict
     from ..workflow.judging import requirements as run
 
     found = run(ship, scope, out, note)

@@ -95,7 +95,7 @@ def captive(
 ) -> None:  # fmt: skip
     """Fit coefficients to captive tests."""
     from ..core.parameters import read, specs
-    from ..report.captive import numbers, shown
+    from ..report.judging.captive import numbers, shown
     from ..workflow.judging import captive as run
 
     found = run(ship, tables, out, mapping=mapping, free=free or (), water=open_water, page=report, note=note)

@@ -18,8 +18,9 @@ from ..models import STATES
 from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
-from . import diagnosis, figures, fitness
+from . import diagnosis, figures
 from .evidence import PUBLISHED, TIE, Evidence, caveats
+from .judging import fitness
 from .page import (
     Page,
     ReportError,

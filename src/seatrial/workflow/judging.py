@@ -68,8 +68,8 @@ def captive(
     from .. import __version__
     from ..data.captive import read_captive
     from ..identify.regression.captive import USUAL, fit_captive
-    from ..report.captive import in_words
-    from ..report.captive import page as made
+    from ..report.judging.captive import in_words
+    from ..report.judging.captive import page as made
     from ..report.page import write
     from ..ships.files import save
 
@@ -300,7 +300,7 @@ def imo(ship: str | Path | Ship, out: Path | None = None, note: Note = silent) -
         RequestError: an output that is no page, or whose folder does not exist.
         ShipError: a ship that cannot be read, or has no steady approach.
     """
-    from ..report.imo import page
+    from ..report.judging.imo import page
     from ..validate.imo import imo_table
 
     check_output(out, PAGES, "the page of the criteria")
@@ -320,7 +320,7 @@ def requirements(
     """
     from ..exchange.equations import equations
     from ..realtime.connection import connection
-    from ..report.requirements import page
+    from ..report.judging.requirements import page
     from ..validate.requirements.scopes import SCOPES, judge
 
     if scope not in SCOPES:

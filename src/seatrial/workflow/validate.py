@@ -121,7 +121,7 @@ def _compared(
     reference = Reference.of(whole, usual([*whole, *ours]))
     covered = [coverage(reference, trial) for trial in ours]
     if out is not None:
-        from ..report.coverage import page
+        from ..report.judging.coverage import page
         from ..report.page import write
 
         out.parent.mkdir(parents=True, exist_ok=True)

@@ -8,14 +8,14 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.parameters import read, specs
-from ..data import Array
-from ..data.captive import OTHER_LOAD
-from ..identify.regression.captive import CaptiveFit
-from . import figures
-from .figures import legend_below, panels, svg
-from .page import Page, Section, figure, gallery, lead, number, soft, table
-from .page import provenance as origin
+from ...core.parameters import read, specs
+from ...data import Array
+from ...data.captive import OTHER_LOAD
+from ...identify.regression.captive import CaptiveFit
+from .. import figures
+from ..figures import legend_below, panels, svg
+from ..page import Page, Section, figure, gallery, lead, number, soft, table
+from ..page import provenance as origin
 
 _DEGREES = math.degrees(1.0)
 _LOADS = {"X": "X [N]", "Y": "Y [N]", "N": "N [N m]", "T": "T [N]", "F_N": "F_N [N]"}

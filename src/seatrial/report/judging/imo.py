@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..validate.imo import Criterion, ImoTable
-from .page import Page, Section, bullets, entries, lead, note, number, table
+from ...validate.imo import Criterion, ImoTable
+from ..page import Page, Section, bullets, entries, lead, note, number, table
 
 _HEAD = ("criterion (MSC.137(76) section 5.3)", "side", "value", "limit", "unit", "verdict")
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from .. import __version__
-from ..validate.requirements import Finding, Item, Judgement, Table
-from . import figures
-from .page import Page, Section, entries, figure, gallery, lead, number, soft, table, text
+from ... import __version__
+from ...validate.requirements import Finding, Item, Judgement, Table
+from .. import figures
+from ..page import Page, Section, entries, figure, gallery, lead, number, soft, table, text
 
 _MARK = {"pass": "✓ pass", "fail": "✗ fail", "not applicable": "– not applicable", "not judged": "– not judged"}
 _SOURCES = {

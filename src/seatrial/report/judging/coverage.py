@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..data import Array, Trial, unwrapped
-from ..validate.coverage import WIND, Coverage, Reference, columns
-from . import figures
-from .page import Page, Section, figure, gallery, note, number, table, text
+from ...data import Array, Trial, unwrapped
+from ...validate.coverage import WIND, Coverage, Reference, columns
+from .. import figures
+from ..page import Page, Section, figure, gallery, note, number, table, text
 
 _BINS = 40
 _DEGREES = math.degrees(1.0)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..validate.fitness import FIT, NOT_FIT, SIZE, Fitness, Found
-from . import figures
-from .page import Section, bullets, figure, gallery, lead, number, soft, table
+from ...validate.fitness import FIT, NOT_FIT, SIZE, Fitness, Found
+from .. import figures
+from ..page import Section, bullets, figure, gallery, lead, number, soft, table
 
 _MARK = {FIT: "✓ fit", NOT_FIT: "✗ not fit"}
 _HEAD = ("error", "accepted", "found", "95 % interval", "unit", "trials", "errors", "verdict", "why")
