@@ -18,7 +18,7 @@ from ..models import STATES
 from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
-from . import diagnosis, figures, fitness
+from . import diagnosis, figures
 from .evidence import PUBLISHED, TIE, Evidence, caveats
 from .page import (
     Page,
@@ -38,6 +38,7 @@ from .page import (
     tiles,
     write,
 )  # fmt: skip
+from .requirements import fitness_numbers, fitness_section
 
 __all__ = ["PUBLISHED", "Report", "ReportError"]
 
@@ -60,7 +61,7 @@ def sections(report: Evidence) -> tuple[Section, ...]:
     styles = figures.line_styles(report.labels, CONSTANT_VELOCITY)
     return (
         Section("", (diagnosis.verdict(report.fit) if report.fit else "") + _head(report)),
-        fitness.section(report.fitness) if report.fitness else Section("", ""),
+        fitness_section(report.fitness) if report.fitness else Section("", ""),
         Section("Standardised error by trial", _trial_table(report)),
         Section("Growth of the error", _horizons(report, styles)),
         Section("Forecasts", _forecasts(report)),
@@ -390,7 +391,7 @@ class Report(Evidence):
                        for name, found in self.trials.items()},
             "fit": _of_fit(self.fit) if self.fit else None, "trained_on": self.trained_on, "findings": self.findings,
             "caveats": caveats(self), "provenance": self.provenance,
-            **({"fitness": fitness.numbers(self.fitness)} if self.fitness else {}),
+            **({"fitness": fitness_numbers(self.fitness)} if self.fitness else {}),
         })  # fmt: skip
 
 
