@@ -19,6 +19,7 @@ from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
 from . import diagnosis, figures
+from .coverage import fitness_numbers, fitness_section
 from .evidence import PUBLISHED, TIE, Evidence, caveats
 from .page import (
     Page,
@@ -38,7 +39,6 @@ from .page import (
     tiles,
     write,
 )  # fmt: skip
-from .requirements import fitness_numbers, fitness_section
 
 __all__ = ["PUBLISHED", "Report", "ReportError"]
 
