@@ -1,0 +1,75 @@
+"""Numbers of a paper beside ours: one table "printed | ours | why they differ", for the page of any study."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from .page import number, table
+
+SAME = "as printed"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number, or one statement in words, of a paper.
+
+    Attributes:
+        name: what it is, as the paper calls it.
+        printed: as the paper prints it.
+        ours: what this program finds, in the same unit.
+        unit: of both; empty for words and ratios.
+        why: reason of the difference; a row whose numbers are the same to the printed digits needs none.
+    """
+
+    name: str
+    printed: float | str
+    ours: float | str
+    unit: str = ""
+    why: str = ""
+
+    @property
+    def same(self) -> bool:
+        """Whether ours is the printed one, numbers to the digits printed."""
+        if isinstance(self.printed, str) or isinstance(self.ours, str):
+            return self.printed == self.ours
+        return math.isfinite(self.ours) and abs(self.ours - self.printed) <= _half(self.printed)
+
+    @property
+    def reason(self) -> str:
+        """Why they differ; for a row that does and gives no reason, that it is not explained."""
+        return SAME if self.same else self.why or "not explained"
+
+
+def side_by_side(rows: Iterable[Row], *, first: str = "quantity", digits: int = 4) -> str:
+    """The HTML table of the rows: name, printed, ours, why they differ.
+
+    Args:
+        first: heading of the first column.
+        digits: significant figures of ours.
+    """
+    lines = [
+        [row.name + (f" [{row.unit}]" if row.unit else ""), _shown(row.printed), _shown(row.ours, digits), row.reason]
+        for row in rows
+    ]
+    return table([first, "printed", "ours", "why they differ"], lines, words=(3,))
+
+
+def fields(rows: Iterable[Row]) -> list[Mapping[str, Any]]:
+    """The rows as fields of the JSON file beside a page."""
+    return [{**vars(row), "same": row.same, "why": row.reason} for row in rows]
+
+
+def _shown(value: float | str, digits: int = 0) -> str:
+    if isinstance(value, str):
+        return value
+    return number(value, digits) if digits else f"{value:g}".replace("-", "−")
+
+
+def _half(printed: float) -> float:
+    """Half a unit of the last digit of a number as printed."""
+    decimals = len(repr(float(printed)).partition(".")[2].partition("e")[0]) if "e" not in repr(float(printed)) else 0
+    whole = float(printed).is_integer()
+    return 0.5000001 * 10.0 ** -(0 if whole else decimals)
