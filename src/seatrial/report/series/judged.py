@@ -19,6 +19,7 @@ from .. import figures
 from ..figures import canvas, legend_below, svg
 from ..page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
 from ..page import provenance as origin
+from .curves import learning
 from .protocol import beside, pair
 
 _MINUTE = 60.0
@@ -43,6 +44,7 @@ def page(
         Section("", _head(series, found, failed)),
         Section("The models on held-out trials", _scores(series, found)),
         beside(series, found),
+        learning(series, found),
         Section("Expected orders of the models", _claims(found)),
         Section("Validation loss during training", _curves(found)),
         Section("Tracks", _tracks(series, found)),
