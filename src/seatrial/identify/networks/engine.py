@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 else:
     Tensor = Any
 
-# Windows of a piece on processors: large enough for a product at full rate, and two pieces of every batch of 128 or more,
-# for two cores to share it.
+# Windows of a piece on processors, at most and at least: large enough for a product near its full rate, small enough for
+# two cores to share a batch of 128.
 _PIECE, _SMALL = 256, 64
 
 
