@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 else:
     Tensor = Any
 
-# Windows of a piece on processors, at most and at least: large enough for a product near its full rate, small enough for
+# Windows of a piece on processors, at most and at least: enough for a product near its full rate, few enough for
 # two cores to share a batch of 128.
 _PIECE, _SMALL = 256, 64
 
