@@ -64,7 +64,9 @@ def seconds(row: Row) -> dict[str, float]:
 
 
 def picture(drawn: Lines) -> str:
-    """Tests as rows of panels, kinds as columns; one axis of errors a row."""
+    """Tests as rows of panels, kinds as columns; one logarithmic axis of errors a row."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     tests, kinds = list(drawn), list(next(iter(drawn.values())))
     sheet, axes = panels(len(tests), len(kinds), (2.5 * len(kinds) + 0.6, 2.1 * len(tests) + 0.6))
     for i, test in enumerate(tests):
@@ -76,13 +78,16 @@ def picture(drawn: Lines) -> str:
                     x, y, bar = zip(*points, strict=True)
                     ax.errorbar(x, y, [0.0 if math.isnan(b) else b for b in bar], color=colour, ls=dashes, marker=mark,
                                 ms=4, lw=1.4, capsize=2, label=label)  # fmt: skip
-            ax.set_ylim(bottom=0.0)
             if i == len(tests) - 1:
                 ax.set_xlabel(f"{kind} [s]")
             if j == 0:
                 ax.set_ylabel(f"error, {test} [-]")
-        top = max(ax.get_ylim()[1] for ax in axes[i])
-        for ax in axes[i]:
-            ax.set_ylim(0.0, top)
+        seen = [p[1] for by in drawn[test].values() for points in by.values() for p in points if p[1] > 0.0]
+        for ax in axes[i] if seen else ():
+            ax.set_yscale("log")
+            ax.set_ylim(0.8 * min(seen), 1.25 * max(seen))
+            ax.yaxis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
+            ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}"))
+            ax.yaxis.set_minor_formatter(NullFormatter())
     sheet.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     return svg(sheet, "learning curves")
