@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Any
 
 from .page import number, table
 
 SAME = "as printed"
+# Half a unit of the last digit, and a little for the rounding of binary numbers.
+_SHARE = 0.5 + 1e-6
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,8 @@ class Row:
         ours: what this program finds, in the same unit.
         unit: of both; empty for words and ratios.
         why: reason of the difference; a row whose numbers are the same to the printed digits needs none.
+        digit: unit of the last digit printed; None counts the decimals that the number has here, where zeros at its
+            end are lost.
     """
 
     name: str
@@ -29,13 +34,15 @@ class Row:
     ours: float | str
     unit: str = ""
     why: str = ""
+    digit: float | None = None
 
     @property
     def same(self) -> bool:
         """Whether ours is the printed one, numbers to the digits printed."""
         if isinstance(self.printed, str) or isinstance(self.ours, str):
             return self.printed == self.ours
-        return math.isfinite(self.ours) and abs(self.ours - self.printed) <= _half(self.printed)
+        off = abs(self.ours - self.printed)
+        return math.isfinite(off) and off <= _SHARE * (self.digit or _digit(self.printed))
 
     @property
     def reason(self) -> str:
@@ -54,22 +61,23 @@ def side_by_side(rows: Iterable[Row], *, first: str = "quantity", digits: int = 
         [row.name + (f" [{row.unit}]" if row.unit else ""), _shown(row.printed), _shown(row.ours, digits), row.reason]
         for row in rows
     ]
-    return table([first, "printed", "ours", "why they differ"], lines, words=(3,))
+    made = table([first, "printed", "ours", "why they differ"], lines, words=(0, 3))
+    return f'<div class="wrap">{made}</div>'
 
 
 def fields(rows: Iterable[Row]) -> list[Mapping[str, Any]]:
     """The rows as fields of the JSON file beside a page."""
-    return [{**vars(row), "same": row.same, "why": row.reason} for row in rows]
+    return [{"name": row.name, "printed": row.printed, "ours": row.ours, "unit": row.unit, "same": row.same,
+             "why": row.reason} for row in rows]  # fmt: skip
 
 
 def _shown(value: float | str, digits: int = 0) -> str:
     if isinstance(value, str):
         return value
-    return number(value, digits) if digits else f"{value:g}".replace("-", "−")
+    return number(value, digits) if digits else f"{value:.12g}".replace("-", "−")
 
 
-def _half(printed: float) -> float:
-    """Half a unit of the last digit of a number as printed."""
-    decimals = len(repr(float(printed)).partition(".")[2].partition("e")[0]) if "e" not in repr(float(printed)) else 0
-    whole = float(printed).is_integer()
-    return 0.5000001 * 10.0 ** -(0 if whole else decimals)
+def _digit(printed: float) -> float:
+    """Unit of the last digit of a number as it stands here; 1 for a whole one."""
+    exponent = Decimal(repr(float(printed))).normalize().as_tuple().exponent
+    return 10.0 ** min(int(exponent), 0)
