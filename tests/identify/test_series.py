@@ -324,6 +324,8 @@ def test_only_a_missing_torch_is_told_as_such(monkeypatch: pytest.MonkeyPatch, e
         ("seeds = [7]", 'title = "memory"', "fits.memory.title: two fits are called 'memory'"),
         ("restart = 20.0", "restart = 0", "report.restart"),
         ("seeds = [1, 2]", "seeds = []", "seeds"),
+        ("restart = 20.0", 'curves = { a = ["memroy"] }', "report.curves.a: no fit 'memroy'; near: memory"),
+        ("seeds = [1, 2]", 'published = "absent.toml"', "published: no such file"),
     ],
 )
 def test_bad_files_are_refused_in_one_line(logs: Path, old: str, new: str, said: str) -> None:

@@ -182,7 +182,8 @@ def test_page_and_numbers(series: Series, tmp_path: Path) -> None:
     assert "A &lt;table&gt;" in html
     assert "b &lt;1&gt;" in html
     assert "http" not in html.replace("http://www.w3.org", "")
-    for words in ("↳ paper, protocol not confirmed", "0.800 ± 0.100", "berthing 3", "Truth is better", "failed: x: y",
+    for words in ("MMG, turning", "0.800 ± 0.100", "MMG, berthing 3", "the recording is not in the set",
+                  "Truth is better", "failed: x: y",
                   "<svg"):  # fmt: skip
         assert words in html
     numbers: Any = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))

@@ -206,11 +206,21 @@ class BudgetTable(_Table):
 
 
 class Published(_Table):
-    """Results of a publication: by column, then by row, the mean and the standard deviation over its seeds."""
+    """What a publication prints: results by column, then by row, the mean and the standard deviation over its seeds.
+
+    `settings` are those of its estimator, of all columns ("all") and of each; `seconds` by composition and kind;
+    `tests` the recordings of its rows, `evaluation` how it predicts them; `why` says, by the name of what differs,
+    why ours does.
+    """
 
     source: str
     note: str = ""
     rows: dict[str, dict[str, tuple[float, ...]]] = {}
+    settings: dict[str, dict[str, Any]] = {}
+    seconds: dict[str, dict[str, float]] = {}
+    evaluation: dict[str, str] = {}
+    tests: dict[str, str] = {}
+    why: dict[str, str] = {}
 
 
 class SeriesReportTable(_Table):
@@ -219,6 +229,7 @@ class SeriesReportTable(_Table):
     draw: list[str] = []
     seeds: list[str] = []
     tracks: list[str] = []
+    curves: dict[str, list[str]] = {}
 
 
 class SeriesFile(_Table):
@@ -233,7 +244,7 @@ class SeriesFile(_Table):
     fits: dict[str, FitTable] = Field(min_length=1)
     claims: list[Claim] = []
     budgets: dict[str, BudgetTable] = {}
-    published: Published | None = None
+    published: Published | str | None = None
     report: SeriesReportTable = SeriesReportTable()
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +19,14 @@ from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
 from ..identify.digest import digest
 from ..ships import Ship
 from ..ships.classes import Trust, trusting
-from .data import read_data
+from .data import Composition, read_compositions, read_data
 from .freedom import freedom, stated, suspected
 from .schema import Claim, DataTable, Published, SeriesFile, checked
 from .study import read_estimator, read_ship
 
 SCHEMA = "seatrial-series/1"
+PUBLISHED = "seatrial-published/1"
+"""Of a file that holds what a publication prints, which several tables of fits may name."""
 FULL, QUICK = "full", "quick"
 
 
@@ -84,6 +86,8 @@ class Series:
         budget: name of the size it was read in.
         sigma: scale of each state; empty where the report has to find one.
         draw, seeds: keys of the models whose tracks are drawn, the best seed or all, of every test in `tracks`.
+        curves: keys of the models that a line over the seconds of training joins, by the label of the line.
+        compositions: the recordings of each set that the file of sets names.
     """
 
     name: str
@@ -101,6 +105,8 @@ class Series:
     seeds: tuple[str, ...]
     tracks: tuple[str, ...]
     budget: str = FULL
+    curves: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+    compositions: Mapping[str, Composition] = field(default_factory=dict[str, Composition])
 
     def row(self, key: str) -> Row:
         """The model of that name."""
@@ -144,10 +150,28 @@ def read_series(
     return Series(
         here.stem, here, said.title or here.stem, said.about, rows, tests, watched,
         tuple(claim for claim in said.claims if claim.better in held and claim.worse in held),
-        said.published or Published(source=""),
+        _published(here, said.published),
         said.report.restart, said.report.sigma or said.loss.sigma, tuple(k for k in said.report.draw if k in held),
         tuple(k for k in said.report.seeds if k in held), tuple(said.report.tracks), budget,
+        {label: tuple(k for k in keys if k in held) for label, keys in said.report.curves.items()},
+        read_compositions(here.parent / said.data.sets) if said.data.sets else {},
     )  # fmt: skip
+
+
+def _published(path: Path, said: Published | str | None) -> Published:
+    """What a publication prints, from the file itself or from the one it names."""
+    if not isinstance(said, str):
+        return said or Published(source="")
+    here = path.parent / said
+    try:
+        document = read_toml(here)
+    except OSError:
+        raise StudyError(f"{path}: published: no such file: {here}") from None
+    except (UnicodeDecodeError, ValueError) as error:
+        raise StudyError(f"{here}: {error}") from None
+    if document.pop("schema", None) != PUBLISHED:
+        raise StudyError(f"{here}: schema must be '{PUBLISHED}'")
+    return checked(here, Published, document)
 
 
 def _checked(path: Path, document: Mapping[str, Any]) -> Any:
@@ -192,6 +216,8 @@ def _check_names(path: Path, said: Any) -> None:
                for types in [{str(fit.estimator["type"]) for name, fit in said.fits.items()
                               if "type" in fit.estimator and (not size.fits or name in size.fits)}]]  # fmt: skip
     places += [("report", name, said.fits, "fit") for name in (*said.report.draw, *said.report.seeds)]
+    places += [(f"report.curves.{label}", name, said.fits, "fit")
+               for label, names in said.report.curves.items() for name in names]  # fmt: skip
     places += [("report.tracks", name, said.data.test, "row") for name in said.report.tracks]
     places += [(f"fits.{key}.validation", name, said.data.validation, "trial of data.validation")
                for key, fit in said.fits.items() for name in fit.validation or ()]  # fmt: skip

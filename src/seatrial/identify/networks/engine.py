@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 else:
     Tensor = Any
 
-# Windows of a piece on processors: large enough for a product at full rate, small enough for two cores to share 512.
-_PIECE = 256
+# Windows of a piece on processors, at most and at least: enough for a product near its full rate, few enough for
+# two cores to share a batch of 128.
+_PIECE, _SMALL = 256, 64
 
 
 class Form(NamedTuple):
@@ -116,7 +117,7 @@ class Engine:
         import torch
 
         size = batch.state.shape[1]
-        piece = _PIECE if self.device == "cpu" else size
+        piece = min(_PIECE, max(_SMALL, -(-size // 2))) if self.device == "cpu" else size
         pieces = [batch.part(slice(k, min(k + piece, size))) for k in range(0, size, piece)]
         each = map if self.pool is None or len(pieces) == 1 else self.pool.map
         done = list(each(partial(self._piece, theta, gradient=gradient), pieces))

@@ -156,10 +156,14 @@ class Training:
             raise StudyError(f"{problem.ship.name}: Training is for networks only; this is {type(model).__name__}")
         if problem.free:
             raise StudyError(f"free: {problem.free[0].path}: a network has weights, no free parameters; leave it out")
-        return replace(model, network=self._network(model.network))
+        return replace(model, network=self.form(model.network))
 
-    def _network(self, network: Network) -> Network:
-        """The ship's network in the form that the settings ask for."""
+    def form(self, network: Network) -> Network:
+        """The ship's network in the form that the settings ask for.
+
+        Raises:
+            StudyError: the network is trained already, or there is no such form.
+        """
         kind = self.kind or network.kind
         units = self.hidden or network.layers[0]
         layers = (units,) * (self.layers or len(network.layers)) if self.hidden or self.layers else network.layers

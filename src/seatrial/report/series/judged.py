@@ -8,17 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from ..data import UNITS, DataError
-from ..study.series import FULL, Claim, Series
-from ..validate import Comparison
-from ..validate.coverage import Coverage, Reference, coverage
-from ..validate.metrics import segments
-from ..validate.series import BASELINE, TOGETHER, Found, Standing, Table, compositions
-from ..validate.spread import WIDE
-from . import figures
-from .figures import canvas, legend_below, svg
-from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
-from .page import provenance as origin
+from ...data import UNITS, DataError
+from ...study.series import FULL, Claim, Series
+from ...validate import Comparison
+from ...validate.coverage import Coverage, Reference, coverage
+from ...validate.metrics import segments
+from ...validate.series import BASELINE, TOGETHER, Found, Standing, Table, compositions
+from ...validate.spread import WIDE
+from .. import figures
+from ..figures import canvas, legend_below, svg
+from ..page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
+from ..page import provenance as origin
+from .curves import learning
+from .protocol import beside, pair
 
 _MINUTE = 60.0
 _MEANT = {
@@ -41,6 +43,8 @@ def page(
     parts = (
         Section("", _head(series, found, failed)),
         Section("The models on held-out trials", _scores(series, found)),
+        beside(series, found),
+        learning(series, found),
         Section("Expected orders of the models", _claims(found)),
         Section("Validation loss during training", _curves(found)),
         Section("Tracks", _tracks(series, found)),
@@ -76,21 +80,13 @@ def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
 
 
 def _scores(series: Series, found: Table) -> str:
-    """Mean and standard deviation over the seeds, and beneath each what a publication has."""
-    published = series.published
-    more = [row for row in dict.fromkeys(r for column in published.rows.values() for r in column)
-            if row not in found.tests]  # fmt: skip
-    tests = (*found.tests, *more)
-    least = {test: _least(found, test) for test in found.tests}
+    """Mean and standard deviation over the seeds."""
+    tests, least = found.tests, {test: _least(found, test) for test in found.tests}
     rows: list[list[str]] = []
     for one in found.standings:
-        cells = [_cell(one, test, least[test]) if test in found.tests else "–" for test in tests]
+        cells = [_cell(one, test, least[test]) for test in tests]
         several = f", {len(one.members)} seeds" if len(one.members) > 1 else ""
         rows.append([one.name + several, *cells])
-        if one.published in published.rows:
-            column = published.rows[one.published]
-            rows.append(["↳ paper, protocol not confirmed",
-                         *(_pair(*column[test]) if test in column else "–" for test in tests)])  # fmt: skip
     drawn = [one for one in found.standings if one.members]
     caption = "Mean error of each model by trial"
     marks = bars(
@@ -106,10 +102,9 @@ def _scores(series: Series, found: Table) -> str:
         "Mean ± standard deviation over the seeds; of a single one, its error. Bold: least of its column."
         + (" Residual width: of its prior, over the one declared; left-out trials chose it." if chosen else "")
     )
-    paper = soft(f"{published.source}. {published.note}") if published.source else ""
     files = bullets(f"{label}: {trial.name}, {trial.duration:.0f} s" for label, trial in series.tests.items())
     return (
-        f"{table(['model', *tests], rows)}{soft(remark)}{paper}{gallery(figure(marks, caption))}"
+        f"{table(['model', *tests], rows)}{soft(remark)}{gallery(figure(marks, caption))}"
         f"<h3>The test trials</h3>{files}"
     )
 
@@ -124,13 +119,7 @@ def _cell(one: Standing, test: str, least: float) -> str:
         return "–"
     if math.isinf(mean):
         return "no number"
-    return ("*" if mean <= least else "") + _pair(mean, one.deviation(test))
-
-
-def _pair(mean: float, deviation: float = math.nan) -> str:
-    """Mean ± standard deviation, as many decimals as the paper prints."""
-    decimals = 3 if mean < 10.0 else 1 if mean < 100.0 else 0
-    return f"{mean:.{decimals}f}" + (f" ± {deviation:.{decimals}f}" if math.isfinite(deviation) else "")
+    return ("*" if mean <= least else "") + pair(mean, one.deviation(test))
 
 
 def _claims(found: Table) -> str:
