@@ -87,7 +87,11 @@ def picture(drawn: Lines) -> str:
             ax.set_yscale("log")
             ax.set_ylim(0.8 * min(seen), 1.25 * max(seen))
             ax.yaxis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
-            ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}"))
+            ax.yaxis.set_major_formatter(FuncFormatter(_digits))
             ax.yaxis.set_minor_formatter(NullFormatter())
     sheet.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
     return svg(sheet, "learning curves")
+
+
+def _digits(value: float, _position: int) -> str:
+    return f"{value:.6g}"
