@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from ..core.parameters import PRIME, unknown
 from . import Array, DataError
+from .formats.csv import Column
 from .sidecar import Described, read_described
 from .table import existing, lines_of, numbers, once, split_row, within
 from .units import KNOWN
@@ -54,16 +55,6 @@ _HEAD = re.compile(r"(\w+)\s*\[(.*)\]")
 _NONE, _LOADED = 1e-3, 0.05
 
 
-@dataclass(frozen=True)
-class CaptiveColumn:
-    """Where a quantity comes from: `(sign * column + offset) * unit`, the offset in the unit of the column."""
-
-    column: str
-    unit: str
-    offset: float = 0.0
-    sign: float = 1.0
-
-
 @dataclass(frozen=True, kw_only=True)
 class CaptiveMapping(Described):
     """A mapping file of captive tests.
@@ -76,7 +67,7 @@ class CaptiveMapping(Described):
         delimiter: what separates cells.
     """
 
-    columns: dict[str, CaptiveColumn]
+    columns: dict[str, Column]
     over: Literal["L^2", "L d"] = "L^2"
     d: float | None = None
     inertia: Literal["removed", "included"] = "removed"
@@ -211,9 +202,9 @@ def _factor(place: str, name: str, unit: str) -> float:
     return KNOWN[unit][1]
 
 
-def _headed(path: Path, heads: Sequence[str]) -> dict[str, CaptiveColumn]:
+def _headed(path: Path, heads: Sequence[str]) -> dict[str, Column]:
     """Columns by the names and units of the header; columns with other names are left aside."""
-    found = {m[1]: CaptiveColumn(head, m[2]) for head in heads if (m := _HEAD.fullmatch(head)) and m[1] in _UNITS}
+    found = {m[1]: Column(head, m[2]) for head in heads if (m := _HEAD.fullmatch(head)) and m[1] in _UNITS}
     if not found:
         raise DataError(f"{path}: line 1: no column such as 'beta [deg]' or 'Y [N]'; rename them, or give a mapping")
     return found

@@ -21,8 +21,8 @@ class TwinMmg(Composed):
     differs with the sign of a drift angle change sides.  With "alike" both sides are as given, as where
     both screws turn the same way.
 
-    Each side meets the surge velocity of its own place, u - y r; sway, yaw and with them the drift
-    angles are those of midship.  A surge force off the centre line turns the ship: N = -y X.
+    Each side meets the surge velocity of its own place, u - y r, and with it a drift angle of its own; sway and
+    yaw are those of midship.  A surge force off the centre line turns the ship: N = -y X.
     """
 
     body: Body
