@@ -69,19 +69,20 @@ def correlation(fit: CaptiveFit) -> float:
 
 def section(tests: CaptiveFit, published: Ship, found: Fits, missed: Mapping[str, float]) -> str:
     """The table of the fits, and what follows from it; `missed` is the mean error of the overshoots by point [deg]."""
-    rows: list[list[str]] = [["published", "", *(_primed(published, path) for path in ("hull.N_v", *_RUDDER)), "", ""]]
+    rows: list[list[str]] = [["published", "", *(_primed(published, path) for path in ("hull.N_v", *_RUDDER)), ""]]
     for name, some in found.items():
         for runs, values in some.items():
             cells = (_cell(values.get(key)) for key in ("N_v", "a_H", "x_H", "x_H alone"))
-            rows.append([runs, name, *cells, number(missed[name], 2) if runs == ALL else ""])
-    head = ("runs", "the table has", "N_v'", "a_H", "x_H'", "x_H' with a_H held", "overshoots missed by [°]")
+            rows.append([runs, name, *cells])
+    head = ("runs", "the table has", "N_v'", "a_H", "x_H'", "x_H', a_H held")
     small = found[GRAVITY]["no drift, rudder to 10°"]["x_H alone"]
     remark = (
         "Rudder runs measure the arm of the whole force, (x_R + a_H x_H)/(1 + a_H), which x_H corrects by a quarter of "
         f"itself only; a_H and x_H are correlated by {number(correlation(tests), 2)}. What makes the difference: (1) "
         "The point about which N is. The table does not state it. If it is the centre of gravity, 0.036 L ahead of "
         "midship, x_H' goes nearly half of the way to the published one; and the zigzags, which the fit does not see, "
-        "are predicted with smaller errors of the overshoots. Two signs, no proof (N_v' is none: it moves as much with "
+        f"are predicted better: overshoots are missed by {number(missed[GRAVITY], 2)}°, else {number(missed[MIDSHIP], 2)}°."
+        " Two signs, no proof (N_v' is none: it moves as much with "
         "the range of drift, next table): this page keeps N about midship, and moment_about in the mapping moves it. "
         f"(2) Rudder angles above 10° without drift. Up to 10°, with a_H held, x_H' is {_cell(small)}; above, the arm "
         "is longer, which a constant x_H cannot express. (3) The exchange with a_H: the runs with drift give a greater "
