@@ -140,12 +140,8 @@ def relative(ship: Ship, trials: Sequence[Trial]) -> Mapping[str, Mapping[str, f
     sides: dict[str, tuple[list[Array], list[Array]]] = {name: ([], []) for name in QUANTITIES}
     for trial, run in zip(trials, free_runs(ship, trials), strict=True):
         for k, velocity in enumerate((run, trial.stack(*VELOCITIES))):
-            with np.errstate(all="ignore"):
-                sides["velocity"][k].append(velocity)
-                sides["acceleration"][k].append(
-                    np.asarray(savgol_filter(velocity, _SLOPE, 2, 1, dt, 0), dtype=np.float64)
-                )
-                sides["distance"][k].append(np.cumsum(velocity, axis=0) * dt)
+            for name, values in of_rows(velocity, dt).items():
+                sides[name][k].append(values)
     out: dict[str, dict[str, float]] = {}
     for name, (runs, logs) in sides.items():
         predicted, measured = np.concatenate(runs), np.concatenate(logs)
@@ -153,6 +149,13 @@ def relative(ship: Ship, trials: Sequence[Trial]) -> Mapping[str, Mapping[str, f
             away = np.sqrt(((predicted - measured) ** 2).mean(axis=0) / (measured**2).mean(axis=0))
         out[name] = {v: float(e) if np.isfinite(e) else np.inf for v, e in zip(VELOCITIES, away, strict=True)}
     return out
+
+
+def of_rows(velocity: Array, dt: float) -> dict[str, Array]:
+    """Velocity, its slope and its integral over the rows of a run, each of shape (rows, 3)."""
+    with np.errstate(all="ignore"):
+        slope = np.asarray(savgol_filter(velocity, _SLOPE, 2, 1, dt, 0), dtype=np.float64)
+        return {"velocity": velocity, "acceleration": slope, "distance": np.cumsum(velocity, axis=0) * dt}
 
 
 @dataclass(frozen=True)
