@@ -104,16 +104,17 @@ def _read(what: str, ship: Ship, trials: Sequence[Trial], said: Array) -> Readin
 def section(found: Sequence[Reading], printed: Mapping[str, Sequence[float]]) -> str:
     """The table of readings, and what follows."""
     first = next(iter(WAYS))
-    rows = [["printed", *(number(pair[1]) for pair in printed.values()), "", ""]]
+    said = [[pair[1] for name, pair in printed.items() if name.endswith(q)] for q in QUANTITIES]
+    rows = [["printed", *map(_three, said), "", ""]]
     for one in found:
         best = min(one.off, key=lambda way, one=one: one.off[way])
-        rows.append([one.what, *(number(float(v)) for v in one.errors[first].ravel()), number(one.off[first], 2),
-                     f"{number(one.off[best], 2)}, {best}"])  # fmt: skip
-    quantities = [f"{motion} {q}" for q in ("vel.", "acc.", "dist.") for motion in ("surge", "sway", "yaw")]
-    head = ["six parameters", *quantities, "off by", "least of six ways"]
+        least = f"{number(one.off[best], 2)}, {best}"
+        rows.append([one.what, *map(_three, one.errors[first]), number(one.off[first], 2), least])
+    head = ["six parameters", *QUANTITIES, "off by", "least of six ways"]
     remark = (
-        "Per cent, whole runs, calm, twelve trials; off by: factor, root mean square of the logarithms of the nine "
-        "ratios. What follows: (1) Surge and sway of Table 4 are what single steps give, within an eighth, and not "
+        "Per cent, surge / sway / yaw, whole runs, calm, twelve trials; off by: factor, root mean square of the "
+        "logarithms of the nine ratios. What follows: (1) Surge and sway of Table 4 are what single steps give, "
+        "within an eighth, and not "
         "what whole runs give: the table looks like a result of LO. (2) m_33 and d_33 are best understood for rates "
         "in degrees a second: read so, the errors of yaw are of the size printed instead of twenty thousand per cent, "
         "and of all sets this one is nearest. It is no proof: they would be 3.6 kg m² and 15 kg m²/s, and single steps "
@@ -123,3 +124,7 @@ def section(found: Sequence[Reading], printed: Mapping[str, Sequence[float]]) ->
         "these is in the paper, and so these two stay unexplained."
     )
     return f"<h3>What the printed six parameters can be</h3>{table(head, rows)}{soft(remark)}"
+
+
+def _three(values: Sequence[float] | Array) -> str:
+    return " / ".join(number(float(value), 3) for value in values)
