@@ -83,10 +83,10 @@ def readings(calm: Weather, small: Ship, printed: Mapping[str, Sequence[float]])
     whole, local = (fits[RIVAL].ship for fits in (calm.variants[PRINTED].whole, calm.variants[PRINTED].local))
     ships = {
         "Table 4 as printed": small,
-        "Table 4, m_33 and d_33 for r in degrees a second": small.having({k: v * _DEGREES for k, v in _YAW.items()}),
-        "Table 4, m_33 and d_33 a hundred times": small.having({k: v * 100.0 for k, v in _YAW.items()}),
+        "Table 4, yaw for degrees a second": small.having({k: v * _DEGREES for k, v in _YAW.items()}),
+        "Table 4, yaw a hundred times": small.having({k: v * 100.0 for k, v in _YAW.items()}),
         "A by single steps (LO)": local, "A by whole runs (GO)": whole,
-        "A by whole runs, m_33 and d_33 of Table 4": whole.having(_YAW),
+        "A by whole runs, yaw of Table 4": whole.having(_YAW),
     }  # fmt: skip
     return tuple(_read(what, ship, calm.trials, said) for what, ship in ships.items())
 
@@ -113,17 +113,17 @@ def section(found: Sequence[Reading], printed: Mapping[str, Sequence[float]]) ->
     head = ["six parameters", *QUANTITIES, "off by", "least of six ways"]
     remark = (
         "Per cent, surge / sway / yaw, whole runs, calm, twelve trials; off by: factor, root mean square of the "
-        "logarithms of the nine ratios. What follows: (1) Surge and sway of Table 4 are what single steps give, "
-        "within an eighth, and not "
-        "what whole runs give: the table looks like a result of LO. (2) m_33 and d_33 are best understood for rates "
-        "in degrees a second: read so, the errors of yaw are of the size printed instead of twenty thousand per cent, "
-        "and of all sets this one is nearest. It is no proof: they would be 3.6 kg m² and 15 kg m²/s, and single steps "
-        "give 82 and 31. (3) No set and no definition gives surge and sway above 100 % in velocity. With X_u = "
-        "44 kg/s and the thrust of Eq. 20 the speed of a straight run is at most 1.35 times the measured, so 215 % "
+        "logarithms of the nine ratios; yaw: m_33 and d_33. What follows: (1) Surge and sway of Table 4 are "
+        "what single steps give, within an eighth, and not what whole runs give: the table looks like a result of LO. "
+        "(2) m_33 and d_33 are best understood for rates in degrees a second: read so, the errors of yaw are "
+        "of the size printed instead of twenty thousand per cent, and of all sets this one is nearest. It is no "
+        "proof: they would be 3.6 kg m² and 15 kg m²/s, and single steps give 82 and 31. (3) No set and no "
+        "definition has surge or sway velocity off by much more than 100 %. With X_u "
+        "= 44 kg/s and the thrust of Eq. 20 the speed of a straight run is at most 1.35 times the measured, so 215 % "
         "needs another thrust, another X_u or an error divided by something smaller than the measured speed. None of "
         "these is in the paper, and so these two stay unexplained."
     )
-    return f"<h3>What the printed six parameters can be</h3>{table(head, rows)}{soft(remark)}"
+    return f"<h3>What the printed six parameters can be</h3>{table(head, rows, words=(5,))}{soft(remark)}"
 
 
 def _three(values: Sequence[float] | Array) -> str:
