@@ -14,6 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "studies" / "reports"))
+import kvlcc2_captive_arm as arm
+
 from seatrial.core.parameters import read, values
 from seatrial.identify.lint import lint
 from seatrial.identify.regression.captive import CaptiveFit, priors
@@ -87,6 +90,19 @@ def test_the_wider_the_drift_the_smaller_the_cubic_term_and_sigma_covers_it(test
     a, b = ((f.values[f.paths.index("hull.Y_v")], f.sigma[f.paths.index("hull.Y_v")]) for f in (tests, narrow))
     assert abs(a[0] - b[0]) > 0.02
     assert abs(a[0] - b[0]) < 3.0 * math.hypot(a[1], b[1])
+
+
+def test_why_x_h_is_not_the_published_one(tests: CaptiveFit) -> None:
+    """The point of reference of N takes a third of the difference and more; rudder angles above 10 deg the rest."""
+    found = arm.fits(tests)
+    published = read(PUBLISHED.model, "rudder.x_H") / PUBLISHED.L_pp
+    off = {name: rows[arm.ALL]["x_H"][0] - published for name, rows in found.items()}
+    assert off[arm.GRAVITY] / off[arm.MIDSHIP] == pytest.approx(0.56, abs=0.1)
+    rows = found[arm.GRAVITY]
+    small, large = (rows[f"no drift, rudder {which} 10°"]["x_H alone"] for which in ("to", "above"))
+    assert small[0] == pytest.approx(published, abs=small[1])
+    assert large[0] < published - 3.0 * large[1]
+    assert arm.correlation(tests) > 0.8
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,9 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
+import kvlcc2_captive_arm as arm
 import numpy as np
 
 from seatrial import __version__
@@ -56,8 +58,8 @@ WHY = {
     "propeller.t_P": "From runs at six propeller loads with the thrust measured.",
     "propeller.w_P0": "From the thrust and an open-water curve of another propeller.",
     "rudder.kappa": "Goes with epsilon: the product at the approach is alike.",
-    "rudder.x_H": "N over Y of the rudder runs is .60 L; forces at the rudder and ahead of it give less than .5 L. "
-    "So the gauges or the point of reference of N, which the table does not state, are in doubt.",
+    "rudder.x_H": "N over Y of the rudder runs is .60 L, beyond the rudder. The point of reference of N, which the "
+    "table does not state, and rudder angles above 10°: see the table below.",
     "rudder.gamma_Rn": "The sides differ in the same sense, by less.",
     "rudder.delta_0": "The published model has none: gauges read a moment at midships.",
 }  # fmt: skip
@@ -143,13 +145,14 @@ def overshoots(trial: Trial, ship: Ship | None = None) -> list[float]:
     return [got[name].value + late if name in got else math.nan for name in ("first_overshoot", "second_overshoot")]
 
 
-def numbers(found: Found) -> dict[str, object]:
+def numbers(found: Found) -> dict[str, Any]:
     """The numbers of the page: overshoots and errors by ship and trial, and what the tuning moved."""
     held = {trial.name for trial in found.study.test}
     return {
         "captive": pages.numbers(found.tests), "captive_whole_ship": pages.numbers(found.whole),
         "ranges": {str(limit): dict(zip(fit.paths, fit.values.tolist(), strict=True))
                    for limit, fit in found.within.items()},
+        "x_H": arm.fits(found.tests), "overshoots_missed": missed(found),
         "trials": {
             trial.name: {
                 "held_out": trial.name in held, "overshoots": overshoots(trial),
@@ -163,12 +166,19 @@ def numbers(found: Found) -> dict[str, object]:
     }  # fmt: skip
 
 
+def missed(found: Found) -> dict[str, float]:
+    """Mean size of the error of both overshoots of all zigzags [deg], by the point about which N is taken to be."""
+    return {name: float(np.nanmean([
+        np.abs(np.subtract(overshoots(trial, fit.ship), overshoots(trial))) for trial in found.trials
+    ])) * DEGREES for name, fit in arm.at_points(found.tests).items()}  # fmt: skip
+
+
 def page(found: Found, sources: Mapping[str, str]) -> Page:
     """The story in its order."""
     said = numbers(found)
     parts = (
         Section("", lead(story(said)) + means(said), said),
-        Section("1. Captive tests", beside(found) + ranges(found)),
+        Section("1. Captive tests", beside(found) + arms(found, said) + ranges(found)),
         *pages.sections(found.tests)[1:],
         Section("2. Prediction of the zigzags", predicted(found, said)),
         Section("3. Fine-tuning to the zigzags", moved(found)),
@@ -241,6 +251,11 @@ def beside(found: Found) -> str:
                      WHY.get(path, "") if far else "within two sigma"])  # fmt: skip
     head = ("parameter", "published", "captive", "sigma", "difference / sigma", "why they differ")
     return f'<div class="wrap">{table(head, rows, words=(5,))}</div>'
+
+
+def arms(found: Found, said: Mapping[str, Any]) -> str:
+    """Why x_H differs."""
+    return arm.section(found.tests, found.ships[PUBLISHED], said["x_H"], said["overshoots_missed"])
 
 
 def ranges(found: Found) -> str:

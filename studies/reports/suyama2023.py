@@ -1,4 +1,4 @@
-"""Page of Suyama 2023: its Tables 1 and 3 to 7 and Figures 3 to 11, as printed beside ours.
+"""Page of Suyama 2023: its Tables 1 and 3 to 7 and Figures 2 to 11, as printed beside ours.
 
     python studies/reports/suyama2023.py -o RUN
 
@@ -102,6 +102,7 @@ def page(found: Found, sources: Mapping[str, str]) -> Page:
         Section("Where this page departs from the paper", bullets(found.printed["departures"]["lines"])),
         Section("What the figures say", side_by_side(said, first="finding", digits=3)),
         Section("Tables 1 and 3 to 6: the ship before tuning", headed(inputs)),
+        Section("Fig. 2: a trial", one_trial(found)),
         Section("Fig. 3: turns of 35 deg before tuning", before(found)),
         Section("Fig. 4: the search and its restarts", searched(found)),
         Section("Figs. 5 and 6: J over the range", gallery(figure(drawings.objectives(found.tuning), "Loss J"))),
@@ -252,6 +253,13 @@ def before(found: Found) -> str:
                           "Starboard (measured style) and port, 35 deg, 106 rpm, from 6 knots"))  # fmt: skip
 
 
+def one_trial(found: Found) -> str:
+    """Fig. 2: the virtual trial of the angle that the paper shows."""
+    trial = next(t for t in found.tuning.problem.trials if t.name == "D+10")
+    return gallery(figure(drawings.tracks(trial, {}), f"{trial.name}, ours"),
+                   figure(drawings.motions(trial, {}), "As logged: the rudder as ordered"))  # fmt: skip
+
+
 def searched(found: Found) -> str:
     """Fig. 4 for every range, and the end of each run."""
     estimator: Any = found.study.estimator
@@ -277,6 +285,7 @@ def trials(found: Found) -> str:
     parts: list[str] = [soft("The black track is our virtual trial, not the paper's. Left, the sets of Table 7 as our "
                              "model turns with them; right, our fits.")]  # fmt: skip
     for trial in found.tuning.tests:
+
         def ran(ranges: Sequence[Range], trial: Trial = trial) -> dict[str, Trial]:
             ships = {drawings.UNTUNED: found.base} | {f"a_r {r.ratio:g}": r.fit.ship for r in ranges}
             return {label: replay(ship, trial, method="euler") for label, ship in ships.items()}
@@ -360,7 +369,7 @@ def boxes() -> str:
             "evals to it", "evals in all"]  # fmt: skip
     remark = (
         f"{of['command']}: {of['seeds']} seeds each. The optimum is the best of all runs and of 40 starts of the "
-        "gradient. \"spread\" is ours, \"hansen2009\" the method that Sakamoto and Akimoto (2017) revise."
+        'gradient. "spread" is ours, "hansen2009" the method that Sakamoto and Akimoto (2017) revise.'
     )
     return table(head, rows, words=(1, 2)) + soft(remark)
 

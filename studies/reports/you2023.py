@@ -1,4 +1,4 @@
-"""Page of You 2023: its Tables 3 to 5, Figures 9 to 12, 14, 15, 21 and 22 and equations with numbers, beside ours.
+"""Page of You 2023: its Tables 3 to 5, Figures 7 to 12 and 14 to 24 and equations with numbers, beside ours.
 
     python studies/reports/you2023.py -o RUN
 
@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 import you2023_paper
 from you2023_paper import Paper
-from you2023_variants import attempts, ridges, weathers
+from you2023_six import readings
+from you2023_variants import attempts, ridges, shooting, weathers
 
 from seatrial import __version__
 from seatrial.core.files import read_toml
@@ -36,10 +37,10 @@ from seatrial.report.rivals import AXES, STYLES
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.study.study import read_study
-from seatrial.validate.rivals import FULL, RIVAL, VELOCITIES, Case, Rivals, Score, judged
+from seatrial.validate.rivals import CALM, FULL, RIVAL, VELOCITIES, Case, Rivals, Score, judged
 
 STUDY = Path(__file__).parents[1] / "you2023.toml"
-PRINTED = STUDY.with_name("you2023_printed.toml")
+PRINTED, LETTER = STUDY.with_name("you2023_printed.toml"), STUDY.with_name("you2023_as_printed.toml")
 DEGREES = math.degrees(1.0)
 
 
@@ -67,16 +68,18 @@ def page(found: Rivals, sources: Mapping[str, str], paper: Paper | None = None) 
 
 def compared(found: Rivals, printed: Mapping[str, Any]) -> Paper:
     """Variants A and B and all else that stands beside a printed number."""
-    settings, small = printed["as_printed"], load("qiuxin5_6")
+    letter, small = shooting(read_study(LETTER)), load("qiuxin5_6")
     ships = {"Table 3 as printed": load("qiuxin5"), "Table 4 as printed": small}
     busy = [t for t in found.study.problem.trials if not t.name.startswith("line")]  # manoeuvres 5 to 12
+    both = weathers(found, letter, ships)
+    calm = next(one for one in both if one.name == CALM)
     return Paper(
-        found, printed, weathers(found, settings, ships), attempts(found, settings),
-        ridges(found, settings, printed["ridges"]["weights"]),
+        found, printed, both, attempts(found, letter),
+        ridges(found, letter, printed["ridges"]["weights"]),
         {name: fit_smooth_servo(busy, name) for name in found.drive.servos},
         {name: (fit_thrust(n, pull, name=name, order=5, offset=True), fit)
          for name, (fit, n, pull) in found.drive.maps.items()},
-        small,
+        small, readings(calm, small, printed["table_5"]["printed"]),
     )  # fmt: skip
 
 

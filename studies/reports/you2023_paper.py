@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import you2023_six as six
+import you2023_validation as validation
 from you2023_variants import OURS, PRINTED, QUANTITIES, Attempt, Weather, eq_17
 
 from seatrial.data import Array, Trial
@@ -39,7 +41,7 @@ class Paper:
         weathers: as sailed, calm.
         attempts, ridges: of `you2023_variants`.
         servos: of Eq. 9, by azimuth; maps: of the fifth order (A) and as cross-validated (B), by thruster.
-        small: ship of Table 4.
+        small: ship of Table 4; readings: of its numbers.
     """
 
     found: Rivals
@@ -50,6 +52,7 @@ class Paper:
     servos: Mapping[str, SmoothServo]
     maps: Mapping[str, tuple[ThrustMap, ThrustMap]]
     small: Ship
+    readings: tuple[six.Reading, ...]
 
     @property
     def calm(self) -> Weather:
@@ -71,12 +74,18 @@ def sections(paper: Paper) -> tuple[Section, ...]:
         "table 4": "6 parameters (Table 4)", "table 5": "Relative errors, printed and ours (Table 5)",
         "drive": "Thrust and servos (Eqs. 9 and 20)", "findings": "Findings of the figures",
     }  # fmt: skip
-    more = {"table 5": _errors(paper), "table 4": _searches(paper), "table 3": _ridge(paper)}
+    table_5 = _errors(paper) + six.section(paper.readings, paper.printed["table_5"]["printed"])
+    more = {"table 5": table_5, "table 4": _searches(paper), "table 3": _ridge(paper)}
+    sailed, servo = paper.weathers[0], paper.found.drive.servos["alpha_1"]
+    model = sailed.variants[OURS].whole[FULL].ship
     return (
         Section("Printed and ours", f"<p>{text(head)}</p>"),
         Section("Where this page departs from the paper", bullets(paper.printed["departures"])),
         *(Section(title, side_by_side(rows[key]) + more.get(key, "")) for key, title in names.items()),
+        Section("Inputs (Figs. 7 and 8)", _inputs(paper)),
         Section("Single steps and whole runs (Figs. 9 to 12)", _sequences(paper)),
+        Section("Held-out manoeuvres (Figs. 16 to 20)", validation.held_out(model, sailed.tests, servo)),
+        Section("Numbers of steps (Figs. 23 and 24)", validation.by_steps(model, sailed.tests)),
     )
 
 
@@ -100,9 +109,19 @@ def numbers(paper: Paper) -> dict[str, Any]:
             for way, fits in (("GO", variant.whole), ("LO", variant.local)) for who, fit in fits.items()
         } for one in paper.weathers},
         "searches": paper.attempts,
+        "readings": {one.what: {"errors": {way: v.tolist() for way, v in one.errors.items()}, "off": one.off}
+                     for one in paper.readings},
         "ridge": {f"{w:g}": {"objective": fit.objective, "values": fit.vector.by_path(fit.values)}
                   for w, fit in paper.ridges.items()},
     }  # fmt: skip
+
+
+def _inputs(paper: Paper) -> str:
+    virtual = paper.found.study.virtual
+    if virtual is None:
+        return ""
+    drawn = validation.inputs(virtual.ship, paper.calm.trials)
+    return figure(drawn, "Figs. 7 and 8: revolutions, azimuth, and forces by Eqs. 7, 8 and 20, of both thrusters")
 
 
 def _start(paper: Paper) -> Iterator[Row]:

@@ -62,7 +62,7 @@ class Weather:
     errors: Mapping[str, Mapping[str, Mapping[str, Mapping[str, float]]]]
 
 
-def weathers(found: Rivals, settings: Mapping[str, Any], printed: Mapping[str, Ship]) -> tuple[Weather, ...]:
+def weathers(found: Rivals, letter: Shooting, printed: Mapping[str, Ship]) -> tuple[Weather, ...]:
     """As sailed and calm; `printed` are ships of the paper's own tables, by name, judged beside."""
     out: list[Weather] = []
     for case in found.cases:
@@ -70,9 +70,9 @@ def weathers(found: Rivals, settings: Mapping[str, Any], printed: Mapping[str, S
             continue
         trials, tests = sailed(found.study, calm=case.name == CALM)
         problem = replace(found.study.problem, trials=trials)
-        local = replace(_ours(found.study), schedule="lo")
+        local = replace(shooting(found.study), schedule="lo")
         ours = Variant(case.fits, {who: local.fit(part) for who, part in _models(problem, found.study).items()})
-        variants = {PRINTED: to_the_letter(problem, found.study, settings), OURS: ours}
+        variants = {PRINTED: to_the_letter(problem, found.study, letter), OURS: ours}
         ships = {f"{name} {who}": fit.ship for name, one in variants.items() for who, fit in one.whole.items()}
         errors = {
             name: {"fitted": relative(ship, trials), "held out": relative(ship, tests)}
@@ -93,13 +93,13 @@ def sailed(study: Study, *, calm: bool) -> tuple[tuple[Trial, ...], tuple[Trial,
     return tuple(made[t.name] for t in study.problem.trials), tuple(made[t.name] for t in study.test)
 
 
-def to_the_letter(problem: Problem, study: Study, settings: Mapping[str, Any]) -> Variant:
-    """Variant A; `settings` are those of `Shooting` that the paper prints or leaves open."""
+def to_the_letter(problem: Problem, study: Study, letter: Shooting) -> Variant:
+    """Variant A; `letter` is the estimator of its study."""
     begun = replace(problem, nuisance=Nuisance(), free=eq_17(problem, study))
     models = _models(begun, study)
     one = OneStep(step=problem.trials[0].dt)
     return Variant(
-        {who: Shooting(**settings).fit(part) for who, part in models.items()},
+        {who: letter.fit(part) for who, part in models.items()},
         {who: one.fit(part) for who, part in models.items()},
     )
 
@@ -122,7 +122,8 @@ def _models(problem: Problem, study: Study) -> dict[str, Problem]:
     return {FULL: problem, RIVAL: replace(problem, free=tuple(f for f in problem.free if f.path in small))}
 
 
-def _ours(study: Study) -> Shooting:
+def shooting(study: Study) -> Shooting:
+    """The estimator of a study of this page."""
     estimator = study.estimator
     if not isinstance(estimator, Shooting):
         raise FitError(f"{study.path}: this page needs logo:Shooting")
@@ -139,12 +140,8 @@ def relative(ship: Ship, trials: Sequence[Trial]) -> Mapping[str, Mapping[str, f
     sides: dict[str, tuple[list[Array], list[Array]]] = {name: ([], []) for name in QUANTITIES}
     for trial, run in zip(trials, free_runs(ship, trials), strict=True):
         for k, velocity in enumerate((run, trial.stack(*VELOCITIES))):
-            with np.errstate(all="ignore"):
-                sides["velocity"][k].append(velocity)
-                sides["acceleration"][k].append(
-                    np.asarray(savgol_filter(velocity, _SLOPE, 2, 1, dt, 0), dtype=np.float64)
-                )
-                sides["distance"][k].append(np.cumsum(velocity, axis=0) * dt)
+            for name, values in of_rows(velocity, dt).items():
+                sides[name][k].append(values)
     out: dict[str, dict[str, float]] = {}
     for name, (runs, logs) in sides.items():
         predicted, measured = np.concatenate(runs), np.concatenate(logs)
@@ -152,6 +149,13 @@ def relative(ship: Ship, trials: Sequence[Trial]) -> Mapping[str, Mapping[str, f
             away = np.sqrt(((predicted - measured) ** 2).mean(axis=0) / (measured**2).mean(axis=0))
         out[name] = {v: float(e) if np.isfinite(e) else np.inf for v, e in zip(VELOCITIES, away, strict=True)}
     return out
+
+
+def of_rows(velocity: Array, dt: float) -> dict[str, Array]:
+    """Velocity, its slope and its integral over the rows of a run, each of shape (rows, 3)."""
+    with np.errstate(all="ignore"):
+        slope = np.asarray(savgol_filter(velocity, _SLOPE, 2, 1, dt, 0), dtype=np.float64)
+        return {"velocity": velocity, "acceleration": slope, "distance": np.cumsum(velocity, axis=0) * dt}
 
 
 @dataclass(frozen=True)
@@ -164,19 +168,19 @@ class Attempt:
     status: str
 
 
-def attempts(found: Rivals, settings: Mapping[str, Any]) -> tuple[Attempt, ...]:
+def attempts(found: Rivals, letter: Shooting) -> tuple[Attempt, ...]:
     """Algorithm 1 with one and with more searches, with and without bounds, beside the study's own way."""
     trials, _ = sailed(found.study, calm=True)
     problem = replace(found.study.problem, trials=trials, nuisance=Nuisance())
     small = _models(replace(problem, free=eq_17(problem, found.study)), found.study)[RIVAL]
     bare = replace(small, free=tuple(Free(f.path, f.start) for f in small.free))
-    base: dict[str, Any] = {**settings, "ridge": 0.0, "constraints": False}
+    base = replace(letter, ridge=0.0, constraints=False)
     asked = [("the study's way: LO, then GO", small, Shooting(initial="measured"))]
     for part, where in ((small, "within the bounds of the study"), (bare, "without bounds")):
         for growth in (1, 4):
             for starts in (1, 2) if part is bare or growth == 1 else (1, 2, 8):
                 what = f"Algorithm 1 by {growth}, {where}, {starts} search{'es' * (starts > 1)}"
-                asked.append((what, part, replace(Shooting(**base), growth=growth, starts=starts)))
+                asked.append((what, part, replace(base, growth=growth, starts=starts)))
     out: list[Attempt] = []
     for what, part, estimator in asked:
         try:
@@ -188,11 +192,11 @@ def attempts(found: Rivals, settings: Mapping[str, Any]) -> tuple[Attempt, ...]:
     return tuple(out)
 
 
-def ridges(found: Rivals, settings: Mapping[str, Any], weights: Sequence[float]) -> dict[float, Fit]:
+def ridges(found: Rivals, letter: Shooting, weights: Sequence[float]) -> dict[float, Fit]:
     """The larger model in a calm with lambda |P|^2 (Eq. 13), by lambda; from LO, as growth changes nothing here."""
     trials, _ = sailed(found.study, calm=True)
     problem = replace(found.study.problem, trials=trials, nuisance=Nuisance())
-    return {w: Shooting(initial=settings["initial"], ridge=w, ridge_about="zero").fit(problem) for w in weights}
+    return {w: Shooting(initial=letter.initial, ridge=w, ridge_about="zero").fit(problem) for w in weights}
 
 
 def true(ship: Ship, fit: Fit) -> Array:

@@ -64,6 +64,20 @@ def test_primes_become_newtons_by_what_they_are_over(tmp_path: Path, over: str, 
     assert np.isclose(runs.U, 2.0).all()
 
 
+def test_a_moment_about_another_point_becomes_one_about_midship(tmp_path: Path) -> None:
+    said = MAPPING.format(over="L^2", sign=1)
+    texts = {"at_midship": said, "ahead": said.replace("d = 0.4", "d = 0.4\nmoment_about = 0.5"),
+             "beyond": said.replace("d = 0.4", "d = 0.4\nmoment_about = 3.0"),
+             "alone": said.replace("d = 0.4", "moment_about = 0.5").replace('Y = {', '# Y = {')}  # fmt: skip
+    table, *maps = written(tmp_path, tank_csv=THEIRS, **{f"{name}_toml": text for name, text in texts.items()})
+    midship, ahead = (read_captive([table], one).loads for one in maps[:2])
+    assert ahead["N"] == pytest.approx(midship["N"] + 0.5 * midship["Y"])
+    assert ahead["N"][0] > midship["N"][0] > 0
+    for one, words in zip(maps[2:], ("outside a model", "needs Y"), strict=True):
+        with pytest.raises(DataError, match=words):
+            read_captive([table], one)
+
+
 def test_a_propeller_at_another_load_is_another_kind_of_test(tmp_path: Path) -> None:
     rows = "U [m/s],n_P [rps],delta [deg],X [N]\n1,10,0,1\n1,10,10,2\n1,10,20,3\n0.5,10,0,4\n0.5,10,10,5\n"
     runs = read_captive(written(tmp_path, tank_csv=rows), L_pp=7.0)

@@ -126,7 +126,7 @@ def test_the_page_of_the_paper_has_its_tables_and_figures(found, tmp_path, capsy
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     for words in ("Tab. 5", "Fig. 21", "Fig. 22", "Tab. 3", "Figs. 14 and 15", "2.33 %", "215.4 %", "0.9992"):
         assert words in page, words
-    assert page.count("<svg") == 13
+    assert page.count("<svg") == 28  # 7 and 8, 9 to 12, 14, 15, twelve of 16 to 20, two of 21, 22, 23, 24, parameters
     again = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     for name, case in found["cases"].items():
         assert again["cases"][name]["scores"] == case["scores"]
@@ -149,6 +149,18 @@ def test_the_page_of_the_paper_has_its_tables_and_figures(found, tmp_path, capsy
         off = {way: abs(paper["fits"]["calm"][f"A rival {way}"]["values"][f"inertia.{mass}"] - printed[mass])
                for way in ("LO", "GO")}  # fmt: skip
         assert off["LO"] < 0.3 * off["GO"]
+    # The printed six: yaw of their size for degrees a second only, and no reading has surge above 100 %.
+    readings = {what: np.array(one["errors"]["norms, all rows"]) for what, one in paper["readings"].items()}
+    in_degrees = next(what for what in readings if "degrees" in what)
+    assert readings["Table 4 as printed"][0, 2] > 1e4
+    assert 100.0 < readings[in_degrees][0, 2] < 500.0
+    assert min(paper["readings"], key=lambda what: min(paper["readings"][what]["off"].values())) == in_degrees
+    assert max(errors[0, 0] for errors in readings.values()) < 100.0
+    # Variant A is a study of its own; Eq. 17 has rounded terms, so the searches begin a hair apart.
+    letter = read_study(STUDY.with_name("you2023_as_printed.toml"))
+    alone, there = letter.estimator.fit(letter.problem), paper["fits"]["as sailed"]["A full GO"]
+    assert alone.objective == pytest.approx(there["objective"], rel=1e-6)
+    assert alone.vector.by_path(alone.values) == pytest.approx(there["values"], rel=1e-2, abs=0.05)
     errors = paper["errors"]["calm"]
     for letter in "AB":
         assert max(errors[f"{letter} full"]["fitted"]["velocity"].values()) < 0.05

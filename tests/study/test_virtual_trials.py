@@ -119,3 +119,30 @@ def test_wind_needs_a_force(tmp_path):
     path.write_text(SHORT[:start] + SHORT[end:])
     with pytest.raises(StudyError, match="no force of wind"):
         read_study(path)
+
+
+def test_two_studies_share_the_trials_of_one(tmp_path):
+    folder = STUDY.parent
+    both = [read_study(folder / f"you2023{name}.toml") for name in ("", "_as_printed")]
+    for one, other in zip(*((*study.problem.trials, *study.test) for study in both), strict=True):
+        assert one.name == other.name
+        assert all(np.array_equal(one[name], other[name]) for name in one.channels)
+    settings = both[1].estimator
+    assert (settings.schedule, settings.growth, settings.starts, settings.constraints) == ("go", 1, 1, True)
+    assert both[1].problem.nuisance.current == 0.0
+    starts = {f.path: f.start for f in both[1].problem.free}
+    assert [starts[f"inertia.m_{k}"] for k in ("11", "22", "33")] == [196.98, 254.0454, 220.1974]  # Eq. 17
+    assert not any(value for path, value in starts.items() if path.startswith("damping"))
+
+
+@pytest.mark.parametrize(
+    ("named", "said"),
+    [("nowhere.toml", "cannot be read"), ("ship.toml", "no table"), ("itself.toml", "no table")],
+)
+def test_a_study_that_shares_no_trials_is_refused(tmp_path, named, said):
+    head = SHORT[: SHORT.index("[virtual]")]
+    rest = SHORT[SHORT.index("[free]") :]
+    (tmp_path / "itself.toml").write_text(head.replace("[data]", f'virtual = "{named}"\n[data]') + rest)
+    (tmp_path / "ship.toml").write_text('schema = "seatrial-ship/1"\n')
+    with pytest.raises(StudyError, match=f"virtual: {named}.*{said}"):
+        read_study(tmp_path / "itself.toml")

@@ -64,6 +64,8 @@ class CaptiveMapping(Described):
         over: what primed forces are over, times 0.5 rho U^2.
         d: draught of the model [m].
         inertia: whether the loads contain the inertia of the model itself, or it was taken off.
+        moment_about: point about which N is, ahead of midship [m]; x_G where the tank gives N about the centre of
+            gravity.
         delimiter: what separates cells.
     """
 
@@ -71,6 +73,7 @@ class CaptiveMapping(Described):
     over: Literal["L^2", "L d"] = "L^2"
     d: float | None = None
     inertia: Literal["removed", "included"] = "removed"
+    moment_about: float = 0.0
     delimiter: str = ","
 
 
@@ -177,6 +180,8 @@ def read_captive(
     where = ", ".join(str(path) for path in paths)
     with within(where):
         motion, loads = _dimensional(joined, length, density, said)
+        if said is not None and said.moment_about:
+            loads |= _at_midship(loads, said.moment_about, length)
         motion, loads, repeated = _once_each(motion, loads)
         runs = Captive(", ".join(Path(path).stem for path in paths), motion, loads, length, density,
                        said.inertia if said else "removed", repeated, (said.source or "") if said else "")  # fmt: skip
@@ -271,6 +276,17 @@ def _dimensional(
     if bad.size:
         raise DataError(f"row {bad[0] + 1}: no speed, or a gap in the motion; leave the run out")
     return found, loads
+
+
+def _at_midship(loads: Mapping[str, Array], x: float, L_pp: float) -> dict[str, Array]:
+    """The moment about midship, of one about a point `x` ahead of it."""
+    if "N" not in loads:
+        raise DataError("moment_about: the tables have no N")
+    if "Y" not in loads:
+        raise DataError("moment_about: N about midship needs Y")
+    if not abs(x) <= 0.5 * L_pp:
+        raise DataError(f"moment_about is {x:g} m, outside a model of {L_pp:g} m; give the distance ahead of midship")
+    return {"N": loads["N"] + x * loads["Y"]}
 
 
 def _once_each(motion: Array, loads: Mapping[str, Array]) -> tuple[Array, dict[str, Array], int]:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -168,10 +168,22 @@ def _document(path: Path) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise StudyError(f"{path}: cannot be read as TOML: {error}") from None
     if str(document.get("schema")).startswith("seatrial-ship/"):
-        raise StudyError(f"{path}: is a ship file, no study; name it in one: ship = \"{path.name}\"")
+        raise StudyError(f'{path}: is a ship file, no study; name it in one: ship = "{path.name}"')
     if document.get("schema") != SCHEMA:
         raise StudyError(f"{path}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
-    return document
+    shared = document.get("virtual")
+    return {**document, "virtual": _shared(path, shared)} if isinstance(shared, str) else document
+
+
+def _shared(path: Path, name: str) -> Any:
+    """The table [virtual] of the study that `virtual` names: two studies of the same simulated trials."""
+    try:
+        table = read_toml(path.parent / name).get("virtual")
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise StudyError(f"{path}: virtual: {name} cannot be read as TOML: {error}") from None
+    if not isinstance(table, dict):
+        raise StudyError(f"{path}: virtual: {name} has no table [virtual]; name a study that has one")
+    return cast("dict[str, Any]", table)
 
 
 def read_ship(path: Path, name: str) -> Ship:

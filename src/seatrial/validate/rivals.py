@@ -238,12 +238,17 @@ def one_step(ship: Ship, trials: Sequence[Trial]) -> list[Array]:
 
     The first row is as measured.
     """
+    return [run[:, _MOVING] for run in one_step_states(ship, trials)]
+
+
+def one_step_states(ship: Ship, trials: Sequence[Trial]) -> list[Array]:
+    """The same of all six states, each of shape (rows, 6)."""
     states, known, acting = _logged(ship, trials)
     begun = np.concatenate([state[:-1] for state in known])
     lanes = np.concatenate([np.stack([rows[:-1], rows[1:]], axis=1) for rows in acting])
-    ends = _predicted(ship, begun, lanes, trials[0].dt)[:, 1, _MOVING]
+    ends = _predicted(ship, begun, lanes, trials[0].dt)[:, 1]
     parts = np.split(ends, np.cumsum([len(trial) - 1 for trial in trials])[:-1])
-    return [np.vstack([state[:1, _MOVING], part]) for state, part in zip(states, parts, strict=True)]
+    return [np.vstack([state[:1], part]) for state, part in zip(states, parts, strict=True)]
 
 
 def _logged(ship: Ship, trials: Sequence[Trial]) -> tuple[list[Array], list[Array], list[Array]]:
