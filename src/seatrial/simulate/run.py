@@ -83,13 +83,18 @@ def campaign(
         prepared.state, prepared.series, prepared.shared, memory0=prepared.memory, lanewise=prepared.lanewise,
         dt=step, steps=steps, every=every, method=method, threads=threads,
         validity={k: v for k, v in ship.validity.items() if k in prepared.simulator.system.states},
-        judged=_in_water(around, every),
+        judged=in_water(around, every),
     )  # fmt: skip
 
 
-def _in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array]] | None:
-    """Values that are compared with [validity]: in a current, the velocity through the water."""
-    north, east = (around[::every, CHANNELS.index(name)] for name in ("current_x", "current_y"))
+def in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array]] | None:
+    """Values that are compared with [validity]: in a current, the velocity through the water.
+
+    Args:
+        around: inputs per step, shape (steps or 1, series), or with a first axis of lanes.
+        every: stride of the stored rows.
+    """
+    north, east = (around[..., ::every, CHANNELS.index(name)] for name in ("current_x", "current_y"))
     if not (north.any() or east.any()):
         return None
 
@@ -100,7 +105,7 @@ def _in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array
     return judged
 
 
-def _surrounded(around: Array, rows: int) -> dict[str, Array]:
+def surrounded(around: Array, rows: int) -> dict[str, Array]:
     """Wind, current, waves and depth as channels of a trial, those that are not zero."""
     columns = dict(zip(CHANNELS, np.broadcast_to(around, (rows, len(CHANNELS))).T, strict=True))
     found: dict[str, Array] = {}
@@ -177,21 +182,40 @@ def simulate(
         SimulationError: the state blows up or leaves the ship's validity; names time and state.
     """
     step, controls = _checked_step(ship, dt), ship.model.controls
-    at_once = tuple(control for control in controls if ship.actuators.of(control).at_once)
+    at_once = any(ship.actuators.of(control).at_once for control in controls)
     # An order may change between stored rows: every step is kept, so that the acting values can be averaged.
-    held = at_once if every == 1 or duration / step <= _ROWS else ()
-    stride = every if held else 1
+    stride = every if at_once and duration / step <= _ROWS else 1
     run = campaign(
         ship, policy, {}, speed=ship.speed if speed is None else speed, duration=duration,
         environment=environment, dt=dt, every=every // stride, method=method, threads=1, start=start,
     )  # fmt: skip
     if run.failures:
         raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}", run.failures[0].time)
-    columns = closed_loop(ship, policy, step).stored
+    around = surroundings(environment, step, round(duration / step) + 1)
+    return recorded(ship, policy, run.t, run.values[0], around, dt=step, every=every, stride=stride, name=name)
+
+
+def recorded(
+    ship: Ship, policy: Policy, t: Array, rows: Array, around: Array, *, dt: float, every: int = 1, stride: int = 1,
+    name: str | None = None,
+) -> Trial:  # fmt: skip
+    """The trial of one run from its stored rows, see `simulate`.
+
+    Args:
+        t: time of the stored rows [s].
+        rows: shape (stored rows, columns of `closed_loop`).
+        around: environment per step, shape (steps or 1, 8).
+        dt: time step [s].
+        every: steps from row to row of the trial.
+        stride: stored rows from row to row of the trial; above 1 where controls without dynamics are averaged.
+    """
+    controls, columns = ship.model.controls, closed_loop(ship, policy, dt).stored
+    held = tuple(control for control in controls if ship.actuators.of(control).at_once)
+    held = held if every == 1 or stride > 1 else ()
     kept = (*STATES, *controls, *logged(ship, policy))
-    channels = {n: run.values[0, ::stride, columns.index(n)].copy() for n in kept}
+    channels = {n: rows[::stride, columns.index(n)].copy() for n in kept}
     for control in held:  # the value from this row on, not the one before it
-        servo, ordered = ship.actuators.of(control), run.values[0, :, columns.index(f"{control}_cmd")]
+        servo, ordered = ship.actuators.of(control), rows[:, columns.index(f"{control}_cmd")]
         acted = np.clip(ordered, servo.low, servo.high)
         channels[control] = _averaged(acted, stride, angle=unit(control) == "rad")
     kind = policy.kind or type(policy).__name__.lower()
@@ -204,7 +228,7 @@ def simulate(
         "source": SIMULATED,
         **({"held": list(held)} if held else {}),
     }
-    around, t = surroundings(environment, step, round(duration / step) + 1), run.t[::stride]
-    channels |= _surrounded(_averaged(around, every), len(t))
+    times = t[::stride]
+    channels |= surrounded(_averaged(around, every), len(times))
     units = {n: unit(n) for n in kept if n not in UNITS}
-    return Trial(name or f"{ship.name}_{kind}", t, channels, units=units, meta=meta)
+    return Trial(name or f"{ship.name}_{kind}", times, channels, units=units, meta=meta)
