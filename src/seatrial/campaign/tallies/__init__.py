@@ -20,7 +20,7 @@ from functools import cache
 from typing import Any, ClassVar
 
 from ...core.parameters import Scalar, Scalars, spec
-from ...core.symbolic import both, cos, root, sin, where
+from ...core.symbolic import both, cos, negated, root, sin, where
 from ...data import Array
 from ...manoeuvres import Manoeuvre
 from ...models import STATES
@@ -63,11 +63,14 @@ class Tally(Manoeuvre):
         """`noted` before the first step, from the initial state."""
 
     @abstractmethod
-    def note(self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars) -> Scalars:
+    def note(
+        self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars, valid: Scalar
+    ) -> Scalars:
         """`noted` after this sample.
 
         Args:
             turned: the manoeuvre's own memory before and after this sample.
+            valid: whether the run has been within its bounds up to this sample; else the figures stay as they are.
         """
 
     @abstractmethod
@@ -90,10 +93,9 @@ class Tally(Manoeuvre):
         own = len(self.memory) - len(self.noted) - 1
         orders, after = super().command(t, state, memory[:own])  # type: ignore[safe-super]
         over, noted = memory[own], memory[own + 1 :]
-        over = where(over >= 0, over, where(self._within(state), NEVER, t))
-        new = self.note(t, state, (memory[:own], after), noted)
-        kept = (where(over >= 0, old, one) for old, one in zip(noted, new, strict=True))
-        return orders, (*after, over, *kept)
+        valid = both(over < 0, self._within(state))
+        over = where(both(over < 0, negated(valid)), t, over)
+        return orders, (*after, over, *self.note(t, state, (memory[:own], after), noted, valid))
 
     def _within(self, state: Scalars) -> Scalar:
         """Whether the state is finite and inside its range of validity."""
@@ -116,13 +118,13 @@ def way(x: Scalar, y: Scalar, state: Scalars) -> Scalar:
     return root((state[0] - x) * (state[0] - x) + (state[1] - y) * (state[1] - y))
 
 
-def passed(first: Scalar, before: Scalar, now: Scalar, level: Scalar) -> tuple[Scalar, Scalar]:
+def passed(open_: Scalar, before: Scalar, now: Scalar, level: Scalar) -> tuple[Scalar, Scalar]:
     """Whether a rising value comes up to a level at this sample for the first time, and where between the samples.
 
     Args:
-        first: time of the first passage, `NEVER` before it.
+        open_: whether it has not come up before.
     """
-    fresh = both(first < 0, now >= level)
+    fresh = both(open_, now >= level)
     return fresh, (level - before) / where(fresh, now - before, 1.0)
 
 

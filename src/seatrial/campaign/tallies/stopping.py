@@ -31,10 +31,12 @@ class _Halt(Tally):
         x, y, psi, u = state[:4]
         return (x, y, psi, u, x, y, psi, u, 0.0, NEVER, 0.0, 0.0, 0.0, 0.0)
 
-    def note(self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars) -> Scalars:
+    def note(
+        self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars, valid: Scalar
+    ) -> Scalars:
         x_0, y_0, psi_0, u_0, x, y, psi, u, gone, time, reach, ahead, aside, change = noted
         level: Scalar = self._end() * u_0
-        now = both(both(time < 0, u_0 > 0), state[3] <= level)
+        now = both(both(valid, both(time < 0, u_0 > 0)), state[3] <= level)
         share = (u - level) / where(now, u - state[3], 1.0)
         chord, c, s = way(x, y, state), cos(psi_0), sin(psi_0)
         north = x + share * (state[0] - x) - x_0

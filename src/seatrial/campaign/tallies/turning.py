@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.parameters import Scalar, Scalars
-from ...core.symbolic import cos, larger, sign, sin, where
+from ...core.symbolic import both, cos, larger, sign, sin, where
 from ...data import Array
 from ...manoeuvres.turning import Turning
 from . import NEVER, Tally, passed
@@ -39,16 +39,18 @@ class TurningTally(Tally, Turning):
     def first(self, state: Scalars) -> Scalars:
         return (state[0], state[1], state[2], *([0.0] * 4), NEVER, 0.0, 0.0, NEVER, 0.0)
 
-    def note(self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars) -> Scalars:
+    def note(
+        self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars, valid: Scalar
+    ) -> Scalars:
         x_0, y_0, psi_0, change, along, across, largest, t_90, advance, transfer, t_180, diameter = noted
         side, c, s = sign(self.delta), cos(psi_0), sin(psi_0)
         now = side * (state[2] - psi_0)
         ahead = c * (state[0] - x_0) + s * (state[1] - y_0)
         aside = side * (c * (state[1] - y_0) - s * (state[0] - x_0))
-        quarter, a = passed(t_90, change, now, _QUARTER)
-        half, b = passed(t_180, change, now, 2.0 * _QUARTER)
+        quarter, a = passed(both(valid, t_90 < 0), change, now, _QUARTER)
+        half, b = passed(both(valid, t_180 < 0), change, now, 2.0 * _QUARTER)
         return (
-            x_0, y_0, psi_0, now, ahead, aside, larger(largest, now),
+            x_0, y_0, psi_0, now, ahead, aside, where(valid, larger(largest, now), largest),
             where(quarter, t - self.dt + a * self.dt, t_90), where(quarter, along + a * (ahead - along), advance),
             where(quarter, across + a * (aside - across), transfer),
             where(half, t - self.dt + b * self.dt, t_180), where(half, across + b * (aside - across), diameter),

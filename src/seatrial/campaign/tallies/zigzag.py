@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.parameters import Scalar, Scalars
-from ...core.symbolic import both, larger, where
+from ...core.symbolic import both, larger, root, where
 from ...data import Array
 from ...manoeuvres.zigzag import Zigzag
-from . import NEVER, Tally, passed, way
+from . import NEVER, Tally
 
 _ORDINALS = ("first", "second", "third")
 # As of `Zigzag.indices`: the heading comes back by this fraction of psi before a peak counts as an overshoot.
@@ -25,8 +25,8 @@ class ZigzagTally(Tally, Zigzag):
     """A zigzag that notes the time of four reversals and the peak of the heading after the first three."""
 
     noted: ClassVar[tuple[str, ...]] = (
-        "time_1", "time_2", "time_3", "time_4", "peak_1", "peak_2", "peak_3", "swing", "heading", "x", "y", "way",
-        "turning_time", "turning_way",
+        "time_1", "time_2", "time_3", "time_4", "peak_1", "peak_2", "peak_3", "swing", "heading_before", "heading", "x", "y",
+        "way_before", "way", "turning",
     )  # fmt: skip
     memory: ClassVar[tuple[str, ...]] = (*Zigzag.memory, "failed", *noted)
     figures: ClassVar[Mapping[str, str]] = {
@@ -35,27 +35,29 @@ class ZigzagTally(Tally, Zigzag):
     }  # fmt: skip
 
     def first(self, state: Scalars) -> Scalars:
-        return (*([NEVER] * 4), *([_LOW] * 3), 0.0, 0.0, state[0], state[1], 0.0, NEVER, 0.0)
+        return (*([NEVER] * 4), *([_LOW] * 3), 0.0, 0.0, 0.0, state[0], state[1], 0.0, 0.0, NEVER)
 
-    def note(self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars) -> Scalars:
+    def note(
+        self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars, valid: Scalar
+    ) -> Scalars:
         (side, psi_0), (after, _) = turned
         times, peaks = noted[:4], noted[4:7]
-        _, before, x, y, gone, moment, reach = noted[7:]
-        flip, beyond = side * after < 0, state[2] - psi_0
-        swing, heading = -after * beyond, self.side * beyond
-        earlier = (0.0, *times[:3])
-        times = tuple(
-            where(both(both(time < 0, last >= 0), flip), t, time) for last, time in zip(earlier, times, strict=True)
-        )
+        last, _, heading, x, y, _, way, turning = noted[7:]
+        beyond = state[2] - psi_0
+        flip, swing = both(valid, side * after < 0), where(valid, -after * beyond, last)
+        begun = (True, *(time >= 0 for time in times))
+        now = [both(flip, both(there, time < 0)) for there, time in zip(begun, times, strict=False)]
+        times = tuple(where(fresh, t, time) for fresh, time in zip(now, times, strict=True))
         peaks = tuple(
-            where(both(begun >= 0, ended < 0), larger(peak, swing), peak)
-            for begun, ended, peak in zip(times[:3], times[1:], peaks, strict=True)
+            where(both(one >= 0, other < 0), larger(peak, swing), peak)
+            for one, other, peak in zip(times, times[1:], peaks, strict=False)
         )
-        fresh, share = passed(moment, before, heading, self.psi)
-        chord = way(x, y, state)
+        open_ = both(valid, turning < 0)
+        fresh = both(open_, self.side * beyond >= self.psi)
+        chord = root((state[0] - x) * (state[0] - x) + (state[1] - y) * (state[1] - y))
         return (
-            *times, *peaks, swing, heading, state[0], state[1], gone + chord,
-            where(fresh, t - self.dt + share * self.dt, moment), where(fresh, gone + share * chord, reach),
+            *times, *peaks, swing, where(open_, heading, noted[8]), where(open_, self.side * beyond, heading),
+            state[0], state[1], where(open_, way, noted[12]), where(open_, way + chord, way), where(fresh, t, turning),
         )  # fmt: skip
 
     def read(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Mapping[str, Array]:
@@ -68,9 +70,11 @@ class ZigzagTally(Tally, Zigzag):
             out[f"{name}_overshoot"] = np.where(whole, peak - psi, np.nan)
             out[f"{name}_reversal"] = np.where(time >= 0, time, np.nan)
         out["period"] = out["second_reversal"]
-        turning = noted["turning_time"]
-        out["initial_turning_time"] = np.where(turning >= 0, turning, np.nan)
-        out["initial_turning_distance"] = np.where(turning >= 0, noted["turning_way"], np.nan)
+        # as the manoeuvre reads it: linear between the samples about the moment at which the heading comes up to psi
+        before, way, there = noted["heading_before"], noted["way_before"], noted["turning"] >= 0
+        share = np.where(there, (psi - before) / np.where(there, noted["heading"] - before, 1.0), np.nan)
+        out["initial_turning_time"] = noted["turning"] + (share - 1.0) * self.dt
+        out["initial_turning_distance"] = way + share * (noted["way"] - way)
         return out
 
     def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Array:
