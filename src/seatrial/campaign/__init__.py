@@ -109,7 +109,7 @@ class Campaign:
     correlated: Correlated | None = None
     design: Design = "random"
     seed: int = 1
-    weather: Uniform = Uniform()
+    weather: Uniform = field(default_factory=Uniform)
     gusts: str | None = None
     balanced: bool = False
     criteria: Mapping[str, Criterion] = field(default_factory=dict[str, Criterion])
@@ -147,14 +147,15 @@ class Campaign:
         """Number of runs of all cases."""
         return self.runs * len(self.cases)
 
-    @cached_property
-    def parts(self) -> tuple[tuple[int, int, int], ...]:
-        """Case, first run and end of each part, in the order of their numbers."""
-        return tuple(
-            (case, first, min(first + self.chunk, self.runs))
-            for case in range(len(self.cases))
-            for first in range(0, self.runs, self.chunk)
-        )
+    @property
+    def parts(self) -> int:
+        """Number of parts; each is of one case."""
+        return len(self.cases) * -(-self.runs // self.chunk)
+
+    def part(self, number: int) -> tuple[int, int, int]:
+        """Case, first run and end of a part."""
+        case, place = divmod(number, -(-self.runs // self.chunk))
+        return case, place * self.chunk, min((place + 1) * self.chunk, self.runs)
 
     @cached_property
     def digest(self) -> str:

@@ -21,7 +21,7 @@ from ..simulate.lanes import check_varied, prepare
 from ..simulate.loop import loop_values
 from . import Campaign, CampaignError, Case
 from .designs import points, uniform
-from .reading import figures, whole_indices
+from .reading import figures, usual_names, whole_indices
 from .revolutions import balanced
 from .tallies import tally_of
 
@@ -100,7 +100,7 @@ def check(campaign: Campaign) -> None:
     Raises:
         CampaignError: the input and the case.
     """
-    names = [name for name in (*campaign.inputs, *(campaign.correlated.names if campaign.correlated else ()))]
+    names = [*campaign.inputs, *(campaign.correlated.names if campaign.correlated else ())]
     double = {name for name in names if names.count(name) > 1}
     if double:
         raise CampaignError(f"{campaign.name}: {', '.join(sorted(double))}: is an input twice")
@@ -114,7 +114,7 @@ def check(campaign: Campaign) -> None:
 
 def compute(campaign: Campaign, number: int, threads: int = 1) -> Part:
     """Compute one part; the same numbers whatever the threads."""
-    at, first, last = campaign.parts[number]
+    at, first, last = campaign.part(number)
     case, columns = campaign.cases[at], drawn(campaign, at, first, last)
     lanes = last - first
     steps = round(case.duration / case.dt) + 1
@@ -124,12 +124,12 @@ def compute(campaign: Campaign, number: int, threads: int = 1) -> Part:
     if campaign.balanced:
         vary["policy.n_P"] = balanced(case.ship, vary, columns.get("u", np.full(lanes, case.speed)))
         columns["policy.n_P"] = vary["policy.n_P"]
-    found = _sailed(case, vary, start, around, lanes, steps, threads)
-    numbers = np.arange(first, last) + at * campaign.runs
-    table = {"run": numbers, "case": np.full(lanes, at), **columns, **found}
+    found = _sailed(case, campaign.weather, vary, start, around, lanes, steps, threads)
+    numbers = np.arange(first, last, dtype=np.float64) + at * campaign.runs
+    table = {"run": numbers, "case": np.full(lanes, float(at)), **columns, **found}
     for name, bound in campaign.criteria.items():
         value = found[bound.index]
-        table[name] = np.where(np.isfinite(value), (value >= bound.low) & (value <= bound.high), np.nan)
+        table[f"{name}_met"] = np.where(np.isfinite(value), (value >= bound.low) & (value <= bound.high), np.nan)
     return Part(at, first, table)
 
 
@@ -151,7 +151,9 @@ def components_of(size: Any, angle: Any) -> tuple[Any, Any]:
     return size * np.cos(angle), size * np.sin(angle)
 
 
-def _gusts(campaign: Campaign, case: Case, here: Mapping[str, Any], first: int, lanes: int, steps: int) -> Iterator[Array]:
+def _gusts(
+    campaign: Campaign, case: Case, here: Mapping[str, Any], first: int, lanes: int, steps: int
+) -> Iterator[Array]:
     """The wind of each run, with a seed that is a function of the campaign's seed and the run's number."""
     seeds = (uniform(campaign.seed, 1, first, first + lanes, _SEEDS)[:, 0] * 2.0**53).astype(np.int64)
     for lane in range(lanes):
@@ -160,7 +162,7 @@ def _gusts(campaign: Campaign, case: Case, here: Mapping[str, Any], first: int, 
 
 
 def _start(case: Case, columns: Mapping[str, Array], around: Array) -> Array:
-    """Initial x, y, psi, u, v_m, r over ground, shape (runs or 1, 6): velocities through the water, plus the current."""
+    """Initial x, y, psi, u, v_m, r over ground, shape (runs or 1, 6): through the water, plus the current."""
     usual = (0.0, 0.0, 0.0, case.speed, 0.0, 0.0)
     north, east = around[:, CHANNELS.index("current_x")], around[:, CHANNELS.index("current_y")]
     given = [np.atleast_1d(columns.get(name, value)) for name, value in zip(STATES, usual, strict=True)]
@@ -170,14 +172,16 @@ def _start(case: Case, columns: Mapping[str, Array], around: Array) -> Array:
 
 
 def _sailed(
-    case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int, threads: int
-) -> dict[str, Array]:
+    case: Case, usual: Uniform, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int,
+    threads: int,
+) -> dict[str, Array]:  # fmt: skip
     """Indices of the runs of a case, and `failed` [s], NaN for a run that did not, and `complete` (0 or 1)."""
     north, east = (around[:, 0, CHANNELS.index(name)] for name in ("current_x", "current_y"))
     flowing = bool(north.any() or east.any())
     tally = None if case.whole else tally_of(case.manoeuvre, case.dt, case.ship.validity, flowing)
     if tally is None:
-        return whole_indices(case, vary, start, around, lanes, steps, threads)
+        names = usual_names(case, usual.series(case.dt, steps)[None], steps)
+        return whole_indices(case, names, vary, start, around, lanes, steps, threads)
     more = {"policy.current_x": np.broadcast_to(north, lanes), "policy.current_y": np.broadcast_to(east, lanes)}
     ready = prepare(case.ship, tally, case.dt, {**vary, **(more if flowing else {})}, start, around, lanes)
     # One row more than the run has samples: the memory that is stored with it has seen them all.

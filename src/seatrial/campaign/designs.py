@@ -6,6 +6,7 @@ So any part of a campaign can be computed anywhere, in any order and any number 
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Literal, get_args
@@ -20,6 +21,8 @@ DESIGNS: tuple[Design, ...] = get_args(Design)
 
 # Numbers of one counter of Philox4x64.
 _WORDS = 4
+# Of a Sobol sequence, in which it can be entered anywhere.
+_BITS = 30
 # A Latin hypercube is drawn whole, by each process.
 _LATIN = 5e7
 
@@ -42,6 +45,8 @@ def points(design: Design, seed: int, dims: int, runs: int, first: int, last: in
         return uniform(seed, dims, first, last)
     if design == "sobol":
         return _sobol(seed, dims, first, last)
+    if design in ("sobol", "saltelli") and runs > 2**_BITS:
+        raise ParameterError(f"runs is {runs}; a Sobol sequence has 2^{_BITS} points; take random")
     if design == "latin-hypercube":
         return _latin(seed, dims, runs)[first:last]
     if design == "saltelli":
@@ -63,6 +68,8 @@ def check_runs(design: Design, dims: int, runs: int, levels: Sequence[int] = ())
         block = dims + 2
         raise ParameterError(f"runs is {runs}; design saltelli takes a multiple of {block} (inputs + 2), such as "
                              f"{block * max(round(runs / block), 1)}")  # fmt: skip
+    if design in ("sobol", "saltelli") and runs > 2**_BITS:
+        raise ParameterError(f"runs is {runs}; a Sobol sequence has 2^{_BITS} points; take random")
     if design == "latin-hypercube" and runs * dims > _LATIN:
         raise ParameterError(f"runs is {runs}; a Latin hypercube of {dims} inputs is drawn whole: at most "
                              f"{_LATIN / dims:.0f} runs; take sobol")  # fmt: skip
@@ -85,10 +92,12 @@ def _open(words: np.ndarray[tuple[int, ...], np.dtype[np.uint64]]) -> Array:
 def _sobol(seed: int, dims: int, first: int, last: int) -> Array:
     from scipy.stats import qmc
 
-    sampler = qmc.Sobol(dims, scramble=True, rng=np.random.default_rng([seed, 1]), bits=53)
-    if first:
-        sampler.fast_forward(first)
-    return np.clip(sampler.random(last - first), 2.0**-54, 1.0 - 2.0**-54)
+    with warnings.catch_warnings():  # parts of a sequence need not be powers of two
+        warnings.simplefilter("ignore", UserWarning)
+        sampler = qmc.Sobol(dims, scramble=True, rng=np.random.default_rng([seed, 1]), bits=_BITS)
+        if first:
+            sampler.fast_forward(first)
+        return sampler.random(last - first) + 0.5**(_BITS + 1)  # the middle of its interval
 
 
 @lru_cache(maxsize=1)

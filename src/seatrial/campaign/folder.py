@@ -68,11 +68,15 @@ class Held:
             CampaignError: a part is missing.
         """
         if self.missing:
-            raise CampaignError(f"{self.folder}: {len(self.missing)} of {self.parts} parts are missing; run it to its end")
+            raise CampaignError(_incomplete(self))
         found = hashlib.sha256()
         for number in range(self.parts):
             found.update(hashlib.sha256(self.path(number).read_bytes()).digest())
         return found.hexdigest()
+
+
+def _incomplete(held: Held) -> str:
+    return f"{held.folder}: {len(held.missing)} of {held.parts} parts are missing; run the campaign to its end"
 
 
 def part_path(folder: Path, number: int) -> Path:
@@ -89,7 +93,8 @@ def open_folder(folder: Path) -> Held:
     try:
         document = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        raise CampaignError(f"{folder}: holds no campaign; seatrial campaign CAMPAIGN.toml -o {folder} starts one") from None
+        wanted = f"seatrial campaign CAMPAIGN.toml -o {folder} starts one"
+        raise CampaignError(f"{folder}: holds no campaign; {wanted}") from None
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise CampaignError(f"{folder / MANIFEST}: is not of schema '{SCHEMA}'")
     return Held(folder, document)
@@ -122,7 +127,7 @@ def begin(campaign: Campaign, folder: Path, source: str = "") -> Held:
     document = {
         "schema": SCHEMA, "name": campaign.name, "version": __version__, "digest": campaign.digest,
         "cases": [case.name for case in campaign.cases], "runs": campaign.runs, "rows": campaign.rows,
-        "parts": len(campaign.parts), "chunk": campaign.chunk, "design": campaign.design, "seed": campaign.seed,
+        "parts": campaign.parts, "chunk": campaign.chunk, "design": campaign.design, "seed": campaign.seed,
         "inputs": [*campaign.varied, *(campaign.correlated.names if campaign.correlated else ())],
         "criteria": {name: vars(one) for name, one in campaign.criteria.items()},
         "columns": first, "source": source,
@@ -152,8 +157,8 @@ def _check_room(campaign: Campaign, folder: Path, columns: int) -> None:
     there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
     needed, free = campaign.rows * columns * _BYTES, shutil.disk_usage(there).free
     if needed > free:
-        raise CampaignError(f"{campaign.name}: {campaign.rows} runs of {columns} columns take up to {needed / 1e9:.3g} GB; "
-                            f"{there} has {free / 1e9:.3g} GB free")  # fmt: skip
+        size = f"{campaign.rows} runs of {columns} columns take up to {needed / 1e9:.3g} GB"
+        raise CampaignError(f"{campaign.name}: {size}; {there} has {free / 1e9:.3g} GB free")
 
 
 def write_part(campaign: Campaign, folder: Path, number: int, threads: int = 1) -> int:
@@ -177,7 +182,7 @@ def _write(campaign: Campaign, part: Part, number: int, scratch: str) -> None:
     pl.DataFrame(columns).write_parquet(scratch, compression="zstd", compression_level=1, metadata=about)
 
 
-def _typed(name: str, column: Array) -> Array:
+def _typed(name: str, column: Array) -> Any:
     return column.astype(np.int64) if name in _WHOLE else np.ascontiguousarray(column, dtype=np.float64)
 
 
@@ -226,6 +231,6 @@ def merge(held: Held, out: Path) -> Path:
         CampaignError: parts are missing.
     """
     if held.missing:
-        raise CampaignError(f"{held.folder}: {len(held.missing)} of {held.parts} parts are missing; run it to its end")
+        raise CampaignError(_incomplete(held))
     write_together({out: lambda scratch: scan(held).sink_parquet(scratch, compression="zstd")})
     return out

@@ -1,4 +1,4 @@
-"""What differs from run to run: distributions by their inverse, so that any design of points in the unit cube serves."""
+"""What differs from run to run: distributions by their inverse, for any design of points in the unit cube."""
 
 from __future__ import annotations
 
@@ -61,7 +61,8 @@ class Input:
         if self.weights and (self.kind != "choice" or len(self.weights) != len(n) or min(self.weights) < 0
                              or sum(self.weights) <= 0):  # fmt: skip
             return "weights are for a choice, one for each number, none below zero"
-        if self.within is not None and (self.kind not in ("normal", "lognormal") or not self.within[0] < self.within[1]):
+        bell = self.kind in ("normal", "lognormal")
+        if self.within is not None and not (bell and self.within[0] < self.within[1]):
             return "within = [low, high] cuts off a normal or lognormal distribution"
         return None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -46,37 +47,39 @@ def _after(tally: Tally, stored: Sequence[str]) -> int:
 
 
 def whole_indices(
-    case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int, threads: int
-) -> dict[str, Array]:
-    """Indices of stored runs by `Manoeuvre.indices`, with `failed` and `complete`; the names are those of a usual run.
+    case: Case, names: Sequence[str], vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int,
+    threads: int,
+) -> dict[str, Array]:  # fmt: skip
+    """Indices of stored runs by `Manoeuvre.indices`, with `failed` and `complete`.
 
     Args:
+        names: of the indices, see `usual_names`.
         start: initial states, shape (lanes or 1, 6).
         around: weather, shape (lanes or 1, steps or 1, 8).
     """
-    names = usual_names(case, around[:1], steps)
     found = {name: np.full(lanes, np.nan) for name in (*names, "failed", "complete")}
     group = max(_STORED // (steps * (len(case.ship.model.controls) * 4 + 16)), 1)
     for low in range(0, lanes, group):
         high = min(low + group, lanes)
         own = {name: column[low:high] for name, column in vary.items()}
-        parts = (part[low:high] if len(part) > 1 else part for part in (start, around))
-        for lane, those in enumerate(_read(case, own, *parts, high - low, steps, threads), low):
+        at, wind = (part[low:high] if len(part) > 1 else part for part in (start, around))
+        for lane, those in enumerate(_read(case, own, at, wind, high - low, steps, threads), low):
             for name in found.keys() & those.keys():
                 found[name][lane] = those[name]
     return found
 
 
 def usual_names(case: Case, around: Array, steps: int) -> tuple[str, ...]:
-    """Indices that a run of the case without any change has.
+    """Indices that a run of the case without any change has, whatever its file calls valid.
 
     Raises:
         CampaignError: it has none.
     """
-    start = np.array([[0.0, 0.0, 0.0, case.speed, 0.0, 0.0]])
-    names = tuple(name for name in next(_read(case, {}, start, around, 1, steps, 1)) if name not in ("failed", "complete"))
+    start, free = np.array([[0.0, 0.0, 0.0, case.speed, 0.0, 0.0]]), replace(case, ship=replace(case.ship, validity={}))
+    found = next(_read(free, {}, start, around, 1, steps, 1))
+    names = tuple(name for name in found if name not in ("failed", "complete"))
     if not names:
-        raise CampaignError(f"{case.name}: a run of {case.duration:g} s has none of its indices; give a longer duration")
+        raise CampaignError(f"{case.name}: a run of {case.duration:g} s has no index; give a longer duration")
     return names
 
 
@@ -86,8 +89,9 @@ def _read(
     """Indices of each run, with when it failed and whether it is complete."""
     policy, series = case.manoeuvre, around
     if isinstance(policy, Scheduled):
-        given = np.broadcast_to(policy.schedule(case.dt, steps), (len(around), steps, len(policy.given)))
-        series = np.concatenate([np.broadcast_to(around[:, :steps], (len(around), steps, len(CHANNELS))), given], axis=2)
+        shape = (len(around), steps)
+        given = np.broadcast_to(policy.schedule(case.dt, steps), (*shape, len(policy.given)))
+        series = np.concatenate([np.broadcast_to(around[:, :steps], (*shape, len(CHANNELS))), given], axis=2)
     ready = prepare(case.ship, policy, case.dt, vary, start, series, lanes)
     run = ready.simulator.run(
         ready.state, ready.series, ready.shared, memory0=ready.memory, lanewise=ready.lanewise, dt=case.dt,

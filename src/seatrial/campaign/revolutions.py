@@ -30,7 +30,7 @@ def balanced(ship: Ship, vary: Mapping[str, Array], speed: Array) -> Array:
         CampaignError: a model without a balance of surge, or a ship of which none is found.
     """
     if isinstance(ship.model, Sampled) or len(ship.model.states) != len(STATES):
-        raise CampaignError(f"{ship.name}: revolutions are balanced for models with the six states only; give policy.n_P")
+        raise CampaignError(f"{ship.name}: revolutions are balanced for models of six states; give policy.n_P")
     system = open_loop(ship)
     own = tuple(name[5:] for name in vary if name.startswith("ship."))
     code, shared = simulator(system, own), open_loop_parameters(ship)

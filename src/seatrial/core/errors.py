@@ -12,9 +12,9 @@ import tomllib
 from typing import Literal
 
 __all__ = [
-    "BusyError", "CampaignError", "CommandError", "CompilerError", "DataError", "FitError", "LoopError", "NmeaError", "NoTorchError",
-    "ParameterError", "Reason", "RefusalError", "ReportError", "RequestError", "ResumeError", "RunError",
-    "SeatrialError", "SensorError", "ShipError", "SimulationError", "StudyError", "TaskError", "TomlError",
+    "BusyError", "CampaignError", "CommandError", "CompilerError", "DataError", "FitError", "LoopError", "NmeaError",
+    "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError", "RequestError", "ResumeError",
+    "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError", "StudyError", "TaskError", "TomlError",
     "UsageError", "WeatherError", "WireError",
 ]  # fmt: skip
 

@@ -19,6 +19,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ...core.parameters import Scalar, Scalars, spec
 from ...core.symbolic import both, cos, negated, root, sin, where
 from ...data import Array
@@ -27,6 +29,8 @@ from ...models import STATES
 
 NEVER = -1.0
 """Time of what has not happened yet [s]."""
+
+Truth = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 Bounds = tuple[tuple[int, float, float], ...]
 """Closed interval of states by number, within which a run is valid."""
@@ -83,7 +87,7 @@ class Tally(Manoeuvre):
         """
 
     @abstractmethod
-    def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Array:
+    def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Truth:
         """Whether each run holds all that the indices need, as `Manoeuvre.complete`."""
 
     def begin(self, state: Scalars) -> Scalars:

@@ -12,7 +12,7 @@ from ...core.parameters import Scalar, Scalars
 from ...core.symbolic import both, cos, sin, where
 from ...data import Array
 from ...manoeuvres.stopping import CrashAstern, Stopping
-from . import NEVER, Tally, way
+from . import NEVER, Tally, Truth, way
 
 _NOTED = ("x_0", "y_0", "psi_0", "u_0", "x", "y", "psi", "u", "way", "time", "reach", "ahead", "aside", "change")
 _FIGURES = {
@@ -56,7 +56,7 @@ class _Halt(Tally):
         own = ("reach", "ahead", "aside", "time", "change")
         return {name: np.where(there, noted[at], np.nan) for name, at in zip(_FIGURES, own, strict=True)}
 
-    def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Array:
+    def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Truth:
         return noted["time"] >= 0
 
 

@@ -13,7 +13,7 @@ from ...core.parameters import Scalar, Scalars
 from ...core.symbolic import both, cos, larger, sign, sin, where
 from ...data import Array
 from ...manoeuvres.turning import Turning
-from . import NEVER, Tally, passed
+from . import NEVER, Tally, Truth, passed
 
 _QUARTER = 0.5 * math.pi
 _COMPLETE = 3.0 * math.pi
@@ -63,5 +63,5 @@ class TurningTally(Tally, Turning):
             out |= {name: np.where(there, noted[name], np.nan) for name in (*names, time)}
         return out
 
-    def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Array:
+    def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Truth:
         return noted["largest"] >= _COMPLETE

@@ -12,7 +12,7 @@ from ...core.parameters import Scalar, Scalars
 from ...core.symbolic import both, larger, root, where
 from ...data import Array
 from ...manoeuvres.zigzag import Zigzag
-from . import NEVER, Tally
+from . import NEVER, Tally, Truth
 
 _ORDINALS = ("first", "second", "third")
 # As of `Zigzag.indices`: the heading comes back by this fraction of psi before a peak counts as an overshoot.
@@ -25,8 +25,8 @@ class ZigzagTally(Tally, Zigzag):
     """A zigzag that notes the time of four reversals and the peak of the heading after the first three."""
 
     noted: ClassVar[tuple[str, ...]] = (
-        "time_1", "time_2", "time_3", "time_4", "peak_1", "peak_2", "peak_3", "swing", "heading_before", "heading", "x", "y",
-        "way_before", "way", "turning",
+        "time_1", "time_2", "time_3", "time_4", "peak_1", "peak_2", "peak_3", "swing", "heading_before", "heading",
+        "x", "y", "way_before", "way", "turning",
     )  # fmt: skip
     memory: ClassVar[tuple[str, ...]] = (*Zigzag.memory, "failed", *noted)
     figures: ClassVar[Mapping[str, str]] = {
@@ -77,5 +77,5 @@ class ZigzagTally(Tally, Zigzag):
         out["initial_turning_distance"] = way + share * (noted["way"] - way)
         return out
 
-    def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Array:
+    def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Truth:
         return np.isfinite(self.read(noted, varied)["third_overshoot"])
