@@ -32,7 +32,7 @@ def campaign(
 
 
 def _look(folder: Path, verify: bool, merge: bool, out: Path | None, json: bool) -> None:
-    from ..workflow import campaign as work
+    from ..workflow import campaigns as work
 
     if merge:
         path = work.merged(folder, out)
@@ -54,7 +54,7 @@ def _look(folder: Path, verify: bool, merge: bool, out: Path | None, json: bool)
 def _run(source: Path, out: Path, shard: str | None, threads: int | None, json: bool) -> None:
     from rich.console import Console
 
-    from ..workflow import campaign as work
+    from ..workflow import campaigns as work
     from ..workflow.request import Stopped
 
     terminal = Console(stderr=True)
