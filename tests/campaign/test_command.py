@@ -77,7 +77,7 @@ def test_a_job_array_takes_its_share(tmp_path: Path, monkeypatch: pytest.MonkeyP
         ('unit = "deg" }\n[crit', 'unit = "dag" }\n[crit', "dag"),
         ("first_overshoot", "first_undershoot", "first_undershoot"),
         ("[inputs]", '[weather]\nwind = "8,300"\n[inputs]', "no force of wind"),
-        ('"ship.hull.N_r" = { normal = [1.0, 0.1], factor = true }', '"ship.body.m" = { normal = [1.0, 2.0] }', "within"),
+        ('"ship.hull.N_r" = { normal = [1.0, 0.1], factor', '"ship.body.m" = { normal = [1.0, 2.0], factor', "within"),
         ("runs = 30", 'runs = 31\ndesign = "saltelli"', "multiple of 4"),
     ],
 )

@@ -17,7 +17,7 @@ def campaign(
     source: o.CampaignSource, out: o.CampaignFolder = None, shard: o.Shard = None, threads: o.Threads = None,
     show: o.CampaignStatus = False, verify: o.Verify = False, merge: o.Merge = False, json: o.Json = False,
 ) -> None:  # fmt: skip
-    """Run many manoeuvres of random ships in random weather to a table."""
+    """Run many manoeuvres of varied ships and weather."""
     from ..workflow import RequestError
 
     asked = [name for name, given in (("--status", show), ("--verify", verify), ("--merge", merge)) if given]

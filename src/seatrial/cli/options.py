@@ -163,8 +163,8 @@ Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the s
 # Campaigns.
 CampaignSource = Annotated[Path, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]
 CampaignFolder = Annotated[Path | None, Option("-o", "--out", help="Write to this folder; go on if it was killed.")]
-Shard = Annotated[str | None, Option(metavar="K/N", help="Compute share K of N only, such as 2/8.")]
-Threads = Annotated[int | None, Option(help="Compute in so many threads; one a processor unless given.")]
+Shard = Annotated[str | None, Option(metavar="K/N", help="Run share K of N only, such as 2/8.")]
+Threads = Annotated[int | None, Option(help="Use so many threads; one a processor unless given.")]
 CampaignStatus = Annotated[bool, Option("--status", help="Show how far the campaign of a folder is.")]
 Verify = Annotated[bool, Option("--verify", help="Read every part and compare it with the manifest.")]
 Merge = Annotated[bool, Option("--merge", help="Write the whole table to one Parquet file.")]
