@@ -97,3 +97,23 @@ def test_a_folder_that_holds_none(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "holds no campaign" in capsys.readouterr().err
     assert main(["campaign", str(tmp_path), "--status", "--merge"]) == 2
     assert main(["campaign", written(tmp_path, GOOD)]) == 2
+
+
+def test_a_run_is_replayed_from_the_folder_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import polars as pl
+
+    out = tmp_path / "run"
+    file = Path(written(tmp_path, GOOD))
+    assert main(["campaign", str(file), "-o", str(out)]) == 0
+    file.unlink()
+    table = pl.read_parquet(out / "parts" / "0000" / "0000001.parquet")
+    capsys.readouterr()
+    assert main(["simulate", "--from", str(out), "17", "--json", "-o", str(tmp_path / "worst.csv")]) == 0
+    said = json.loads(capsys.readouterr().out)
+    row = table.filter(pl.col("run") == 17)
+    assert said["inputs"]["ship.hull.N_r"] == row["ship.hull.N_r"][0]
+    degrees = said["indices"]["first_overshoot"]["value"]
+    assert degrees * 3.141592653589793 / 180.0 == pytest.approx(row["first_overshoot"][0], rel=1e-12)
+    assert (tmp_path / "worst.csv").exists()
+    for wrong in (["30"], ["-1"], ["17", "zigzag"], ["last"]):
+        assert main(["simulate", "--from", str(out), *wrong]) == 2

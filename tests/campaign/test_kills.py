@@ -60,7 +60,7 @@ def left_by_kills(file: Path, folder: Path, kills: int, longest: float, shards: 
     for shard in range(shards):
         finished(file, folder, "--shard", f"{1 + shard}/{shards}")
     assert all(path.stat().st_mtime_ns == at for path, at in seen.items())
-    assert not [path for path in folder.rglob("*.tmp")]
+    assert not list(folder.rglob("*.tmp"))
     return open_folder(folder)
 
 

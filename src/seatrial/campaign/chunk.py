@@ -13,20 +13,24 @@ from typing import Any
 import numpy as np
 
 from ..core.parameters import ParameterError, possible, specs
-from ..data import Array
+from ..data import Array, Trial
 from ..environment import CHANNELS, RANGES, Uniform
 from ..environment.weather import Gust
+from ..manoeuvres import Manoeuvre
 from ..models import STATES
 from ..simulate.lanes import check_varied, prepare
 from ..simulate.loop import loop_values
 from . import Campaign, CampaignError, Case
 from .designs import points, uniform
-from .reading import figures, usual_names, whole_indices
+from .reading import figures, sailed, usual_names, whole_indices
 from .revolutions import balanced
 from .tallies import tally_of
 
 WEATHER = tuple(vars(Uniform()))
 """Inputs of the weather, by the names of `Uniform`."""
+
+_WIND = 8_000_000
+"""Gusts are a series a run: runs are sailed in groups of so many numbers, 64 MB."""
 
 _SEEDS = 7
 """Stream of the seeds of gusts, apart from that of the points."""
@@ -112,29 +116,67 @@ def check(campaign: Campaign) -> None:
         drawn(campaign, number, 0, min(campaign.runs, campaign.chunk))
 
 
-def compute(campaign: Campaign, number: int, threads: int = 1) -> Part:
-    """Compute one part; the same numbers whatever the threads."""
-    at, first, last = campaign.part(number)
-    case, columns = campaign.cases[at], drawn(campaign, at, first, last)
-    lanes = last - first
-    steps = round(case.duration / case.dt) + 1
-    around = _around(campaign, case, columns, first, steps)
-    start = _start(case, columns, around[:, 0])
+@dataclass(frozen=True)
+class Runs:
+    """Consecutive runs of a case, ready to sail.
+
+    Attributes:
+        columns: inputs by name, each of shape (runs,).
+        vary: those of them that are parameters of the closed loop.
+        start: initial states over ground, shape (runs or 1, 6).
+        around: weather, shape (runs or 1, steps or 1, 8).
+        lanes: number of runs.
+    """
+
+    case: Case
+    columns: Mapping[str, Array]
+    vary: Mapping[str, Array]
+    start: Array
+    around: Array
+    lanes: int
+
+    @property
+    def steps(self) -> int:
+        """Samples of each run."""
+        return samples(self.case)
+
+
+def samples(case: Case) -> int:
+    """Samples of each run of a case."""
+    return round(case.duration / case.dt) + 1
+
+
+def ready(campaign: Campaign, at: int, first: int, last: int) -> Runs:
+    """Runs `first` to `last` (not included) of case number `at`."""
+    case, columns, lanes = campaign.cases[at], drawn(campaign, at, first, last), last - first
+    around = _around(campaign, case, columns, first, lanes)
     vary = {name: v for name, v in columns.items() if name not in WEATHER and name not in STATES}
     if campaign.balanced:
         vary["policy.n_P"] = balanced(case.ship, vary, columns.get("u", np.full(lanes, case.speed)))
         columns["policy.n_P"] = vary["policy.n_P"]
-    found = _sailed(case, campaign.weather, vary, start, around, lanes, steps, threads)
+    return Runs(case, columns, vary, _start(case, columns, around[:, 0]), around, lanes)
+
+
+def compute(campaign: Campaign, number: int, threads: int = 1) -> Part:
+    """Compute one part; the same numbers whatever the threads."""
+    at, first, last = campaign.part(number)
+    group = last - first if campaign.gusts is None else max(_WIND // (samples(campaign.cases[at]) * len(CHANNELS)), 1)
+    found: list[dict[str, Array]] = []
+    for low in range(first, last, group):
+        runs = ready(campaign, at, low, min(low + group, last))
+        found.append({**runs.columns, **_sailed(runs, campaign.weather, threads)})
+    columns = {name: np.concatenate([one[name] for one in found]) for name in found[0]}
     numbers = np.arange(first, last, dtype=np.float64) + at * campaign.runs
-    table = {"run": numbers, "case": np.full(lanes, float(at)), **columns, **found}
+    table = {"run": numbers, "case": np.full(last - first, float(at)), **columns}
     for name, bound in campaign.criteria.items():
-        value = found[bound.index]
+        value = columns[bound.index]
         table[f"{name}_met"] = np.where(np.isfinite(value), (value >= bound.low) & (value <= bound.high), np.nan)
     return Part(at, first, table)
 
 
-def _around(campaign: Campaign, case: Case, columns: Mapping[str, Array], first: int, steps: int) -> Array:
+def _around(campaign: Campaign, case: Case, columns: Mapping[str, Array], first: int, lanes: int) -> Array:
     """Weather per run and step, shape (runs or 1, steps or 1, 8)."""
+    steps = samples(case)
     here = {name: columns.get(name, value) for name, value in vars(campaign.weather).items()}
     if campaign.gusts is None and not any(name in columns for name in WEATHER):
         return campaign.weather.series(case.dt, steps)[None]
@@ -143,7 +185,7 @@ def _around(campaign: Campaign, case: Case, columns: Mapping[str, Array], first:
                                 (("U_T", "gamma_T"), ("U_C", "gamma_C"), ("H_S", "gamma_W")))  # fmt: skip
         held = np.broadcast_arrays(*wind, *current, *waves, here["T_W"], 1.0 / np.asarray(here["depth"]))
         return np.column_stack([np.atleast_1d(one) for one in held])[:, None, :].astype(np.float64)
-    return np.stack(list(_gusts(campaign, case, here, first, len(next(iter(columns.values()))), steps)))
+    return np.stack(list(_gusts(campaign, case, here, first, lanes)))
 
 
 def components_of(size: Any, angle: Any) -> tuple[Any, Any]:
@@ -152,13 +194,13 @@ def components_of(size: Any, angle: Any) -> tuple[Any, Any]:
 
 
 def _gusts(
-    campaign: Campaign, case: Case, here: Mapping[str, Any], first: int, lanes: int, steps: int
+    campaign: Campaign, case: Case, here: Mapping[str, Any], first: int, lanes: int
 ) -> Iterator[Array]:
     """The wind of each run, with a seed that is a function of the campaign's seed and the run's number."""
     seeds = (uniform(campaign.seed, 1, first, first + lanes, _SEEDS)[:, 0] * 2.0**53).astype(np.int64)
     for lane in range(lanes):
         own = Uniform(**{name: float(v if np.ndim(v) == 0 else v[lane]) for name, v in here.items()})
-        yield Gust(own, campaign.gusts or "", int(seeds[lane])).series(case.dt, steps)
+        yield Gust(own, campaign.gusts or "", int(seeds[lane])).series(case.dt, samples(case))
 
 
 def _start(case: Case, columns: Mapping[str, Array], around: Array) -> Array:
@@ -171,23 +213,39 @@ def _start(case: Case, columns: Mapping[str, Array], around: Array) -> Array:
     return np.column_stack([x, y, psi, u + north * c + east * s, v_m + east * c - north * s, r])
 
 
-def _sailed(
-    case: Case, usual: Uniform, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int,
-    threads: int,
-) -> dict[str, Array]:  # fmt: skip
-    """Indices of the runs of a case, and `failed` [s], NaN for a run that did not, and `complete` (0 or 1)."""
+def _sailed(runs: Runs, usual: Uniform, threads: int) -> dict[str, Array]:
+    """Indices of the runs, and `failed` [s], NaN for a run that did not, and `complete` (0 or 1)."""
+    case, vary, around, steps = runs.case, runs.vary, runs.around, runs.steps
     north, east = (around[:, 0, CHANNELS.index(name)] for name in ("current_x", "current_y"))
     flowing = bool(north.any() or east.any())
     tally = None if case.whole else tally_of(case.manoeuvre, case.dt, case.ship.validity, flowing)
     if tally is None:
         names = usual_names(case, usual.series(case.dt, steps)[None], steps)
-        return whole_indices(case, names, vary, start, around, lanes, steps, threads)
-    more = {"policy.current_x": np.broadcast_to(north, lanes), "policy.current_y": np.broadcast_to(east, lanes)}
-    ready = prepare(case.ship, tally, case.dt, {**vary, **(more if flowing else {})}, start, around, lanes)
+        return whole_indices(case, names, vary, runs.start, around, runs.lanes, steps, threads)
+    flow = {"policy.current_x": north, "policy.current_y": east}
+    more = {name: np.broadcast_to(one, runs.lanes) for name, one in flow.items()}
+    loop = prepare(case.ship, tally, case.dt, {**vary, **(more if flowing else {})}, runs.start, around, runs.lanes)
     # One row more than the run has samples: the memory that is stored with it has seen them all.
-    series = ready.series if ready.series.shape[1] == 1 else np.pad(ready.series, ((0, 0), (0, 1), (0, 0)), "edge")
-    rows = ready.simulator.stored(
-        ready.state, series, ready.shared, memory0=ready.memory, lanewise=ready.lanewise, dt=case.dt,
+    series = loop.series if loop.series.shape[1] == 1 else np.pad(loop.series, ((0, 0), (0, 1), (0, 0)), "edge")
+    rows = loop.simulator.stored(
+        loop.state, series, loop.shared, memory0=loop.memory, lanewise=loop.lanewise, dt=case.dt,
         steps=steps + 1, every=steps, method=case.method, threads=threads,
     )[:, -1]  # fmt: skip
-    return figures(tally, ready.simulator.system.stored, rows, vary)
+    return figures(tally, loop.simulator.system.stored, rows, vary)
+
+
+def replay(campaign: Campaign, run: int) -> tuple[Runs, Manoeuvre, Trial]:
+    """One run of a campaign as a trial, with its inputs and the manoeuvre as it was ordered.
+
+    Args:
+        run: its number in the table.
+
+    Raises:
+        CampaignError: no run of this number.
+    """
+    if not 0 <= run < campaign.rows:
+        raise CampaignError(f"{campaign.name}: no run {run}; runs go from 0 to {campaign.rows - 1}")
+    case, place = divmod(run, campaign.runs)
+    one = ready(campaign, case, place, place + 1)
+    policy, trial, _ = next(sailed(one.case, one.vary, one.start, one.around, 1, one.steps, 1))
+    return one, policy, trial

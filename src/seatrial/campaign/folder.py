@@ -100,11 +100,11 @@ def open_folder(folder: Path) -> Held:
     return Held(folder, document)
 
 
-def begin(campaign: Campaign, folder: Path, source: str = "") -> Held:
+def begin(campaign: Campaign, folder: Path, source: Path | None = None) -> Held:
     """The folder of a campaign, new or as it was left.
 
     Args:
-        source: text of the file that the campaign was read from.
+        source: file that the campaign was read from; its text is kept, so that runs can be replayed.
 
     Raises:
         CampaignError: it holds another campaign or one of another version, or the disk is too small for this one.
@@ -130,7 +130,9 @@ def begin(campaign: Campaign, folder: Path, source: str = "") -> Held:
         "parts": campaign.parts, "chunk": campaign.chunk, "design": campaign.design, "seed": campaign.seed,
         "inputs": [*campaign.varied, *(campaign.correlated.names if campaign.correlated else ())],
         "criteria": {name: vars(one) for name, one in campaign.criteria.items()},
-        "columns": first, "source": source,
+        "columns": first,
+        "source": None if source is None else str(source.resolve()),
+        "text": None if source is None else source.read_text(encoding="utf-8"),
     }  # fmt: skip
     folder.mkdir(parents=True, exist_ok=True)
     write_whole(folder / MANIFEST, json.dumps(plain(document), indent=1) + "\n")

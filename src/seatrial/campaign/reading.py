@@ -87,6 +87,14 @@ def _read(
     case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int, threads: int
 ) -> Iterator[dict[str, float]]:
     """Indices of each run, with when it failed and whether it is complete."""
+    for policy, trial, failed in sailed(case, vary, start, around, lanes, steps, threads):
+        yield {**_indices(policy, trial, case.ship.L_pp), "failed": failed}
+
+
+def sailed(
+    case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int, threads: int
+) -> Iterator[tuple[Manoeuvre, Trial, float]]:
+    """Each run as a trial, up to where it failed, with its manoeuvre and when it failed [s] (NaN: it did not)."""
     policy, series = case.manoeuvre, around
     if isinstance(policy, Scheduled):
         shape = (len(around), steps)
@@ -106,7 +114,7 @@ def _read(
         own = update(policy, changes)
         here = around[min(lane, len(around) - 1), : max(end, 1)]
         trial = recorded(case.ship, own, run.t[:end], run.values[lane, :end], here, dt=case.dt)
-        yield {**_indices(own, trial, case.ship.L_pp), "failed": failed.get(lane, math.nan)}
+        yield own, trial, failed.get(lane, math.nan)
 
 
 def _indices(policy: Manoeuvre, trial: Trial, L_pp: float) -> dict[str, float]:

@@ -73,13 +73,13 @@ Watch = Callable[[int, int, int, float], object]
 
 
 def run(
-    campaign: Campaign, folder: Path, *, source: str = "", shard: Shard = Shard(), threads: int | None = None,
+    campaign: Campaign, folder: Path, *, source: Path | None = None, shard: Shard = Shard(), threads: int | None = None,
     executor: Executor | None = None, width: int | None = None, watch: Watch | None = None,
 ) -> Ran:  # fmt: skip
     """Compute the parts that are missing.
 
     Args:
-        source: text of the file of the campaign, kept in the manifest.
+        source: file of the campaign; its text is kept in the manifest.
         shard: which parts are this process's.
         threads: of this process; None takes `engine.rollout.default_threads()`.
         executor: in place of threads.

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ...campaign import CampaignError
+from ...campaign.chunk import replay
 from ...campaign.folder import Held, merge, open_folder, wrong_parts
 from ...campaign.running import Executor, Ran, Shard, Watch, run
+from ...data import Trial
+from ...data.trialfile import write_trial
+from ...manoeuvres import Index, Manoeuvre
 from .. import RequestError
-from ..request import Note, silent
-from .reading import read_campaign
+from ..request import Note, check_output, silent
+from .reading import campaign_of, read_campaign
 
-__all__ = ["CampaignError", "Status", "campaign", "merged", "read_campaign", "shard_of", "status"]
+__all__ = ["CampaignError", "Status", "campaign", "merged", "read_campaign", "replayed", "shard_of", "status"]
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,7 @@ def campaign(
     if threads is not None and threads < 1:
         raise RequestError(f"--threads is {threads}; give 1 or more")
     part = shard_of(shard)
-    return run(read_campaign(path, note), out, source=path.read_text(encoding="utf-8"), shard=part, threads=threads,
+    return run(read_campaign(path, note), out, source=path, shard=part, threads=threads,
                executor=executor, width=width, watch=watch)  # fmt: skip
 
 
@@ -85,3 +90,46 @@ def merged(folder: Path, out: Path | None = None) -> Path:
         CampaignError: parts are missing.
     """
     return merge(open_folder(folder), out or folder / "campaign.parquet")
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """One run of a campaign, sailed again.
+
+    Attributes:
+        ship: name of the case.
+        policy: the manoeuvre as it was ordered.
+        trial: the run.
+        inputs: what differed, SI units and radians.
+        indices: of the run.
+        complete: whether the run holds all that they need.
+    """
+
+    ship: str
+    policy: Manoeuvre
+    trial: Trial
+    inputs: Mapping[str, float]
+    indices: Mapping[str, Index]
+    complete: bool
+
+
+def replayed(folder: Path, run_number: int, out: Path | None = None) -> Replayed:
+    """Sail one row of the table of a campaign again, and write its trial to a file where one is named.
+
+    Raises:
+        RequestError: a folder without the text of its campaign, or no run of this number.
+    """
+    check_output(out, (".csv", ".parquet"), "a trial file")
+    held = open_folder(folder)
+    text, source = (str(held.document.get(key) or "") for key in ("text", "source"))
+    if not text or not source:
+        raise RequestError(f"{folder}: was not begun from a campaign file; its runs cannot be replayed from here")
+    plan = campaign_of(tomllib.loads(text), Path(source))
+    if plan.digest != held.document["digest"]:
+        raise RequestError(f"{folder}: the ships of {source} or the version have changed since; nothing is replayed")
+    runs, policy, trial = replay(plan, run_number)
+    if out is not None:
+        write_trial(trial, out)
+    inputs = {name: float(column[0]) for name, column in runs.columns.items()}
+    return Replayed(runs.case.name, policy, trial, inputs, policy.indices(trial, runs.case.ship.L_pp),
+                    policy.complete(trial))  # fmt: skip

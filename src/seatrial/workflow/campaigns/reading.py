@@ -42,6 +42,15 @@ def read_campaign(path: Path, note: Note = silent) -> Campaign:
         raise RequestError(f"{path}: cannot be read: {error}") from None
     except ValueError as error:
         raise RequestError(f"{path}: {error}") from None
+    return campaign_of(document, path, note)
+
+
+def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Campaign:
+    """A campaign from the contents of its file; `path` is for messages, and ships are looked for beside it.
+
+    Raises:
+        RequestError: what is wrong in the file, and at which key.
+    """
     if document.pop("schema", None) != SCHEMA:
         raise RequestError(f'{path}: is no campaign; its first line is schema = "{SCHEMA}"')
     table = checked(path, CampaignFile, document)
