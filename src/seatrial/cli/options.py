@@ -12,7 +12,12 @@ from typer import Argument, Option
 
 # What a command works on.
 ShipName = Annotated[str, Argument(help="Name a ship of the library (seatrial ships) or a ship file.")]
-ManoeuvreName = Annotated[str, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).")]
+ShipOrRun = Annotated[
+    str, Argument(metavar="SHIP", help="Name a ship of the library or a ship file; with --from, a run.")
+]  # fmt: skip
+ManoeuvreOrNone = Annotated[
+    str | None, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).")
+]  # fmt: skip
 Trials = Annotated[list[Path], Argument(help="Name trial files, or folders of them.")]
 Particulars = Annotated[Path, Argument(help="Name a file of particulars (docs/tutorials/estimate.md).")]
 StudyFile = Annotated[Path, Argument(help="Name a study file, or a table of many fits.")]
@@ -159,3 +164,15 @@ Simulator = Annotated[bool, Option("--simulator", help="Mark the sentences as th
 Host = Annotated[str, Option(help="Serve at this address.")]
 Port = Annotated[int, Option(help="Serve at this port; 0 takes a free one.")]
 Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the ship.")]
+
+# Campaigns.
+CampaignSource = Annotated[Path, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]
+CampaignFolder = Annotated[Path | None, Option("-o", "--out", help="Write to this folder; go on if it was killed.")]
+FromCampaign = Annotated[
+    Path | None, Option("--from", metavar="DIR", help="Replay a run of the campaign in this folder.")
+]  # fmt: skip
+Shard = Annotated[str | None, Option(metavar="K/N", help="Run share K of N only, such as 2/8.")]
+Threads = Annotated[int | None, Option(help="Use so many threads; one a processor unless given.")]
+CampaignStatus = Annotated[bool, Option("--status", help="Show how far the campaign of a folder is.")]
+Verify = Annotated[bool, Option("--verify", help="Read every part and compare it with the manifest.")]
+Merge = Annotated[bool, Option("--merge", help="Write the whole table to one Parquet file.")]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from ..core.errors import RequestError
 from . import options as o
 from .render import emit, figure, hand_on, note, say, say_lines, show_table
 
@@ -20,13 +21,18 @@ DEGREE = math.pi / 180.0
 
 
 def simulate(
-    ship: o.ShipName, name: o.ManoeuvreName, rudder: o.Rudder = None, heading: o.HeadingChange = None,
+    ship: o.ShipOrRun, name: o.ManoeuvreOrNone = None, rudder: o.Rudder = None, heading: o.HeadingChange = None,
     side: o.Side = None, seed: o.Seed = None, speed: o.ApproachSpeed = None, rps: o.Rps = None,
     duration: o.Duration = None, dt: o.TimeStep = None, wind: o.Wind = None, gusts: o.Gusts = None,
     current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None, out: o.TrialOut = None,
-    json: o.Json = False,
+    of: o.FromCampaign = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Simulate a manoeuvre and print its indices."""
+    if of is not None:
+        _replay(of, ship, name, out, json)
+        return
+    if name is None:
+        raise RequestError("name a manoeuvre after the ship; seatrial simulate --help lists them")
     from ..workflow.simulation import simulate as run
 
     ran = run(ship, name, rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps,
@@ -41,6 +47,22 @@ def simulate(
     if not ran.complete:
         note(f"error: {ran.reason}; indices that the run did not reach are left out")
         raise typer.Exit(1)
+
+
+def _replay(folder: Path, run: str, manoeuvre: str | None, out: Path | None, json: bool) -> None:
+    """One run of a campaign again."""
+    from ..workflow.campaigns import replayed
+
+    if manoeuvre is not None or not run.isdecimal():
+        raise RequestError(f"--from {folder}: name a run alone, by its number in the table, such as 12")
+    ran = replayed(folder, int(run), out)
+    indices = {key: index_document(index) for key, index in ran.indices.items()}
+    if json:
+        emit({"case": ran.ship, "manoeuvre": ran.policy.kind, "inputs": ran.inputs, "complete": ran.complete,
+              "time": ran.trial.duration, "indices": indices})  # fmt: skip
+        return
+    show_table(("input", "value"), [(name, figure(value, 6)) for name, value in ran.inputs.items()], right=(1,))
+    show_indices(f"{ran.ship}, {ran.policy.kind}, run {run}", indices)
 
 
 def index_document(index: Index) -> dict[str, object]:

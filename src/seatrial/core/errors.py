@@ -12,9 +12,9 @@ import tomllib
 from typing import Literal
 
 __all__ = [
-    "BusyError", "CommandError", "CompilerError", "DataError", "FitError", "LoopError", "NmeaError", "NoTorchError",
-    "ParameterError", "Reason", "RefusalError", "ReportError", "RequestError", "ResumeError", "RunError",
-    "SeatrialError", "SensorError", "ShipError", "SimulationError", "StudyError", "TaskError", "TomlError",
+    "BusyError", "CampaignError", "CommandError", "CompilerError", "DataError", "FitError", "LoopError", "NmeaError",
+    "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError", "RequestError", "ResumeError",
+    "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError", "StudyError", "TaskError", "TomlError",
     "UsageError", "WeatherError", "WireError",
 ]  # fmt: skip
 
@@ -46,6 +46,10 @@ class TomlError(RequestError, tomllib.TOMLDecodeError):
 
 class BusyError(RequestError):
     """A folder that another process works in; the text names the process."""
+
+
+class CampaignError(RequestError):
+    """A campaign that cannot be carried out as it is, or a folder that holds another one."""
 
 
 class DataError(RequestError):

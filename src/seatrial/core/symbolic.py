@@ -82,6 +82,11 @@ def both(a: Scalar, b: Scalar) -> Scalar:
     return ca.logic_and(a, b) if isinstance(a, SX) or isinstance(b, SX) else bool(a and b)
 
 
+def negated(a: Scalar) -> Scalar:
+    """Logical not."""
+    return ca.logic_not(a) if isinstance(a, SX) else not a
+
+
 def larger(a: Scalar, b: Scalar) -> Scalar:
     """The larger of two values."""
     return ca.fmax(a, b) if isinstance(a, SX) or isinstance(b, SX) else max(a, b)

@@ -29,7 +29,7 @@ FORM = {
     "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0}*{0}", "OP_TWICE": "{0}+{0}", "OP_INV": "1.0/{0}",
     "OP_LT": "({0}<{1}?1.0:0.0)", "OP_LE": "({0}<={1}?1.0:0.0)", "OP_EQ": "({0}=={1}?1.0:0.0)",
     "OP_NE": "({0}!={1}?1.0:0.0)", "OP_NOT": "({0}!=0.0?0.0:1.0)",
-    "OP_AND": "({0}!=0.0&&{1}!=0.0?1.0:0.0)", "OP_OR": "({0}!=0.0||{1}!=0.0?1.0:0.0)",
+    "OP_AND": "(({0}!=0.0)&({1}!=0.0)?1.0:0.0)", "OP_OR": "(({0}!=0.0)|({1}!=0.0)?1.0:0.0)",
     "OP_IF_ELSE_ZERO": "({0}!=0.0?{1}:0.0)", "OP_SIGN": "({0}>0.0?1.0:({0}<0.0?-1.0:0.0))",
     "OP_FMIN": "({0}<{1}?{0}:{1})", "OP_FMAX": "({0}>{1}?{0}:{1})",
 }  # fmt: skip
@@ -59,6 +59,7 @@ def _constant(value: float) -> str:
 def statements(f: Function) -> tuple[list[str], set[tuple[int, int]]]:
     """C statements of `f`, and the (input, element) pairs they read as ``i<input>_<element>``."""
     names: dict[int, str] = {}
+    made: dict[str, tuple[str, list[str]]] = {}
     lines: list[str] = []
     used: set[tuple[int, int]] = set()
     names_of = opcodes()
@@ -72,9 +73,21 @@ def statements(f: Function) -> tuple[list[str], set[tuple[int, int]]]:
         elif op == "OP_OUTPUT":
             lines.append(f"y[{to[1]}*LB+b]={names[of[0]]};")
         else:
-            lines.append(f"const double w{k}={_expression(op, [names[i] for i in of])};")
+            a = [names[i] for i in of]
+            made[f"w{k}"] = op, a
+            lines.append(f"const double w{k}={_selection(op, a, made) or _expression(op, a)};")
             names[to[0]] = f"w{k}"
     return lines, used
+
+
+def _selection(op: str, a: list[str], made: Mapping[str, tuple[str, list[str]]]) -> str | None:
+    """One selection for the sum of two half ones that CasADi makes of an `if_else`; None for any other sum."""
+    if op != "OP_ADD":
+        return None
+    (yes, taken), (no, left) = (made.get(name, ("", [])) for name in a)
+    if yes != "OP_IF_ELSE_ZERO" or no != "OP_IF_ELSE_ZERO" or made.get(left[0]) != ("OP_NOT", [taken[0]]):
+        return None
+    return f"({taken[0]}!=0.0?{taken[1]}:{left[1]})"
 
 
 def _expression(op: str, a: list[str]) -> str:

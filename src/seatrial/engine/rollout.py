@@ -94,15 +94,26 @@ class Simulator(_Compiled):
             judged: from the stored values, what is held against the interval of a name in place of the state,
                 each of shape (lanes, rows).
         """
+        values = self.stored(
+            state0, series, parameters, dt=dt, steps=steps, memory0=memory0, lanewise=lanewise, t0=t0, every=every,
+            method=method, threads=threads,
+        )  # fmt: skip
+        t = t0 + dt * every * np.arange(values.shape[1])
+        return _judged(t, values, self.system.states, validity or {}, judged(values) if judged else {})
+
+    def stored(
+        self, state0: Array, series: Array | Packed, parameters: Array, *, dt: float, steps: int,
+        memory0: Array | None = None, lanewise: Array | None = None, t0: float = 0.0, every: int = 1,
+        method: str = "rk4", threads: int | None = None,
+    ) -> Array:  # fmt: skip
+        """The stored rows as they are, shape (lanes, rows, len(system.stored)), judged by nobody; see `run`."""
         lanes = state0.shape[0]
-        values = self.kernel.run(
+        return self.kernel.run(
             np.asarray(state0, dtype=np.float64),
             np.zeros((lanes, len(self.system.memory) + len(self.system.hidden))) if memory0 is None else memory0,
             self._fitting(series, lanes, steps), np.zeros((lanes, 0)) if lanewise is None else lanewise, parameters,
             t0=t0, dt=dt, steps=steps, every=every, rk4=is_rk4(method), threads=threads or default_threads(),
         )  # fmt: skip
-        t = t0 + dt * every * np.arange(values.shape[1])
-        return _judged(t, values, self.system.states, validity or {}, judged(values) if judged else {})
 
     def evaluate(self, state: Array, acting: Array, parameters: Array, lanewise: Array | None = None) -> Array:
         """Rates of each lane, one call of the right-hand side, shape (lanes, states)."""

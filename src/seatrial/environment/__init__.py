@@ -42,7 +42,7 @@ class Environment(NamedTuple):
 
 
 _TURN = (-4.0 * math.pi, 4.0 * math.pi)  # a heading and a bearing may add up to more than one turn
-_RANGES = {
+RANGES = {
     "U_T": Spec("m/s", "true wind speed", 0.0, 150.0), "gamma_T": Spec("rad", "where it comes from", *_TURN),
     "U_C": Spec("m/s", "speed of the current", 0.0, 15.0), "gamma_C": Spec("rad", "where it goes", *_TURN),
     "H_S": Spec("m", "significant height", 0.0, 40.0), "T_W": Spec("s", "mean period", 0.0, 100.0),
@@ -91,7 +91,7 @@ class Uniform:
     depth: float = math.inf
 
     def __post_init__(self) -> None:
-        possible(_RANGES, vars(self))
+        possible(RANGES, vars(self))
 
     def now(self) -> Environment:
         """Its earth-fixed components."""

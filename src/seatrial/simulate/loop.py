@@ -303,7 +303,7 @@ def logged(ship: Ship, policy: Policy) -> tuple[str, ...]:
 
 
 def loop_memory(
-    ship: Ship, policy: Policy, dt: float, given: Mapping[str, Scalar], state: tuple[float, ...]
+    ship: Ship, policy: Policy, dt: float, given: Mapping[str, Scalar], state: Scalars
 ) -> tuple[Scalar, ...]:
     """Memory of `closed_loop` at the start: shafts turn at the policy's revolutions, all other values are zero.
 
@@ -311,7 +311,7 @@ def loop_memory(
 
     Args:
         given: parameters of the policy by the names of `closed_loop`; numbers or symbols.
-        state: initial state of the ship.
+        state: initial state of the ship; numbers or symbols.
     """
     steer = update(policy, {n[7:]: v for n, v in given.items() if n.startswith("policy.")})
     turning = {"n_P": given.get("policy.n_P", 0.0)}

@@ -11,18 +11,16 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ..core.parameters import unknown, values
+from ..core.parameters import values
 from ..data import UNITS, Array, Trial
-from ..engine import Failure, Rollout, Scalars, SimulationError, System
-from ..engine.rollout import simulator
-from ..engine.trace import over_rows
+from ..engine import Failure, Rollout, SimulationError
 from ..environment import CHANNELS, VECTORS, Environment, Uniform, Weather, through_water
 from ..manoeuvres import Policy, Scheduled
 from ..models import STATES, Sampled, unit
-from ..models.settled import settled
 from ..ships import Ship, ShipError
 from .approach import approach, fastest, straight, surge_balance, time_step
-from .loop import closed_loop, logged, loop_memory, loop_values, open_loop, open_loop_parameters
+from .lanes import check_varied, prepare
+from .loop import closed_loop, logged, open_loop, open_loop_parameters
 
 __all__ = ["approach", "campaign", "closed_loop", "fastest", "open_loop", "open_loop_parameters", "simulate",
            "straight", "surge_balance", "time_step"]  # fmt: skip
@@ -71,13 +69,8 @@ def campaign(
         ShipError: a policy that orders a control that the ship lacks; a step that the model does not support.
     """
     step = _checked_step(ship, dt)
-    steps, shared = _checked_steps(ship, duration, step, every), loop_values(ship, policy)
-    for name in vary:
-        if name not in shared:
-            raise ShipError(f"{ship.name}: {unknown(name, shared, 'parameter')}")
-        if name.startswith("ship.") and _steers(ship, name[5:]):
-            raise ShipError(f"{ship.name}: {name} sets the order that a control follows; it cannot differ by lane")
-    system = closed_loop(ship, policy, step)
+    steps = _checked_steps(ship, duration, step, every)
+    check_varied(ship, policy, vary)
     lanes = len(next(iter(vary.values()))) if vary else 1
     around = _series(policy, environment, step, steps)
     here = Environment(*around[0, : len(CHANNELS)].tolist())
@@ -85,23 +78,23 @@ def campaign(
     six = (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0) if start is None else start
     if len(six) != len(STATES):
         raise ShipError(f"start: {len(six)} numbers; give x, y, psi, u, v_m, r")
-    rest = (*six, *([0.0] * (len(system.states) - 6)))
-    columns = {name: np.asarray(column, dtype=np.float64) for name, column in vary.items()}
-    memory = _begin(ship, policy, step, {n: v for n, v in columns.items() if n.startswith("policy.")}, rest)
-    state = _settled(ship, system, rest, memory, around[0])
-    return simulator(system, tuple(vary)).run(
-        np.tile(state, (lanes // len(state), 1)), np.broadcast_to(around, (lanes, *around.shape)),
-        np.array(list(shared.values()), dtype=np.float64),
-        memory0=np.broadcast_to(memory, (lanes, memory.shape[1])),
-        lanewise=np.column_stack(list(columns.values())) if vary else None,
+    prepared = prepare(ship, policy, step, vary, np.array([six], dtype=np.float64), around[None], lanes)
+    return prepared.simulator.run(
+        prepared.state, prepared.series, prepared.shared, memory0=prepared.memory, lanewise=prepared.lanewise,
         dt=step, steps=steps, every=every, method=method, threads=threads,
-        validity={k: v for k, v in ship.validity.items() if k in system.states}, judged=_in_water(around, every),
+        validity={k: v for k, v in ship.validity.items() if k in prepared.simulator.system.states},
+        judged=in_water(around, every),
     )  # fmt: skip
 
 
-def _in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array]] | None:
-    """Values that are compared with [validity]: in a current, the velocity through the water."""
-    north, east = (around[::every, CHANNELS.index(name)] for name in ("current_x", "current_y"))
+def in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array]] | None:
+    """Values that are compared with [validity]: in a current, the velocity through the water.
+
+    Args:
+        around: inputs per step, shape (steps or 1, series), or with a first axis of lanes.
+        every: stride of the stored rows.
+    """
+    north, east = (around[..., ::every, CHANNELS.index(name)] for name in ("current_x", "current_y"))
     if not (north.any() or east.any()):
         return None
 
@@ -112,14 +105,7 @@ def _in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array
     return judged
 
 
-def _settled(ship: Ship, system: System, state: tuple[float, ...], memory: Array, around: Array) -> Array:
-    """Initial state per lane, shape (lanes or 1, states), a model's memory as after a long time in these conditions."""
-    controls = memory[:, [system.memory.index(control) for control in ship.model.controls]]
-    rest = settled(ship.model, np.hstack([controls, np.tile(around[: len(CHANNELS)], (len(controls), 1))]))
-    return np.hstack([np.tile(state[: len(STATES)], (len(rest), 1)), rest])
-
-
-def _surrounded(around: Array, rows: int) -> dict[str, Array]:
+def surrounded(around: Array, rows: int) -> dict[str, Array]:
     """Wind, current, waves and depth as channels of a trial, those that are not zero."""
     columns = dict(zip(CHANNELS, np.broadcast_to(around, (rows, len(CHANNELS))).T, strict=True))
     found: dict[str, Array] = {}
@@ -154,20 +140,6 @@ def _told(failure: Failure, ship: Ship) -> str:
     return f"{text} is outside [{low:g}, {high:g}], the range of validity in its file ([validity])"
 
 
-def _begin(
-    ship: Ship, policy: Policy, dt: float, vary: Mapping[str, Array], state: tuple[float, ...]
-) -> Array:  # fmt: skip
-    """Memory at the start, shape (lanes or 1, memory); `vary` has the parameters of the policy that differ by lane."""
-    shared = {name: value for name, value in loop_values(ship, policy).items() if name.startswith("policy.")}
-    if not vary:
-        return np.array([loop_memory(ship, policy, dt, shared, state)], dtype=np.float64)
-
-    def begin(row: Scalars) -> Scalars:
-        return loop_memory(ship, policy, dt, shared | dict(zip(vary, row, strict=True)), state)
-
-    return over_rows(begin, np.column_stack(list(vary.values())))
-
-
 def _checked_steps(ship: Ship, duration: float, step: float, every: int) -> int:
     """Samples of a run; refuse a run without a step, or with too many rows for memory."""
     steps = duration / step
@@ -177,13 +149,6 @@ def _checked_steps(ship: Ship, duration: float, step: float, every: int) -> int:
         wanted = f"store fewer than {_ROWS:.0e}, by a longer step or a shorter run"
         raise ShipError(f"{ship.name}: {steps / every:.3g} rows; {wanted}")
     return round(steps) + 1
-
-
-def _steers(ship: Ship, path: str) -> bool:
-    """Whether a parameter changes the order that a control follows, or its factor."""
-    value = values(ship.model)[path]
-    others = (ship.moved({path: other}).model for other in (2.0 * value + 1.0, -value))
-    return any(other.follows != ship.model.follows for other in others)
 
 
 def _checked_step(ship: Ship, dt: float | None) -> float:
@@ -217,21 +182,40 @@ def simulate(
         SimulationError: the state blows up or leaves the ship's validity; names time and state.
     """
     step, controls = _checked_step(ship, dt), ship.model.controls
-    at_once = tuple(control for control in controls if ship.actuators.of(control).at_once)
+    at_once = any(ship.actuators.of(control).at_once for control in controls)
     # An order may change between stored rows: every step is kept, so that the acting values can be averaged.
-    held = at_once if every == 1 or duration / step <= _ROWS else ()
-    stride = every if held else 1
+    stride = every if at_once and duration / step <= _ROWS else 1
     run = campaign(
         ship, policy, {}, speed=ship.speed if speed is None else speed, duration=duration,
         environment=environment, dt=dt, every=every // stride, method=method, threads=1, start=start,
     )  # fmt: skip
     if run.failures:
         raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}", run.failures[0].time)
-    columns = closed_loop(ship, policy, step).stored
+    around = surroundings(environment, step, round(duration / step) + 1)
+    return recorded(ship, policy, run.t, run.values[0], around, dt=step, every=every, stride=stride, name=name)
+
+
+def recorded(
+    ship: Ship, policy: Policy, t: Array, rows: Array, around: Array, *, dt: float, every: int = 1, stride: int = 1,
+    name: str | None = None,
+) -> Trial:  # fmt: skip
+    """The trial of one run from its stored rows, see `simulate`.
+
+    Args:
+        t: time of the stored rows [s].
+        rows: shape (stored rows, columns of `closed_loop`).
+        around: environment per step, shape (steps or 1, 8).
+        dt: time step [s].
+        every: steps from row to row of the trial.
+        stride: stored rows from row to row of the trial; above 1 where controls without dynamics are averaged.
+    """
+    controls, columns = ship.model.controls, closed_loop(ship, policy, dt).stored
+    held = tuple(control for control in controls if ship.actuators.of(control).at_once)
+    held = held if every == 1 or stride > 1 else ()
     kept = (*STATES, *controls, *logged(ship, policy))
-    channels = {n: run.values[0, ::stride, columns.index(n)].copy() for n in kept}
+    channels = {n: rows[::stride, columns.index(n)].copy() for n in kept}
     for control in held:  # the value from this row on, not the one before it
-        servo, ordered = ship.actuators.of(control), run.values[0, :, columns.index(f"{control}_cmd")]
+        servo, ordered = ship.actuators.of(control), rows[:, columns.index(f"{control}_cmd")]
         acted = np.clip(ordered, servo.low, servo.high)
         channels[control] = _averaged(acted, stride, angle=unit(control) == "rad")
     kind = policy.kind or type(policy).__name__.lower()
@@ -244,7 +228,7 @@ def simulate(
         "source": SIMULATED,
         **({"held": list(held)} if held else {}),
     }
-    around, t = surroundings(environment, step, round(duration / step) + 1), run.t[::stride]
-    channels |= _surrounded(_averaged(around, every), len(t))
+    times = t[::stride]
+    channels |= surrounded(_averaged(around, every), len(times))
     units = {n: unit(n) for n in kept if n not in UNITS}
-    return Trial(name or f"{ship.name}_{kind}", t, channels, units=units, meta=meta)
+    return Trial(name or f"{ship.name}_{kind}", times, channels, units=units, meta=meta)

@@ -14,11 +14,13 @@ from ..identify import StudyError
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
-class _Table(BaseModel):
+class Strict(BaseModel):
+    """A table of a file: unknown keys are refused."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class SmootherTable(_Table):
+class SmootherTable(Strict):
     """A Kalman smoother on the study's ship that gives the motion; noises in m and rad, walks per root second."""
 
     position: float = Field(gt=0.0)
@@ -30,7 +32,7 @@ class SmootherTable(_Table):
     parameters: dict[str, float] = {}
 
 
-class FolderTable(_Table):
+class FolderTable(Strict):
     """A folder of recordings, their format, and the file of sets that names compositions of them."""
 
     root: str = "."
@@ -57,14 +59,14 @@ class DataTable(DataSetTable):
     extrapolate: bool = False
 
 
-class LossTable(_Table):
+class LossTable(Strict):
     sigma: dict[str, float] = {}
     correlation: float | None = Field(default=None, ge=0.0)
     scale: Literal["noise", "spread"] = "noise"
     weights: dict[str, Annotated[float, Field(gt=0.0)]] = {}
 
 
-class NuisanceTable(_Table):
+class NuisanceTable(Strict):
     initial: dict[str, float] = {}
     current: float = Field(default=0.0, ge=0.0)
     bias: dict[str, float] = {}
@@ -72,7 +74,7 @@ class NuisanceTable(_Table):
     suspects: Literal["", "auto"] = ""
 
 
-class PublishedTable(_Table):
+class PublishedTable(Strict):
     """What a paper found, to stand beside: relative errors in per cent by velocity, R2 by azimuth."""
 
     source: str
@@ -81,24 +83,24 @@ class PublishedTable(_Table):
     R2: dict[str, float] = {}
 
 
-class ReportTable(_Table):
+class ReportTable(Strict):
     restart: float | None = Field(default=None, gt=0.0)
     unidentified: dict[str, str] = {}
     published: PublishedTable | None = None
 
 
-class WindTable(_Table):
+class WindTable(Strict):
     speed: float = Field(default=0.0, ge=0.0)
     from_: float = Field(default=0.0, alias="from")
     gusts: str = ""
 
 
-class CurrentTable(_Table):
+class CurrentTable(Strict):
     speed: float = Field(default=0.0, ge=0.0)
     towards: float = 0.0
 
 
-class BenchTable(_Table):
+class BenchTable(Strict):
     """A bollard pull of each thruster of the truth: levels of revolutions, how often each, noise of the cell."""
 
     revolutions: list[float] = Field(min_length=2)
@@ -106,7 +108,7 @@ class BenchTable(_Table):
     noise: float = Field(default=0.0, ge=0.0)
 
 
-class VirtualTrialTable(_Table):
+class VirtualTrialTable(Strict):
     type: str
     rudder: float | None = None
     heading: float | None = None
@@ -118,7 +120,7 @@ class VirtualTrialTable(_Table):
     set: dict[str, float | str] = {}
 
 
-class VirtualTable(_Table):
+class VirtualTable(Strict):
     """Trials made rather than read; angles in degrees, the rest in SI units."""
 
     ship: str
@@ -138,13 +140,13 @@ class VirtualTable(_Table):
     trials: dict[str, VirtualTrialTable] = Field(min_length=1)
 
 
-class RivalTable(_Table):
+class RivalTable(Strict):
     """A model with fewer parameters that is fitted beside: the rest stay as the ship file has them."""
 
     free: list[str] = Field(min_length=1)
 
 
-class StudyFile(_Table):
+class StudyFile(Strict):
     """One study file; [free] and [estimator] are judged by those who know their names."""
 
     schema_: str = Field(alias="schema")
@@ -167,7 +169,7 @@ class TrialsTable(FolderTable):
     validation: dict[str, str] = {}
 
 
-class FitTable(_Table):
+class FitTable(Strict):
     """One model; what it does not say is that of the fit named in `like`."""
 
     title: str = ""
@@ -184,7 +186,7 @@ class FitTable(_Table):
     published: str = ""
 
 
-class Claim(_Table):
+class Claim(Strict):
     """An expected order: the error of `worse` is at least `factor` times that of `better` in every row.
 
     1 asks for better or equal, 10 for ten times better, 0.9 for no worse than by a margin (1/0.9, eleven per cent).
@@ -197,7 +199,7 @@ class Claim(_Table):
     factor: float = Field(default=1.0, gt=0.0)
 
 
-class BudgetTable(_Table):
+class BudgetTable(Strict):
     """Another size of the same: which fits, their seeds, and settings that replace those of an estimator by type."""
 
     fits: list[str] = []
@@ -205,7 +207,7 @@ class BudgetTable(_Table):
     settings: dict[str, dict[str, Any]] = {}
 
 
-class Published(_Table):
+class Published(Strict):
     """What a publication prints: results by column, then by row, the mean and the standard deviation over its seeds.
 
     `settings` are those of its estimator, of all columns ("all") and of each; `seconds` by composition and kind;
@@ -223,7 +225,7 @@ class Published(_Table):
     why: dict[str, str] = {}
 
 
-class SeriesReportTable(_Table):
+class SeriesReportTable(Strict):
     restart: float | None = Field(default=None, gt=0.0)
     sigma: dict[str, float] = {}
     draw: list[str] = []
@@ -232,7 +234,7 @@ class SeriesReportTable(_Table):
     curves: dict[str, list[str]] = {}
 
 
-class SeriesFile(_Table):
+class SeriesFile(Strict):
     """One file of many fits."""
 
     schema_: str = Field(alias="schema")

@@ -1,0 +1,251 @@
+"""One part of a campaign as a table: inputs, indices and verdicts, a row a run.
+
+Where the manoeuvre has a tally and the weather is steady or a gust, the runs leave the compiled loop as one row each;
+else they are stored as a whole and read by `Manoeuvre.indices`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..core.parameters import ParameterError, possible, specs
+from ..data import Array, Trial
+from ..environment import CHANNELS, RANGES, Uniform
+from ..environment.weather import Gust
+from ..manoeuvres import Manoeuvre
+from ..models import STATES
+from ..simulate.lanes import check_varied, prepare
+from ..simulate.loop import loop_values
+from . import Campaign, CampaignError, Case
+from .designs import points, uniform
+from .reading import figures, sailed, usual_names, whole_indices
+from .revolutions import balanced
+from .tallies import tally_of
+
+WEATHER = tuple(vars(Uniform()))
+"""Inputs of the weather, by the names of `Uniform`."""
+
+_WIND = 8_000_000
+"""Gusts are a series a run: runs are sailed in groups of so many numbers, 64 MB."""
+
+_SEEDS = 7
+"""Stream of the seeds of gusts, apart from that of the points."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Columns of a part of a campaign, each of shape (runs,).
+
+    Attributes:
+        case: its number.
+        first: number of its first run within the case.
+        columns: by name, in the order of the table.
+    """
+
+    case: int
+    first: int
+    columns: Mapping[str, Array]
+
+
+def drawn(campaign: Campaign, case: int, first: int, last: int) -> dict[str, Array]:
+    """Inputs of runs `first` to `last` (not included) of a case, each of shape (runs,).
+
+    Raises:
+        CampaignError: a draw that is impossible, such as a negative mass, with its run.
+    """
+    cube = points(campaign.design, campaign.seed, campaign.dims, campaign.runs, first, last, campaign.levels)
+    usual = _usual(campaign, campaign.cases[case])
+    out: dict[str, Array] = {}
+    for name, one in campaign.inputs.items():
+        share = cube[:, campaign.varied.index(name)] if one.varies else np.full(last - first, 0.5)
+        out[name] = one.of(share) * (usual[name] if one.factor else 1.0)
+    if campaign.correlated is not None:
+        from scipy.special import ndtri
+
+        normal = ndtri(cube[:, len(campaign.varied) :])
+        joint = campaign.correlated.mean + normal @ campaign.correlated.root.T
+        out |= dict(zip(campaign.correlated.names, joint.T, strict=True))
+    _check_drawn(campaign, case, first, out)
+    return out
+
+
+def _usual(campaign: Campaign, case: Case) -> dict[str, float]:
+    """What each input is where it does not vary."""
+    start = dict(zip(STATES, (0.0, 0.0, 0.0, case.speed, 0.0, 0.0), strict=True))
+    return {**vars(campaign.weather), **start, **loop_values(case.ship, case.manoeuvre)}
+
+
+def _check_drawn(campaign: Campaign, case: int, first: int, columns: Mapping[str, Array]) -> None:
+    known = _meanings(campaign.cases[case])
+    for name, column in columns.items():
+        if name not in known:
+            continue
+        for run in (int(np.argmin(column)), int(np.argmax(column))):
+            try:
+                possible(known, {name: float(column[run])})
+            except ParameterError as error:
+                raise CampaignError(f"{campaign.name}: run {first + run}: {error}; cut its distribution off by "
+                                    "within = [low, high]") from None  # fmt: skip
+
+
+def _meanings(case: Case) -> dict[str, Any]:
+    """Meaning and range of inputs by name."""
+    found = {**RANGES, **{f"ship.{path}": one for path, one in specs(case.ship.model).items()}}
+    return found | {f"policy.{path}": one for path, one in specs(case.manoeuvre).items()}
+
+
+def check(campaign: Campaign) -> None:
+    """Refuse inputs that a case does not have, and draws that are impossible, before anything is computed.
+
+    Raises:
+        CampaignError: the input and the case.
+    """
+    names = [*campaign.inputs, *(campaign.correlated.names if campaign.correlated else ())]
+    double = {name for name in names if names.count(name) > 1}
+    if double:
+        raise CampaignError(f"{campaign.name}: {', '.join(sorted(double))}: is an input twice")
+    for number, case in enumerate(campaign.cases):
+        try:
+            check_varied(case.ship, case.manoeuvre, (n for n in names if n not in WEATHER and n not in STATES))
+        except ValueError as error:
+            raise CampaignError(f"{campaign.name}: {case.name}: {error}") from None
+        drawn(campaign, number, 0, min(campaign.runs, campaign.chunk))
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Consecutive runs of a case, ready to sail.
+
+    Attributes:
+        columns: inputs by name, each of shape (runs,).
+        vary: those of them that are parameters of the closed loop.
+        start: initial states over ground, shape (runs or 1, 6).
+        around: weather, shape (runs or 1, steps or 1, 8).
+        lanes: number of runs.
+    """
+
+    case: Case
+    columns: Mapping[str, Array]
+    vary: Mapping[str, Array]
+    start: Array
+    around: Array
+    lanes: int
+
+    @property
+    def steps(self) -> int:
+        """Samples of each run."""
+        return samples(self.case)
+
+
+def samples(case: Case) -> int:
+    """Samples of each run of a case."""
+    return round(case.duration / case.dt) + 1
+
+
+def ready(campaign: Campaign, at: int, first: int, last: int) -> Runs:
+    """Runs `first` to `last` (not included) of case number `at`."""
+    case, columns, lanes = campaign.cases[at], drawn(campaign, at, first, last), last - first
+    around = _around(campaign, case, columns, first, lanes)
+    vary = {name: v for name, v in columns.items() if name not in WEATHER and name not in STATES}
+    if campaign.balanced:
+        vary["policy.n_P"] = balanced(case.ship, vary, columns.get("u", np.full(lanes, case.speed)))
+        columns["policy.n_P"] = vary["policy.n_P"]
+    return Runs(case, columns, vary, _start(case, columns, around[:, 0]), around, lanes)
+
+
+def compute(campaign: Campaign, number: int, threads: int = 1) -> Part:
+    """Compute one part; the same numbers whatever the threads."""
+    at, first, last = campaign.part(number)
+    group = last - first if campaign.gusts is None else max(_WIND // (samples(campaign.cases[at]) * len(CHANNELS)), 1)
+    found: list[dict[str, Array]] = []
+    for low in range(first, last, group):
+        runs = ready(campaign, at, low, min(low + group, last))
+        found.append({**runs.columns, **_sailed(runs, campaign.weather, threads)})
+    columns = {name: np.concatenate([one[name] for one in found]) for name in found[0]}
+    numbers = np.arange(first, last, dtype=np.float64) + at * campaign.runs
+    table = {"run": numbers, "case": np.full(last - first, float(at)), **columns}
+    for name, bound in campaign.criteria.items():
+        value = columns[bound.index]
+        table[f"{name}_met"] = np.where(np.isfinite(value), (value >= bound.low) & (value <= bound.high), np.nan)
+    return Part(at, first, table)
+
+
+def _around(campaign: Campaign, case: Case, columns: Mapping[str, Array], first: int, lanes: int) -> Array:
+    """Weather per run and step, shape (runs or 1, steps or 1, 8)."""
+    steps = samples(case)
+    here = {name: columns.get(name, value) for name, value in vars(campaign.weather).items()}
+    if campaign.gusts is None and not any(name in columns for name in WEATHER):
+        return campaign.weather.series(case.dt, steps)[None]
+    if campaign.gusts is None:
+        wind, current, waves = (components_of(here[size], here[angle]) for size, angle in
+                                (("U_T", "gamma_T"), ("U_C", "gamma_C"), ("H_S", "gamma_W")))  # fmt: skip
+        held = np.broadcast_arrays(*wind, *current, *waves, here["T_W"], 1.0 / np.asarray(here["depth"]))
+        return np.column_stack([np.atleast_1d(one) for one in held])[:, None, :].astype(np.float64)
+    return np.stack(list(_gusts(campaign, case, here, first, lanes)))
+
+
+def components_of(size: Any, angle: Any) -> tuple[Any, Any]:
+    """(north, east) components over arrays."""
+    return size * np.cos(angle), size * np.sin(angle)
+
+
+def _gusts(
+    campaign: Campaign, case: Case, here: Mapping[str, Any], first: int, lanes: int
+) -> Iterator[Array]:
+    """The wind of each run, with a seed that is a function of the campaign's seed and the run's number."""
+    seeds = (uniform(campaign.seed, 1, first, first + lanes, _SEEDS)[:, 0] * 2.0**53).astype(np.int64)
+    for lane in range(lanes):
+        own = Uniform(**{name: float(v if np.ndim(v) == 0 else v[lane]) for name, v in here.items()})
+        yield Gust(own, campaign.gusts or "", int(seeds[lane])).series(case.dt, samples(case))
+
+
+def _start(case: Case, columns: Mapping[str, Array], around: Array) -> Array:
+    """Initial x, y, psi, u, v_m, r over ground, shape (runs or 1, 6): through the water, plus the current."""
+    usual = (0.0, 0.0, 0.0, case.speed, 0.0, 0.0)
+    north, east = around[:, CHANNELS.index("current_x")], around[:, CHANNELS.index("current_y")]
+    given = [np.atleast_1d(columns.get(name, value)) for name, value in zip(STATES, usual, strict=True)]
+    x, y, psi, u, v_m, r, north, east = np.broadcast_arrays(*given, north, east)
+    c, s = np.cos(psi), np.sin(psi)
+    return np.column_stack([x, y, psi, u + north * c + east * s, v_m + east * c - north * s, r])
+
+
+def _sailed(runs: Runs, usual: Uniform, threads: int) -> dict[str, Array]:
+    """Indices of the runs, and `failed` [s], NaN for a run that did not, and `complete` (0 or 1)."""
+    case, vary, around, steps = runs.case, runs.vary, runs.around, runs.steps
+    north, east = (around[:, 0, CHANNELS.index(name)] for name in ("current_x", "current_y"))
+    flowing = bool(north.any() or east.any())
+    tally = None if case.whole else tally_of(case.manoeuvre, case.dt, case.ship.validity, flowing)
+    if tally is None:
+        names = usual_names(case, usual.series(case.dt, steps)[None], steps)
+        return whole_indices(case, names, vary, runs.start, around, runs.lanes, steps, threads)
+    flow = {"policy.current_x": north, "policy.current_y": east}
+    more = {name: np.broadcast_to(one, runs.lanes) for name, one in flow.items()}
+    loop = prepare(case.ship, tally, case.dt, {**vary, **(more if flowing else {})}, runs.start, around, runs.lanes)
+    # One row more than the run has samples: the memory that is stored with it has seen them all.
+    series = loop.series if loop.series.shape[1] == 1 else np.pad(loop.series, ((0, 0), (0, 1), (0, 0)), "edge")
+    rows = loop.simulator.stored(
+        loop.state, series, loop.shared, memory0=loop.memory, lanewise=loop.lanewise, dt=case.dt,
+        steps=steps + 1, every=steps, method=case.method, threads=threads,
+    )[:, -1]  # fmt: skip
+    return figures(tally, loop.simulator.system.stored, rows, vary)
+
+
+def replay(campaign: Campaign, run: int) -> tuple[Runs, Manoeuvre, Trial]:
+    """One run of a campaign as a trial, with its inputs and the manoeuvre as it was ordered.
+
+    Args:
+        run: its number in the table.
+
+    Raises:
+        CampaignError: no run of this number.
+    """
+    if not 0 <= run < campaign.rows:
+        raise CampaignError(f"{campaign.name}: no run {run}; runs go from 0 to {campaign.rows - 1}")
+    case, place = divmod(run, campaign.runs)
+    one = ready(campaign, case, place, place + 1)
+    policy, trial, _ = next(sailed(one.case, one.vary, one.start, one.around, 1, one.steps, 1))
+    return one, policy, trial

@@ -1,0 +1,128 @@
+"""Indices of many runs: from the last row of a tally, or from stored runs by the manoeuvre itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..core.parameters import update
+from ..data import Array, DataError, Trial
+from ..environment import CHANNELS
+from ..manoeuvres import Manoeuvre, Scheduled
+from ..simulate.lanes import prepare
+from ..simulate.run import in_water, recorded
+from . import CampaignError, Case
+from .tallies import Tally
+
+# Runs are stored in groups of so many numbers: 64 MB.
+_STORED = 8_000_000
+# A run of fewer samples has no figures.
+_LEAST = 3
+
+
+def figures(tally: Tally, stored: Sequence[str], rows: Array, vary: Mapping[str, Array]) -> dict[str, Array]:
+    """Indices of a tally from the last row of each run, with `failed` and `complete`.
+
+    Args:
+        stored: names of the columns of `rows`, shape (runs, columns).
+        vary: inputs per run.
+    """
+    own = len(tally.memory) - len(tally.noted)
+    first = len(stored) - _after(tally, stored)
+    memory = {name: rows[:, first + own + k] for k, name in enumerate(tally.noted)}
+    failed = rows[:, first + own - 1]
+    varied = {name[7:]: column for name, column in vary.items() if name.startswith("policy.")}
+    found = {name: np.asarray(column) for name, column in tally.read(memory, varied).items()}
+    over = np.where(failed >= 0, failed, np.nan)
+    return {**found, "failed": over, "complete": tally.finished(memory, varied).astype(np.float64)}
+
+
+def _after(tally: Tally, stored: Sequence[str]) -> int:
+    """Number of columns from the first of the manoeuvre's memory on: memory, then logged orders."""
+    orders = sum(name.endswith("_cmd") for name in stored)
+    return len(tally.memory) + orders
+
+
+def whole_indices(
+    case: Case, names: Sequence[str], vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int,
+    threads: int,
+) -> dict[str, Array]:  # fmt: skip
+    """Indices of stored runs by `Manoeuvre.indices`, with `failed` and `complete`.
+
+    Args:
+        names: of the indices, see `usual_names`.
+        start: initial states, shape (lanes or 1, 6).
+        around: weather, shape (lanes or 1, steps or 1, 8).
+    """
+    found = {name: np.full(lanes, np.nan) for name in (*names, "failed", "complete")}
+    group = max(_STORED // (steps * (len(case.ship.model.controls) * 4 + 16)), 1)
+    for low in range(0, lanes, group):
+        high = min(low + group, lanes)
+        own = {name: column[low:high] for name, column in vary.items()}
+        at, wind = (part[low:high] if len(part) > 1 else part for part in (start, around))
+        for lane, those in enumerate(_read(case, own, at, wind, high - low, steps, threads), low):
+            for name in found.keys() & those.keys():
+                found[name][lane] = those[name]
+    return found
+
+
+def usual_names(case: Case, around: Array, steps: int) -> tuple[str, ...]:
+    """Indices that a run of the case without any change has, whatever its file calls valid.
+
+    Raises:
+        CampaignError: it has none.
+    """
+    start, free = np.array([[0.0, 0.0, 0.0, case.speed, 0.0, 0.0]]), replace(case, ship=replace(case.ship, validity={}))
+    found = next(_read(free, {}, start, around, 1, steps, 1))
+    names = tuple(name for name in found if name not in ("failed", "complete"))
+    if not names:
+        raise CampaignError(f"{case.name}: a run of {case.duration:g} s has no index; give a longer duration")
+    return names
+
+
+def _read(
+    case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int, threads: int
+) -> Iterator[dict[str, float]]:
+    """Indices of each run, with when it failed and whether it is complete."""
+    for policy, trial, failed in sailed(case, vary, start, around, lanes, steps, threads):
+        yield {**_indices(policy, trial, case.ship.L_pp), "failed": failed}
+
+
+def sailed(
+    case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int, threads: int
+) -> Iterator[tuple[Manoeuvre, Trial, float]]:
+    """Each run as a trial, up to where it failed, with its manoeuvre and when it failed [s] (NaN: it did not)."""
+    policy, series = case.manoeuvre, around
+    if isinstance(policy, Scheduled):
+        shape = (len(around), steps)
+        given = np.broadcast_to(policy.schedule(case.dt, steps), (*shape, len(policy.given)))
+        series = np.concatenate([np.broadcast_to(around[:, :steps], (*shape, len(CHANNELS))), given], axis=2)
+    ready = prepare(case.ship, policy, case.dt, vary, start, series, lanes)
+    run = ready.simulator.run(
+        ready.state, ready.series, ready.shared, memory0=ready.memory, lanewise=ready.lanewise, dt=case.dt,
+        steps=steps, method=case.method, threads=threads,
+        validity={k: v for k, v in case.ship.validity.items() if k in ready.simulator.system.states},
+        judged=in_water(around, 1),
+    )  # fmt: skip
+    failed = {failure.lane: failure.time for failure in run.failures}
+    for lane in range(lanes):
+        changes = {name[7:]: float(column[lane]) for name, column in vary.items() if name.startswith("policy.")}
+        end = round(failed[lane] / case.dt) if lane in failed else steps
+        own = update(policy, changes)
+        here = around[min(lane, len(around) - 1), : max(end, 1)]
+        trial = recorded(case.ship, own, run.t[:end], run.values[lane, :end], here, dt=case.dt)
+        yield own, trial, failed.get(lane, math.nan)
+
+
+def _indices(policy: Manoeuvre, trial: Trial, L_pp: float) -> dict[str, float]:
+    """Indices of one run, with `complete` (0 or 1); none of a run that is over before it began."""
+    if len(trial) < _LEAST:
+        return {"complete": 0.0}
+    try:
+        found = {name: index.value for name, index in policy.indices(trial, L_pp).items()}
+        return {**found, "complete": float(policy.complete(trial))}
+    except DataError:
+        return {"complete": 0.0}

@@ -1,0 +1,53 @@
+"""Revolutions that hold the speed of many ships at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..data import Array
+from ..engine.rollout import simulator
+from ..environment import CALM
+from ..models import STATES, Sampled
+from ..ships import Ship
+from ..simulate.loop import open_loop, open_loop_parameters
+from . import CampaignError
+
+# Halvings of the range of revolutions: down to rounding.
+_HALVINGS = 60
+_LOW, _HIGH = 0.1, 2000.0
+
+
+def balanced(ship: Ship, vary: Mapping[str, Array], speed: Array) -> Array:
+    """Revolutions of a steady straight run in calm at `speed` [m/s], rudder midships, per ship [1/s], shape (ships,).
+
+    Args:
+        vary: parameters per ship; those of the ship ("ship.<path>") enter.
+        speed: shape (ships,).
+
+    Raises:
+        CampaignError: a model without a balance of surge, or a ship of which none is found.
+    """
+    if isinstance(ship.model, Sampled) or len(ship.model.states) != len(STATES):
+        raise CampaignError(f"{ship.name}: revolutions are balanced for models of six states; give policy.n_P")
+    system = open_loop(ship)
+    own = tuple(name[5:] for name in vary if name.startswith("ship."))
+    code, shared = simulator(system, own), open_loop_parameters(ship)
+    lanewise = np.column_stack([vary[f"ship.{name}"] for name in own]) if own else None
+    state = np.zeros((len(speed), len(STATES)))
+    state[:, 3] = speed
+    factors = np.array([factor if order == "n_P" else 0.0 for order, factor in ship.model.follows])
+
+    def surge(n_P: Array) -> Array:
+        acting = np.hstack([n_P[:, None] * factors, np.tile(np.array(CALM), (len(n_P), 1))])
+        return code.evaluate(state, acting, shared, lanewise)[:, 3]
+
+    low, high = _LOW * speed / ship.L_pp, _HIGH * speed / ship.L_pp
+    if (lost := np.flatnonzero(surge(low) * surge(high) > 0)).size:
+        raise CampaignError(f"{ship.name}: no revolutions hold {speed[lost[0]]:g} m/s (run {lost[0]} of its part)")
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        under = surge(middle) < 0
+        low, high = np.where(under, middle, low), np.where(under, high, middle)
+    return 0.5 * (low + high)

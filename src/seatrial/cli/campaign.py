@@ -1,0 +1,90 @@
+"""The command for many runs: campaign."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import typer
+
+from . import options as o
+from .render import emit, live, note, say_lines
+
+_EVERY = 10.0  # off a terminal, seconds between lines of progress
+
+
+def campaign(
+    source: o.CampaignSource, out: o.CampaignFolder = None, shard: o.Shard = None, threads: o.Threads = None,
+    show: o.CampaignStatus = False, verify: o.Verify = False, merge: o.Merge = False, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Run many manoeuvres of varied ships and weather."""
+    from ..workflow import RequestError
+
+    asked = [name for name, given in (("--status", show), ("--verify", verify), ("--merge", merge)) if given]
+    if len(asked) > 1:
+        raise RequestError(f"{' and '.join(asked)}: give one of them")
+    if asked:
+        _look(source, verify, merge, out, json)
+        return
+    if out is None:
+        raise RequestError("give the folder of the campaign with -o DIR, or --status, --verify or --merge of one")
+    _run(source, out, shard, threads, json)
+
+
+def _look(folder: Path, verify: bool, merge: bool, out: Path | None, json: bool) -> None:
+    from ..workflow import campaigns as work
+
+    if merge:
+        path = work.merged(folder, out)
+        emit({"file": path}) if json else say_lines(f"wrote {path}")
+        return
+    found = work.status(folder, verify=verify)
+    if json:
+        emit(found.document)
+    else:
+        about = found.held.document
+        say_lines(f"{about['name']}: {found.done} of {found.held.parts} parts of {about['rows']} runs are done",
+                  *([f"digest {found.digest}"] if found.digest else []))  # fmt: skip
+    for fault in found.faults:
+        note(f"error: {fault}")
+    if found.faults:
+        raise typer.Exit(1)
+
+
+def _run(source: Path, out: Path, shard: str | None, threads: int | None, json: bool) -> None:
+    from rich.console import Console
+
+    from ..workflow import campaigns as work
+    from ..workflow.request import Stopped
+
+    terminal = Console(stderr=True)
+    with terminal.status("reading") as moving:
+        progress = _Progress(live(moving) if terminal.is_terminal else None)
+        try:
+            ran = work.campaign(source, out, shard=shard, threads=threads, watch=progress, note=note)
+        except KeyboardInterrupt:
+            raise Stopped(f"interrupted; run the same command again to go on in {out}") from None
+    left = len(ran.held.missing)
+    rate = ran.runs / ran.seconds if ran.seconds > 0 else 0.0
+    if json:
+        emit({"folder": out, "parts": ran.parts, "runs": ran.runs, "seconds": ran.seconds, "missing": left})
+    else:
+        say_lines(f"{ran.runs} runs in {ran.seconds:.1f} s ({rate:.0f} a second); {left} parts are left; {out}")
+
+
+class _Progress:
+    """Progress in words: on the moving line of a terminal, or a line now and then."""
+
+    def __init__(self, moving: object) -> None:
+        self._moving, self._last = moving, time.monotonic()
+
+    def __call__(self, done: int, parts: int, runs: int, seconds: float) -> None:
+        rate = runs / max(seconds, 1e-9)
+        text = f"{done} of {parts} parts, {rate:.0f} runs a second, {(parts - done) * seconds / done:.0f} s left"
+        if callable(self._moving):
+            self._moving(text)
+        elif time.monotonic() - self._last > _EVERY:
+            self._last = time.monotonic()
+            note(text)
+
+

@@ -1,0 +1,135 @@
+"""Campaigns: running a file of one into a folder, and what such a folder says."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...campaign import CampaignError
+from ...campaign.chunk import replay
+from ...campaign.folder import Held, merge, open_folder, wrong_parts
+from ...campaign.running import Executor, Ran, Shard, Watch, run
+from ...data import Trial
+from ...data.trialfile import write_trial
+from ...manoeuvres import Index, Manoeuvre
+from .. import RequestError
+from ..request import Note, check_output, silent
+from .reading import campaign_of, read_campaign
+
+__all__ = ["CampaignError", "Status", "campaign", "merged", "read_campaign", "replayed", "shard_of", "status"]
+
+
+@dataclass(frozen=True)
+class Status:
+    """What a folder of a campaign says of itself.
+
+    Attributes:
+        held: the folder.
+        done: parts that are there.
+        faults: what is wrong with them, where they were read.
+        digest: of the data set; None before it is complete.
+    """
+
+    held: Held
+    done: int
+    faults: tuple[str, ...] = ()
+    digest: str | None = None
+
+    @property
+    def document(self) -> dict[str, object]:
+        """For JSON."""
+        about: Mapping[str, Any] = self.held.document
+        return {"folder": str(self.held.folder), "name": about["name"], "parts": self.held.parts, "done": self.done,
+                "rows": about["rows"], "digest": self.digest, "faults": list(self.faults)}  # fmt: skip
+
+
+def shard_of(text: str | None) -> Shard:
+    """The shard that is asked for; that of a Slurm array task where none is."""
+    if text is not None:
+        return Shard.read(text)
+    task, count = os.environ.get("SLURM_ARRAY_TASK_ID"), os.environ.get("SLURM_ARRAY_TASK_COUNT")
+    if task is None or count is None:
+        return Shard()
+    first = int(os.environ.get("SLURM_ARRAY_TASK_MIN", "0"))
+    return Shard.read(f"{int(task) - first + 1}/{count}")
+
+
+def campaign(
+    path: Path, out: Path, *, shard: str | None = None, threads: int | None = None, executor: Executor | None = None,
+    width: int | None = None, watch: Watch | None = None, note: Note = silent,
+) -> Ran:  # fmt: skip
+    """Run a campaign file into a folder; what is there is kept, the rest is computed.
+
+    Raises:
+        RequestError: a campaign that cannot be carried out, a folder of another one, or one too large for the disk.
+        OSError: a part cannot be written; the others stay.
+    """
+    if threads is not None and threads < 1:
+        raise RequestError(f"--threads is {threads}; give 1 or more")
+    part = shard_of(shard)
+    return run(read_campaign(path, note), out, source=path, shard=part, threads=threads,
+               executor=executor, width=width, watch=watch)  # fmt: skip
+
+
+def status(folder: Path, *, verify: bool = False) -> Status:
+    """How far a campaign is; with `verify` every part is read and compared with the manifest."""
+    held = open_folder(folder)
+    missing = len(held.missing)
+    faults = tuple(wrong_parts(held)) if verify else ()
+    return Status(held, held.parts - missing, faults, held.digest() if not missing and not faults else None)
+
+
+def merged(folder: Path, out: Path | None = None) -> Path:
+    """The whole table as one Parquet file, `campaign.parquet` in the folder unless named.
+
+    Raises:
+        CampaignError: parts are missing.
+    """
+    return merge(open_folder(folder), out or folder / "campaign.parquet")
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """One run of a campaign, sailed again.
+
+    Attributes:
+        ship: name of the case.
+        policy: the manoeuvre as it was ordered.
+        trial: the run.
+        inputs: what differed, SI units and radians.
+        indices: of the run.
+        complete: whether the run holds all that they need.
+    """
+
+    ship: str
+    policy: Manoeuvre
+    trial: Trial
+    inputs: Mapping[str, float]
+    indices: Mapping[str, Index]
+    complete: bool
+
+
+def replayed(folder: Path, run_number: int, out: Path | None = None) -> Replayed:
+    """Sail one row of the table of a campaign again, and write its trial to a file where one is named.
+
+    Raises:
+        RequestError: a folder without the text of its campaign, or no run of this number.
+    """
+    check_output(out, (".csv", ".parquet"), "a trial file")
+    held = open_folder(folder)
+    text, source = (str(held.document.get(key) or "") for key in ("text", "source"))
+    if not text or not source:
+        raise RequestError(f"{folder}: was not begun from a campaign file; its runs cannot be replayed from here")
+    plan = campaign_of(tomllib.loads(text), Path(source))
+    if plan.digest != held.document["digest"]:
+        raise RequestError(f"{folder}: the ships of {source} or the version have changed since; nothing is replayed")
+    runs, policy, trial = replay(plan, run_number)
+    if out is not None:
+        write_trial(trial, out)
+    inputs = {name: float(column[0]) for name, column in runs.columns.items()}
+    return Replayed(runs.case.name, policy, trial, inputs, policy.indices(trial, runs.case.ship.L_pp),
+                    policy.complete(trial))  # fmt: skip

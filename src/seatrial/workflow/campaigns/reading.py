@@ -1,0 +1,166 @@
+"""Campaigns from a file: ships, manoeuvres, weather and distributions, checked."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from ...campaign import Campaign, Case, Correlated, Criterion
+from ...campaign import chunk as chunks
+from ...campaign.inputs import Input, Kind
+from ...campaign.reading import usual_names
+from ...campaign.schema import SCHEMA, CampaignFile, CriterionTable, InputTable, ManoeuvreTable, PosteriorTable
+from ...campaign.tallies import tally_of
+from ...core.files import read_toml
+from ...core.parameters import unknown
+from ...data.units import KNOWN
+from ...environment import Uniform
+from ...ships import Ship
+from ...simulate.approach import approach, time_step
+from ...study.schema import checked
+from .. import RequestError
+from ..request import Note, ship_of, silent, surroundings
+from ..simulation import order, simulate
+
+_KINDS: tuple[Kind, ...] = ("uniform", "normal", "lognormal", "triangular", "choice", "values")
+
+
+def read_campaign(path: Path, note: Note = silent) -> Campaign:
+    """A campaign from its file, with ships, manoeuvres and distributions checked.
+
+    Raises:
+        RequestError: what is wrong in the file, and at which key.
+    """
+    try:
+        document = read_toml(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise RequestError(f"{path}: cannot be read: {error}") from None
+    except ValueError as error:
+        raise RequestError(f"{path}: {error}") from None
+    return campaign_of(document, path, note)
+
+
+def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Campaign:
+    """A campaign from the contents of its file; `path` is for messages, and ships are looked for beside it.
+
+    Raises:
+        RequestError: what is wrong in the file, and at which key.
+    """
+    if document.pop("schema", None) != SCHEMA:
+        raise RequestError(f'{path}: is no campaign; its first line is schema = "{SCHEMA}"')
+    table = checked(path, CampaignFile, document)
+    ships = [_ship(path, name) for name in table.ships]
+    wanted = table.manoeuvre if isinstance(table.manoeuvre, list) else [table.manoeuvre]
+    around, gusts = _weather(table, ships, note)
+    cases = tuple(_case(ship, one, len(ships) > 1, len(wanted) > 1, around) for ship in ships for one in wanted)
+    units = {name: unit for case in cases for name, unit in figure_units(case, around).items()}
+    try:
+        campaign = Campaign(
+            table.title or path.stem, cases, table.runs,
+            {name: _input(path, name, one) for name, one in table.inputs.items()},
+            _posterior(path, table.posterior, ships) if table.posterior else None, table.design, table.seed, around,
+            gusts, table.revolutions == "balanced",
+            {name: _criterion(path, name, one, units) for name, one in table.criteria.items()}, table.chunk,
+        )  # fmt: skip
+        chunks.check(campaign)
+    except ValueError as error:
+        raise RequestError(f"{path}: {error}") from None
+    return campaign
+
+
+def _ship(path: Path, name: str) -> Ship:
+    beside = path.parent / name
+    return ship_of(beside if name.endswith(".toml") and beside.exists() else name)
+
+
+def _weather(table: CampaignFile, ships: list[Ship], note: Note) -> tuple[Uniform, str | None]:
+    """Steady weather, and the spectrum of gusts; every ship must feel what is given."""
+    given = {key: value for key, value in table.weather.model_dump().items() if key != "gusts"}
+    places = [surroundings(ship, note=note, **given) for ship in ships]
+    found = cast("Uniform", places[0].weather)  # without gusts it is steady
+    if table.weather.gusts is not None and not (found.U_T or "U_T" in table.inputs):
+        raise RequestError("weather.gusts need a mean wind to blow about; give weather.wind or the input U_T")
+    return found, table.weather.gusts
+
+
+def _case(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, around: Uniform) -> Case:
+    """A ship in a manoeuvre; without a duration the run lasts as long as `seatrial simulate` lets it."""
+    U, n_P = approach(ship, one.speed, one.rps)
+    given = {"rudder": one.rudder, "heading": one.heading, "side": one.side, "seed": one.seed}
+    policy = order(one.kind, ship, U, n_P, {key: value for key, value in given.items() if value is not None})
+    speed = 0.0 if policy.from_rest else U
+    dt = one.dt or time_step(ship)
+    duration = one.duration
+    if duration is None:
+        duration = simulate(ship, one.kind, rudder=one.rudder, heading=one.heading, side=one.side, seed=one.seed,
+                            speed=one.speed, rps=one.rps, dt=dt).trial.duration  # fmt: skip
+    parts = ([ship.name] if ships or not manoeuvres else []) + ([one.name or one.kind] if manoeuvres else [])
+    return Case(" ".join(parts) or ship.name, ship, policy, speed, duration, dt, one.method, one.indices == "all")
+
+
+def figure_units(case: Case, around: Uniform) -> dict[str, str]:
+    """Unit of each index that the runs of a case have."""
+    tally = None if case.whole else tally_of(case.manoeuvre, case.dt, {}, flowing=False)
+    if tally is not None:
+        return dict(tally.figures)
+    steps = round(case.duration / case.dt) + 1
+    usual_names(case, around.series(case.dt, steps)[None], steps)
+    found = simulate(case.ship, case.manoeuvre.kind, duration=case.duration, dt=case.dt).indices
+    return {name: index.unit for name, index in found.items()}
+
+
+def _input(path: Path, name: str, one: InputTable) -> Input:
+    told = one.model_dump()
+    given: list[tuple[Kind, list[float]]] = [(kind, told[kind]) for kind in _KINDS if told[kind] is not None]
+    if one.value is not None:
+        given.append(("constant", [one.value]))
+    if len(given) != 1:
+        raise RequestError(f"{path}: inputs.{name}: give one of value, {', '.join(_KINDS)}; it has {len(given)}")
+    (kind, numbers), scale = given[0], _scale(path, f"inputs.{name}", one.unit)
+    spread = kind == "lognormal"  # the second number is of the logarithm
+    numbers = [n if spread and k == 1 else n * scale for k, n in enumerate(numbers)]
+    within = None if one.within is None else (one.within[0] * scale, one.within[1] * scale)
+    try:
+        return Input(kind, tuple(numbers), tuple(one.weights), within, one.factor)
+    except ValueError as error:
+        raise RequestError(f"{path}: inputs.{name}: {error}") from None
+
+
+def _scale(path: Path, key: str, unit: str | None) -> float:
+    if unit is None:
+        return 1.0
+    if unit not in KNOWN:
+        raise RequestError(f"{path}: {key}.unit: {unknown(unit, KNOWN, 'unit')}")
+    return KNOWN[unit][1]
+
+
+def _criterion(path: Path, name: str, one: CriterionTable, units: Mapping[str, str]) -> Criterion:
+    if name not in units:
+        raise RequestError(f"{path}: criteria.{name}: {unknown(name, units, 'index')}")
+    scale = _scale(path, f"criteria.{name}", one.unit)
+    low, high = one.at_least, one.at_most
+    if low is None and high is None:
+        raise RequestError(f"{path}: criteria.{name}: give at_most, at_least or both")
+    return Criterion(name, -math.inf if low is None else low * scale, math.inf if high is None else high * scale)
+
+
+def _posterior(path: Path, table: PosteriorTable, ships: list[Ship]) -> Correlated:
+    """Parameters of a fit with the covariance of its posterior, `widen` times as wide."""
+    file = path.parent / table.fit if not Path(table.fit).is_absolute() else Path(table.fit)
+    try:
+        document = json.loads(file.read_text(encoding="utf-8"))
+        names, covariance = list(document["parameters"]), np.array(document["covariance"], dtype=np.float64)
+        mean = np.array([document["parameters"][name]["value"] for name in names])
+    except (OSError, ValueError, KeyError, TypeError):
+        raise RequestError(f"{path}: posterior.fit: {file}: is no fit.json of seatrial identify") from None
+    if covariance.shape != (len(names), len(names)) or not np.all(np.isfinite(covariance)):
+        raise RequestError(f"{path}: posterior.fit: {file}: has no covariance; fit by an estimator that gives one")
+    values, vectors = np.linalg.eigh(covariance)
+    triangular: Any = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T, mode="r")
+    root = triangular.T
+    return Correlated(tuple(f"ship.{name}" for name in names), mean, table.widen * root * np.sign(np.diag(root)))

@@ -1,0 +1,132 @@
+"""The folder of a campaign: the same bytes whatever computed them, nothing twice, nothing half-written."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from seatrial import __version__
+from seatrial.campaign import Campaign, CampaignError, Case
+from seatrial.campaign.folder import begin, merge, open_folder, scan, write_part, wrong_parts
+from seatrial.campaign.inputs import Input
+from seatrial.campaign.running import Shard, run
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.ships.files import load
+
+TEN = math.radians(10.0)
+
+
+@pytest.fixture(scope="module")
+def campaign() -> Campaign:
+    ship = load("kvlcc2_l7")
+    case = Case("case", ship, Zigzag(11.85, TEN, TEN), ship.speed, 30.0, 0.1, "euler")
+    other = replace(case, name="other", manoeuvre=Zigzag(11.85, 2 * TEN, TEN))
+    inputs = {"ship.hull.N_r": Input("normal", (1.0, 0.1), factor=True), "U_C": Input("uniform", (0.0, 0.1))}
+    return Campaign("test", (case, other), 90, inputs, chunk=20)
+
+
+@pytest.fixture(scope="module")
+def whole(campaign: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("whole") / "run"
+    run(campaign, folder, threads=1)
+    return folder
+
+
+def test_shards_and_threads_change_no_byte(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
+    for shard in (Shard(2, 3), Shard(0, 3), Shard(1, 3)):
+        run(campaign, tmp_path / "shards", shard=shard, threads=2)
+    one, other = open_folder(whole), open_folder(tmp_path / "shards")
+    assert one.digest() == other.digest()
+    assert not list(wrong_parts(other))
+    table = scan(other).collect()
+    assert table["run"].to_list() == list(range(180))
+
+
+def test_the_size_of_parts_changes_no_number(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
+    run(replace(campaign, chunk=33), tmp_path / "other")
+    assert scan(open_folder(tmp_path / "other")).collect().equals(scan(open_folder(whole)).collect())
+
+
+def test_what_is_there_is_not_computed_again(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(whole, folder)
+    gone = open_folder(folder).path(4)
+    gone.unlink()
+    times = {path: path.stat().st_mtime_ns for path in folder.rglob("*.parquet")}
+    ran = run(campaign, folder)
+    assert (ran.parts, ran.runs) == (1, 20 if gone.stem != "0000004" else 10)
+    assert all(path.stat().st_mtime_ns == at for path, at in times.items())
+    assert open_folder(folder).digest() == open_folder(whole).digest()
+
+
+def test_another_campaign_is_refused(campaign: Campaign, whole: Path) -> None:
+    with pytest.raises(CampaignError, match="another campaign"):
+        begin(replace(campaign, seed=2), whole)
+
+
+def test_another_version_is_refused(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(whole, folder)
+    manifest = folder / "campaign.json"
+    manifest.write_text(manifest.read_text().replace(f'"version": "{__version__}"', '"version": "9"'))
+    with pytest.raises(CampaignError, match="begun with seatrial 9"):
+        begin(campaign, folder)
+
+
+def test_a_folder_with_other_files_is_refused(campaign: Campaign, tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("")
+    with pytest.raises(CampaignError, match="not empty"):
+        begin(campaign, tmp_path)
+
+
+def test_a_campaign_larger_than_the_disk_is_refused(campaign: Campaign, tmp_path: Path) -> None:
+    with pytest.raises(CampaignError, match="GB free"):
+        begin(replace(campaign, runs=10**13, chunk=10**9), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_part_that_cannot_be_written_leaves_nothing(
+    campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "run"
+    begin(campaign, folder)
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        write_part(campaign, folder, 0)
+    assert not [path for path in folder.rglob("*") if path.is_file() and path.name != "campaign.json"]
+
+
+def test_a_damaged_part_is_found(whole: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(whole, folder)
+    held = open_folder(folder)
+    held.path(1).write_bytes(held.path(1).read_bytes()[:-50])
+    shutil.copy(held.path(3), held.path(2))
+    faults = list(wrong_parts(held))
+    assert len(faults) == 3  # unreadable, another part, and so too few runs
+    assert "0000001.parquet" in faults[0]
+    assert "another campaign or part" in faults[1]
+
+
+def test_merge_needs_all_parts(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
+    import polars as pl
+
+    assert pl.read_parquet(merge(open_folder(whole), tmp_path / "all.parquet")).height == 180
+    held = begin(campaign, tmp_path / "new")
+    with pytest.raises(CampaignError, match="10 of 10 parts are missing"):
+        merge(held, tmp_path / "none.parquet")
+
+
+@pytest.mark.parametrize("text", ["0/3", "4/3", "1", "a/b", "1/0"])
+def test_a_shard_is_one_of_several(text: str) -> None:
+    with pytest.raises(CampaignError, match="K/N"):
+        Shard.read(text)

@@ -1,0 +1,83 @@
+"""A campaign that is killed at random moments ends with the same bytes, and computes nothing twice that was done."""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from seatrial.campaign.folder import Held, open_folder, wrong_parts
+
+CAMPAIGN = """
+schema = "seatrial-campaign/1"
+ships = ["kvlcc2_l7"]
+runs = {runs}
+chunk = {chunk}
+[manoeuvre]
+kind = "zigzag"
+rudder = 20.0
+heading = 10.0
+duration = {duration}
+dt = 0.25
+method = "euler"
+[inputs]
+"ship.hull.N_r" = {{ normal = [1.0, 0.1], factor = true }}
+"ship.hull.Y_v" = {{ uniform = [0.9, 1.1], factor = true }}
+"policy.delta" = {{ uniform = [18, 22], unit = "deg" }}
+"""
+
+
+def started(file: Path, folder: Path, *options: str) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "seatrial", "campaign", str(file), "-o", str(folder), "--json", *options]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+
+def finished(file: Path, folder: Path, *options: str) -> None:
+    process = started(file, folder, *options)
+    _, said = process.communicate()
+    assert process.returncode == 0, said.decode()
+
+
+def left_by_kills(file: Path, folder: Path, kills: int, longest: float, shards: int) -> Held:
+    """The folder after so many kills; parts that a kill has left are never written again."""
+    chance, seen = random.Random(1), {}
+    for kill in range(kills):
+        process = started(file, folder, "--threads", str(1 + kill % 2), "--shard", f"{1 + kill % shards}/{shards}")
+        manifest = folder / "campaign.json"
+        while process.poll() is None and not manifest.exists():
+            time.sleep(0.02)
+        time.sleep(chance.uniform(0.0, longest))
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        now = {path: path.stat().st_mtime_ns for path in folder.glob("parts/*/*.parquet")}
+        assert all(now[path] == at for path, at in seen.items())
+        seen = now
+    for shard in range(shards):
+        finished(file, folder, "--shard", f"{1 + shard}/{shards}")
+    assert all(path.stat().st_mtime_ns == at for path, at in seen.items())
+    assert not list(folder.rglob("*.tmp"))
+    return open_folder(folder)
+
+
+def compare(tmp_path: Path, runs: int, chunk: int, duration: float, kills: int, longest: float, shards: int) -> None:
+    file = tmp_path / "campaign.toml"
+    file.write_text(CAMPAIGN.format(runs=runs, chunk=chunk, duration=duration))
+    finished(file, tmp_path / "whole", "--threads", "2")
+    killed = left_by_kills(file, tmp_path / "killed", kills, longest, shards)
+    assert not list(wrong_parts(killed))
+    assert killed.digest() == open_folder(tmp_path / "whole").digest()
+
+
+def test_kills_change_no_byte(tmp_path: Path) -> None:
+    compare(tmp_path, 100_000, 2000, 20.0, 3, 0.6, 1)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("shards", [1, 3])
+def test_a_hundred_kills_of_ten_million_runs(tmp_path: Path, shards: int) -> None:
+    compare(tmp_path, 10_000_000, 16384, 80.0, 50, 12.0, shards)
