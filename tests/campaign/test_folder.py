@@ -14,9 +14,17 @@ from seatrial import __version__
 from seatrial.campaign import Campaign, CampaignError, Case
 from seatrial.campaign.folder import begin, merge, open_folder, scan, write_part, wrong_parts
 from seatrial.campaign.inputs import Input
-from seatrial.campaign.running import Shard, run
+from seatrial.campaign.running import Ran, Shard
+from seatrial.campaign.running import run as run_in
+from seatrial.core.executors import threads as pool_of
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
+
+
+def run(campaign: Campaign, folder: Path, *, shard: Shard | None = None, threads: int = 2) -> Ran:
+    with pool_of(threads) as pool:
+        return run_in(campaign, folder, pool=pool, shard=shard or Shard())
+
 
 TEN = math.radians(10.0)
 

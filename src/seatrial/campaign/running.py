@@ -1,31 +1,21 @@
-"""Computing what a folder still misses: in threads of this process, or through any executor.
+"""Computing what a folder still misses, in threads of this process or on a cluster (`core.executors`).
 
-An executor is anything with `submit` as `concurrent.futures` has it.  No more parts are under way than are needed to
-keep it busy, so that Ctrl-C ends soon; what a killed process had begun is computed again, and nothing else.
+No more parts are under way than keep the pool busy, so that Ctrl-C ends soon; what a killed process had begun is
+computed again, and nothing else.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
 
+from .. import __version__
+from ..core.executors import Pool
 from ..core.files import held_alone
-from ..engine.rollout import default_threads
 from . import Campaign, CampaignError
 from .folder import Held, begin, write_part
-
-
-class Executor(Protocol):
-    """What computes parts: a pool of threads, processes, or a cluster."""
-
-    def submit(self, fn: Callable[..., int], /, *args: Any) -> Future[int]:
-        """Compute `fn(*args)` somewhere."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -73,17 +63,15 @@ Watch = Callable[[int, int, int, float], object]
 
 
 def run(
-    campaign: Campaign, folder: Path, *, source: Path | None = None, shard: Shard = Shard(), threads: int | None = None,
-    executor: Executor | None = None, width: int | None = None, watch: Watch | None = None,
+    campaign: Campaign, folder: Path, *, pool: Pool, source: Path | None = None, shard: Shard = Shard(),
+    watch: Watch | None = None,
 ) -> Ran:  # fmt: skip
     """Compute the parts that are missing.
 
     Args:
         source: file of the campaign; its text is kept in the manifest.
         shard: which parts are this process's.
-        threads: of this process; None takes `engine.rollout.default_threads()`.
-        executor: in place of threads.
-        width: number of parts that the executor computes at once; None for the number of `threads`.
+        pool: who computes.
         watch: told of the progress.
 
     Raises:
@@ -95,39 +83,20 @@ def run(
     began, runs, done = time.monotonic(), 0, 0
     with held_alone(folder / ".shards" / f"{shard.index + 1}-of-{shard.count}"):
         todo = shard.of(held.missing)
-        with _pool(executor, threads) as (pool, own):
-            for count in _computed(pool, campaign, folder, todo, 2 * (width or own)):
-                runs, done = runs + count, done + 1
-                if watch is not None:
-                    watch(done, len(todo), runs, time.monotonic() - began)
+        pieces = ((__version__, campaign, folder.resolve(), number) for number in todo)
+        for count in pool.each(_part, pieces):
+            runs, done = runs + count, done + 1
+            if watch is not None:
+                watch(done, len(todo), runs, time.monotonic() - began)
     return Ran(held, done, runs, time.monotonic() - began)
 
 
-@contextmanager
-def _pool(executor: Executor | None, threads: int | None) -> Generator[tuple[Any, int], None, None]:
-    number = threads or default_threads()
-    if executor is not None:
-        yield executor, number
-        return
-    with ThreadPoolExecutor(number) as pool:
-        yield pool, number
+def _part(version: str, campaign: Campaign, folder: Path, number: int) -> int:
+    """One part, wherever it is computed.
 
-
-def _computed(pool: Any, campaign: Campaign, folder: Path, todo: list[int], most: int) -> Generator[int, None, None]:
-    """Runs of each part as it is done, at most `most` under way; what has not begun is dropped on an error."""
-    waiting = iter(todo)
-    under_way: set[Future[int]] = set()
-    try:
-        while True:
-            for number in waiting:
-                under_way.add(pool.submit(write_part, campaign, folder, number))
-                if len(under_way) >= most:
-                    break
-            if not under_way:
-                return
-            done, under_way = wait(under_way, return_when=FIRST_COMPLETED)
-            for future in done:
-                yield future.result()
-    finally:
-        for future in under_way:
-            future.cancel()
+    Raises:
+        CampaignError: a worker with another version of the package.
+    """
+    if version != __version__:
+        raise CampaignError(f"a worker has seatrial {__version__}, the campaign {version}; give all the same version")
+    return write_part(campaign, folder, number)

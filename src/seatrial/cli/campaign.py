@@ -15,7 +15,8 @@ _EVERY = 10.0  # off a terminal, seconds between lines of progress
 
 def campaign(
     source: o.CampaignSource, out: o.CampaignFolder = None, shard: o.Shard = None, threads: o.Threads = None,
-    show: o.CampaignStatus = False, verify: o.Verify = False, merge: o.Merge = False, json: o.Json = False,
+    dask: o.Dask = None, show: o.CampaignStatus = False, verify: o.Verify = False, merge: o.Merge = False,
+    json: o.Json = False,
 ) -> None:  # fmt: skip
     """Run many manoeuvres of varied ships and weather."""
     from ..workflow import RequestError
@@ -28,7 +29,7 @@ def campaign(
         return
     if out is None:
         raise RequestError("give the folder of the campaign with -o DIR, or --status, --verify or --merge of one")
-    _run(source, out, shard, threads, json)
+    _run(source, out, shard, threads, dask, json)
 
 
 def _look(folder: Path, verify: bool, merge: bool, out: Path | None, json: bool) -> None:
@@ -51,7 +52,7 @@ def _look(folder: Path, verify: bool, merge: bool, out: Path | None, json: bool)
         raise typer.Exit(1)
 
 
-def _run(source: Path, out: Path, shard: str | None, threads: int | None, json: bool) -> None:
+def _run(source: Path, out: Path, shard: str | None, threads: int | None, dask: str | None, json: bool) -> None:
     from rich.console import Console
 
     from ..workflow import campaigns as work
@@ -61,7 +62,7 @@ def _run(source: Path, out: Path, shard: str | None, threads: int | None, json: 
     with terminal.status("reading") as moving:
         progress = _Progress(live(moving) if terminal.is_terminal else None)
         try:
-            ran = work.campaign(source, out, shard=shard, threads=threads, watch=progress, note=note)
+            ran = work.campaign(source, out, shard=shard, threads=threads, dask=dask, watch=progress, note=note)
         except KeyboardInterrupt:
             raise Stopped(f"interrupted; run the same command again to go on in {out}") from None
     left = len(ran.held.missing)

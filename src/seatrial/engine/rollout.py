@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.executors import processors as default_threads
 from ..core.parameters import ParameterError, unknown
 from . import Array, EngineNotice, Failure, Rollout, System, simd, virtual
 from .cache import CompilerError
@@ -23,14 +23,6 @@ Packed = simd.Packed | virtual.Packed
 def _notice(reason: str) -> None:
     """Warn once per process and reason that the slower back end runs."""
     warnings.warn(f"running on CasADi's virtual machine, some 30 times slower: {reason}", EngineNotice, stacklevel=5)
-
-
-def default_threads() -> int:
-    """`SEATRIAL_THREADS`, else the processors this process may use."""
-    named = os.environ.get("SEATRIAL_THREADS")
-    if named:
-        return max(int(named), 1)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)

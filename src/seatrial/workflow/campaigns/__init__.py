@@ -12,7 +12,8 @@ from typing import Any
 from ...campaign import CampaignError
 from ...campaign.chunk import replay
 from ...campaign.folder import Held, merge, open_folder, wrong_parts
-from ...campaign.running import Executor, Ran, Shard, Watch, run
+from ...campaign.running import Ran, Shard, Watch, run
+from ...core import executors
 from ...data import Trial
 from ...data.trialfile import write_trial
 from ...manoeuvres import Index, Manoeuvre
@@ -59,10 +60,16 @@ def shard_of(text: str | None) -> Shard:
 
 
 def campaign(
-    path: Path, out: Path, *, shard: str | None = None, threads: int | None = None, executor: Executor | None = None,
-    width: int | None = None, watch: Watch | None = None, note: Note = silent,
+    path: Path, out: Path, *, shard: str | None = None, threads: int | None = None, dask: str | None = None,
+    watch: Watch | None = None, note: Note = silent,
 ) -> Ran:  # fmt: skip
     """Run a campaign file into a folder; what is there is kept, the rest is computed.
+
+    Args:
+        shard: ``K/N``; None takes that of a Slurm array task, if this is one.
+        threads: of this process; None takes one a processor.
+        dask: address of a Dask scheduler, or ``local:N``, in place of threads.
+        watch: told of the progress.
 
     Raises:
         RequestError: a campaign that cannot be carried out, a folder of another one, or one too large for the disk.
@@ -70,9 +77,11 @@ def campaign(
     """
     if threads is not None and threads < 1:
         raise RequestError(f"--threads is {threads}; give 1 or more")
-    part = shard_of(shard)
-    return run(read_campaign(path, note), out, source=path, shard=part, threads=threads,
-               executor=executor, width=width, watch=watch)  # fmt: skip
+    if threads is not None and dask is not None:
+        raise RequestError("--threads and --dask: give one of them")
+    part, plan = shard_of(shard), read_campaign(path, note)
+    with executors.threads(threads) if dask is None else executors.dask(dask, note) as pool:
+        return run(plan, out, pool=pool, source=path, shard=part, watch=watch)
 
 
 def status(folder: Path, *, verify: bool = False) -> Status:
