@@ -166,10 +166,8 @@ def _check_sources(found: Mapping) -> None:
 
 
 def _check_ground(ground: Ground) -> None:
-    polar, plain = (ground.speed, ground.course), (ground.north, ground.east)
-    if [None in polar, None in plain] not in ([False, True], [True, False]) or (
-        None in polar and any(polar) or None in plain and any(plain)
-    ):
+    given = tuple(key for key in ("speed", "course", "north", "east") if getattr(ground, key) is not None)
+    if given not in (("speed", "course"), ("north", "east")):
         raise DataError("ground needs speed and course, or north and east")
 
 
