@@ -18,7 +18,11 @@ _ISO = (
     r"^(?P<year>[0-9]{4})(?:[-/.]?)(?P<month>[0-9]{1,2})(?:[-/.]?)(?P<day>[0-9]{1,2})(?:[T _]\s*)(?P<hour>[0-9]{1,2})(?::?)"
     r"(?P<minute>[0-9]{2})(?::?(?P<second>[0-9]{2})" + _FRACTION + r")?\s*" + _ZONE + "?$"
 )
-_DAY = r"^(?P<hour>[0-9]{1,3}):(?P<minute>[0-9]{2})(?::(?P<second>[0-9]{2})" + _FRACTION + r")?\s*(?P<half>[AaPp]\.?[Mm]\.?)?$"
+_DAY = (
+    r"^(?P<hour>[0-9]{1,3}):(?P<minute>[0-9]{2})(?::(?P<second>[0-9]{2})"
+    + _FRACTION
+    + r")?\s*(?P<half>[AaPp]\.?[Mm]\.?)?$"
+)
 _GROUPS = {
     "Y": r"(?P<year>[0-9]{4})", "y": r"(?P<short>[0-9]{2})", "m": r"(?P<month>[0-9]{1,2})", "d": r"(?P<day>[0-9]{1,2})",
     "b": r"(?P<name>[A-Za-z]{3,9})\.?", "B": r"(?P<name>[A-Za-z]{3,9})", "j": r"(?P<ordinal>[0-9]{1,3})",

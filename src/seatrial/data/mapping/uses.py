@@ -40,8 +40,10 @@ def uses(mapping: Mapping) -> tuple[Use, ...]:
 def _of_instruments(mapping: Mapping) -> list[Use]:
     found: list[Use] = []
     if (place := mapping.position) is not None:
-        keys = ("latitude", "longitude", "latitude_letter", "longitude_letter")
-        found += _named("position", place.file, False, {key: getattr(place, key) for key in keys})
+        angles = {"latitude": place.latitude, "longitude": place.longitude}
+        letters = {"latitude_letter": place.latitude_letter, "longitude_letter": place.longitude_letter}
+        found += _named("position", place.file, place.format != "dms", angles)
+        found += _named("position", place.file, False, letters)
     if (ground := mapping.ground) is not None:
         keys = ("speed", "course", "north", "east")
         found += _named("ground", ground.file, True, {key: getattr(ground, key) for key in keys})
