@@ -9,7 +9,7 @@ from pathlib import Path
 from ...core.parameters import unknown
 from .. import UNITS, DataError
 from ..geodesy import Datum
-from ..sidecar import read_described
+from ..sidecar import check_meta, read_described
 from ..table import within
 from ..units import KNOWN, conversion, of_thruster, standard_unit
 from .schema import Channel, Clock, Ground, Mapping, Sensor
@@ -38,6 +38,8 @@ def read_mapping(path: Path) -> Mapping:
         _check_instruments(found)
         _check_files(found)
         _check_trials(found)
+        for one in found.trial:
+            check_meta(Path(f"trial '{one.name}'"), {"kind": one.kind, "set_points": dict(one.set_points)})
         _refuse_twice(found)
     return found
 

@@ -64,9 +64,13 @@ class Stamps:
             return np.asarray(self.values, dtype=np.float64)
         return np.where(self.values == NEVER, np.nan, (self.values - zero) / _SECOND)
 
-    def rows(self, index: NDArray[np.intp]) -> Stamps:
-        """Those of some rows."""
-        return Stamps(self.kind, self.values[index], self.ahead)
+    def days_from(self, other: Stamps) -> Stamps:
+        """Times of day on the day that brings them nearest to those of another file."""
+        mine, its = (one.values[one.values != NEVER] for one in (self, other))
+        if not mine.size or not its.size:
+            return self
+        late = int(np.round((int(its[0]) - int(mine[0])) / _DAY)) * _DAY
+        return Stamps(self.kind, _shifted(np.asarray(self.values, dtype=np.int64), late))
 
 
 def stamps(table: Table, clock: Clock) -> Stamps:
@@ -88,7 +92,7 @@ def stamps(table: Table, clock: Clock) -> Stamps:
     return Stamps(found.kind, _shifted(np.asarray(found.values, dtype=np.int64), late), found.ahead)
 
 
-def moment(text: str, clock: Clock, like: Stamps, zero: int) -> float:
+def moment(text: str, like: Stamps, zero: int) -> float:
     """A time that a person wrote, such as 11:20:00 or 2025-04-11T11:20:00+02:00, in seconds after `zero` of a log.
 
     Without a date it is of the first day of the log, without a zone of the zone of its first row.

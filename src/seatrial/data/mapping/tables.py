@@ -40,6 +40,7 @@ class Table:
         stated: unit that the file gives for a column, in its header or in a row of units, and that row's number.
         decimal: the decimal mark of texts.
         missing: words of a missing value, in lower case.
+        pieces: files of which it is made one after the other, and the rows of each; empty for one.
     """
 
     path: Path
@@ -50,13 +51,19 @@ class Table:
     stated: Named[str, tuple[str, int]] = field(default_factory=dict[str, tuple[str, int]])
     decimal: str = "."
     missing: frozenset[str] = frozenset()
+    pieces: tuple[tuple[Path, int], ...] = ()
 
     def __len__(self) -> int:
         return len(self.lines)
 
     def at(self, column: str, row: int) -> str:
         """The place of a cell, for the beginning of an error."""
-        return f"{self.path}: column '{column}', {self.word} {self.lines[row]}"
+        path, rest = self.path, row
+        for path, count in self.pieces:
+            if rest < count:
+                break
+            rest -= count
+        return f"{path}: column '{column}', {self.word} {self.lines[row]}"
 
     def rows(self, index: NDArray[np.intp]) -> Table:
         """The same table with only some of its rows."""
@@ -92,6 +99,21 @@ def opened(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
         found = _of_text(path, mapping, wanted)
     words = frozenset(("", "nan", "na", "null", *(word.strip().lower() for word in mapping.missing)))
     return replace(found, decimal=mapping.decimal, missing=words)
+
+
+def stacked(tables: Sequence[Table]) -> Table:
+    """The rows of several tables of the same columns, one after the other."""
+    import polars as pl
+
+    if len(tables) == 1:
+        return tables[0]
+    kinds = {name: {one.frame[name].dtype for one in tables} for name in tables[0].frame.columns}
+    mixed = [name for name, some in kinds.items() if len(some) > 1]
+    frames = [one.frame.with_columns(pl.col(mixed).cast(pl.String)) if mixed else one.frame for one in tables]
+    lines = np.concatenate([one.lines for one in tables])
+    return replace(
+        tables[0], frame=pl.concat(frames), lines=lines, pieces=tuple((one.path, len(one)) for one in tables)
+    )
 
 
 def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
