@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ def groups(table: Table, mapping: Mapping) -> Iterator[tuple[str, NDArray[np.int
     code = cells.rank("dense").to_numpy().astype(np.int64)
     edges = [0, *(np.flatnonzero(np.diff(code)) + 1).tolist(), len(code)]
     seen: set[str] = set()
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges):
         word = "" if start == len(cells) else str(cells[start])
         if not word:
             continue

@@ -16,6 +16,9 @@ from .schema import Sensor
 _REACH = 2.5
 """Longest distance that is joined where a mapping states none, in median steps of the series."""
 
+_HELD = 1.0
+"""The same of values that are held: orders come when they change [s]."""
+
 _TURNING = re.compile(r"alpha_\w+")
 
 
@@ -80,7 +83,8 @@ def reach(series: Series, sensor: Sensor) -> float:
     """Longest distance [s] that is joined."""
     if sensor.limit is not None:
         return sensor.limit
-    return _REACH * float(np.median(np.diff(series.t))) if len(series.t) > 1 else 0.0
+    usual = _REACH * float(np.median(np.diff(series.t))) if len(series.t) > 1 else 0.0
+    return max(usual, _HELD) if sensor.interpolate == "hold" else usual
 
 
 def joined(series: Series, name: str, sensor: Sensor, rows: Array) -> Array:

@@ -43,8 +43,9 @@ def measured(table: Table, place: str, sensor: Sensor) -> dict[str, Array]:
         name = place.partition(".")[2]
         return {name: _channel(table, name, sensor)}
     if isinstance(sensor, Position):
-        return {"latitude": degrees(table, sensor.latitude, sensor.latitude_letter, sensor.format, LATITUDE),
-                "longitude": degrees(table, sensor.longitude, sensor.longitude_letter, sensor.format, LONGITUDE)}  # fmt: skip
+        latitude, longitude = (sensor.latitude, sensor.latitude_letter), (sensor.longitude, sensor.longitude_letter)
+        return {"latitude": degrees(table, *latitude, sensor.format, LATITUDE),
+                "longitude": degrees(table, *longitude, sensor.format, LONGITUDE)}  # fmt: skip
     if isinstance(sensor, Ground):
         return _ground(table, sensor)
     if isinstance(sensor, Log):

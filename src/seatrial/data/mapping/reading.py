@@ -273,7 +273,7 @@ def _start(marks: Stamps, zero: int) -> dict[str, str]:
 def _zero_words(marks: Stamps, zero: int) -> list[str]:
     if marks.kind not in ("day", "local"):
         return []
-    begun = datetime(1970, 1, 1) + timedelta(microseconds=zero // 1000)  # noqa: DTZ001 -- of no zone
+    begun = datetime(1970, 1, 1) + timedelta(microseconds=zero // 1000)
     said = begun.time().isoformat() if marks.kind == "day" else f"{begun.isoformat()}, in a zone that is unknown"
     return [f"t = 0 s is {said}"]
 

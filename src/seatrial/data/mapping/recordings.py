@@ -23,10 +23,8 @@ def recordings(src: Path, mapping: Mapping) -> list[Path]:
         DataError: no such path, or no recording.
     """
     here = existing(src)
-    if mapping.files is None:
-        found = _tables(here) if here.is_dir() else [here]
-    else:
-        found = _joined(here, mapping.files)
+    alone = _tables(here) if here.is_dir() and mapping.files is None else [here]
+    found = alone if mapping.files is None else _joined(here, mapping.files)
     names = {name_of(one, mapping) for one in found}
     stray = next((one.log for one in mapping.trial if one.log is not None and one.log not in names), None)
     if stray is not None and here.is_dir():

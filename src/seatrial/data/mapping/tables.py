@@ -58,11 +58,8 @@ class Table:
 
     def at(self, column: str, row: int) -> str:
         """The place of a cell, for the beginning of an error."""
-        path, rest = self.path, row
-        for path, count in self.pieces:
-            if rest < count:
-                break
-            rest -= count
+        ends = np.cumsum([count for _, count in self.pieces])
+        path = self.pieces[int(np.searchsorted(ends, row, side="right"))][0] if self.pieces else self.path
         return f"{path}: column '{column}', {self.word} {self.lines[row]}"
 
     def rows(self, index: NDArray[np.intp]) -> Table:

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import Array, DataError
-from ..units import conversion
+from ... import Array, DataError
+from ...units import conversion
+from ..cells import numbers, texts
+from ..checked import EPOCHS
+from ..schema import Clock
+from ..tables import Table
 from .calendar import civil, leap_seconds, offset_of
-from .cells import numbers, texts
-from .checked import EPOCHS
 from .patterns import Pattern, iso, of_day, patterned
-from .schema import Clock
-from .tables import Table
 
 if TYPE_CHECKING:
     import polars as pl
