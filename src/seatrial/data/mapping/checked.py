@@ -12,11 +12,9 @@ from ..geodesy import Datum
 from ..sidecar import check_meta, read_described
 from ..table import within
 from ..units import KNOWN, conversion, of_thruster, standard_unit
+from .clocks.calendar import EPOCHS, offset_of
 from .schema import Channel, Clock, Ground, Mapping, Sensor
 from .uses import uses
-
-EPOCHS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
-"""Nanoseconds of the units of Unix time."""
 
 FORMATS = ("iso", "clock", "epoch", "gps")
 _DIRECTIVES = "YymdHMSfpbBjz%I"
@@ -113,8 +111,18 @@ def _check_clock(place: str, clock: Clock) -> None:
         raise DataError(f"{place}.week is missing; it names the column of the GPS week")
     if clock.format == "epoch" and (clock.unit or "s") not in EPOCHS:
         raise DataError(f"{place}.unit is '{clock.unit}'; Unix time is in {', '.join(EPOCHS)}")
+    if clock.zone is not None and clock.zone != "unknown" and offset_of(clock.zone) is None:
+        _check_zone(place, clock.zone)
     if clock.format not in (None, "epoch"):
         conversion("t", clock.unit or "s")
+
+
+def _check_zone(place: str, zone: str) -> None:
+    from zoneinfo import available_timezones
+
+    known = available_timezones()
+    if known and zone not in known:
+        raise DataError(f"{place}.zone: {unknown(zone, sorted(known), 'zone')}; or +02:00, UTC, unknown")
 
 
 def _check_pattern(place: str, pattern: str) -> None:

@@ -54,7 +54,7 @@ def read(source: Path, mapping: Mapping) -> tuple[Trial, ...]:
     name = name_of(source, mapping)
     table = _rows_of(source, mapping)
     found: list[Trial] = []
-    for suffix, rows in groups(table, mapping):
+    for suffix, rows in list(groups(table, mapping)):
         trial, clock = _trial(source, mapping, name + suffix, table if rows is None else table.rows(rows))
         found += named_cuts(trial, mapping, name, clock) if mapping.trial else divided(trial, mapping.split)
     return tuple(found)

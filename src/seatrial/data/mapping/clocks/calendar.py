@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from .patterns import Fields
 
+EPOCHS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
+"""Nanoseconds of the units of Unix time."""
+
 Ticks = NDArray[np.int64]
 _SECOND = 10**9
 _FIXED = re.compile(r"([+-])(\d{2}):?(\d{2})?")

@@ -106,7 +106,7 @@ class Pattern:
         minute, second = whole("minute"), whole("second")
         wrong = (minute > 59) | (second > 60) | (nanosecond >= 10**9)
         if self.dated:
-            wrong |= (hour > 24) | _no_date(year, month, day, "ordinal" in held)
+            wrong |= (hour > 23) | (year < 1970) | (year > 2261) | _no_date(year, month, day, "ordinal" in held)
         zone = found["zone"] if "zone" in held else pl.Series([None] * len(written), dtype=pl.String)
         return Fields(self.dated, year, month, day, hour, minute, second, nanosecond, zone, wrong)
 

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from ... import Array, DataError
 from ...units import conversion
 from ..cells import numbers, texts
-from ..checked import EPOCHS
 from ..schema import Clock
 from ..tables import Table
-from .calendar import civil, leap_seconds, offset_of
+from .calendar import EPOCHS, civil, leap_seconds, offset_of
 from .patterns import Pattern, iso, of_day, patterned
 
 if TYPE_CHECKING:
@@ -176,7 +175,7 @@ def _refuse_far(table: Table, column: str, values: Array | Ticks, unit: int) -> 
     if far.size:
         row = int(far[0])
         said = next(name for name, size in EPOCHS.items() if size == unit)
-        raise DataError(f"{table.at(column, row)}: {values[row]:.12g} {said} are centuries; is it in another unit?")
+        raise DataError(f"{table.at(column, row)}: {values[row]:.15g} {said} are centuries; is it in another unit?")
 
 
 def _read(table: Table, clock: Clock) -> Stamps:
