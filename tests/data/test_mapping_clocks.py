@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ STEPS = (0.0, 0.25, 1.5)
 
 
 def read(folder: Path, time: str, **columns: list[object]) -> Trial:
-    path = table(folder / "a.csv", {**{name: values for name, values in columns.items()}, "HDG": [1, 2, 3]}, ";")
+    path = table(folder / "a.csv", {**columns, "HDG": [1, 2, 3]}, ";")
     [found] = trials(path, f'delimiter = ";"\ntime = {{ {time} }}\n{HEADING}')
     return found
 
@@ -27,7 +27,8 @@ def read(folder: Path, time: str, **columns: list[object]) -> Trial:
     (("2025-04-11T09:51:10Z", "2025-04-11T09:51:10.25Z", "2025-04-11T09:51:11.5Z"), 'format = "iso"'),
     (("20250411T095110Z", "20250411T095110.25Z", "20250411T095111,5Z"), 'format = "iso"'),
     (("2025-04-11 11:51:10+02:00", "2025-04-11 11:51:10.25+0200", "2025-04-11 10:51:11.5+01"), 'format = "iso"'),
-    (("2025/04/11 11:51:10", "2025/04/11 11:51:10,25", "2025/04/11 11:51:11.5"), 'format = "iso", zone = "Europe/Oslo"'),
+    (("2025/04/11 11:51:10", "2025/04/11 11:51:10,25", "2025/04/11 11:51:11.5"),
+     'format = "iso", zone = "Europe/Oslo"'),
     (("11.04.2025 09:51:10", "11.04.2025 09:51:10.25", "11.04.2025 09:51:11.5"),
      'format = "%d.%m.%Y %H:%M:%S", zone = "UTC"'),
     (("04/11/25 11:51:10 AM", "04/11/25 11:51:10.250 AM", "04/11/25 11:51:11.5 AM"),
@@ -112,7 +113,7 @@ def test_times_that_cannot_be_told_are_refused(tmp_path: Path, cells: list[objec
 
 
 def test_gps_times_that_cannot_be(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="column 'W', line 2: week 313 is before 1999; .* rollover = 2"):
+    with pytest.raises(DataError, match=r"column 'W', line 2: week 313 is before 1999; .* rollover = 2"):
         read(tmp_path, 'week = "W", column = "TOW", format = "gps"', W=[313] * 3, TOW=[0, 1, 2])
     with pytest.raises(DataError, match="column 'TOW', line 4: a week has 604800 s"):
         read(tmp_path, 'week = "W", column = "TOW", format = "gps"', W=[2361] * 3, TOW=[0, 1, 604800])
@@ -136,10 +137,8 @@ def test_a_clock_that_means_nothing_is_refused_at_its_key(tmp_path: Path, time: 
 
 def test_the_calendar_is_that_of_the_standard_library() -> None:
     some = np.random.default_rng(3).integers(-(2**33), 2**33, size=500)
-    dates = [datetime.fromtimestamp(int(one), timezone.utc) for one in some]
+    dates = [datetime.fromtimestamp(int(one), UTC) for one in some]
     year, month, day = (np.array([getattr(one, part) for one in dates]) for part in ("year", "month", "day"))
     assert days(year, month, day).tolist() == (some // 86400).tolist()
-    gps = np.array(
-        [datetime(2016, 12, 31, 23, 59, 59, tzinfo=timezone.utc).timestamp() + 17, 1483228818, 0], dtype=np.int64
-    )
+    gps = np.array([datetime(2016, 12, 31, 23, 59, 59, tzinfo=UTC).timestamp() + 17, 1483228818, 0], dtype=np.int64)
     assert leap_seconds(gps * 10**9).tolist() == [17, 18, 0]

@@ -22,11 +22,12 @@ HEADING = '[channels.psi]\ncolumn = "HDG"\nunit = "deg"\n'
 TOPICS = TIME + '[files]\npattern = "gps/heading.csv"\n' + HEADING + (
     '[channels.n_P]\ncolumn = "rpm"\nunit = "rpm"\nfile = "engine/shaft.csv"\n'
     '[channels.delta]\ncolumn = "data"\nunit = "deg"\nfile = "rudder.csv"\nlag = 0.2\nlimit = 1.0\n'
-    '[channels.delta_cmd]\ncolumn = "order"\nunit = "deg"\nfile = "order.csv"\ninterpolate = "hold"\nlimit = 60\n')  # fmt: skip
+    '[channels.delta_cmd]\ncolumn = "order"\nunit = "deg"\nfile = "order.csv"\ninterpolate = "hold"\nlimit = 60\n'
+)  # fmt: skip
 
 
 def write_topics(folder: Path) -> Path:
-    """Heading at 2 Hz, the shaft at 5 Hz from 0.33 s on, the rudder at 10 Hz with a gap and late by .2 s, orders at will."""
+    """Heading at 2 Hz, the shaft at 5 Hz from 0.33 s on, the rudder at 10 Hz with a gap late by .2 s, two orders."""
     slow, shaft, rudder = truth(0.5), truth(0.2, 110.0, 0.33), truth(0.1)
     kept = (rudder.t < 50.0) | (rudder.t > 55.0)
     table(folder / "gps" / "heading.csv", {"Time": [at(t) for t in slow.t], "HDG": np.degrees(slow["psi"]) % 360.0})
