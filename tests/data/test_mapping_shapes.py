@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 import pytest
 from turning_log import DATUM, SCHEMA, at, fixes, table, trials, truth
-from workbooks import write_workbook
+from workbooks import write_dates, write_workbook
 
 from seatrial.data import Trial
 from seatrial.data.importing import import_log
@@ -80,6 +80,21 @@ def test_workbooks_and_parquet(tmp_path: Path) -> None:
     [found] = trials(tmp_path / "a.parquet", f'time = {{ column = "Time", format = "iso", zone = "UTC" }}\n{HEADING}')
     assert found.t.tolist() == [0.0, 1.0, 2.0]
     assert np.degrees(found["psi"]) == pytest.approx([1, 2, 3])
+
+
+def test_dates_and_times_of_a_workbook(tmp_path: Path) -> None:
+    """Cells of the kind of a date, as a spreadsheet keeps them: days since the end of 1899."""
+    day = 45758.0 + (11 * 3600 + 51 * 60 + 10) / 86400.0
+    stamps = [day + k * 0.25 / 86400.0 for k in range(3)]
+    book = write_dates(
+        tmp_path / "a.xlsx", {"Stamp": stamps, "Clock": [v % 1.0 for v in stamps], "Date": [45758.0] * 3}, 3
+    )
+    for time in ('column = "Stamp"', 'date = "Date", column = "Clock"'):
+        [found] = trials(book, f'time = {{ {time}, format = "iso", zone = "UTC" }}\n{HEADING}')
+        assert found.t.tolist() == [0.0, 0.25, 0.5]
+        assert found.meta["start"] == "2025-04-11T11:51:10.000000+00:00"
+    [found] = trials(book, f'time = {{ column = "Clock", format = "clock" }}\n{HEADING}')
+    assert found.t.tolist() == [0.0, 0.25, 0.5]
 
 
 def test_letters_beside_numbers_or_in_a_column(tmp_path: Path) -> None:

@@ -188,9 +188,10 @@ def _read(table: Table, clock: Clock) -> Stamps:
         zoned = cells.dtype.time_zone is not None
         return Stamps("utc", ticks) if zoned else _in_zone(table, clock, ticks, np.ones(len(table), dtype=bool))
     pattern = patterned(str(clock.format))
-    written = texts(table, clock.column)
+    # a workbook counts times of day from the end of 1899, and dates from midnight
+    written = texts(table, clock.column).str.replace(r"^1899-12-3[01] ", "")
     if clock.date is not None:
-        written = texts(table, clock.date) + " " + written
+        written = texts(table, clock.date).str.replace(r"[ T]00:00:00(?:\.0+)?$", "") + " " + written
     known = written.is_not_null().to_numpy()
     found = pattern.fields(written, clock.fraction)
     if found is None:
