@@ -12,7 +12,7 @@ import pytest
 from turning_log import DATUM, SCHEMA, at, fixes, table, trials, truth
 from workbooks import write_dates, write_workbook
 
-from seatrial.data import Trial
+from seatrial.data import DataError, Trial
 from seatrial.data.importing import import_log
 
 TIME = 'time = { column = "Time", unit = "s" }\n'
@@ -205,6 +205,17 @@ def test_rows_of_one_time(tmp_path: Path, which: str, value: float) -> None:
     [found] = trials(path, f'duplicates = "{which}"\n{TIME}{HEADING}')
     assert found.t.tolist() == [0.0, 1.0, 2.0]
     assert np.degrees(found["psi"][1]) % 360.0 == pytest.approx(value, abs=1e-9)
+
+
+def test_rows_out_of_order_are_sorted_and_repeated_ones_left_out(tmp_path: Path) -> None:
+    path = table(tmp_path / "a.csv", {"Time": [2, 0, 1, 0, 2], "HDG": [30, 10, 20, 10, ""], "RUD": [3, 1, 2, 1, 3]})
+    time = TIME.replace('"s" }', '"s", sort = true }')
+    with pytest.raises(DataError, match=r"a\.csv: column 'Time', line 6: time repeats \(2 then 2\)"):
+        trials(path, time + HEADING + RUDDER)
+    [found] = trials(path, 'duplicates = "first"\n' + time + HEADING + RUDDER)
+    assert found.t.tolist() == [0.0, 1.0, 2.0]
+    assert np.degrees(found["psi"]) == pytest.approx([10, 20, 30])
+    assert "sorted by time, 1 rows that repeat others left out" in found.meta["processing"]
 
 
 def test_a_log_is_cut_by_a_list_a_column_or_gaps(tmp_path: Path) -> None:
