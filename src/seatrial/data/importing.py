@@ -79,6 +79,8 @@ def _keeping(path: Path, trial: Trial) -> Trial:
     if not sidecar_path(path).exists():
         return trial
     before, now = said_by(path), plain_meta(path, trial.meta)
+    if all(now.get(key) == value for key, value in before.items() if key not in _OF_THE_IMPORT):
+        return trial  # nothing was added, and the table need not be read
     same = _same_recording(path, trial)
     anew = _OF_THE_IMPORT if same else _OF_THE_IMPORT | _OF_THE_LOG
     added = {key: value for key, value in before.items() if key not in now and key not in anew}

@@ -62,7 +62,8 @@ def read(source: Path, mapping: Mapping) -> tuple[Trial, ...]:
 
 def _rows_of(source: Path, mapping: Mapping) -> Table:
     """The table whose times are the rows; of several pieces, one after the other."""
-    wanted = [use for use in uses(mapping) if _of(mapping, use.file) is None]
+    own = mapping.files is not None and mapping.files.pattern in mapping.files.clocks
+    wanted = [u for u in uses(mapping) if _of(mapping, u.file) is None and not (own and u.key.startswith("time."))]
     if mapping.files is None:
         return opened(source, mapping, wanted)
     if mapping.files.join == "time":
@@ -171,21 +172,21 @@ def _strand(
         steps += [f"{again} rows with the time of another one: the {mapping.duplicates} counts"] if again else []
     if len(series.t) < 2:
         raise DataError(f"{table.path}: {len(series.t)} rows of numbers; a trial needs at least 2")
-    wrong = disorder(series.t, _advice(clock))
+    wrong = disorder(series.t, _advice(clock, series.t))
     if wrong is not None:
         raise DataError(f"{table.at(clock.column, int(series.rows[wrong[0]]))}: {wrong[1]}")
     return _Strand(table, clock, found, series, tuple(steps))
 
 
-def _advice(clock: Clock) -> str:
-    told = (
-        ""
-        if clock.sort
-        else ("; sort = true under time in the mapping puts rows in order and leaves out those that repeat others")
-    )
-    if clock.format is not None and clock.fraction == "decimal":
-        told += '; fraction = "ns" reads 5.42 as 5.000000042'
-    return told + '; duplicates = "first" keeps one row a time'
+def _advice(clock: Clock, t: Array) -> str:
+    """What to do about a time that repeats or goes back."""
+    sort = "; sort = true under time in the mapping puts rows in order and leaves out those that repeat others"
+    steps = np.diff(t)
+    told = "" if clock.sort else sort
+    if (steps[np.flatnonzero(steps <= 0.0)[:1]] == 0.0).any():
+        return told + '; duplicates = "first" keeps one row a time'
+    counted = clock.format is not None and clock.fraction == "decimal"
+    return told + ('; fraction = "ns" reads 5.42 as 5.000000042' if counted else "")
 
 
 def _continued(t: Array, channels: dict[str, Array]) -> tuple[Array, list[str]]:
