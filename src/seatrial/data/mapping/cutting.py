@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ def divided(trial: Trial, split: Split) -> tuple[Trial, ...]:
     return (trial,) if split.gap is None else unbroken(trial, split.gap)
 
 
-def named_cuts(trial: Trial, mapping: Mapping, log: str, clock: tuple[Stamps, int]) -> Iterator[Trial]:
+def named_cuts(trial: Trial, mapping: Mapping, source: Path, log: str, clock: tuple[Stamps, int]) -> Iterator[Trial]:
     """The trials that a mapping cuts out of a log; time keeps its origin.
 
     Raises:
@@ -59,7 +60,7 @@ def named_cuts(trial: Trial, mapping: Mapping, log: str, clock: tuple[Stamps, in
     """
     for k, one in enumerate(mapping.trial):
         if one.log in (None, log):
-            with within(f"trial[{k}]"):
+            with within(f"{source}: trial[{k}]"):
                 start, stop = (_at(one, key, clock) for key in ("start", "stop"))
                 if start >= stop:
                     raise DataError(f"'{one.name}' is from {start:g} to {stop:g} s; 'to' must be later")

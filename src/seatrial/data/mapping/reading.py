@@ -56,7 +56,7 @@ def read(source: Path, mapping: Mapping) -> tuple[Trial, ...]:
     found: list[Trial] = []
     for suffix, rows in list(groups(table, mapping)):
         trial, clock = _trial(source, mapping, name + suffix, table if rows is None else table.rows(rows))
-        found += named_cuts(trial, mapping, name, clock) if mapping.trial else divided(trial, mapping.split)
+        found += named_cuts(trial, mapping, source, name, clock) if mapping.trial else divided(trial, mapping.split)
     return tuple(found)
 
 

@@ -119,7 +119,7 @@ def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
     index = _places(path, "line", mapping.skip + 1, layout.heads, wanted)
     plain = mapping.decimal == "."
     numbers = {one.column for one in wanted if one.number and plain}
-    frame = typed(layout, {name: (k, name in numbers) for name, k in index.items()}, mapping.missing)
+    frame = typed(path, layout, {name: (k, name in numbers) for name, k in index.items()}, mapping.missing)
     stated = _stated(mapping.skip + 1, layout, index)
     return Table(path, frame, layout.lines, len(layout.heads), "line", stated)
 

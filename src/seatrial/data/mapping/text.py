@@ -8,8 +8,8 @@ from __future__ import annotations
 import codecs
 import csv
 import io
+from collections.abc import Callable, Sequence
 from collections.abc import Mapping as Named
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -119,13 +119,17 @@ def laid_out(path: Path, raw: bytes, separator: str | None, skip: int, units: in
     return Layout(body, separator, heads, lines, tuple(rest), quoted, tuple(blank))
 
 
-def typed(layout: Layout, wanted: Named[str, tuple[int, bool]], missing: Sequence[str]) -> pl.DataFrame:
+def typed(path: Path, layout: Layout, wanted: Named[str, tuple[int, bool]], missing: Sequence[str]) -> pl.DataFrame:
     """The wanted columns: those of numbers as floats where every cell is one, the others as texts.
 
     Args:
+        path: of the file, for the errors.
         layout: of the text.
         wanted: number of the column and whether it is one of numbers, by name.
         missing: words that stand for a missing value.
+
+    Raises:
+        DataError: cells in quotes that do not end in their line.
     """
     import polars as pl
 
@@ -149,12 +153,25 @@ def typed(layout: Layout, wanted: Named[str, tuple[int, bool]], missing: Sequenc
     try:
         found = read(True)
     except pl.exceptions.PolarsError:
-        found = read(False)
+        found = _whole(path, lambda: read(False))
+    if found.height != len(layout.lines) + len(layout.blank):
+        raise DataError(f"{path}: a cell in quotes does not end in its line; remove line breaks and single quotes")
     if layout.blank:
         kept = np.ones(found.height, dtype=bool)
         kept[[k for k in layout.blank if k < found.height]] = False
         found = found.filter(pl.Series(kept))
     return found
+
+
+def _whole(path: Path, read: Callable[[], pl.DataFrame]) -> pl.DataFrame:
+    """What a reader gives, its own errors in one line."""
+    import polars as pl
+
+    try:
+        return read()
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+        about = (str(error).splitlines() or [""])[0] or type(error).__name__
+        raise DataError(f"{path}: not readable as a table: {about[:200]}") from None
 
 
 def _counted(path: Path, body: bytes, separator: str, width: int, first: int) -> tuple[list[int], int, bool]:
