@@ -113,6 +113,11 @@ def test_a_unit_of_the_file_that_is_wrong_can_be_said_to_be(tmp_path: Path) -> N
     path = table(tmp_path / "a.csv", {"Time": [0, 1], "HDG [rad]": [350, 10]})
     [found] = trials(path, TIME + HEADING.replace("HDG", "HDG [rad]") + 'despite = "rad"\n')
     assert np.degrees(found["psi"]) == pytest.approx([350.0, 370.0])
+    path = table(tmp_path / "a.csv", {"Time": [0, 1], "HDG (t)": [350, 10]})  # true, not tons
+    assert len(trials(path, TIME + HEADING.replace("HDG", "HDG (t)"))[0]) == 2
+    (tmp_path / "a.csv").write_text("Time,HDG\ns,m/s\n0,1\n1,2\n")
+    with pytest.raises(DataError, match="column 'HDG', line 2: in m/s, and the mapping says deg"):
+        trials(path, "units_row = true\n" + TIME + HEADING)
 
 
 @pytest.mark.parametrize("swapped", [False, True])

@@ -41,6 +41,7 @@ def measured(table: Table, place: str, sensor: Sensor) -> dict[str, Array]:
     """
     if isinstance(sensor, Channel):
         name = place.partition(".")[2]
+        table.agree(sensor.column, sensor.unit, sensor.despite, channel=True)
         return {name: _channel(table, name, sensor)}
     if isinstance(sensor, Position):
         latitude, longitude = (sensor.latitude, sensor.latitude_letter), (sensor.longitude, sensor.longitude_letter)

@@ -41,6 +41,7 @@ class Table:
         decimal: the decimal mark of texts.
         missing: words of a missing value, in lower case.
         pieces: files of which it is made one after the other, and the rows of each; empty for one.
+        header: number of the row of the names.
     """
 
     path: Path
@@ -52,6 +53,7 @@ class Table:
     decimal: str = "."
     missing: frozenset[str] = frozenset()
     pieces: tuple[tuple[Path, int], ...] = ()
+    header: int = 1
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -66,18 +68,26 @@ class Table:
         """The same table with only some of its rows."""
         return replace(self, frame=self.frame[index], lines=self.lines[index])
 
-    def agree(self, column: str, unit: str, despite: str | None = None) -> None:
+    def agree(self, column: str, unit: str, despite: str | None = None, *, channel: bool = False) -> None:
         """Refuse a unit that contradicts the one in the file.
+
+        Args:
+            column: its name.
+            unit: what the mapping says.
+            despite: what the mapping says that the file says wrongly.
+            channel: whether the mapping may have `despite` there.
 
         Raises:
             DataError: naming file, column and row.
         """
         said, line = self.stated.get(column, ("", 0))
-        if said in KNOWN and unit in KNOWN and said != despite and KNOWN[said] != KNOWN[unit]:
-            raise DataError(
-                f"{self.path}: column '{column}', {self.word} {line}: in {said}, and the mapping says {unit}; "
-                f'give {said}, or despite = "{said}" where the file is wrong'
-            )
+        if not {said, unit} <= set(KNOWN) or said == despite or KNOWN[said] == KNOWN[unit]:
+            return
+        if line == self.header and KNOWN[said][0] != KNOWN[unit][0]:
+            return  # a word in brackets that is no unit here: the wind (t) is no mass
+        way = f'despite = "{said}" where the file is wrong' if channel else "mend the header of the file"
+        about = f"in {said}, and the mapping says {unit}; give {said}, or {way}"
+        raise DataError(f"{self.path}: column '{column}', {self.word} {line}: {about}")
 
 
 def opened(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
@@ -121,7 +131,7 @@ def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
     numbers = {one.column for one in wanted if one.number and plain}
     frame = typed(path, layout, {name: (k, name in numbers) for name, k in index.items()}, mapping.missing)
     stated = _stated(mapping.skip + 1, layout, index)
-    return Table(path, frame, layout.lines, len(layout.heads), "line", stated)
+    return Table(path, frame, layout.lines, len(layout.heads), "line", stated, header=mapping.skip + 1)
 
 
 def _of_frame(path: Path, mapping: Mapping, wanted: Sequence[Use], frame: pl.DataFrame, skip: int | None) -> Table:
@@ -142,7 +152,7 @@ def _of_frame(path: Path, mapping: Mapping, wanted: Sequence[Use], frame: pl.Dat
     filled = np.flatnonzero(~body.select(_every_null(body)).to_series().to_numpy()) if skip is not None else None
     lines = np.arange(first + 1, first + 1 + body.height, dtype=np.int64)
     layout = Layout(b"", None, tuple(heads), lines, tuple(tuple(row) for row in rows), False)
-    table = Table(path, body, lines, len(heads), "row", _stated(first - units, layout, index))
+    table = Table(path, body, lines, len(heads), "row", _stated(first - units, layout, index), header=first - units)
     return table if filled is None or filled.size == len(table) else table.rows(filled)
 
 
