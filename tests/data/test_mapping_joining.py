@@ -101,6 +101,13 @@ def test_how_a_value_comes_to_a_row(how: str, values: list[float]) -> None:
     assert found == pytest.approx(values, nan_ok=True)
 
 
+def test_a_sparse_column_is_joined_by_the_step_of_its_own_values() -> None:
+    """A slow instrument in a table of a quick one: nine of ten cells are empty."""
+    t = 0.1 * np.arange(101)
+    series = Series(t, {"u": np.where(np.arange(101) % 10 == 0, t, np.nan)}, np.arange(101))
+    assert joined(series, "u", Sensor(lag=0.25), t[5:90]) == pytest.approx(t[5:90] + 0.25)
+
+
 def test_a_heading_is_joined_over_north() -> None:
     series = Series(np.array([0.0, 1.0]), {"psi": np.radians([359.0, 1.0])}, np.arange(2))
     found = joined(series, "psi", Sensor(limit=2.0), np.array([0.5]))

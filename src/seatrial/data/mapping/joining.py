@@ -14,7 +14,7 @@ from ..prepare import ANGLES
 from .schema import Sensor
 
 _REACH = 2.5
-"""Longest distance that is joined where a mapping states none, in median steps of the series."""
+"""Longest distance that is joined where a mapping states none, in median steps of the values."""
 
 _HELD = 1.0
 """The same of values that are held: orders come when they change [s]."""
@@ -79,11 +79,12 @@ def _mean(values: Array, starts: NDArray[np.intp]) -> Array:
     return np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
 
 
-def reach(series: Series, sensor: Sensor) -> float:
-    """Longest distance [s] that is joined."""
+def reach(series: Series, name: str, sensor: Sensor) -> float:
+    """Longest distance [s] that is joined of a channel, by the median step of its own values."""
     if sensor.limit is not None:
         return sensor.limit
-    usual = _REACH * float(np.median(np.diff(series.t))) if len(series.t) > 1 else 0.0
+    t = series.t[np.isfinite(series.channels[name])]
+    usual = _REACH * float(np.median(np.diff(t))) if len(t) > 1 else 0.0
     return max(usual, _HELD) if sensor.interpolate == "hold" else usual
 
 
@@ -95,7 +96,7 @@ def joined(series: Series, name: str, sensor: Sensor, rows: Array) -> Array:
     """
     values = _continuous(name, series.channels[name])
     good = np.isfinite(values)
-    t, values, far = series.t[good] - sensor.lag, values[good], reach(series, sensor)
+    t, values, far = series.t[good] - sensor.lag, values[good], reach(series, name, sensor)
     if not t.size:
         return np.full(rows.shape, np.nan)
     left = np.clip(np.searchsorted(t, rows, side="right") - 1, 0, t.size - 1)

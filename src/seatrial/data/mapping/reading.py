@@ -240,7 +240,7 @@ def _joined(
                 channels[name] = joined(strand.series, name, sensor, t)
             except DataError as error:
                 raise DataError(f"{strand.table.path}: {error}") from None
-            how = f"{sensor.interpolate} within {reach(strand.series, sensor):.3g} s"
+            how = f"{sensor.interpolate} within {reach(strand.series, name, sensor):.3g} s"
             late = f", {sensor.lag:g} s late" if sensor.lag else ""
             steps.append(f"{name} joined from {file or 'the rows'}: {how}{late}")
     return channels, steps

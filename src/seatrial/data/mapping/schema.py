@@ -35,7 +35,7 @@ class Sensor:
         lag: its values are late by so much [s].
         interpolate: how its values come to the times of the rows: straight lines, the nearest, or the last one held.
         limit: longest distance between two values that a line joins, or from a value to a row that takes it [s]; beyond
-            is a gap.  None for 2.5 times the median step of the file, and 1 s at least where values are held.
+            is a gap.  None for 2.5 times the median step of its values, and 1 s at least where values are held.
     """
 
     file: str | None = None
