@@ -60,9 +60,7 @@ def formats() -> Mapping[str, Format]:
         one = import_module(module.name)
         needed = getattr(one, "needs_mapping", False)
         others = (getattr(one, key, None) for key in ("read_all", "recordings"))
-        found[one.name] = Format(
-            one.name, one.suffixes, one.read, getattr(one, "read_mapping", None), needed, *others
-        )
+        found[one.name] = Format(one.name, one.suffixes, one.read, getattr(one, "read_mapping", None), needed, *others)
     return found
 
 
