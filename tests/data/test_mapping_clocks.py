@@ -112,6 +112,10 @@ def test_times_that_cannot_be_told_are_refused(tmp_path: Path, cells: list[objec
     assert "\n" not in str(error.value)
 
 
+def test_a_table_without_a_clock_has_a_step(tmp_path: Path) -> None:
+    assert read(tmp_path, "step = 0.5, offset = 2.0").t.tolist() == [2.0, 2.5, 3.0]
+
+
 def test_gps_times_that_cannot_be(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"column 'W', line 2: week 313 is before 1999; .* rollover = 2"):
         read(tmp_path, 'week = "W", column = "TOW", format = "gps"', W=[313] * 3, TOW=[0, 1, 2])
@@ -124,6 +128,9 @@ def test_gps_times_that_cannot_be(tmp_path: Path) -> None:
     ('column = "T", format = "%H:%Q"', "time.format: '%Q' is not read"),
     ('column = "T", format = "%Y-%m-%d"', "it needs hours and minutes"),
     ('column = "T"', "time.unit is missing"),
+    ('unit = "s"', "time.column is missing; a table without a clock has a step"),
+    ('column = "T", step = 1.0', "time.step is for a table without a clock"),
+    ("step = 0", "time.step is 0"),
     ('column = "T", unit = "s", zone = "UTC"', "time.zone is of no use with numbers"),
     ('column = "T", format = "gps"', "time.week is missing"),
     ('column = "T", format = "epoch", unit = "min"', "Unix time is in s, ms, us, ns"),

@@ -47,4 +47,4 @@ def test_every_clock_is_one(tmp_path: Path, cells: str) -> None:
     (tmp_path / "m.toml").write_text(
         f'schema = "seatrial-mapping/1"\ntime = {{ {cells} }}\n[channels.psi]\ncolumn = "HDG"\nunit = "deg"\n'
     )
-    assert read_mapping(tmp_path / "m.toml").time.column
+    assert read_mapping(tmp_path / "m.toml").time

@@ -32,7 +32,7 @@ def read_mapping(path: Path) -> Mapping:
         for channel, column in found.channels.items():
             _check_channel(channel, column)
         for place, clock in _clocks(found):
-            _check_clock(place, clock)
+            (_check_clock if clock.step is None else _check_step)(place, clock)
         _check_instruments(found)
         _check_files(found)
         _check_trials(found)
@@ -92,6 +92,8 @@ def _clocks(found: Mapping) -> Iterator[tuple[str, Clock]]:
 
 
 def _check_clock(place: str, clock: Clock) -> None:
+    if not clock.column:
+        raise DataError(f"{place}.column is missing; a table without a clock has a step, in s")
     if clock.format is None:
         if clock.unit is None:
             raise DataError(f'{place}.unit is missing; a time that is no number has a format, such as format = "iso"')
@@ -115,6 +117,14 @@ def _check_clock(place: str, clock: Clock) -> None:
         _check_zone(place, clock.zone)
     if clock.format not in (None, "epoch"):
         conversion("t", clock.unit or "s")
+
+
+def _check_step(place: str, clock: Clock) -> None:
+    """A table without a clock has a step and nothing else."""
+    if not clock.step or clock.step <= 0.0:
+        raise DataError(f"{place}.step is {clock.step}; it must be above 0 s")
+    if clock != Clock(step=clock.step, offset=clock.offset):
+        raise DataError(f"{place}.step is for a table without a clock; leave out the other keys, or step")
 
 
 def _check_zone(place: str, zone: str) -> None:

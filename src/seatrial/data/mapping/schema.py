@@ -66,10 +66,11 @@ class Clock:
     """The time of the rows: `(column + offset) * unit`, or what a format says.
 
     Attributes:
-        column: numbers or texts of the time.
+        column: numbers or texts of the time; left out with `step`.
         unit: of numbers; of `offset` (s by default).
         offset: added.
         sort: rows are put in the order of their times, and of rows that are the same one is kept.
+        step: of a table without a clock, from row to row [s].
         format: None for numbers since some start, "iso" (ISO 8601, also with / or a blank), "clock" (hh:mm:ss of the
             day), "epoch" (since 1970), "gps" (seconds of the week), or a pattern such as "%d.%m.%Y %H:%M:%S".
         zone: of times without one: "UTC", "+02:00", "Europe/Oslo"; "unknown" where nobody knows it.
@@ -79,10 +80,11 @@ class Clock:
         fraction: "ns" where the digits after the dot count nanoseconds without leading zeros: 5.42 is 5.000000042 s.
     """
 
-    column: str
+    column: str = ""
     unit: str | None = None
     offset: float = 0.0
     sort: bool = False
+    step: float | None = None
     format: str | None = None
     zone: str | None = None
     date: str | None = None

@@ -67,6 +67,8 @@ def _named(place: str, file: str | None, number: bool, columns: Table[str, str |
 
 
 def _of_clock(place: str, clock: Clock, file: str | None) -> list[Use]:
+    if clock.step is not None:
+        return []
     texts = {"date": clock.date, "week": clock.week, "nanoseconds": clock.nanoseconds}
     found = _named(place, file, clock.format is None, {"column": clock.column})
     return found + _named(place, file, False, texts)
