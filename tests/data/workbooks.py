@@ -44,6 +44,37 @@ def write_workbook(path: Path, rows: list[list[str]]) -> Path:
     return path
 
 
+_STYLES = {
+    "[Content_Types].xml": _PARTS["[Content_Types].xml"].replace("</Types>", (
+        '<Override PartName="/xl/styles.xml" ContentType="application/vnd.openxmlformats-officedocument.spreadsheetml.'
+        'styles+xml"/></Types>')),
+    "xl/_rels/workbook.xml.rels": _PARTS["xl/_rels/workbook.xml.rels"].replace("</Relationships>", (
+        '<Relationship Id="r2" Type="http://schemas.openxmlformats.org/officeDocument/2006/relationships/styles" '
+        'Target="styles.xml"/></Relationships>')),
+    "xl/styles.xml": '<?xml version="1.0"?><styleSheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">'
+    '<numFmts count="1"><numFmt numFmtId="164" formatCode="yyyy\\-mm\\-dd hh:mm:ss.000"/></numFmts><cellXfs count="2">'
+    '<xf numFmtId="0"/><xf numFmtId="164" applyNumberFormat="1"/></cellXfs></styleSheet>',
+}  # fmt: skip
+"""What a workbook with cells of dates has beside `_PARTS`."""
+
+
+def write_dates(path: Path, columns: dict[str, list[float]], rows: int) -> Path:
+    """A workbook of columns of dates, and of a heading HDG [deg] of 1, 2 ..."""
+    heads = [*columns, "HDG"]
+    first = "".join(f'<c r="{chr(65 + j)}1" t="inlineStr"><is><t>{head}</t></is></c>' for j, head in enumerate(heads))
+    sheet = f'<row r="1">{first}</row>'
+    for k in range(rows):
+        dates = "".join(f'<c r="{chr(65 + j)}{k + 2}" s="1"><v>{values[k]!r}</v></c>'
+                        for j, values in enumerate(columns.values()))  # fmt: skip
+        sheet += f'<row r="{k + 2}">{dates}<c r="{chr(65 + len(columns))}{k + 2}"><v>{k + 1}</v></c></row>'
+    book = ('<?xml version="1.0"?><worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">'
+            f"<sheetData>{sheet}</sheetData></worksheet>")  # fmt: skip
+    with zipfile.ZipFile(path, "w") as made:
+        for name, text in {**_PARTS, **_STYLES, "xl/worksheets/sheet1.xml": book}.items():
+            made.writestr(name, text)
+    return path
+
+
 def voyage(*, swapped: bool = False, stretch: float = 1.1117, rows: int = 400) -> list[list[str]]:
     """Rows of a boat on a bend at 0.8 m/s, with 4 degrees of drift to and fro, a fix at every second row."""
     t = 0.11 * np.arange(rows)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.data import DataError
 from seatrial.data.prepare import froude_scaled
 from seatrial.data.trialfile import write_trial
 from seatrial.exchange.robot_log import save_robot_log
@@ -140,6 +141,29 @@ def test_a_study_reads_what_import_reads(folder: Path) -> None:
         mapped = text.replace("format =", 'mapping = "topics.toml"\nformat =')
         (trial,) = study(folder, mapped).problem.trials
         assert trial["delta"] == pytest.approx(-np.radians(run["delta"]))
+
+
+def test_a_study_reads_folders_of_topics_by_a_mapping(folder: Path, tmp_path: Path) -> None:
+    """Each folder is one trial of that name; a log that its mapping cuts into several is imported first."""
+    run = simulate(load("kvlcc2_l7"), Turning(10.0, 0.3), duration=20, dt=0.1, name="run")
+    columns = ("x", "y", "psi", "u", "v_m", "r", "n_P")
+    for name in ("one", "two"):
+        (tmp_path / "logs" / name).mkdir(parents=True)
+        for file, names in (("motion.csv", columns), ("rudder.csv", ("delta",))):
+            rows = [",".join(map(repr, row)) for row in run.stack("t", *names).tolist()]
+            (tmp_path / "logs" / name / file).write_text("\n".join([",".join(("t", *names)), *rows]))
+    units = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s", "n_P": "1/s", "delta": "rad"}
+    channels = "".join(f'[channels.{n}]\ncolumn = "{n}"\nunit = "{u}"\n' for n, u in units.items())
+    mapping = 'schema = "seatrial-mapping/1"\nL_pp = 7.0\ntime = { column = "t", unit = "s" }\n[files]\n' + (
+        f'pattern = "motion.csv"\n{channels}file = "rudder.csv"\n')  # fmt: skip
+    (tmp_path / "m.toml").write_text(mapping)
+    text = one_set(tmp_path, 'test = ["two"]\nmapping = "m.toml"\nformat = "csv"')
+    found = study(tmp_path, text)
+    assert [one.name for one in found.problem.trials] == ["one"]
+    assert found.test[0]["delta"] == pytest.approx(run["delta"])
+    (tmp_path / "m.toml").write_text(mapping + "".join(f'[[trial]]\nname = "{n}"\nfrom = 0\nto = 9\n' for n in "ab"))
+    with pytest.raises(DataError, match=r"2 trials by its mapping; import it first"):
+        study(tmp_path, text)
 
 
 @pytest.mark.parametrize(

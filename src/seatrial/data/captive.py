@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from ..core.parameters import PRIME, unknown
 from . import Array, DataError
-from .formats.csv import Column
+from .mapping.schema import Column
 from .sidecar import Described, read_described
 from .table import existing, lines_of, numbers, once, split_row, within
 from .units import KNOWN

@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
+from types import MappingProxyType, UnionType
+from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from ..core import files
 from ..core.parameters import unknown
@@ -185,12 +185,13 @@ def read_keys(path: str | Path, kind: type[T], schema: str) -> T:
     """A TOML file as a frozen dataclass, its keys and types taken from the fields.
 
     A field without a default is required; a field that is a dataclass is a table, one of ``dict[str, X]`` any number
-    of named entries.  Whole numbers are taken for floats; no number is infinite or NaN.
+    of named entries.  Whole numbers are taken for floats; no number is infinite or NaN.  A key that is no name of
+    Python's (``from``) is in the metadata of its field, as ``key``.
 
     Args:
         path: the file.
-        kind: dataclass of fields of type str, int, float, Literal, a dataclass, a dict or ``tuple[X, ...]`` of one of
-            these, or None.
+        kind: dataclass of fields of type str, int, float, bool, Literal, a dataclass, a dict or ``tuple[X, ...]`` of
+            one of these, or a union of them.
         schema: what its key ``schema`` must be.
 
     Raises:
@@ -207,7 +208,7 @@ def read_keys(path: str | Path, kind: type[T], schema: str) -> T:
 def _filled(kind: type[T], said: Mapping[str, Any], place: str) -> T:
     """A dataclass from the table at a place of a file."""
     inside = f"{place}: " if place else ""
-    known = {one.name: one for one in fields(cast("Any", kind))}
+    known = {str(one.metadata.get("key", one.name)): one for one in fields(cast("Any", kind))}
     for key in said:
         if key not in known:
             raise DataError(f"{inside}{unknown(key, known, 'key')}")
@@ -215,15 +216,18 @@ def _filled(kind: type[T], said: Mapping[str, Any], place: str) -> T:
         if name not in said and one.default is MISSING and one.default_factory is MISSING:
             raise DataError(f"{place}.{name} is missing" if place else f"{name} is missing")
     hints = get_type_hints(kind)
-    values = {key: _typed(hints[key], value, f"{place}.{key}" if place else key) for key, value in said.items()}
+    values = {
+        known[key].name: _typed(hints[known[key].name], value, f"{place}.{key}" if place else key)
+        for key, value in said.items()
+    }
     return kind(**values)
 
 
 def _typed(hint: Any, value: Any, place: str) -> Any:
     """A value of a file as the type of its field."""
     options = get_args(hint)
-    if type(None) in options:
-        return _typed(next(one for one in options if one is not type(None)), value, place)
+    if get_origin(hint) in (Union, UnionType):
+        return _either([one for one in options if one is not type(None)], value, place)
     if get_origin(hint) is tuple:
         if not isinstance(value, list):
             raise DataError(f"{place} is {value!r:.60}; it must be a list")
@@ -242,6 +246,22 @@ def _typed(hint: Any, value: Any, place: str) -> Any:
         wanted = " or ".join(map(repr, options)) or _KINDS[hint]
         raise DataError(f"{place} is {value!r:.60}; it must be {wanted}")
     return value
+
+
+def _either(options: list[Any], value: Any, place: str) -> Any:
+    """A value of a file as the first type of a union that it fits."""
+    for hint in options[:-1]:
+        try:
+            return _typed(hint, value, place)
+        except DataError:
+            continue
+    try:
+        return _typed(options[-1], value, place)
+    except DataError:
+        if len(options) == 1:
+            raise
+        wanted = " or ".join(_KINDS.get(one, str(one)) for one in options)
+        raise DataError(f"{place} is {value!r:.60}; it must be {wanted}") from None
 
 
 _KINDS: Mapping[type, str] = MappingProxyType({

@@ -47,10 +47,13 @@ class Datum:
 
     def track(self, latitude: Array, longitude: Array) -> tuple[Array, Array]:
         """Metres north and east of the datum for arrays of fixes; a fix with a gap gives gaps."""
-        x, y = np.full(latitude.shape, math.nan), np.full(latitude.shape, math.nan)
-        for k in np.flatnonzero(np.isfinite(latitude + longitude)).tolist():
-            x[k], y[k] = self.north_east(float(latitude[k]), float(longitude[k]))
-        return x, y
+        gap = np.isnan(latitude + longitude)
+        phi, lam = np.radians(np.where(gap, np.nan, latitude)), np.radians(longitude - self.longitude)
+        X0, _, Z0 = _earth_fixed(self.latitude, 0.0)
+        N = SEMI_AXIS / np.sqrt(1.0 - E2 * np.sin(phi) ** 2)
+        up, out = N * (1.0 - E2) * np.sin(phi) - Z0, N * np.cos(phi) * np.cos(lam) - X0
+        s, c = math.sin(math.radians(self.latitude)), math.cos(math.radians(self.latitude))
+        return c * up - s * out, N * np.cos(phi) * np.sin(lam)
 
     def place(self, x: float, y: float) -> tuple[float, float]:
         """Latitude and longitude [deg] of the point x metres north and y metres east; the inverse of `north_east`.

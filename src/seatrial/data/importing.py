@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from . import DataError, Trial
-from .formats import reader, recordings
+from .formats import logs, reader
 from .sidecar import plain_meta, said_by, sidecar_path
 from .table import existing, lines_of
 from .trialfile import FOREIGN, read_trial, write_trial
@@ -23,7 +23,7 @@ _OF_THE_LOG = frozenset({"start", "datum", "frames"})
 
 
 def import_log(format: str, src: str | Path, out: str | Path, mapping: str | Path | None = None) -> list[Path]:
-    """Read a foreign log, or a folder of them, and write ``out/<stem>.csv`` and ``.yaml`` for each.
+    """Read a foreign log, or a folder of them, and write ``out/<name>.csv`` and ``.yaml`` for each of its trials.
 
     Keys that a user added to an existing sidecar are kept.
 
@@ -41,18 +41,20 @@ def import_log(format: str, src: str | Path, out: str | Path, mapping: str | Pat
         DataError: an unknown format, no mapping for csv, a log that cannot be read, or an existing sidecar
             that contradicts the log; then nothing has been written.
     """
-    read = reader(format, mapping)
-    files = recordings(format, Path(src))
     folder = Path(out)
     taken: dict[str, Path] = {}
-    for file in files:
-        target = folder / f"{file.stem}.csv"
-        if target.stem in taken:
-            raise DataError(f"{file}: a second recording called {file.stem}, after {taken[file.stem]}")
-        if target.resolve() == file.resolve():
-            raise DataError(f"{file}: would be written over; choose another folder with -o")
-        taken[file.stem] = file
-    trials = [_keeping(folder / f"{file.stem}.csv", read(file)) for file in files]
+    trials: list[Trial] = []
+    for file, found in logs(format, Path(src), mapping):
+        for trial in found:
+            target = folder / f"{trial.name}.csv"
+            if trial.name in taken:
+                raise DataError(f"{file}: a second recording called {trial.name}, after {taken[trial.name]}")
+            if target.resolve() == file.resolve() or (file.is_dir() and _foreign(target, file)):
+                raise DataError(f"{target}: a log would be written over; choose another folder with -o")
+            taken[trial.name] = file
+            trials.append(_keeping(target, trial))
+    if not trials:
+        raise DataError(f"{src}: no trial; the mapping cuts all of them out of other logs")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -61,6 +63,11 @@ def import_log(format: str, src: str | Path, out: str | Path, mapping: str | Pat
     for trial, path in zip(trials, written, strict=True):
         write_trial(trial, path)
     return written
+
+
+def _foreign(target: Path, folder: Path) -> bool:
+    """Whether a trial file to be written is there, is none of ours, and lies in the folder of a recording."""
+    return target.exists() and not sidecar_path(target).exists() and folder.resolve() in target.resolve().parents
 
 
 def _keeping(path: Path, trial: Trial) -> Trial:
@@ -72,6 +79,8 @@ def _keeping(path: Path, trial: Trial) -> Trial:
     if not sidecar_path(path).exists():
         return trial
     before, now = said_by(path), plain_meta(path, trial.meta)
+    if all(now.get(key) == value for key, value in before.items() if key not in _OF_THE_IMPORT):
+        return trial  # nothing was added, and the table need not be read
     same = _same_recording(path, trial)
     anew = _OF_THE_IMPORT if same else _OF_THE_IMPORT | _OF_THE_LOG
     added = {key: value for key, value in before.items() if key not in now and key not in anew}

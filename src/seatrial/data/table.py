@@ -18,6 +18,9 @@ from . import Array, DataError
 _LONGEST = 1e10
 """Largest time in seconds; those since 1970 are below."""
 
+_LOOKED = 65536
+"""Bytes at the beginning of a file in which a binary one has a zero."""
+
 
 @contextmanager
 def within(place: object) -> Generator[None]:
@@ -48,6 +51,21 @@ def lines_of(path: str | Path, encoding: str = "utf-8-sig") -> list[str]:
     Raises:
         DataError: no such file, a folder, an empty or a binary file, another encoding.
     """
+    raw = bytes_of(path)
+    if b"\0" in raw[:_LOOKED]:
+        raise DataError(f"{path}: a binary file, not text; expected rows of numbers")
+    try:
+        return raw.decode(encoding).splitlines()
+    except (UnicodeDecodeError, LookupError) as error:
+        raise DataError(f"{path}: not readable as {encoding} text ({error})") from error
+
+
+def bytes_of(path: str | Path) -> bytes:
+    """The bytes of a file that is not empty.
+
+    Raises:
+        DataError: no such file, a folder, an empty file, one that may not be read.
+    """
     here = existing(path)
     if here.is_dir():
         raise DataError(f"{here}: is a folder; name one file in it")
@@ -57,12 +75,7 @@ def lines_of(path: str | Path, encoding: str = "utf-8-sig") -> list[str]:
         raise DataError(f"{here}: cannot be read: {error.strerror}") from error
     if not raw.strip():
         raise DataError(f"{here}: the file is empty; it should have a header and rows of numbers")
-    if b"\0" in raw[:65536]:
-        raise DataError(f"{here}: a binary file, not text; expected rows of numbers")
-    try:
-        return raw.decode(encoding).splitlines()
-    except (UnicodeDecodeError, LookupError) as error:
-        raise DataError(f"{here}: not readable as {encoding} text ({error})") from error
+    return raw
 
 
 def split_row(line: str, delimiter: str | None) -> list[str]:
@@ -169,18 +182,23 @@ def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int], ad
     """
     if t.size < 2:
         raise DataError(f"{path}: {t.size} rows of numbers; a trial needs at least 2")
+    found = disorder(t, advice)
+    if found is not None:
+        raise DataError(f"{path}: column '{column}', line {lines[found[0]]}: {found[1]}")
+
+
+def disorder(t: Array, advice: str = "") -> tuple[int, str] | None:
+    """The first row without a time, or whose time is out of reach, repeats or goes back, and what is wrong with it."""
     missing, far = np.flatnonzero(~np.isfinite(t)), np.flatnonzero(np.abs(t) > _LONGEST)
     back = np.flatnonzero(t[1:] <= t[:-1]) + 1
     if missing.size:
-        k, about = missing[0], "no time; every row needs its time"
-    elif far.size:
-        k = far[0]
-        about = f"time is {t[k]:.9g} s; {_LONGEST:g} s, 300 years, is the most: is it in ms or us?"
-    elif back.size:
-        k = back[0]
+        return int(missing[0]), "no time; every row needs its time"
+    if far.size:
+        k = int(far[0])
+        return k, f"time is {t[k]:.9g} s; {_LONGEST:g} s, 300 years, is the most: is it in ms or us?"
+    if back.size:
+        k = int(back[0])
         what = "repeats" if t[k] == t[k - 1] else "goes back"
-        about = (f"time {what} ({t[k - 1]:.9g} then {t[k]:.9g}); it must increase from row to row "
-                 f"({back.size} such rows){advice}")  # fmt: skip
-    else:
-        return
-    raise DataError(f"{path}: column '{column}', line {lines[int(k)]}: {about}")
+        return k, (f"time {what} ({t[k - 1]:.9g} then {t[k]:.9g}); it must increase from row to row "
+                   f"({back.size} such rows){advice}")  # fmt: skip
+    return None

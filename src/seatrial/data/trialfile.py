@@ -11,7 +11,7 @@ from __future__ import annotations
 import io
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -81,7 +81,7 @@ def write_trial(trial: Trial, path: str | Path) -> None:
     if not here.parent.is_dir():
         raise DataError(f"{here}: no folder {here.parent}; make it first")
     _check_writable(here, trial)
-    table = _parquet(trial) if here.suffix.lower() == ".parquet" else _csv_text(trial)
+    table = _parquet(trial) if here.suffix.lower() == ".parquet" else _csv(trial)
     try:
         write_together({sidecar_path(here): sidecar_text(here, trial.meta), here: table})
     except OSError as error:
@@ -191,12 +191,21 @@ def _check_writable(path: Path, trial: Trial) -> None:
             raise DataError(f"{path}: channel '{name}' holds infinite values; a gap is NaN")
 
 
-def _csv_text(trial: Trial) -> str:
+def _csv(trial: Trial) -> Callable[[str], None]:
+    """Saving of the table as CSV, to the path it is given."""
+    import polars as pl
+
     names = ["t", *trial.channels]
     head = ",".join(f"{name} [{trial.unit(name)}]" for name in names)
-    # repr is the shortest text that reads back to the same bits
-    columns = [["" if v != v else repr(v) for v in trial[name].tolist()] for name in names]
-    return "\n".join([head, *map(",".join, zip(*columns, strict=True)), ""])
+    # the shortest text of each number that reads back to the same bits; NaN becomes null, which is an empty cell
+    frame = pl.DataFrame([pl.Series(name, trial[name], nan_to_null=True) for name in names])
+
+    def save(path: str) -> None:
+        with open(path, "wb") as stream:
+            stream.write(f"{head}\n".encode())
+            frame.write_csv(stream, include_header=False)
+
+    return save
 
 
 def _parquet(trial: Trial) -> bytes:

@@ -62,8 +62,8 @@ def standard_unit(name: str) -> str | None:
 
 
 def of_thruster(name: str) -> bool:
-    """Whether a channel is that of a thruster with a number, such as `n_1` or `alpha_2`."""
-    stem, _, number = name.partition("_")
+    """Whether a channel is that of a thruster with a number, such as `n_1` or `alpha_2_cmd`."""
+    stem, _, number = re.sub(r"_(cmd|sd)$", "", name).partition("_")
     return stem in _THRUSTERS and number.isdigit()
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
-from ..data.prepare import resampling
+from ..data.prepare import resampling, true_wind
 from ..engine import Rollout, SimulationError
 from ..engine.rollout import simulator
 from ..environment import CHANNELS, VECTORS, to_body, to_earth
@@ -296,10 +296,7 @@ def wind_of(trial: Trial) -> tuple[Array, Array] | None:
         if not all(logged(trial, name) for name in _TRUE):
             return None
         return trial["U_T"] * np.cos(trial["gamma_T"]), trial["U_T"] * np.sin(trial["gamma_T"])
-    ahead = trial["U_A"] * np.cos(trial["gamma_A"]) - trial["u"]
-    aside = trial["U_A"] * np.sin(trial["gamma_A"]) - trial["v_m"]
-    c, s = np.cos(trial["psi"]), np.sin(trial["psi"])
-    return ahead * c - aside * s, ahead * s + aside * c
+    return true_wind(*(trial[name] for name in (*_APPARENT, "psi", "u", "v_m")))
 
 
 def wind_words(trial: Trial, felt: bool) -> str:

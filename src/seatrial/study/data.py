@@ -95,7 +95,7 @@ def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ..
     root = _root(path, where, data.root)
     sets = read_compositions(path.parent / data.sets) if data.sets else {}
     read = _reader(path, where, data.format, data.mapping)
-    names = _recordings(path, where, root, data.format)
+    names = _recordings(path, where, root, data.format, data.mapping)
     lists = {key: expanded(f"{path}: {where}.{key}", getattr(data, key), sets) for key in (*_KINDS, "exclude")}
     taken = set(chosen(path, f"{where}.exclude", lists["exclude"], names))
     parts: list[tuple[Trial, ...]] = []
@@ -143,18 +143,18 @@ def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> 
         raise StudyError(f"{path}: {where}.{'format' if mapping is None else 'mapping'}: {error}") from None
 
 
-def _recordings(path: Path, where: str, root: Path, format: str | None) -> dict[str, Path]:
+def _recordings(path: Path, where: str, root: Path, format: str | None, mapping: str | None) -> dict[str, Path]:
     """Recordings below the root, by their names in patterns."""
     if format is not None and format in formats():
         try:
-            found = recordings(format, root)
+            found = recordings(format, root, None if mapping is None else path.parent / mapping)
         except DataError as error:
             raise StudyError(f"{path}: {where}.root: {error}") from None
     else:
         found = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in SUFFIXES)
     if not found:
         raise StudyError(f"{path}: {where}.root: {root} holds no trial file ({', '.join(SUFFIXES)}); set a format")
-    return {f.relative_to(root).as_posix(): f for f in found}
+    return {f.relative_to(root).as_posix() if f != root else root.resolve().name: f for f in found}
 
 
 def _prepared(path: Path, where: str, trial: Trial, data: Any, ship: Ship) -> Trial:

@@ -8,13 +8,14 @@ as NaN and the recorded times, and raises `DataError` that names file, column an
 A module whose logs leave a choice has `read_mapping(path)` too: the mapping file, read and checked before any log is;
 `read` gets what it returns.  It raises `DataError` for an unknown key (the near ones are named), a wrong type or unit.
 One that cannot do without sets ``needs_mapping = True``.  `mapping` is None where there
-is no mapping file.
+is no mapping file.  Where a mapping cuts a log into trials or joins files, `read_all(source, mapping)` gives all trials
+of one recording, and `recordings(src, mapping)` finds the recordings in place of `suffixes`.
 """
 
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -24,7 +25,7 @@ from ...core.parameters import unknown
 from .. import DataError, Trial
 from ..table import existing
 
-__all__ = ["Format", "Reader", "formats", "reader", "recordings"]
+__all__ = ["Format", "Reader", "formats", "logs", "reader", "recordings"]
 
 Reader = Callable[[Path], Trial]
 
@@ -39,6 +40,8 @@ class Format:
         read: trial of one recording, by what `read_mapping` gave or None.
         read_mapping: reads and checks a mapping file; None where the format takes none.
         needs_mapping: whether a log cannot be read without a mapping file.
+        read_all: the trials of one recording; None where each is one.
+        recordings: finds the recordings; None where `suffixes` do.
     """
 
     name: str
@@ -46,6 +49,8 @@ class Format:
     read: Callable[[Path, Any], Trial]
     read_mapping: Callable[[Path], object] | None = None
     needs_mapping: bool = False
+    read_all: Callable[[Path, Any], tuple[Trial, ...]] | None = None
+    recordings: Callable[[Path, Any], list[Path]] | None = None
 
 
 def formats() -> Mapping[str, Format]:
@@ -53,8 +58,9 @@ def formats() -> Mapping[str, Format]:
     found: dict[str, Format] = {}
     for module in pkgutil.iter_modules(__path__, f"{__name__}."):
         one = import_module(module.name)
-        mapped, needed = getattr(one, "read_mapping", None), getattr(one, "needs_mapping", False)
-        found[one.name] = Format(one.name, one.suffixes, one.read, mapped, needed)
+        needed = getattr(one, "needs_mapping", False)
+        others = (getattr(one, key, None) for key in ("read_all", "recordings"))
+        found[one.name] = Format(one.name, one.suffixes, one.read, getattr(one, "read_mapping", None), needed, *others)
     return found
 
 
@@ -71,24 +77,48 @@ def reader(format: str, mapping: str | Path | None = None) -> Reader:
     Raises:
         DataError: an unknown format, a mapping file that it does not take or that is wrong, or none where it needs one.
     """
-    chosen = _format(format)
-    if mapping is None:
-        if chosen.needs_mapping:
-            raise DataError(f"format {format} needs a mapping file that says which column is which channel")
-        return lambda path: chosen.read(path, None)
-    if chosen.read_mapping is None:
-        raise DataError(f"format {format} takes no mapping file; its columns are known")
-    checked = chosen.read_mapping(Path(mapping))
+    chosen, checked = _mapped(format, mapping)
     return lambda path: chosen.read(path, checked)
 
 
-def recordings(format: str, src: str | Path) -> list[Path]:
+def logs(format: str, src: str | Path, mapping: str | Path | None = None) -> Iterator[tuple[Path, tuple[Trial, ...]]]:
+    """The recordings of a format at `src`, each with its trials, by a mapping file where one is given.
+
+    Raises:
+        DataError: as `reader` and `recordings`, and of a log that cannot be read.
+    """
+    chosen, checked = _mapped(format, mapping)
+    for path in _found(chosen, checked, existing(src)):
+        yield path, chosen.read_all(path, checked) if chosen.read_all else (chosen.read(path, checked),)
+
+
+def _mapped(name: str, mapping: str | Path | None) -> tuple[Format, Any]:
+    """A format, and what its mapping file says."""
+    chosen = _format(name)
+    if mapping is None:
+        if chosen.needs_mapping:
+            raise DataError(f"format {name} needs a mapping file that says which column is which channel")
+        return chosen, None
+    if chosen.read_mapping is None:
+        raise DataError(f"format {name} takes no mapping file; its columns are known")
+    return chosen, chosen.read_mapping(Path(mapping))
+
+
+def recordings(format: str, src: str | Path, mapping: str | Path | None = None) -> list[Path]:
     """The recordings of a format at `src`, itself one or a folder of them, searched with its subfolders.
 
     Raises:
-        DataError: an unknown format, no such path, or nothing of this format.
+        DataError: an unknown format, a wrong mapping file, no such path, or nothing of this format.
     """
-    suffixes, here = _format(format).suffixes, existing(src)
+    if mapping is None:
+        return _found(_format(format), None, existing(src))
+    return _found(*_mapped(format, mapping), existing(src))
+
+
+def _found(chosen: Format, checked: Any, here: Path) -> list[Path]:
+    if chosen.recordings is not None and checked is not None:
+        return chosen.recordings(here, checked)
+    suffixes, format = chosen.suffixes, chosen.name
     marks = [name for name in suffixes if not name.startswith(".")]
     if not here.is_dir() and not marks:
         return [here]

@@ -6,7 +6,7 @@ Contract: each function takes a `Trial` (or its arrays) and returns a new one th
 A gap is filled only by the function that is named for it.
 """
 
-from .axes import froude_scaled, integral, to_body, to_earth
+from .axes import froude_scaled, integral, to_body, to_earth, true_wind
 from .cutting import complete, cut, drop_trailing_gaps, segments, split, unbroken
 from .steps import Remedy, Step, mended, read_steps, steps_text
 from .timing import ANGLES, interpolate_gaps, nearest_rows, resample, resampling, shifted
@@ -14,5 +14,5 @@ from .timing import ANGLES, interpolate_gaps, nearest_rows, resample, resampling
 __all__ = [
     "ANGLES", "Remedy", "Step", "complete", "cut", "drop_trailing_gaps", "froude_scaled", "integral",
     "interpolate_gaps", "mended", "nearest_rows", "read_steps", "resample", "resampling", "segments", "shifted",
-    "split", "steps_text", "to_body", "to_earth", "unbroken",
+    "split", "steps_text", "to_body", "to_earth", "true_wind", "unbroken",
 ]  # fmt: skip

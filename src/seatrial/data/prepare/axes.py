@@ -23,6 +23,11 @@ def to_earth(u: Array, v_m: Array, psi: Array) -> tuple[Array, Array]:
     return u * c - v_m * s, u * s + v_m * c
 
 
+def true_wind(U_A: Array, gamma_A: Array, psi: Array, u: Array, v_m: Array) -> tuple[Array, Array]:
+    """Where the true wind comes from, north and east [m/s], by the apparent one of a point that moves with u, v_m."""
+    return to_earth(U_A * np.cos(gamma_A) - u, U_A * np.sin(gamma_A) - v_m, psi)
+
+
 def integral(t: Array, rate: Array) -> Array:
     """Running integral of `rate` over t from zero, by trapezia; same shape."""
     return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])

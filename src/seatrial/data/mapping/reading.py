@@ -1,0 +1,290 @@
+"""Trials of one recording by a mapping: its files are opened, timed, joined, brought to midship, and cut."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import UNITS, Array, DataError, Trial
+from ..geodesy import Datum
+from ..sidecar import CONVENTIONS
+from ..table import disorder
+from ..units import conversion
+from .checked import instruments
+from .clocks import Stamps, stamps
+from .cutting import divided, groups, named_cuts
+from .joining import Series, in_order, joined, reach, single
+from .measured import measured
+from .places import Midship
+from .recordings import name_of, piece, pieces
+from .schema import Channel, Clock, Mapping, Position, Sensor
+from .tables import Table, opened, stacked
+from .uses import uses
+
+_EXTRA = {"u_w": "m/s", "v_w": "m/s"}
+"""Units of channels that are not standard ones and that no key of `channels` gives."""
+
+
+@dataclass(frozen=True)
+class _Strand:
+    """One file, read: its series, and what was done to it, in words."""
+
+    table: Table
+    clock: Clock
+    stamps: Stamps
+    series: Series
+    steps: tuple[str, ...]
+
+
+def read(source: Path, mapping: Mapping) -> tuple[Trial, ...]:
+    """The trials of one recording.
+
+    Args:
+        source: a file, or the folder of several.
+        mapping: what is in them.
+
+    Raises:
+        DataError: naming file, column and row of what is wrong.
+    """
+    name = name_of(source, mapping)
+    table = _rows_of(source, mapping)
+    found: list[Trial] = []
+    for suffix, rows in list(groups(table, mapping)):
+        trial, clock = _trial(source, mapping, name + suffix, table if rows is None else table.rows(rows))
+        found += named_cuts(trial, mapping, source, name, clock) if mapping.trial else divided(trial, mapping.split)
+    return tuple(found)
+
+
+def _rows_of(source: Path, mapping: Mapping) -> Table:
+    """The table whose times are the rows; of several pieces, one after the other."""
+    own = mapping.files is not None and mapping.files.pattern in mapping.files.clocks
+    wanted = [u for u in uses(mapping) if _of(mapping, u.file) is None and not (own and u.key.startswith("time."))]
+    if mapping.files is None:
+        return opened(source, mapping, wanted)
+    if mapping.files.join == "time":
+        return opened(piece(source, mapping, mapping.files.pattern), mapping, wanted)
+    tables = [opened(path, mapping, wanted) for path in pieces(source, mapping, mapping.files.pattern)]
+    if mapping.time.format != "clock":
+        # by their times: names such as log_10 come before log_2
+        tables.sort(key=lambda one: _first(stamps(one, mapping.time)))
+    return stacked(tables)
+
+
+def _first(found: Stamps) -> float:
+    known = found.seconds(0)[np.isfinite(found.seconds(0))]
+    return float(known[0]) if known.size else np.inf
+
+
+def _of(mapping: Mapping, file: str | None) -> str | None:
+    """The file of an instrument; None for that of the rows."""
+    return None if mapping.files is None or file == mapping.files.pattern else file
+
+
+def _trial(source: Path, mapping: Mapping, name: str, table: Table) -> tuple[Trial, tuple[Stamps, int]]:
+    """One trial, and the clock of its rows with the time where it is 0."""
+    parts: dict[str | None, list[tuple[str, Sensor]]] = {None: []}
+    for place, sensor in instruments(mapping):
+        parts.setdefault(_of(mapping, sensor.file), []).append((place, sensor))
+    clock = _clock(mapping, mapping.files.pattern if mapping.files else None)
+    marks = stamps(table, clock)
+    zero = marks.zero
+    datum: list[Datum] = []
+    main = _strand(table, clock, marks, zero, parts.pop(None), mapping, datum)
+    others = [(file, some, _opened(source, mapping, file, some, marks, zero, datum)) for file, some in parts.items()]
+    channels, steps = _joined(mapping, main, others)
+    t = _times(mapping, main.series.t)
+    ship = Midship(t, channels)
+    ship.bring(mapping)
+    if datum and ship.exchanged(datum[0]):
+        _refuse_exchanged(mapping, table, others)
+    units = {n: conversion(n, c.unit)[0] for n, c in mapping.channels.items() if n not in UNITS}
+    units |= {n: unit for n, unit in _EXTRA.items() if n in channels}
+    meta: dict[str, Any] = {**CONVENTIONS, **_start(marks, zero), **mapping.meta}
+    if datum:
+        meta["datum"] = asdict(datum[0])
+    how = f"imported by a mapping: {_count(mapping, table, others)}"
+    turned = [f"{n}: sign turned" for n, c in mapping.channels.items() if c.sign == -1.0]
+    trial = Trial(name, t, ship.channels, units, meta)
+    return trial.noting(how, *turned, *steps, *ship.steps, *_zero_words(marks, zero), *main.steps), (marks, zero)
+
+
+def _count(mapping: Mapping, table: Table, others: Sequence[Any]) -> str:
+    if others:
+        return f"{len(list(instruments(mapping)))} instruments of {1 + len(others)} files"
+    read = {use.column for use in uses(mapping) if not use.key.startswith(("time", "split"))}
+    return f"{len(read)} of {table.width} columns"
+
+
+def _clock(mapping: Mapping, file: str | None) -> Clock:
+    return mapping.time if mapping.files is None or file is None else mapping.files.clocks.get(file, mapping.time)
+
+
+def _opened(
+    source: Path, mapping: Mapping, file: str | None, parts: list[tuple[str, Sensor]], rows: Stamps, zero: int,
+    datum: list[Datum],
+) -> _Strand:  # fmt: skip
+    """Another file of a trial."""
+    clock, keys = _clock(mapping, file), {place for place, _ in parts}
+    wanted = [use for use in uses(mapping) if use.file == file and use.key.rpartition(".")[0] in keys]
+    own = mapping.files is not None and file in mapping.files.clocks
+    begin = f'files.clocks."{file}".' if own else "time."
+    wanted += [use for use in uses(mapping) if use.key.startswith(begin)]
+    table = opened(piece(source, mapping, str(file)), mapping, wanted)
+    found = stamps(table, clock)
+    if found.kind != rows.kind:
+        about = f"its clock is {_KINDS[found.kind]}, that of the rows {_KINDS[rows.kind]}; the two cannot be joined"
+        raise DataError(f"{table.path}: column '{clock.column}': {about}")
+    if found.kind == "day":
+        found = found.days_from(rows)
+    return _strand(table, clock, found, zero, parts, mapping, datum)
+
+
+_KINDS = {
+    "plain": "in seconds since some start",
+    "day": "a time of day",
+    "local": "of an unknown zone",
+    "utc": "absolute",
+}
+
+
+def _strand(
+    table: Table, clock: Clock, found: Stamps, zero: int, parts: list[tuple[str, Sensor]], mapping: Mapping,
+    datum: list[Datum],
+) -> _Strand:  # fmt: skip
+    """What the instruments of one file measure, one row a time, in the order of time."""
+    channels: dict[str, Array] = {}
+    for place, sensor in parts:
+        channels |= measured(table, place, sensor)
+        if isinstance(sensor, Position):
+            _to_plane(channels, sensor, datum)
+    t, steps = _continued(found.seconds(zero), channels)
+    series = Series(t, channels, np.arange(len(t)))
+    if clock.sort:
+        series, said = in_order(series)
+        steps.append(said)
+    if mapping.duplicates != "refuse":
+        series, again = single(series, mapping.duplicates)
+        steps += [f"{again} rows with the time of another one: the {mapping.duplicates} counts"] if again else []
+    if len(series.t) < 2:
+        raise DataError(f"{table.path}: {len(series.t)} rows of numbers; a trial needs at least 2")
+    wrong = disorder(series.t, _advice(clock, series.t))
+    if wrong is not None:
+        raise DataError(f"{table.at(clock.column, int(series.rows[wrong[0]]))}: {wrong[1]}")
+    return _Strand(table, clock, found, series, tuple(steps))
+
+
+def _advice(clock: Clock, t: Array) -> str:
+    """What to do about a time that repeats or goes back."""
+    sort = "; sort = true under time in the mapping puts rows in order and leaves out those that repeat others"
+    steps = np.diff(t)
+    told = "" if clock.sort else sort
+    if (steps[np.flatnonzero(steps <= 0.0)[:1]] == 0.0).any():
+        return told + '; duplicates = "first" keeps one row a time'
+    counted = clock.format is not None and clock.fraction == "decimal"
+    return told + ('; fraction = "ns" reads 5.42 as 5.000000042' if counted else "")
+
+
+def _continued(t: Array, channels: dict[str, Array]) -> tuple[Array, list[str]]:
+    """Time continued over empty rows at the end at the median step: loggers pad."""
+    filled = np.isfinite(t)
+    if not filled.size or filled[-1]:
+        return t, []
+    for values in channels.values():
+        filled |= np.isfinite(values)
+    last = int(np.flatnonzero(filled)[-1]) if filled.any() else -1
+    count = len(t) - 1 - last
+    if count == 0 or last < 1:
+        return t, []
+    out = t.copy()
+    out[last + 1 :] = t[last] + float(np.nanmedian(np.diff(t[: last + 1]))) * np.arange(1, count + 1)
+    return out, [f"time continued over {count} empty rows at the end"]
+
+
+def _to_plane(channels: dict[str, Array], position: Position, datum: list[Datum]) -> None:
+    """Latitude and longitude as metres north and east of the datum, which is the first fix where none is given."""
+    latitude, longitude = channels.pop("latitude"), channels.pop("longitude")
+    good = np.flatnonzero(np.isfinite(latitude + longitude))
+    if position.datum:
+        datum.append(Datum(*position.datum))
+    elif good.size:
+        datum.append(Datum(float(latitude[good[0]]), float(longitude[good[0]])))
+    empty = np.full(latitude.shape, np.nan)
+    channels["x"], channels["y"] = datum[0].track(latitude, longitude) if datum else (empty, empty.copy())
+
+
+def _times(mapping: Mapping, t: Array) -> Array:
+    step = mapping.files.step if mapping.files else None
+    return t if step is None else t[0] + step * np.arange(int((t[-1] - t[0]) / step + 1e-9) + 1)
+
+
+def _joined(
+    mapping: Mapping, main: _Strand, others: Sequence[tuple[str | None, list[tuple[str, Sensor]], _Strand]]
+) -> tuple[dict[str, Array], list[str]]:
+    """Every channel on the rows, and how it came there."""
+    t = _times(mapping, main.series.t)
+    channels: dict[str, Array] = {}
+    steps: list[str] = []
+    whose = {name: sensor for place, sensor in instruments(mapping) for name in _given(place, sensor)}
+    for file, strand in ((None, main), *((file, strand) for file, _, strand in others)):
+        for name, values in strand.series.channels.items():
+            sensor = whose[name]
+            if file is None and t is main.series.t and sensor.lag == 0.0:
+                channels[name] = values
+                continue
+            try:
+                channels[name] = joined(strand.series, name, sensor, t)
+            except DataError as error:
+                raise DataError(f"{strand.table.path}: {error}") from None
+            how = f"{sensor.interpolate} within {reach(strand.series, name, sensor):.3g} s"
+            late = f", {sensor.lag:g} s late" if sensor.lag else ""
+            steps.append(f"{name} joined from {file or 'the rows'}: {how}{late}")
+    return channels, steps
+
+
+def _given(place: str, sensor: Sensor) -> tuple[str, ...]:
+    """Channels that an instrument gives before it is brought to midship."""
+    if isinstance(sensor, Channel):
+        return (place.partition(".")[2],)
+    return {"position": ("x", "y"), "ground": ("U_G", "gamma_G", "north", "east"), "log": ("u_w", "gamma_w"),
+            "apparent": ("U_A", "gamma_A"), "heading": ("psi",)}[place]  # fmt: skip
+
+
+def _refuse_exchanged(mapping: Mapping, table: Table, others: Sequence[tuple[Any, Any, _Strand]]) -> None:
+    place = mapping.position
+    if place is None:
+        return
+    there = next((one.table for file, _, one in others if file == _of(mapping, place.file)), table)
+    about = (f"the track fits heading and speed only with '{place.latitude}' and '{place.longitude}' exchanged; "
+             "exchange latitude and longitude in the mapping")  # fmt: skip
+    raise DataError(f"{there.at(place.latitude, 0)}: {about}")
+
+
+def _start(marks: Stamps, zero: int) -> dict[str, str]:
+    if marks.kind != "utc":
+        return {}
+    begun = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(microseconds=zero // 1000)
+    return {"start": begun.isoformat(timespec="microseconds")}
+
+
+def _zero_words(marks: Stamps, zero: int) -> list[str]:
+    if marks.kind not in ("day", "local"):
+        return []
+    begun = datetime(1970, 1, 1) + timedelta(microseconds=zero // 1000)
+    said = begun.time().isoformat() if marks.kind == "day" else f"{begun.isoformat()}, in a zone that is unknown"
+    return [f"t = 0 s is {said}"]
+
+
+def only(trials: tuple[Trial, ...], source: Path) -> Trial:
+    """The trial of a recording that is one.
+
+    Raises:
+        DataError: it is cut into several.
+    """
+    if len(trials) != 1:
+        raise DataError(f"{source}: {len(trials)} trials by its mapping; import it first (seatrial import csv)")
+    return replace(trials[0])

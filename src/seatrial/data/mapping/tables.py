@@ -1,0 +1,220 @@
+"""A file as a table of named columns, each of numbers or of texts, whatever it is: text, workbook or Parquet."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping as Named
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.parameters import unknown
+from .. import DataError
+from ..table import existing, once
+from ..units import KNOWN
+from .schema import Mapping
+from .text import Layout, laid_out, texts_of, typed
+from .uses import Use
+
+if TYPE_CHECKING:
+    import polars as pl
+
+WORKBOOKS, PARQUET = (".xlsx", ".xls", ".ods"), ".parquet"
+_BRACKETED = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
+
+
+@dataclass(frozen=True)
+class Table:
+    """The columns of one file that a mapping reads.
+
+    Attributes:
+        path: of the file, for the errors.
+        frame: columns by name, of numbers, texts or times.
+        lines: number of each row in the file, from 1, shape (rows,).
+        width: number of columns of the file.
+        word: what a row of the file is called, "line" or "row".
+        stated: unit that the file gives for a column, in its header or in a row of units, and that row's number.
+        decimal: the decimal mark of texts.
+        missing: words of a missing value, in lower case.
+        pieces: files of which it is made one after the other, and the rows of each; empty for one.
+        header: number of the row of the names.
+    """
+
+    path: Path
+    frame: pl.DataFrame
+    lines: NDArray[np.int64]
+    width: int
+    word: str = "line"
+    stated: Named[str, tuple[str, int]] = field(default_factory=dict[str, tuple[str, int]])
+    decimal: str = "."
+    missing: frozenset[str] = frozenset()
+    pieces: tuple[tuple[Path, int], ...] = ()
+    header: int = 1
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def at(self, column: str, row: int) -> str:
+        """The place of a cell, for the beginning of an error."""
+        ends = np.cumsum([count for _, count in self.pieces])
+        path = self.pieces[int(np.searchsorted(ends, row, side="right"))][0] if self.pieces else self.path
+        return f"{path}: column '{column}', {self.word} {self.lines[row]}"
+
+    def rows(self, index: NDArray[np.intp]) -> Table:
+        """The same table with only some of its rows."""
+        return replace(self, frame=self.frame[index], lines=self.lines[index])
+
+    def agree(self, column: str, unit: str, despite: str | None = None, *, channel: bool = False) -> None:
+        """Refuse a unit that contradicts the one in the file.
+
+        Args:
+            column: its name.
+            unit: what the mapping says.
+            despite: what the mapping says that the file says wrongly.
+            channel: whether the mapping may have `despite` there.
+
+        Raises:
+            DataError: naming file, column and row.
+        """
+        said, line = self.stated.get(column, ("", 0))
+        if not {said, unit} <= set(KNOWN) or said == despite or KNOWN[said] == KNOWN[unit]:
+            return
+        if line == self.header and KNOWN[said][0] != KNOWN[unit][0]:
+            return  # a word in brackets that is no unit here: the wind (t) is no mass
+        way = f'despite = "{said}" where the file is wrong' if channel else "mend the header of the file"
+        about = f"in {said}, and the mapping says {unit}; give {said}, or {way}"
+        raise DataError(f"{self.path}: column '{column}', {self.word} {line}: {about}")
+
+
+def opened(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
+    """The wanted columns of a file.
+
+    Raises:
+        DataError: a file that cannot be read, a column that is not there or there twice, rows of another length.
+    """
+    suffix = existing(path).suffix.lower()
+    if suffix == PARQUET:
+        found = _of_frame(path, mapping, wanted, _parquet(path), None)
+    elif suffix in WORKBOOKS:
+        sheet = _sheet(path, mapping)
+        found = _of_frame(path, mapping, wanted, sheet, mapping.skip)
+    else:
+        found = _of_text(path, mapping, wanted)
+    words = frozenset(("", "nan", "na", "null", *(word.strip().lower() for word in mapping.missing)))
+    return replace(found, decimal=mapping.decimal, missing=words)
+
+
+def stacked(tables: Sequence[Table]) -> Table:
+    """The rows of several tables of the same columns, one after the other."""
+    import polars as pl
+
+    if len(tables) == 1:
+        return tables[0]
+    kinds = {name: {one.frame[name].dtype for one in tables} for name in tables[0].frame.columns}
+    mixed = [name for name, some in kinds.items() if len(some) > 1]
+    frames = [one.frame.with_columns(pl.col(mixed).cast(pl.String)) if mixed else one.frame for one in tables]
+    lines = np.concatenate([one.lines for one in tables])
+    return replace(
+        tables[0], frame=pl.concat(frames), lines=lines, pieces=tuple((one.path, len(one)) for one in tables)
+    )
+
+
+def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
+    raw = texts_of(path, mapping.encoding)
+    layout = laid_out(path, raw, mapping.separator, mapping.skip, int(mapping.units_row))
+    index = _places(path, "line", mapping.skip + 1, layout.heads, wanted)
+    plain = mapping.decimal == "."
+    numbers = {one.column for one in wanted if one.number and plain}
+    frame = typed(path, layout, {name: (k, name in numbers) for name, k in index.items()}, mapping.missing)
+    stated = _stated(mapping.skip + 1, layout, index)
+    return Table(path, frame, layout.lines, len(layout.heads), "line", stated, header=mapping.skip + 1)
+
+
+def _of_frame(path: Path, mapping: Mapping, wanted: Sequence[Use], frame: pl.DataFrame, skip: int | None) -> Table:
+    """The wanted columns of a frame, whose own names are the header, or the row after those that are skipped."""
+    if skip is None:
+        index = _places(path, "column names, row", 0, frame.columns, wanted)
+        first, units, heads = 0, 0, frame.columns
+    else:
+        if frame.height <= skip:
+            raise DataError(f"{path}: {frame.height} rows, and the mapping skips {skip}")
+        heads = ["" if cell is None else str(cell).strip() for cell in frame.row(skip)]
+        index = _places(path, "row", skip + 1, heads, wanted)
+        units = int(mapping.units_row)
+        first = skip + 1 + units
+    rows = [["" if cell is None else str(cell).strip() for cell in frame.row(k)] for k in range(first - units, first)]
+    body = frame[first:].select([frame.columns[k] for k in index.values()])
+    body.columns = list(index)
+    filled = np.flatnonzero(~body.select(_every_null(body)).to_series().to_numpy()) if skip is not None else None
+    lines = np.arange(first + 1, first + 1 + body.height, dtype=np.int64)
+    layout = Layout(b"", None, tuple(heads), lines, tuple(tuple(row) for row in rows), False)
+    table = Table(path, body, lines, len(heads), "row", _stated(first - units, layout, index), header=first - units)
+    return table if filled is None or filled.size == len(table) else table.rows(filled)
+
+
+def _every_null(frame: pl.DataFrame) -> Any:
+    import polars as pl
+
+    return pl.all_horizontal(pl.all().is_null())
+
+
+def _places(path: Path, word: str, line: int, heads: Sequence[str], wanted: Sequence[Use]) -> dict[str, int]:
+    """Where each wanted column is in the header."""
+    names = list(dict.fromkeys(one.column for one in wanted))
+    for name in names:
+        if name not in heads:
+            raise DataError(f"{path}: {word} {line}: {unknown(name, heads, 'column')}")
+    once(path, line, heads, names)
+    return {name: list(heads).index(name) for name in names}
+
+
+def _stated(header: int, layout: Layout, index: Named[str, int]) -> dict[str, tuple[str, int]]:
+    """Units that the file itself gives, by column, and where: in rows of units, else at the end of a name."""
+    found: dict[str, tuple[str, int]] = {}
+    for name, k in index.items():
+        ended = _BRACKETED.search(name)
+        if ended is not None:
+            found[name] = ended[1], header
+        for below, row in enumerate(layout.units, start=1):
+            text = row[k].strip().strip("[]()").strip() if k < len(row) else ""
+            if text in KNOWN:
+                found[name] = text, header + below
+    return found
+
+
+def _parquet(path: Path) -> pl.DataFrame:
+    import polars as pl
+
+    try:
+        return pl.read_parquet(path)
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError, RecursionError) as error:
+        about = (str(error).splitlines() or [""])[0] or type(error).__name__
+        raise DataError(f"{path}: not a readable Parquet file ({about[:200]})") from None
+
+
+def _sheet(path: Path, mapping: Mapping) -> pl.DataFrame:
+    """Cells of a sheet as texts, from its first row."""
+    try:
+        import fastexcel
+    except ImportError:
+        raise DataError(f"{path}: workbooks need the extra 'log': pip install 'seatrial[log]'") from None
+    try:
+        book = fastexcel.read_excel(path)
+        names = book.sheet_names
+    except Exception as error:  # whatever the reader raises on a damaged workbook
+        raise DataError(f"{path}: not readable as a workbook: {_first_line(error)}") from None
+    name = names[0] if mapping.sheet is None else mapping.sheet
+    if name not in names:
+        raise DataError(f"{path}: {unknown(name, names, 'sheet')}")
+    try:
+        return book.load_sheet(name, header_row=None, skip_rows=0, dtypes="string").to_polars()
+    except Exception as error:
+        raise DataError(f"{path}: sheet '{name}' is not readable: {_first_line(error)}") from None
+
+
+def _first_line(error: Exception) -> str:
+    return ((str(error).splitlines() or [""])[0] or type(error).__name__)[:120]

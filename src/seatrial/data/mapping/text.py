@@ -1,0 +1,204 @@
+"""Text files of tables: their encoding, their rows and cells, and columns of numbers read at once.
+
+Rows are counted and their cells are checked before any is read, since a reader of columns pads short rows silently.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import io
+from collections.abc import Callable, Sequence
+from collections.abc import Mapping as Named
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import DataError
+from ..table import bytes_of
+
+if TYPE_CHECKING:
+    import polars as pl
+
+_MARKS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF32_LE, "utf-32"), (codecs.BOM_UTF32_BE, "utf-32"),
+          (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))  # fmt: skip
+_LOOKED = 65536
+# Separates cells once lines with other separators are put in order: no text of a logger has it.
+_UNIT = "\x1f"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the rows and columns of a text are.
+
+    Attributes:
+        body: the rows of the table as UTF-8, header and rows of units left out.
+        separator: one character between cells.
+        heads: names in the header.
+        lines: line of each row in the file, from 1, blank ones left out.
+        units: cells of the rows of units.
+        quoted: whether a quoted cell holds a separator.
+    """
+
+    body: bytes
+    separator: str | None
+    heads: tuple[str, ...]
+    lines: NDArray[np.int64]
+    units: tuple[tuple[str, ...], ...]
+    quoted: bool
+    blank: tuple[int, ...] = ()
+
+
+def texts_of(path: Path, encoding: str | None) -> bytes:
+    """The text of a file as UTF-8, lines ending in a newline.
+
+    Args:
+        path: of the file.
+        encoding: its own; None for that of its byte-order mark, else UTF-8.
+
+    Raises:
+        DataError: no such file, an empty or a binary one, another encoding.
+    """
+    raw = bytes_of(path)
+    known = encoding or next((name for mark, name in _MARKS if raw.startswith(mark)), "utf-8")
+    wide = known.lower().replace("_", "-").startswith(("utf-16", "utf-32"))
+    if not wide and b"\0" in raw[:_LOOKED]:
+        raise DataError(f'{path}: a binary file, not text; expected rows of numbers (or encoding = "utf-16-le")')
+    try:
+        if known.lower() not in ("utf-8", "utf8", "utf-8-sig", "ascii"):
+            raw = raw.decode(known).encode()
+        elif not raw.isascii():
+            codecs.utf_8_decode(raw, "strict", True)
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        advice = "" if encoding else '; give encoding = "latin-1" or that of the logger in the mapping'
+        raise DataError(f"{path}: not readable as {known} text, line {line} ({error.reason}){advice}") from None
+    except (LookupError, UnicodeError) as error:
+        raise DataError(f"{path}: not readable as {known} text ({error})") from None
+    if raw.startswith(codecs.BOM_UTF8):
+        raw = raw[len(codecs.BOM_UTF8) :]
+    return raw if b"\r" not in raw else raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+
+
+def laid_out(path: Path, raw: bytes, separator: str | None, skip: int, units: int) -> Layout:
+    """The header, the rows of units and the rows of a text, each as long as the header.
+
+    Args:
+        path: of the file, for the errors.
+        raw: its text.
+        separator: what separates cells; None for white space.
+        skip: lines before the header.
+        units: rows of units after it.
+
+    Raises:
+        DataError: no header, a row with more or fewer cells than the header, naming its line.
+    """
+    start, found = 0, 0
+    heading: list[bytes] = []
+    for found in range(skip + 1 + units):
+        if start >= len(raw):
+            raise DataError(f"{path}: {found} lines, and the mapping skips {skip}")
+        stop = raw.find(b"\n", start)
+        stop = len(raw) if stop < 0 else stop
+        if found >= skip:
+            heading.append(raw[start:stop])
+        start = stop + 1
+    body = raw[start:]
+    if separator is None or len(separator.encode()) != 1:
+        heading, body = (
+            [_put(line, separator) for line in heading],
+            b"\n".join(_put(line, separator) for line in body.split(b"\n")),
+        )
+        separator = _UNIT
+    heads, *rest = (tuple(_cells(line.decode(), separator)) for line in heading)
+    blank, count, quoted = _counted(path, body, separator, len(heads), skip + 2 + units)
+    lines = np.delete(np.arange(count, dtype=np.int64), blank) + (skip + 2 + units)
+    return Layout(body, separator, heads, lines, tuple(rest), quoted, tuple(blank))
+
+
+def typed(path: Path, layout: Layout, wanted: Named[str, tuple[int, bool]], missing: Sequence[str]) -> pl.DataFrame:
+    """The wanted columns: those of numbers as floats where every cell is one, the others as texts.
+
+    Args:
+        path: of the file, for the errors.
+        layout: of the text.
+        wanted: number of the column and whether it is one of numbers, by name.
+        missing: words that stand for a missing value.
+
+    Raises:
+        DataError: cells in quotes that do not end in their line.
+    """
+    import polars as pl
+
+    if not len(layout.lines):
+        return pl.DataFrame(schema={name: pl.Float64 if number else pl.String for name, (_, number) in wanted.items()})
+    by_place = sorted(wanted, key=lambda name: wanted[name][0])
+
+    words = ["nan", "NaN", "NA", "null", *missing]
+
+    def read(floats: bool) -> pl.DataFrame:
+        kinds = {f"{k}": pl.String for k in range(len(layout.heads))}
+        kinds |= {f"{k}": pl.Float64 for k, number in wanted.values() if number and floats}
+        frame = pl.read_csv(
+            layout.body, has_header=False, separator=layout.separator or ",", schema=kinds,
+            columns=[wanted[name][0] for name in by_place], quote_char='"' if layout.quoted else None,
+            null_values=words if floats else None, raise_if_empty=False,
+        )  # fmt: skip
+        frame.columns = by_place
+        return frame.select(list(wanted))
+
+    try:
+        found = read(True)
+    except pl.exceptions.PolarsError:
+        found = _whole(path, lambda: read(False))
+    if found.height != len(layout.lines) + len(layout.blank):
+        raise DataError(f"{path}: a cell in quotes does not end in its line; remove line breaks and single quotes")
+    if layout.blank:
+        kept = np.ones(found.height, dtype=bool)
+        kept[[k for k in layout.blank if k < found.height]] = False
+        found = found.filter(pl.Series(kept))
+    return found
+
+
+def _whole(path: Path, read: Callable[[], pl.DataFrame]) -> pl.DataFrame:
+    """What a reader gives, its own errors in one line."""
+    import polars as pl
+
+    try:
+        return read()
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+        about = (str(error).splitlines() or [""])[0] or type(error).__name__
+        raise DataError(f"{path}: not readable as a table: {about[:200]}") from None
+
+
+def _counted(path: Path, body: bytes, separator: str, width: int, first: int) -> tuple[list[int], int, bool]:
+    """Blank lines, the number of lines, and whether a separator is within quotes, of the rows of a table."""
+    comma, blank, quoted, k = separator.encode(), list[int](), False, -1
+    for k, line in enumerate(io.BytesIO(body)):
+        count = line.count(comma) + 1
+        if count == width and width > 1:
+            continue
+        if not line.strip():
+            blank.append(k)
+            continue
+        if count != width and b'"' in line:
+            count, quoted = len(next(csv.reader([line.decode()], delimiter=separator))), True
+        if count != width:
+            about = f"has {count} cells, the header has {width}; complete or remove the line"
+            raise DataError(f"{path}: line {first + k} {about}")
+    return blank, k + 1, quoted
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    quoted = '"' in line
+    cells = next(csv.reader([line], delimiter=separator), []) if quoted else line.split(separator)
+    return [cell.strip().strip('"').strip() for cell in cells]
+
+
+def _put(line: bytes, separator: str | None) -> bytes:
+    """A line with one character between its cells."""
+    cells = line.split() if separator is None else line.split(separator.encode())
+    return _UNIT.encode().join(cells)
