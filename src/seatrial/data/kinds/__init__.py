@@ -46,7 +46,8 @@ _OTHER_NAMES = MappingProxyType({
 """Kinds of sidecars, mostly names of manoeuvres, by what they are here."""
 
 _CLOSE = (("turning", "initial-turning"), ("turning", "pull-out"), ("straight", "course-keeping"),
-          ("turning", "recovery"), ("straight", "acceleration"), ("berthing", "mixed"), ("stopping", "astern"))  # fmt: skip
+          ("turning", "recovery"), ("straight", "acceleration"), ("berthing", "mixed"), ("stopping", "astern"),
+          ("stopping", "berthing"))  # fmt: skip
 """Kinds of which one is a part of the other: no contradiction."""
 
 

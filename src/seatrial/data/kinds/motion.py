@@ -10,13 +10,15 @@ from . import Kind
 from .signals import DEGREE, Signals, both_ways
 
 # Midships: all but a twentieth of the samples within this of their median.
-_CALM = 3.0 * DEGREE
+_CALM, _STILL_RUDDER = 3.0 * DEGREE, 1.5 * DEGREE
 # Shares of the time.
 _MOSTLY, _OFTEN = 0.6, 0.5
 # Speeds as shares of the highest.
 _REST, _LOST, _STEADY = 0.3, 0.35, 0.75
 # A held course: heading within this, for this share of the time; a straight run keeps all within.
-_COURSE, _STRAIGHT = 4.0 * DEGREE, 6.0 * DEGREE
+_COURSE, _STRAIGHT, _CHANGES = 4.0 * DEGREE, 6.0 * DEGREE, 8
+# So far an unsteered ship may turn of itself and still be on a straight run.
+_DRIFT = 360.0 * DEGREE
 # A place held: lengths of the ship; Froude number of a ship that only keeps its place.
 _PLACE, _SLOW, _STILL = 1.0, 0.03, 5e-4
 
@@ -92,7 +94,8 @@ def berthing(seen: Signals) -> Kind | None:
 def straight(seen: Signals) -> Kind | None:
     """Rudder midships: a speed run, or an acceleration."""
     held = float(np.ptp(seen.psi))
-    if not _rudder_calm(seen) or held > 90.0 * DEGREE or both_ways(seen):
+    still = seen.delta is not None and _rudder_span(seen) < _STILL_RUDDER
+    if not _rudder_calm(seen) or both_ways(seen) or held > (_DRIFT if still else _STRAIGHT):
         return None
     told = (f"heading within {held / DEGREE:.1f} deg",)
     doubt = f"the heading drifts by {held / DEGREE:.0f} deg" if held > _STRAIGHT else ""
@@ -111,20 +114,23 @@ def courses(seen: Signals) -> Kind | None:
     """Courses held for most of the time, whatever the rudder does for it."""
     held = seen.held(seen.psi, _COURSE, 2.0)
     share = sum(seen.lasts(one) for one in held) / seen.duration
-    if share < _MOSTLY or not held or both_ways(seen):
-        return None
     changes = len(held) - 1
+    if share < _MOSTLY or not 0 <= changes <= _CHANGES or both_ways(seen):
+        return None
     return Kind("course-keeping", evidence=(
         f"{len(held)} course{'s' * (changes > 0)} held within {_COURSE / DEGREE:.0f} deg, "
-        f"{100 * share:.0f} % of the time",)).doubting(
-        "many changes of course" if changes > 6 else "")  # fmt: skip
+        f"{100 * share:.0f} % of the time",))  # fmt: skip
 
 
 def _rudder_calm(seen: Signals) -> bool:
     if seen.delta is None:
         return True
-    low, high = np.quantile(seen.delta, [0.025, 0.975])
-    return bool(high - low < 2.0 * _CALM and abs(float(np.median(seen.delta))) < 2.0 * _CALM)
+    return _rudder_span(seen) < 2.0 * _CALM and abs(float(np.median(seen.delta))) < 2.0 * _CALM
+
+
+def _rudder_span(seen: Signals) -> float:
+    """Range of the rudder but for a twentieth of the samples [rad]."""
+    return 0.0 if seen.delta is None else float(np.ptp(np.quantile(seen.delta, [0.025, 0.975])))
 
 
 

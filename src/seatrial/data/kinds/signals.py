@@ -223,7 +223,7 @@ def _length(trial: Trial) -> float:
 def _clock(t: Array, U: Array | None, L_pp: float) -> float:
     """L/U, at least some samples, at most a twenty-fifth of the trial."""
     most = max(_CLOCK[1] * float(t[-1]), 1e-9)
-    if U is None or not math.isfinite(L_pp) or not (fast := float(np.quantile(U, 0.95))) > 0:
+    if U is None or not math.isfinite(L_pp) or not (fast := float(np.quantile(U, 0.999))) > 0:
         return most
     return float(np.clip(L_pp / fast, min(_CLOCK[0] * float(np.median(np.diff(t))), most), most))
 

@@ -20,6 +20,7 @@ _ALIKE, _LEAST = 0.2, 1.5 * DEGREE
 _SHORT, _TURN, _CIRCLE = 60.0 * DEGREE, 90.0 * DEGREE, 360.0 * DEGREE
 # Steady turns of a spiral, and how often it changes from growing to falling rudder.
 _LEVELS, _WAYS = 7, 3
+_STEADY = 15.0 * DEGREE
 # Part of the trial that a kind should fill.
 _MOST, _PART = 0.5, 0.25
 
@@ -116,9 +117,10 @@ def spiral(seen: Signals) -> Kind | None:
         if levels.size < _LEVELS or not (levels.min() < -0.3 * reach and levels.max() > 0.3 * reach):
             continue
         held = sum(seen.lasts(one) for one in steps) / seen.duration
+        turned = float(np.median([abs(seen.turned(one.first, one.last)) for one in steps]))
         ways = 1 + int(np.sum(np.diff(np.sign(np.diff(levels))) != 0))
         small = float(np.median(np.abs(np.diff(levels)))) < 0.5 * reach
-        if ways <= _WAYS and small and held > _MOST:
+        if ways <= _WAYS and small and held > _MOST and turned > _STEADY:
             between = f"{levels.min() / unit:.2g} and {levels.max() / unit:.2g} deg{'/s' if values is seen.r else ''}"
             return Kind("spiral", {"rudder": float(np.quantile(np.abs(seen.delta), 0.98))},
                         (f"{levels.size} {what} held one after another between {between}",
@@ -140,9 +142,9 @@ def turning(seen: Signals) -> Kind | None:
     busy = sum(abs(seen.turned(one.first, one.last)) for one in others)
     if busy > 0.6 * abs(angle) or len(others) > 3:
         return _both_sides(seen, helm)
-    before = next((one for one in others if one.last < main.first), None)
-    if before is not None and before.level * main.level < 0 and _quick(seen, before, main) and abs(angle) < _CIRCLE:
-        return _recovery(seen, before, main)
+    pair = _reversed(seen, main, helm)
+    if pair is not None and _TURN < abs(angle) < _CIRCLE:
+        return _recovery(seen, *pair)
     share = seen.lasts(main) / seen.duration
     if both_ways(seen) and share < _MOST:
         return None
@@ -193,6 +195,15 @@ def _both_sides(seen: Signals, helm: Sequence[Hold]) -> Kind | None:
     if calm[0] is not None:
         return Kind("pull-out", settings, (*told, f"midships after {sum(map(bool, calm))} of the turns"))
     return Kind("recovery", settings, told)
+
+
+def _reversed(seen: Signals, main: Hold, helm: Sequence[Hold]) -> tuple[Hold, Hold] | None:
+    """The main turn and one like it to the other side, at once before or after it."""
+    k = helm.index(main)
+    for before, after in pairwise(helm[max(k - 1, 0) : k + 2]):
+        if before.level * after.level < 0 and _alike((before, after)) and _quick(seen, before, after):
+            return before, after
+    return None
 
 
 def _recovery(seen: Signals, before: Hold, main: Hold) -> Kind:
