@@ -26,7 +26,5 @@ def study(
 ) -> None:  # fmt: skip
     """Write a study of a ship and a folder, with trials held out."""
     from ..workflow.folders import new_study
-    from ..workflow.request import known_word
 
-    known_word("study", action, ("new",))
-    show(new_study(ship, folder, out, format=format, mapping=mapping, sink=Terminal()), json)
+    show(new_study(action, ship, folder, out, format=format, mapping=mapping, sink=Terminal()), json)

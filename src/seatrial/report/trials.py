@@ -12,12 +12,11 @@ from ..data import Array, unwrapped
 from ..data.kinds import ABOUT
 from ..validate.folder import Entry, Survey
 from . import figures
-from .page import Page, Section, figure, gallery, lead, note, number, soft, table, text
+from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text
 
 _DEGREE = math.degrees(1.0)
-_POINTS = 400
-_HEAD = ("recording", "recognised", "told", "duration [s]", "step [s]", "u [m/s]", "r [°/s]", "rudder [°]",
-         "revs [1/s]", "new samples", "doubts")  # fmt: skip
+_POINTS, _DOTS = 300, 2500
+_HEAD = ("recording", "recognised", "told", "time [s]", "u [m/s]", "rudder [°]", "revs [1/s]", "new")
 _MARK = {"agrees": "✓", "close": "≈", "differs": "✗", "": ""}
 _SIZE = (7.4, 3.3)
 _RATES = ("r", "delta")
@@ -31,16 +30,18 @@ def page(found: Survey) -> Page:
     counted = ", ".join(f"{count} {name}" for name, count in found.counts.items())
     first = lead(f"{len(some)} recordings, {number(hours)} h: {counted}.") + note("", warnings(found))
     legend = "Told: by the sidecar or the reader (✓ agrees, ≈ one is part of the other, ✗ differs). "
-    legend += "Ranges: 1st to 99th percentile. New samples: unlike any of the other recordings "
+    legend += "Ranges: 1st to 99th percentile. New: samples unlike any of the other recordings "
     legend += f"({found.uncovered})." if found.uncovered else "(1 % is usual for more of the same)."
     rows = (_row(name, entry) for name, entry in some)
-    body = f'<div class="wrap">{table(_HEAD, rows, words=(1, 2, 10))}</div>' + soft(legend)
+    body = f'<div class="wrap">{table(_HEAD, rows, words=(1, 2))}</div>' + soft(legend)
+    doubtful = [f"{name}: {entry.kind.label}: {'; '.join(entry.kind.doubts)}" for name, entry in some if entry.kind.doubts]
+    body += f"<h3>Doubts</h3>{bullets(doubtful)}" if doubtful else ""
     parts = [Section("", first), Section("Recordings", body)]
     if drawn := _plane(found):
-        parts.append(Section("Where the samples lie", gallery(figure(drawn, "One sample a second of each kind"))))
+        parts.append(Section("Where the samples lie", gallery(figure(drawn, f"Some {_DOTS} samples of all recordings, by kind"), least=800)))
     for kind, group in groupby(some, key=lambda one: one[1].kind.name):
         shown = (figure(_drawn(name, entry), _caption(name, entry)) for name, entry in group)
-        parts.append(Section(kind, f"<p>{text(ABOUT[kind])}.</p>" + gallery(*shown, least=560)))
+        parts.append(Section(kind, f"<p>{text(ABOUT[kind])}.</p>" + gallery(*shown)))
     return Page(f"Trials in {found.folder.root.name or found.folder.root}", tuple(parts), numbers(found))
 
 
@@ -83,9 +84,8 @@ def span(entry: Entry, channel: str) -> str:
 def _row(name: str, entry: Entry) -> tuple[str, ...]:
     told = f"{_MARK[entry.verdict]} {entry.told}".strip() or "–"
     new = f"{100 * entry.new:.1f} %" if math.isfinite(entry.new) else "–"
-    return (name, entry.kind.label, told, number(entry.trial.duration, 4), number(entry.trial.dt, 3),
-            *(span(entry, channel) for channel in ("u", "r", "delta", "n_P")), new,
-            "; ".join(entry.kind.doubts) or "–")  # fmt: skip
+    return (name, entry.kind.label, told, f"{entry.trial.duration:.0f}",
+            *(span(entry, channel) for channel in ("u", "delta", "n_P")), new)  # fmt: skip
 
 
 def _caption(name: str, entry: Entry) -> str:
@@ -98,16 +98,17 @@ def _plane(found: Survey) -> str:
     fit = [entry for entry in found.entries.values() if "u" in entry.trial and "r" in entry.trial]
     if not fit:
         return ""
+    total = sum(len(entry.trial) for entry in fit)
     drawn, axes = figures.panels(1, 2, (9.0, 3.6))
     kinds = list(dict.fromkeys(entry.kind.name for entry in fit))
     for k, kind in enumerate(kinds):
         colour, _, mark = figures.LINES[k % len(figures.LINES)]
         for j, entry in enumerate(one for one in fit if one.kind.name == kind):
-            rows = slice(None, None, max(1, round(1.0 / entry.trial.dt)))
+            rows = slice(None, None, max(1, total // _DOTS))
             for ax, channel in zip(axes[0], ("r", "delta"), strict=True):
                 if channel in entry.trial:
                     ax.plot(entry.trial["u"][rows], _DEGREE * entry.trial[channel][rows], mark, ms=2.0, color=colour,
-                            alpha=0.5, mew=0, label=kind if j == 0 else None, rasterized=False)  # fmt: skip
+                            alpha=0.5, mew=0, label=kind if j == 0 else None)  # fmt: skip
     for ax, what in zip(axes[0], ("r [°/s]", "rudder δ [°]"), strict=True):
         ax.set(xlabel="u [m/s]", ylabel=what)
     axes[0][0].legend(markerscale=3.0, loc="best")
@@ -132,13 +133,14 @@ def _drawn(name: str, entry: Entry) -> str:
     drawn.align_ylabels(axes[:, -1])
     if tracked:
         grid = axes[0, 0].get_gridspec()
-        for ax in axes[:, 0]:
+        for ax in axes[1:, 0]:
             ax.remove()
-        ax = drawn.add_subplot(grid[:, 0])
+        ax = axes[0, 0]
+        ax.set_subplotspec(grid[:, 0])
+        ax.tick_params(labelbottom=True)
         figures.measured_track(ax, trial)
         ax.set_aspect("equal", adjustable="datalim")
         ax.locator_params(nbins=5)
-        ax.grid(True)
     return figures.svg(drawn, f"trial {name}")
 
 
