@@ -46,7 +46,7 @@ def text_of(
         *_left_out(left_out, files), "", *_freedom(free, windy), "",
     ]  # fmt: skip
     if sampled:
-        return "\n".join((*lines, "[estimator]", 'type = "regression.arx_fit:ArxRegression"', ""))
+        return "\n".join((*lines, "[estimator]", 'type = "arx_fit:ArxRegression"', ""))
     window = min(max(_WINDOW * clock, 1.0), 0.8 * duration)
     lines += [
         "[loss] # residuals are divided by the spread of each channel over the training trials",
