@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial import __version__
 from seatrial.data import Array, DataError, Trial
@@ -67,10 +68,10 @@ def read_rows(path: Path) -> Trial:
         DataError: no such file, or other columns.
     """
     if not path.is_file():
-        raise DataError(f"{path}: no such file; save the first 500 rows of HAKUSAN (R package TSSS) there, with a header")
+        raise DataError(f"{path}: no such file; save the first 500 rows of HAKUSAN (R package TSSS) there")
     lines = path.read_text(encoding="utf-8").splitlines()
     if tuple(lines[0].split()) != COLUMNS:
-        raise DataError(f"{path}: line 1: the columns are {', '.join(lines[0].split())}; they should be {', '.join(COLUMNS)}")
+        raise DataError(f"{path}: line 1: '{lines[0].strip()}'; the columns should be {', '.join(COLUMNS)}")
     rows = [[int(cell) / 100.0 for cell in line.split()] for line in lines[1:] if line.strip()]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "hakusan.csv"
@@ -96,7 +97,7 @@ class Judged:
     inside: Array
 
 
-def forecasts(model: VectorAr, trial: Trial, starts: Array, output: str, rudder: str) -> tuple[Array, Array]:
+def forecasts(model: VectorAr, trial: Trial, starts: NDArray[np.intp], output: str, rudder: str) -> tuple[Array, Array]:
     """Forecasts of one output, shape (starts, steps), and their standard deviation, shape (steps,)."""
     k = model.outputs.index(output)
     return forecast(model, trial, starts, STEPS, inputs=rudder)[:, :, k], model.spread(STEPS)[:, k]
@@ -119,7 +120,7 @@ def judged(made: Array, sigma: Array | None, truth: Array, held: Array, scale: f
 def compared(
     trial: Trial, models: Sequence[tuple[Rival, VectorAr]], first: int, output: str
 ) -> tuple[dict[str, Judged], dict[str, Array]]:
-    """Every model that forecasts this output beside persistence and the mean, from row `first` on; and the forecasts."""
+    """Every model that forecasts this output beside persistence and the mean, from row `first` on; and forecasts."""
     values = trial[output]
     starts = np.arange(first - 1, len(values) - STEPS)
     truth = np.stack([values[starts + h] for h in range(1, STEPS + 1)], axis=1)
@@ -152,7 +153,8 @@ def page(trial: Trial, given: Path) -> Page:
         sections.append(_errors(output, judgements, chosen[output]))
     sections += [_orders(tables, models), _drawn(trial, found, chosen), _rehearsal(rehearsed),
                  provenance({"data": f"{FILE}: 500 rows at 1 Hz, of which the first {TRAIN} for training",
-                             "version": f"seatrial {__version__}", "command": f"python studies/reports/hakusan.py -o {given}"})]  # fmt: skip
+                             "version": f"seatrial {__version__}",
+                             "command": f"python studies/reports/hakusan.py -o {given}"})]  # fmt: skip
     numbers = {"train_rows": TRAIN, "judged_rows": len(trial) - TRAIN, "models": {
         rival.label: {"order": model.order, "aic": tables[rival.label][0].aic, "radius": model.radius}
         for rival, model in models}}  # fmt: skip
@@ -176,9 +178,8 @@ def _summary(found: dict[str, tuple[dict[str, Judged], dict[str, Array]]], chose
     parts: list[str] = []
     for output, (judgements, _) in found.items():
         best = judgements[label := chosen[output]]
-        parts.append(f"{LABELS[output]}: {label} has {best.error[0]:.2f}, {best.error[2]:.2f} and {best.error[4]:.2f} of the "
-                     f"spread at 1, 3 and 5 s, {best.gain[0][0]:.2f}, {best.gain[0][2]:.2f} and {best.gain[0][4]:.2f} of "
-                     "persistence")  # fmt: skip
+        error, gain = (", ".join(f"{one[k]:.2f}" for k in (0, 2, 4)) for one in (best.error, best.gain[0]))
+        parts.append(f"{LABELS[output]}: {label} has {error} of the spread at 1, 3, 5 s, and {gain} of persistence")
     return "On the 150 rows that no fit has seen, by the ways that the rehearsal preferred: " + "; ".join(parts) + "."
 
 
@@ -186,11 +187,11 @@ def _caveats(trial: Trial) -> list[str]:
     """What the data do not say."""
     r, pitch, phi = np.degrees(trial["r"]), np.degrees(trial["theta"]), np.degrees(trial["phi"])
     return [
-        "Units and signs are undocumented. Hundredths of a degree, and of a degree per second, are assumed; no relative "
-        "error depends on it.",
-        f"They are doubtful: the mean yaw rate would be {np.mean(r):.2f} °/s, {abs(np.mean(r)) * trial.duration:.0f}° in "
-        f"the {trial.duration:.0f} s, under an autopilot (a bias of the gyro, or another unit); pitch would swing by "
-        f"{np.std(pitch):.1f}° and roll by {np.std(phi):.1f}° (standard deviations), unlike a container ship.",
+        "Units and signs are undocumented. Hundredths of a degree, and of a degree per second, are assumed; "
+        "no relative error depends on it.",
+        f"They are doubtful: the mean yaw rate would be {np.mean(r):.2f} °/s, {abs(np.mean(r)) * trial.duration:.0f}° "
+        f"in the {trial.duration:.0f} s, under an autopilot (a bias of the gyro, or another unit); pitch would swing "
+        f"by {np.std(pitch):.1f}° and roll by {np.std(phi):.1f}° (standard deviations), unlike a container ship.",
         "The rudder is the autopilot's: it follows the yaw, so a coefficient of the rudder here is no steering gain.",
         "Beyond about ten seconds no model beats the mean: waves are forgotten after a period or two.",
     ]
@@ -215,14 +216,19 @@ def _errors(output: str, judgements: dict[str, Judged], best: str) -> Section:
         gain = f"{one.gain[0][2]:.2f} ({one.gain[1][2]:.2f} … {one.gain[2][2]:.2f})"
         inside = "–" if np.isnan(one.inside[0]) else f"{100 * one.inside[0]:.0f} %, {100 * one.inside[4]:.0f} %"
         rows.append((label, *(number(float(one.error[s - 1]), 2) for s in SHOWN), gain, inside))
-    note = soft("Root mean square over the spread of the judged rows about the training mean: 1 is as good as the mean. "
-                "In brackets 90 % of resamples of blocks of 15 s. “Known” uses the logged rudder of the time to come.")
-    numbers = {f"error_{output}": {label: {"error": one.error.tolist(), "low": one.low.tolist(), "high": one.high.tolist(),
-                                           "of_persistence": one.gain[0].tolist(), "inside": one.inside.tolist()}
-                                   for label, one in judgements.items()}}  # fmt: skip
+    note = soft(
+        "Root mean square over the spread of the judged rows about the training mean: 1 is as good as the mean. "
+        "In brackets 90 % of resamples of blocks of 15 s. “Known” uses the logged rudder of the time to come."
+    )
+    numbers = {f"error_{output}": {label: {
+        "error": one.error.tolist(), "low": one.low.tolist(), "high": one.high.tolist(),
+        "of_persistence": one.gain[0].tolist(), "inside": one.inside.tolist(),
+    } for label, one in judgements.items()}}  # fmt: skip
     name = LABELS[output].capitalize()
-    shown = gallery(figure(figures.svg(drawn, output), f"{name}: error over horizon; the band is of {best}, the best of the rehearsal"), least=640)
-    return Section(f"{name}: error against horizon", shown + f'<div class="wrap">{table(head, rows)}</div>' + note, numbers)
+    caption = f"{name}: error over horizon; the band is of {best}, the best of the rehearsal"
+    shown = gallery(figure(figures.svg(drawn, output), caption), least=640)
+    body = shown + f'<div class="wrap">{table(head, rows)}</div>' + note
+    return Section(f"{name}: error against horizon", body, numbers)
 
 
 def _orders(tables: dict[str, list[VectorAr]], models: Sequence[tuple[Rival, VectorAr]]) -> Section:
@@ -237,8 +243,9 @@ def _orders(tables: dict[str, list[VectorAr]], models: Sequence[tuple[Rival, Vec
         ax.plot([*by], np.array([*by.values()]) - min(by.values()), color=colour, ls=dashes, lw=1.4, label=label)
     ax.set(xlabel="lags of the outputs [s]", ylabel="AIC above its least", ylim=(-5.0, 200.0), xlim=(1, MOST))
     figures.legend_below(drawn, ax)
-    rows = [(rival.label, str(model.order[0]), str(model.order[1] or "–"), str(model.A.size + model.B.size + len(model.outputs)),
-             number(tables[rival.label][0].aic, 5), number(min(one.bic for one in tables[rival.label]), 5),
+    rows = [(rival.label, str(model.order[0]), str(model.order[1] or "–"),
+             str(model.A.size + model.B.size + len(model.outputs)), number(tables[rival.label][0].aic, 5),
+             number(min(one.bic for one in tables[rival.label]), 5),
              str(min(tables[rival.label], key=lambda one: one.bic).order[0]), number(model.radius, 3))
             for rival, model in models]  # fmt: skip
     head = ("way", "lags", "of the rudder", "coefficients", "AIC", "least BIC", "its lags", "largest root")
@@ -273,7 +280,8 @@ def _rehearsal(found: dict[str, dict[str, Judged]]) -> Section:
     """Whether the order of the ways was to be seen before the last rows."""
     rows = [(f"{LABELS[output]}: {label}", *(number(float(one.error[s - 1]), 2) for s in SHOWN))
             for output, judgements in found.items() for label, one in judgements.items()]  # fmt: skip
-    body = f"<p>The same within the training rows: fitted to the first {REHEARSAL}, judged by the next {TRAIN - REHEARSAL}.</p>"
+    after = TRAIN - REHEARSAL
+    body = f"<p>The same within the training rows: fitted to the first {REHEARSAL}, judged by the next {after}.</p>"
     body += f'<div class="wrap">{table(("way", *(f"{s} s" for s in SHOWN)), rows)}</div>'
     return Section("Rehearsal", body)
 

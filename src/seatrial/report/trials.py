@@ -34,11 +34,14 @@ def page(found: Survey) -> Page:
     legend += f"({found.uncovered})." if found.uncovered else "(1 % is usual for more of the same)."
     rows = (_row(name, entry) for name, entry in some)
     body = f'<div class="wrap">{table(_HEAD, rows, words=(1, 2))}</div>' + soft(legend)
-    doubtful = [f"{name}: {entry.kind.label}: {'; '.join(entry.kind.doubts)}" for name, entry in some if entry.kind.doubts]
+    doubtful = [
+        f"{name}: {entry.kind.label}: {'; '.join(entry.kind.doubts)}" for name, entry in some if entry.kind.doubts
+    ]
     body += f"<h3>Doubts</h3>{bullets(doubtful)}" if doubtful else ""
     parts = [Section("", first), Section("Recordings", body)]
     if drawn := _plane(found):
-        parts.append(Section("Where the samples lie", gallery(figure(drawn, f"Some {_DOTS} samples of all recordings, by kind"), least=800)))
+        plane = figure(drawn, f"Some {_DOTS} samples of all recordings, by kind")
+        parts.append(Section("Where the samples lie", gallery(plane, least=800)))
     for kind, group in groupby(some, key=lambda one: one[1].kind.name):
         shown = (figure(_drawn(name, entry), _caption(name, entry)) for name, entry in group)
         parts.append(Section(kind, f"<p>{text(ABOUT[kind])}.</p>" + gallery(*shown)))

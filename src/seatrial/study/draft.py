@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from ..identify import StudyError
 from ..models import STATES, Sampled
 from ..ships import Ship
 from .data import DATA
-from .draft_text import text_of
+from .draft_text import Freedom, text_of
 
 _HELD = 0.25
 """Part of the recordings of a kind that is held out, at least one of two."""
@@ -34,8 +35,8 @@ _HELD = 0.25
 # A recording shorter than so many ship lengths of way, or with fewer rows, tells a fit nothing.
 _SHORTEST, _ROWS = 3.0, 30
 _NO_USE = ("at rest", "unknown")
-_LENGTH = 0.02
-_DATE = re.compile(r"(\d{1,2}-[A-Z][a-z]{2}-\d{4})[_ T](\d\d)[_:-](\d\d)[_:-](\d\d)|(\d{4}-\d\d-\d\d)[_ T](\d\d)[:_-]?(\d\d)[:_-]?(\d\d)")  # noqa: E501
+_LENGTH, _STEP = 0.02, 0.01
+_DATE = re.compile(r"(\d{1,2}-[A-Z][a-z]{2}-\d{4}|\d{4}-\d\d-\d\d)[_ T](\d\d)[:_-]?(\d\d)[:_-]?(\d\d)")
 
 _RULES: tuple[tuple[str, float, str], ...] = (
     ("body.m_x", 0.3, "surge"), ("body.m_y", 0.3, "turn"), ("body.J_z", 0.3, "turn"),
@@ -133,16 +134,21 @@ def _fitted_otherwise(name: str, ship: Ship) -> None:
 def _useless(ship: Ship, trials: Mapping[str, Trial], kinds: Mapping[str, Kind]) -> dict[str, str]:
     """Recordings that the ship cannot be fitted to, with the reason."""
     orders = dict(zip(ship.model.controls, (order for order, _ in ship.model.follows), strict=True))
+    model: Any = ship.model
+    step = float(model.dt) if isinstance(model, Sampled) else None
     out: dict[str, str] = {}
     for name, trial in trials.items():
         known = {channel for channel in trial.channels if np.isfinite(trial[channel]).any()}
         absent = [channel for channel in (*STATES, *ship.model.controls)
-                  if channel not in known and f"{channel}_cmd" not in known and orders.get(channel) not in known]  # fmt: skip
+                  if not {channel, f"{channel}_cmd", orders.get(channel)} & known]  # fmt: skip
         length = trial.meta.get("L_pp")
         if absent:
             out[name] = f"no channel {', '.join(absent)}, which {ship.name} needs"
         elif isinstance(length, int | float) and abs(length / ship.L_pp - 1.0) > _LENGTH:
             out[name] = f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m"
+        elif step is not None and abs(trial.dt / step - 1.0) > _STEP:
+            out[name] = (f"is sampled every {trial.dt:g} s, {ship.name} runs at {step:g} s only: "
+                         f"seatrial resample TRIALS --dt {step:g} -o DIR")  # fmt: skip
         elif kinds[name].name in _NO_USE:
             out[name] = "; ".join((kinds[name].name, *kinds[name].evidence, *kinds[name].doubts))
         elif len(trial) < _ROWS:
@@ -168,18 +174,19 @@ def _held_out(
         groups.setdefault(kinds[name].name, []).append(name)
     train: dict[str, tuple[str, ...]] = {}
     test: dict[str, tuple[str, ...]] = {}
-    for kind, names in sorted(groups.items(), key=lambda one: -len(one[1])):
+    for kind in sorted(groups, key=lambda one: -len(groups[one])):
+        names = groups[kind]
         count = max(1, round(_HELD * len(names))) if len(names) > 1 else 0
         train[kind], test[kind] = tuple(names[: len(names) - count]), tuple(names[len(names) - count :])
     if not any(test.values()):
         # one of each kind: the last recording of all judges the others
         last = _in_time(trials)[-1]
         train[kinds[last].name], test[kinds[last].name] = (), (last,)
-    alone = [kind for kind, names in train.items() if not test[kind]]
+    alone = [kind for kind in train if not test[kind]]
     notes = [f"{kind}: one recording only, for training; nothing of this kind judges the model" for kind in alone]
-    notes += [f"{kind}: in the test only" for kind, names in train.items() if not names]
+    notes += [f"{kind}: in the test only" for kind in train if not train[kind]]
     if parts:
-        notes = ["one recording only: cut in time, its last part judges the first; record another for a test that counts"]
+        notes = ["one recording only: cut in time, the last part judges the first; record another for a real test"]
     return train, {kind: names for kind, names in test.items() if names}, tuple(notes)
 
 
@@ -194,7 +201,7 @@ def dated(name: str) -> float:
     found = _DATE.search(name)
     if found is None:
         return 0.0
-    parts = [part for part in found.groups() if part]
+    parts = found.groups()
     form = "%Y-%m-%d %H %M %S" if parts[0][:4].isdigit() else "%d-%b-%Y %H %M %S"
     try:
         return datetime.strptime(" ".join(parts), form).replace(tzinfo=UTC).timestamp()
@@ -213,17 +220,19 @@ def _cut(trials: Mapping[str, Trial]) -> tuple[dict[str, Trial], tuple[Trial, ..
     return {part.name: part for part in parts}, parts
 
 
-def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> tuple[tuple[str, float, tuple[str, ...]], ...]:
+def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:
     """Patterns with their priors and the parameters that each frees, as far as these trials can tell them."""
     known = [path for path, value in values(ship.model).items() if np.ndim(value) == 0 and float(value) != 0.0]
     if isinstance(ship.model, Sampled):
         return (("coefficients.*", math.nan, tuple(path for path in known if path != "dt")),)
     shows = {"surge", *(("turn",) if any(kind.name in _TURNS for kind in kinds) else ())}
     shows |= {"wind"} if ship.model.feels_wind and any("U_T" in trial for trial in train) else set()
-    shows |= {"engine"} if any("n_P" in trial and np.nanmin(trial["n_P"]) < 0.0 for trial in train) else set()
+    shows |= {"engine"} if any("n_P" in trial and (trial["n_P"] < 0.0).any() for trial in train) else set()
     out: list[tuple[str, float, tuple[str, ...]]] = []
     taken: set[str] = set()
-    for pattern, prior, needs in _RULES:
+    for k, (pattern, prior, needs) in enumerate(_RULES):
+        if any(other == f"{pattern.partition('.')[0]}.*" and need in shows for other, _, need in _RULES[k + 1 :]):
+            continue  # a wider pattern follows, of the same prior
         paths = tuple(path for path in known if fnmatchcase(path, pattern) and path not in taken)
         # A pattern without a dot is of a model without parts.
         if "." not in pattern:
@@ -232,7 +241,7 @@ def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> tuple[tu
             out.append((pattern, prior, paths))
             taken |= set(paths)
     if not out:
-        raise StudyError(f"{ship.name}: no parameter that these recordings could tell; write [free] by hand (seatrial show)")
+        raise StudyError(f"{ship.name}: no parameter that these recordings could tell; write [free] by hand")
     return tuple(out)
 
 

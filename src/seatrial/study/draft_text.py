@@ -51,7 +51,7 @@ def text_of(
     lines += [
         "[loss] # residuals are divided by the spread of each channel over the training trials",
         'scale = "spread"',
-        f"correlation = {_round(2.0 * clock)} # s: errors of a prediction last some L/U; fewer samples count as independent",
+        f"correlation = {_round(2.0 * clock)} # s: errors of a prediction last some L/U; so fewer samples count",
         "", *_nuisance(current), "[estimator]", 'type = "shooting:Trajectory" # least squares on whole predictions',
         f"window = {_round(window)} # s, {window / clock:.2g} L/U: then a prediction restarts", "", "[report]",
         f"restart = {_round(window)}", "",
@@ -90,8 +90,8 @@ def _nuisance(current: bool) -> list[str]:
     """What else is estimated."""
     if current:
         return []
-    return ["# [nuisance] # if a current may have run that was not recorded:", "# current = 0.1 # m/s, of each trial its own",
-            ""]  # fmt: skip
+    return ["# [nuisance] # if a current may have run that was not recorded:",
+            "# current = 0.1 # m/s, of each trial its own", ""]  # fmt: skip
 
 
 def _pattern(place: str) -> str:

@@ -87,7 +87,8 @@ def new_study(
     for line in made.notes:
         sink.note(f"note: {line}")
     kinds = list(dict.fromkeys((*made.train, *made.test)))
-    rows = tuple((kind, str(len(made.train.get(kind, ()))), ", ".join(made.test.get(kind, ())) or "–") for kind in kinds)
+    rows = tuple((kind, str(len(made.train.get(kind, ()))), ", ".join(made.test.get(kind, ())) or "–")
+                 for kind in kinds)  # fmt: skip
     told = tuple(f"left out: {name}: {why}" for name, why in made.left_out.items())
     run = out.with_suffix("")
     shown = (Table(("kind", "training", "held out"), rows, (1,)), *told,

@@ -95,7 +95,7 @@ def recognised(trial: Trial) -> Kind:
 
 
 def compared(trial: Trial, found: Kind) -> str:
-    """What the recognised kind says of `kind` in the sidecar: "agrees", "close", "differs", or "" where none is told."""
+    """Whether the kind "agrees" with `kind` in the sidecar, is "close" or "differs"; "" where none is told."""
     told = trial.meta.get("kind")
     if not isinstance(told, str) or not told or found.name == "unknown":
         return ""

@@ -33,12 +33,14 @@ def resting(seen: Signals) -> Kind | None:
         return None
     froude = float(np.quantile(seen.U, 0.9)) / math.sqrt(9.81 * seen.L_pp)
     busy = seen.n is not None and float(np.quantile(np.abs(seen.n), 0.9)) > 0.0
-    told = f"positions within {extent:.3g} m, {extent / seen.L_pp:.2g} L; speed below {np.quantile(seen.U, 0.9):.2g} m/s"
+    slow = f"speed below {np.quantile(seen.U, 0.9):.2g} m/s"
+    told = f"positions within {extent:.3g} m, {extent / seen.L_pp:.2g} L; {slow}"
     if froude < _STILL and extent < 0.1 * seen.L_pp and not busy:
         return Kind("at rest", evidence=(told,))
     if extent < _PLACE * seen.L_pp and froude < _SLOW:
         return Kind("station", evidence=(told,)).doubting(
-            "" if np.ptp(seen.psi) < 20.0 * DEGREE else f"the heading changes by {np.ptp(seen.psi) / DEGREE:.0f} deg")
+            "" if np.ptp(seen.psi) < 20.0 * DEGREE else f"the heading changes by {np.ptp(seen.psi) / DEGREE:.0f} deg"
+        )
     return None
 
 
@@ -46,13 +48,14 @@ def backwards(seen: Signals) -> Kind | None:
     """Astern, or sideways, for most of the time in which the ship moves."""
     if seen.u is None or seen.v_m is None or seen.U is None:
         return None
-    moving = seen.U > 0.1 * seen.top
-    back, aside = (float(np.mean(one[moving])) for one in (seen.u < -0.05 * seen.top, np.abs(seen.v_m) > 2.0 * np.abs(seen.u)))
+    moving = 0.1 * seen.top < seen.U
+    back = float(np.mean(seen.u[moving] < -0.05 * seen.top))
+    aside = float(np.mean(np.abs(seen.v_m[moving]) > 2.0 * np.abs(seen.u[moving])))
     if back > _MOSTLY:
         return Kind("astern", evidence=(f"astern in {100 * back:.0f} % of the time under way",))
     if aside > _MOSTLY and abs(seen.turned(0, -1)) < 90.0 * DEGREE:
         side = math.copysign(1.0, float(np.median(seen.v_m[moving])))
-        return Kind("sideways", {"side": side}, (f"more aside than ahead in {100 * aside:.0f} % of the time under way",))
+        return Kind("sideways", {"side": side}, (f"more aside than ahead in {100 * aside:.0f} % of the way",))
     return None
 
 
@@ -74,7 +77,8 @@ def stopping(seen: Signals) -> Kind | None:
         return None
     how = "astern" if end < -0.1 * abs(ahead) or end < 0 else "stopped"
     return Kind("stopping", evidence=(told, f"engine {how} ({end:.3g} 1/s)")).doubting(
-        "" if last < _LOST * first else "the ship has not stopped yet")
+        "" if last < _LOST * first else "the ship has not stopped yet"
+    )
 
 
 def berthing(seen: Signals) -> Kind | None:
@@ -107,7 +111,8 @@ def straight(seen: Signals) -> Kind | None:
         return Kind("acceleration", evidence=(*told, f"from {first:.2g} to {last:.3g} m/s")).doubting(doubt)
     even = float(np.quantile(seen.U, 0.05)) > _STEADY * seen.top
     return Kind("straight", evidence=(*told, f"speed {first:.3g} to {last:.3g} m/s")).doubting(
-        doubt, "" if even else "the speed is not steady")
+        doubt, "" if even else "the speed is not steady"
+    )
 
 
 def courses(seen: Signals) -> Kind | None:
@@ -131,7 +136,6 @@ def _rudder_calm(seen: Signals) -> bool:
 def _rudder_span(seen: Signals) -> float:
     """Range of the rudder but for a twentieth of the samples [rad]."""
     return 0.0 if seen.delta is None else float(np.ptp(np.quantile(seen.delta, [0.025, 0.975])))
-
 
 
 MOTION = (resting, backwards, stopping, straight, courses, berthing)

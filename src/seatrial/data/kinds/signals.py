@@ -1,4 +1,4 @@
-"""What a trial shows, prepared to be looked at: speed, heading, rudder and revolutions without gaps, and held values."""
+"""What a trial shows, prepared to be looked at: speed, heading, rudder, revolutions without gaps, and held values."""
 
 from __future__ import annotations
 

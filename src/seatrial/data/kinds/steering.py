@@ -152,7 +152,7 @@ def turning(seen: Signals) -> Kind | None:
     out = Kind("turning", {"rudder": _round(abs(main.level)), "side": math.copysign(1.0, main.level)}, (
         f"rudder {main.level / DEGREE:.1f} deg held for {seen.lasts(main):.0f} s", f"the heading changes by "
         f"{angle / DEGREE:.0f} deg meanwhile"))  # fmt: skip
-    wrong = "the ship turns against the rudder: is its sign right?" if angle * main.level < -(5 * DEGREE) ** 2 else ""
+    wrong = "the ship turns against the rudder: is its sign right?" if angle * main.level < -((5 * DEGREE) ** 2) else ""
     if abs(angle) < _SHORT:
         alone = len(helm) == 1 and share > _PART
         return _initial(seen, main, out, whole).doubting(wrong) if alone else None
@@ -237,8 +237,11 @@ def _circling(seen: Signals) -> Kind | None:
     half = seen.r[len(seen.r) // 2 :]
     if abs(whole) < 270.0 * DEGREE or np.std(half) > 0.35 * abs(np.mean(half)):
         return None
-    return Kind("turning", {"side": math.copysign(1.0, whole)},
-                (f"the heading changes by {whole / DEGREE:.0f} deg, in the end {np.mean(half) / DEGREE:.2g} deg/s",))
+    return Kind(
+        "turning",
+        {"side": math.copysign(1.0, whole)},
+        (f"the heading changes by {whole / DEGREE:.0f} deg, in the end {np.mean(half) / DEGREE:.2g} deg/s",),
+    )
 
 
 def _greatest(seen: Signals) -> float:

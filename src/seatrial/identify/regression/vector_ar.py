@@ -77,8 +77,9 @@ class VectorAr:
 
 
 def fit_vector_ar(
-    trial: Trial, outputs: Sequence[str], inputs: Sequence[str] = (), *, order: tuple[int, int], first: int | None = None
-) -> VectorAr:
+    trial: Trial, outputs: Sequence[str], inputs: Sequence[str] = (), *, order: tuple[int, int],
+    first: int | None = None,
+) -> VectorAr:  # fmt: skip
     """Least squares, equation by equation.
 
     Args:
@@ -121,9 +122,7 @@ def vector_orders(
     return sorted(every, key=lambda one: one.aic if criterion == "aic" else one.bic)
 
 
-def forecast(
-    model: VectorAr, trial: Trial, starts: NDArray[np.intp], steps: int, *, inputs: str = "held"
-) -> Array:
+def forecast(model: VectorAr, trial: Trial, starts: NDArray[np.intp], steps: int, *, inputs: str = "held") -> Array:
     """Forecasts from some rows, each by what was logged up to and including that row.
 
     Args:
@@ -168,7 +167,7 @@ def _table(trial: Trial, names: Sequence[str]) -> Array:
     if gaps.any():
         name = names[int(np.flatnonzero(gaps)[0])]
         row = int(np.flatnonzero(~np.isfinite(trial[name]))[0])
-        raise DataError(f"{trial.name}: channel {name} has a gap at {trial.t[row]:g} s; AR models need rows without gaps")
+        raise DataError(f"{trial.name}: channel {name} has a gap at {trial.t[row]:g} s; AR models need every row")
     if table.size and not math.isfinite(float(table.std())):
         raise DataError(f"{trial.name}: values of {', '.join(names)} are too large")
     return table
