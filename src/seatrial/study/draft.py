@@ -216,7 +216,7 @@ def _cut(trials: Mapping[str, Trial]) -> tuple[dict[str, Trial], tuple[Trial, ..
     if len(trial) - k < _ROWS:
         raise StudyError(f"{name}: {len(trial)} rows of one recording are too few to keep some for the test")
     parts = (replace(trial.rows(slice(None, k)).noting(f"rows 1 to {k} of {name}"), name=f"{stem}_first"),
-             replace(trial.rows(slice(k, None)).noting(f"rows from {k + 1} of {name}"), name=f"{stem}_last"))  # fmt: skip
+             replace(trial.rows(slice(k, None)).noting(f"rows after {k} of {name}"), name=f"{stem}_last"))  # fmt: skip
     return {part.name: part for part in parts}, parts
 
 

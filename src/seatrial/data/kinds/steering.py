@@ -21,6 +21,8 @@ _SHORT, _TURN, _CIRCLE = 60.0 * DEGREE, 90.0 * DEGREE, 360.0 * DEGREE
 # Steady turns of a spiral, and how often it changes from growing to falling rudder.
 _LEVELS, _WAYS = 7, 3
 _STEADY = 15.0 * DEGREE
+# Heading of reversal, at most; of a single reversal half of it: a Williamson turn has 60 deg.
+_WIDEST = 90.0 * DEGREE
 # Part of the trial that a kind should fill.
 _MOST, _PART = 0.5, 0.25
 
@@ -34,13 +36,15 @@ def zigzag(seen: Signals) -> Kind | None:
         return None
     at = np.array([seen.psi[one.last] for one in run])
     sides = np.sign([one.level for one in run])
-    ends = at[:-1] if len(run) > 2 else at  # the run may end within a leg
-    middle = 0.5 * (np.mean(ends[sides[: ends.size] > 0]) + np.mean(ends[sides[: ends.size] < 0]))
+    ends = at[:-1]  # the run may end within a leg
+    first = float(seen.psi[run[0].first])
+    lasting = [float(np.mean(ends[sides[:-1] == side])) for side in (1.0, -1.0) if (sides[:-1] == side).any()]
+    middle = 0.5 * sum(lasting) if len(lasting) == 2 else first
     swing = sides[: ends.size] * (ends - middle)
     heading, spread = float(np.mean(swing)), float(np.max(swing) - np.min(swing))
     share = float(seen.t[run[-1].last] - seen.t[run[0].first]) / seen.duration
-    lean = float(middle - seen.psi[run[0].first])
-    if not 0.5 * DEGREE < heading < 90.0 * DEGREE or spread > max(2.0 * _LEAST, 2.0 * _ALIKE * heading):
+    lean, most = float(middle - first), _WIDEST if len(run) > 2 else 0.5 * _WIDEST
+    if not 0.5 * DEGREE < heading < most or spread > max(2.0 * _LEAST, 2.0 * _ALIKE * heading):
         return None
     if share < (_PART if len(run) > 2 else _MOST) or abs(lean) > max(20.0 * DEGREE, 1.5 * heading):
         return None
