@@ -57,7 +57,7 @@ OTHERS = {
     "course-keeping": sail(autopilot(lambda t: 0.0 if t < 100 else 30.0 if t < 200 else 0.0), 300.0),
     "initial-turning": sail(steps((0.0, 10.0)), 35.0),
     "pull-out": sail(steps((0.0, 0.0), (10.0, 15.0), (150.0, 0.0), (220.0, -15.0), (360.0, 0.0)), 430.0),
-    "recovery": sail(lambda t, psi, r: deg(0 if t < 10 else 35 if t < 31 else -35 if t < 110 else 0), 150.0),
+    "recovery": sail(lambda t, psi, r: deg(0 if t < 10 else 35 if t < 36 else -35 if t < 125 else 0), 150.0),
     "spiral": sail(lambda t, psi, r: deg(20 - 4 * int(t / 80)) if t < 880 else deg(-20 + 4 * int((t - 880) / 80)), 1700.0),
     "berthing": sail(autopilot(lambda t: 5.0 * math.sin(t / 7), 30.0), 120.0, start=0.05,
                      engine=lambda t: 8.0 if t < 60 else -7.0 if t < 75 else 0.0),
