@@ -21,7 +21,9 @@ def record(rows: int, seed: int = 0, noise: float = 1.0, constant: float = 0.3) 
     c = np.repeat(rng.standard_normal(rows // 5 + 1), 5)[:rows]
     x = np.zeros((rows, 2))
     for k in range(2, rows):
-        x[k] = A[0] @ x[k - 1] + A[1] @ x[k - 2] + B[0] @ c[k - 1 : k] + constant + noise * NOISE * rng.standard_normal(2)
+        x[k] = (
+            A[0] @ x[k - 1] + A[1] @ x[k - 2] + B[0] @ c[k - 1 : k] + constant + noise * NOISE * rng.standard_normal(2)
+        )
     return Trial("waves", np.arange(rows, dtype=float), {"r": x[:, 0].copy(), "phi": x[:, 1].copy(), "delta": c.copy()})
 
 

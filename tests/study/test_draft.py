@@ -21,7 +21,8 @@ from seatrial.workflow.simulation import simulate
 
 NOISE = Sensors({"x": 0.02, "y": 0.02, "psi": 0.002, "u": 0.01, "v_m": 0.01, "r": 0.001})
 RUNS = {
-    "zigzag_a": ("zigzag", {"rudder": 10.0, "heading": 10.0}), "zigzag_b": ("zigzag", {"rudder": 20.0, "heading": 20.0}),
+    "zigzag_a": ("zigzag", {"rudder": 10.0, "heading": 10.0}),
+    "zigzag_b": ("zigzag", {"rudder": 20.0, "heading": 20.0}),
     "zigzag_c": ("zigzag", {"rudder": 15.0, "heading": 10.0}), "turn_a": ("turning", {"rudder": 35.0}),
     "turn_b": ("turning", {"rudder": 20.0, "side": "port"}), "line": ("straight", {}),
 }  # fmt: skip
@@ -146,7 +147,9 @@ def test_recordings_that_the_ship_cannot_be_fitted_to(runs, tmp_path: Path, ship
      (["trials", "{logs}", "--mapping", "{there}"], "a mapping is of no use without a format"),
      (["trials", "{mixed}"], "several formats")],
 )  # fmt: skip
-def test_wrong_requests_end_in_one_line(folder: Path, tmp_path: Path, capsys, arguments: list[str], message: str) -> None:
+def test_wrong_requests_end_in_one_line(
+    folder: Path, tmp_path: Path, capsys, arguments: list[str], message: str
+) -> None:
     there, empty, mixed = tmp_path / "there.toml", tmp_path / "empty", tmp_path / "mixed"
     there.write_text("x = 1\n")
     empty.mkdir()

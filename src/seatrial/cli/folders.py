@@ -15,7 +15,7 @@ def trials(
     json: o.Json = False,
 ) -> None:  # fmt: skip
     """Show what is in a folder of trials: kinds, ranges, tracks."""
-    from ..workflow.folders import trials as run
+    from ..workflow.folders.survey import trials as run
 
     show(run(folder, format=format, mapping=mapping, out=out, sink=Terminal()), json)
 
@@ -25,6 +25,6 @@ def study(
     format: o.FolderFormat = None, mapping: o.Mapping = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Write a study of a ship and a folder, with trials held out."""
-    from ..workflow.folders import new_study
+    from ..workflow.folders.drafting import new_study
 
     show(new_study(action, ship, folder, out, format=format, mapping=mapping, sink=Terminal()), json)

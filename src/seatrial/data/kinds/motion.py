@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from . import Kind
+from .kind import Kind
 from .signals import DEGREE, Signals, both_ways
 
 # Midships: all but a twentieth of the samples within this of their median.

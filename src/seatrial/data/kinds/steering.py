@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from .. import Array
-from . import Kind
+from .kind import Kind
 from .signals import DEGREE, Hold, Signals, both_ways
 
 # A rudder below this, or below this share of the greatest one held, is midships.
