@@ -142,7 +142,7 @@ def _drawn(name: str, entry: Entry) -> str:
         ax.set_subplotspec(grid[:, 0])
         ax.tick_params(labelbottom=True)
         figures.measured_track(ax, trial)
-        ax.set_aspect("equal", adjustable="datalim")
+        figures.frame(ax, (), (trial["y"], trial["x"]))
         ax.locator_params(nbins=5)
     return figures.svg(drawn, f"trial {name}")
 

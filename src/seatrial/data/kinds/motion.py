@@ -75,8 +75,9 @@ def stopping(seen: Signals) -> Kind | None:
     end = float(np.median(seen.n[len(seen.n) // 3 :]))
     if end > 0.3 * ahead and ahead > 0:
         return None
-    how = "astern" if end < -0.1 * abs(ahead) or end < 0 else "stopped"
-    return Kind("stopping", evidence=(told, f"engine {how} ({end:.3g} 1/s)")).doubting(
+    least = float(np.quantile(seen.n, 0.02))
+    how = f"astern ({least:.3g} 1/s)" if least < -0.1 * abs(ahead) else "stopped"
+    return Kind("stopping", evidence=(told, f"engine {how}")).doubting(
         "" if last < _LOST * first else "the ship has not stopped yet"
     )
 
