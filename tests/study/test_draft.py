@@ -15,7 +15,8 @@ from seatrial.data.trialfile import write_trial
 from seatrial.identify import StudyError
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.study.draft import dated, draft
+from seatrial.study.draft import draft
+from seatrial.study.held_out import dated
 from seatrial.study.study import read_study
 from seatrial.workflow.simulation import simulate
 
@@ -55,9 +56,11 @@ def made(folder: Path, tmp_path: Path, ship: str = "kvlcc2_l7"):
     return draft(ship, load(ship), read_folder(folder), tmp_path / "study.toml")
 
 
-def test_the_last_of_each_kind_is_held_out_whole(folder: Path, tmp_path: Path) -> None:
+def test_some_of_each_kind_are_held_out_whole(folder: Path, tmp_path: Path) -> None:
+    """No times are known here: one from the middle of the names of a side, so that the fit has those beyond."""
     found = made(folder, tmp_path)
-    assert dict(found.test) == {"zigzag": ("zigzag_c",), "turning": ("turn_b",)}
+    assert dict(found.test) == {"zigzag": ("zigzag_b",), "turning": ("turn_b",)}
+    assert "no times are known" in found.text
     assert found.train["straight"] == ("line",)
     assert found.notes == ("straight: one recording only, for training; nothing of this kind judges the model",)
 
@@ -68,6 +71,21 @@ def test_later_means_recorded_later(runs: dict[str, Trial], tmp_path: Path) -> N
               "zigzag_c": "2024-05-02T12:00:00+00:00"}  # fmt: skip
     some = {name: replace(runs[name], meta={**runs[name].meta, "start": start}) for name, start in starts.items()}
     assert made(written(some, tmp_path / "logs"), tmp_path).test["zigzag"] == ("zigzag_a",)
+
+
+def test_each_side_is_in_both_sets(runs: dict[str, Trial], tmp_path: Path) -> None:
+    """Three turns to either side, those to port the later ones."""
+    some: dict[str, Trial] = {}
+    for k in range(3):
+        for side, day, sign in (("stbd", 1, 1.0), ("port", 2, -1.0)):
+            # another noise, that they are no copies
+            noisy = NOISE.read(runs["turn_a"], np.random.default_rng(100 * day + k))
+            mirrored = noisy.having(**{c: sign * noisy[c] for c in ("y", "psi", "v_m", "r", "delta")})
+            start = {"start": f"2024-05-0{day}T1{k}:00:00+00:00"}
+            some[f"{side}_{k}"] = Trial(side, mirrored.t, {c: v for c, v in mirrored.channels.items()
+                                        if not c.endswith("_cmd")}, meta={**noisy.meta, **start})  # fmt: skip
+    found = made(written(some, tmp_path / "logs"), tmp_path)
+    assert set(found.test["turning"]) == {"stbd_2", "port_2"}
 
 
 @pytest.mark.parametrize(
@@ -93,7 +111,7 @@ def test_it_is_a_study_as_written(folder: Path, tmp_path: Path) -> None:
     study = tmp_path / "study.toml"
     assert main(["study", "new", "kvlcc2_l7", str(folder), "-o", str(study)]) == 0
     read = read_study(study)
-    assert [trial.name for trial in read.test] == ["zigzag_c", "turn_b"]
+    assert [trial.name for trial in read.test] == ["zigzag_b", "turn_b"]
     free = {one.path for one in read.problem.free}
     assert {"hull.N_v", "hull.R_0", "rudder.gamma_Rp"} <= free
     assert not {"propeller.D_P", "rudder.A_R", "body.m"} & free

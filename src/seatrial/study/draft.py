@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -19,24 +17,18 @@ import numpy as np
 
 from ..core.parameters import values
 from ..data import Trial
-from ..data.folder import Folder, overlaps
+from ..data.folder import Folder
 from ..data.kinds import Kind, recognised
 from ..data.prepare import drop_trailing_gaps
-from ..data.sidecar import began
 from ..identify import StudyError
 from ..models import STATES, Sampled
 from ..ships import Ship
 from .data import DATA
 from .draft_text import Freedom, text_of
+from .held_out import ROWS, copies, cut, held_out, timed
 
-_HELD = 0.25
-"""Part of the recordings of a kind that is held out, at least one of two."""
-
-# A recording shorter than so many ship lengths of way, or with fewer rows, tells a fit nothing.
-_SHORTEST, _ROWS = 3.0, 30
 _NO_USE = ("at rest", "unknown")
 _LENGTH, _STEP = 0.02, 0.01
-_DATE = re.compile(r"(\d{1,2}-[A-Z][a-z]{2}-\d{4}|\d{4}-\d\d-\d\d)[_ T](\d\d)[:_-]?(\d\d)[:_-]?(\d\d)")
 
 _RULES: tuple[tuple[str, float, str], ...] = (
     ("body.m_x", 0.3, "surge"), ("body.m_y", 0.3, "turn"), ("body.J_z", 0.3, "turn"),
@@ -103,26 +95,29 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         first, why = next(iter(left_out.items()))
         more = f" (and {len(left_out) - 1} more)" if len(left_out) > 1 else ""
         raise StudyError(f"{folder.root}: no recording that {ship.name} can be fitted to: {first}: {why}{more}")
-    left_out |= _copies(usable)
+    left_out |= copies(usable)
     usable = {one: trial for one, trial in usable.items() if one not in left_out}
-    cut: tuple[Trial, ...] = ()
+    parts: tuple[Trial, ...] = ()
     if len(usable) == 1:
-        usable, cut = _cut(usable)
+        usable, parts = cut(usable)
         kinds = {one: kinds[next(iter(kinds.keys() - left_out.keys()))] for one in usable}
-    train, test, notes = _held_out(usable, kinds, bool(cut))
+    train, test, notes = held_out(usable, kinds, bool(parts))
     free = _free(ship, [usable[one] for some in train.values() for one in some], [kinds[one] for one in usable])
-    root, format = (f"{out.stem}_trials", "") if cut else (_relative(folder.root, out), folder.format)
+    root, format = (f"{out.stem}_trials", "") if parts else (_relative(folder.root, out), folder.format)
     # the study takes a recording by its file name, and a note that it is a copy into the list of those left out
-    files = {one: one if cut else folder.files[one].relative_to(folder.root).as_posix() for one in (*usable, *left_out)}
+    files = {
+        one: one if parts else folder.files[one].relative_to(folder.root).as_posix() for one in (*usable, *left_out)
+    }
     text = text_of(
         ship=name, family=type(ship.model).__name__, root=root, format=format,
         mapping=_relative(mapping, out) if mapping else "", files=files, kinds=kinds, train=train, test=test,
-        left_out={} if cut else left_out, free=free, sampled=isinstance(ship.model, Sampled),
-        clock=_clock(ship, usable.values()), duration=min(trial.duration for trial in usable.values()),
+        left_out={} if parts else left_out, free=free, sampled=isinstance(ship.model, Sampled),
+        timed=timed(usable), clock=_clock(ship, usable.values()),
+        duration=min(trial.duration for trial in usable.values()),
         windy=ship.model.feels_wind and any("U_T" in trial for trial in usable.values()),
         current=any("U_C" in trial for trial in usable.values()),
     )  # fmt: skip
-    return Draft(text, train, test, left_out, cut, notes)
+    return Draft(text, train, test, left_out, parts, notes)
 
 
 def _fitted_otherwise(name: str, ship: Ship) -> None:
@@ -151,73 +146,9 @@ def _useless(ship: Ship, trials: Mapping[str, Trial], kinds: Mapping[str, Kind])
                          f"seatrial resample TRIALS --dt {step:g} -o DIR")  # fmt: skip
         elif kinds[name].name in _NO_USE:
             out[name] = "; ".join((kinds[name].name, *kinds[name].evidence, *kinds[name].doubts))
-        elif len(trial) < _ROWS:
+        elif len(trial) < ROWS:
             out[name] = f"{len(trial)} rows are too few"
     return out
-
-
-def _copies(trials: Mapping[str, Trial]) -> dict[str, str]:
-    """Recordings that hold rows of a longer one, with its name."""
-    out: dict[str, str] = {}
-    for one in overlaps(trials):
-        shorter, longer = sorted(one.trials, key=lambda name: (trials[name].duration, name))
-        out.setdefault(shorter, f"shares rows with {longer}, which is kept")
-    return out
-
-
-def _held_out(
-    trials: Mapping[str, Trial], kinds: Mapping[str, Kind], parts: bool
-) -> tuple[dict[str, tuple[str, ...]], dict[str, tuple[str, ...]], tuple[str, ...]]:
-    """Recordings for training and for test by kind, the later ones of each for test; and notes."""
-    groups: dict[str, list[str]] = {}
-    for name in _in_time(trials):
-        groups.setdefault(kinds[name].name, []).append(name)
-    train: dict[str, tuple[str, ...]] = {}
-    test: dict[str, tuple[str, ...]] = {}
-    for kind in sorted(groups, key=lambda one: -len(groups[one])):
-        names = groups[kind]
-        count = max(1, round(_HELD * len(names))) if len(names) > 1 else 0
-        train[kind], test[kind] = tuple(names[: len(names) - count]), tuple(names[len(names) - count :])
-    if not any(test.values()):
-        # one of each kind: the last recording of all judges the others
-        last = _in_time(trials)[-1]
-        train[kinds[last].name], test[kinds[last].name] = (), (last,)
-    alone = [kind for kind in train if not test[kind]]
-    notes = [f"{kind}: one recording only, for training; nothing of this kind judges the model" for kind in alone]
-    notes += [f"{kind}: in the test only" for kind in train if not train[kind]]
-    if parts:
-        notes = ["one recording only: cut in time, the last part judges the first; record another for a real test"]
-    return train, {kind: names for kind, names in test.items() if names}, tuple(notes)
-
-
-def _in_time(trials: Mapping[str, Trial]) -> list[str]:
-    """Names in the order in which they were recorded: by `start`, else by a date in the name, else by name."""
-    stamps = {name: began(name, trial.meta) / 1e9 or dated(name) for name, trial in trials.items()}
-    return sorted(trials, key=lambda name: (stamps[name], name))
-
-
-def dated(name: str) -> float:
-    """A date and time in a name as seconds since 1970; 0 without."""
-    found = _DATE.search(name)
-    if found is None:
-        return 0.0
-    parts = found.groups()
-    form = "%Y-%m-%d %H %M %S" if parts[0][:4].isdigit() else "%d-%b-%Y %H %M %S"
-    try:
-        return datetime.strptime(" ".join(parts), form).replace(tzinfo=UTC).timestamp()
-    except ValueError:
-        return 0.0
-
-
-def _cut(trials: Mapping[str, Trial]) -> tuple[dict[str, Trial], tuple[Trial, ...]]:
-    """The first and the last part of the only recording."""
-    (name, trial), stem = next(iter(trials.items())), next(iter(trials)).rpartition("/")[2]
-    k = round((1.0 - _HELD) * len(trial))
-    if len(trial) - k < _ROWS:
-        raise StudyError(f"{name}: {len(trial)} rows of one recording are too few to keep some for the test")
-    parts = (replace(trial.rows(slice(None, k)).noting(f"rows 1 to {k} of {name}"), name=f"{stem}_first"),
-             replace(trial.rows(slice(k, None)).noting(f"rows after {k} of {name}"), name=f"{stem}_last"))  # fmt: skip
-    return {part.name: part for part in parts}, parts
 
 
 def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:

@@ -18,7 +18,8 @@ Freedom = Sequence[tuple[str, float, tuple[str, ...]]]
 def text_of(
     *, ship: str, family: str, root: str, format: str, mapping: str, files: Mapping[str, str],
     kinds: Mapping[str, Kind], train: Mapping[str, Sequence[str]], test: Mapping[str, Sequence[str]],
-    left_out: Mapping[str, str], free: Freedom, sampled: bool, clock: float, duration: float, windy: bool,
+    left_out: Mapping[str, str], free: Freedom, sampled: bool, timed: bool,
+    clock: float, duration: float, windy: bool,
     current: bool,
 ) -> str:  # fmt: skip
     """The study as a file.
@@ -32,17 +33,19 @@ def text_of(
         left_out: recordings with the reason.
         free: what is free.
         sampled: whether the model is one in discrete time.
+        timed: whether it is known when the recordings were made.
         clock: L/U [s].
         duration: of the shortest recording [s].
         windy, current: whether a force of wind is fed by a wind on record, and whether a current is on record.
     """
+    order = "the latest" if timed else "from the middle of the names, as no times are known"
     lines = [
         f"# A first study of {ship} ({family}), written by `seatrial study new`; every line may be changed.",
         f"# Next: seatrial identify THIS -o RUN, then read RUN/report.html. L/U is {clock:.3g} s here.",
         'schema = "seatrial-study/1"', f"ship = {_quoted(ship)}", "", "[data]", f"root = {_quoted(root)}",
         *([f"format = {_quoted(format)}"] if format else []), *([f"mapping = {_quoted(mapping)}"] if mapping else []),
         *_list("train", "kinds are those of `seatrial trials`", train, kinds, files),
-        *_list("test", "whole recordings, the latest of each kind; the fit does not see them", test, kinds, files),
+        *_list("test", f"whole recordings of each kind, {order}; the fit does not see them", test, kinds, files),
         *_left_out(left_out, files), "", *_freedom(free, windy), "",
     ]  # fmt: skip
     if sampled:
