@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from ..data.kinds import Kind
 
-_WINDOW = 15.0
+_WINDOW = 10.0
 """Length of a prediction between restarts, in times in which the ship covers its length."""
 
 Freedom = Sequence[tuple[str, float, tuple[str, ...]]]
