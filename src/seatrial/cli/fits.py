@@ -39,7 +39,7 @@ def check(
     from ..workflow.validate import check as run
 
     outcome = run(trials, against=against or (), out=out, remedy=remedy, sink=Terminal())
-    _show(outcome, json)
+    show(outcome, json)
     raise typer.Exit(1 if outcome.errors else 0)
 
 
@@ -59,7 +59,7 @@ def identify(
         except KeyboardInterrupt:
             again = f" to go on in {out}" if resumes(out) else ""
             raise Stopped(f"interrupted; run the same command again{again}") from None
-        _show(outcome, json)
+        show(outcome, json)
         sink.stay()
         if outcome.errors:
             raise FitError(outcome.errors[0])
@@ -100,7 +100,7 @@ def validate(
         raise typer.Exit(STATUS[outcome.result.fitness.verdict])
 
 
-def _show(outcome: Outcome[Any], json: bool) -> None:
+def show(outcome: Outcome[Any], json: bool) -> None:
     """Print the document, or the summary for people."""
     if json:
         emit(outcome.document)
@@ -116,7 +116,7 @@ def _end(outcome: Outcome[Any], json: bool) -> None:
     """Print the outcome and what failed; exit 1 where something did."""
     for error in outcome.errors:
         note(f"error: {error}")
-    _show(outcome, json)
+    show(outcome, json)
     if outcome.errors:
         raise typer.Exit(1)
 

@@ -21,6 +21,8 @@ ManoeuvreOrNone = Annotated[
 Trials = Annotated[list[Path], Argument(help="Name trial files, or folders of them.")]
 Particulars = Annotated[Path, Argument(help="Name a file of particulars (docs/tutorials/estimate.md).")]
 StudyFile = Annotated[Path, Argument(help="Name a study file, or a table of many fits.")]
+Folder = Annotated[Path, Argument(metavar="FOLDER", help="Name a folder of trial files or logs.")]
+StudyAction = Annotated[str, Argument(metavar="new", help="Write new for a new study.")]
 Pull = Annotated[Path, Argument(help="Name a bollard pull table with columns such as n [1/s],T_1 [N].")]
 CaptiveTables = Annotated[
     list[Path], Argument(metavar="TABLE...", help="Name tables of captive tests (docs/captive.md).")
@@ -36,6 +38,9 @@ Json = Annotated[bool, Option("--json", help="Print one JSON object and nothing 
 Page = Annotated[Path | None, Option("-o", "--out", help="Write the report to this file (.html).")]
 Report = Annotated[Path | None, Option("-o", "--out", help="Write the report to this file (.html; .json beside it).")]
 CoveragePage = Annotated[Path | None, Option("-o", "--out", help="Write a page on --against to this file (.html).")]
+SurveyPage = Annotated[Path | None, Option("-o", "--out", help="Write the page to this file (.html).")]
+NewStudy = Annotated[Path, Option("-o", "--out", help="Write the study to this file (.toml).")]
+FolderFormat = Annotated[str | None, Option("--format", help="Name the format of the logs, as of import.")]
 TrialOut = Annotated[Path | None, Option("-o", "--out", help="Write the run to this trial file (.csv).")]
 TrialFolder = Annotated[Path, Option("-o", "--out", help="Write the trial files to this folder.")]
 LogFolder = Annotated[Path, Option("-o", "--out", help="Write the logs to this folder.")]

@@ -78,7 +78,7 @@ def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
     measured_track(ax, measured)
     _ship_ticks(ax, measured["psi"], x, y)
     ax.locator_params(nbins=6)
-    _frame(ax, [(c.predicted["y"], c.predicted["x"]) for c in comparisons], (y, x))
+    frame(ax, [(c.predicted["y"], c.predicted["x"]) for c in comparisons], (y, x))
     legend_below(figure, ax)
     return svg(figure, f"track {name}")
 
@@ -304,7 +304,8 @@ def _ship_ticks(ax: Any, psi: Array, x: Array, y: Array) -> None:
         ax.plot(*line, color="#8a929a", lw=5, solid_capstyle="butt", zorder=1.5)
 
 
-def _frame(ax: Any, others: Sequence[tuple[Array, Array]], truth: tuple[Array, Array]) -> None:
+def frame(ax: Any, others: Sequence[tuple[Array, Array]], truth: tuple[Array, Array]) -> None:
+    """Equal scale with the whole of `truth` in view, and of the others what stays near; each abscissa, ordinate."""
     ax.set_aspect("equal", adjustable="box")
     size = max(float(np.nanmax(v) - np.nanmin(v)) for v in truth)
     ranges = [_limits(truth[i], [o[i] for o in others], size) for i in (0, 1)]

@@ -1,0 +1,30 @@
+"""Commands on a folder of recordings: what is in it, and a first study of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from . import options as o
+from .fits import Terminal, show
+
+_STUDY = Path("study.toml")
+
+
+def trials(
+    folder: o.Folder, out: o.SurveyPage = None, format: o.FolderFormat = None, mapping: o.Mapping = None,
+    json: o.Json = False,
+) -> None:  # fmt: skip
+    """Show what is in a folder of trials: kinds, ranges, tracks."""
+    from ..workflow.folders.survey import trials as run
+
+    show(run(folder, format=format, mapping=mapping, out=out, sink=Terminal()), json)
+
+
+def study(
+    action: o.StudyAction, ship: o.ShipName, folder: o.Folder, out: o.NewStudy = _STUDY,
+    format: o.FolderFormat = None, mapping: o.Mapping = None, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Write a study of a ship and a folder, with trials held out."""
+    from ..workflow.folders.drafting import new_study
+
+    show(new_study(action, ship, folder, out, format=format, mapping=mapping, sink=Terminal()), json)

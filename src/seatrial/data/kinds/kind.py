@@ -1,0 +1,57 @@
+"""A kind of manoeuvre with its evidence, and the list of all kinds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+ABOUT: Mapping[str, str] = MappingProxyType({
+    "straight": "rudder midships at a steady speed",
+    "acceleration": "from rest or slow ahead to a steady speed, rudder midships",
+    "stopping": "the way is lost with the engine stopped or astern, rudder midships",
+    "course-keeping": "courses held by a working rudder",
+    "initial-turning": "one rudder angle until the heading has changed a little",
+    "turning": "one rudder angle held through a turn",
+    "pull-out": "rudder midships out of a steady turn, engine unchanged",
+    "recovery": "hard over to one side, then to the other: back to the own track",
+    "zigzag": "the rudder reversed at headings alike to both sides",
+    "spiral": "steady turns one after another, from one side to the other",
+    "astern": "going astern",
+    "sideways": "going sideways",
+    "berthing": "a held heading, engine both ways, and an end at little way",
+    "station": "one place held",
+    "at rest": "no motion beyond noise",
+    "mixed": "none of the others: random or several manoeuvres",
+    "unknown": "too little is recorded to tell",
+})  # fmt: skip
+"""Every kind in a line."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What kind of manoeuvre a trial is.
+
+    Attributes:
+        name: a key of `ABOUT`.
+        settings: of what is set in it: `rudder`, `heading` [rad], magnitudes; `side`, +1 starboard first, -1 port.
+        evidence: what was seen, in words and the units of reports.
+        doubts: what speaks against it.
+    """
+
+    name: str
+    settings: Mapping[str, float] = field(default_factory=dict[str, float])
+    evidence: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    def doubting(self, *doubts: str) -> Kind:
+        """The same with more doubts; empty ones are left out."""
+        return replace(self, doubts=(*self.doubts, *(one for one in doubts if one)))
+
+    @property
+    def label(self) -> str:
+        """The kind with what is set, in degrees: ``zigzag 20/10 port``."""
+        angles = [f"{math.degrees(self.settings[name]):.0f}" for name in ("rudder", "heading") if name in self.settings]
+        side = {1.0: "starboard", -1.0: "port"}.get(self.settings.get("side", 0.0), "")
+        return " ".join(part for part in (self.name, "/".join(angles), side) if part)

@@ -1,0 +1,190 @@
+"""A first study of a ship and a folder of recordings: what is held out, what is free, in a file that a person edits.
+
+Whole recordings are held out, the latest of each kind of manoeuvre, and never one that shares rows with another.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.parameters import values
+from ..data import Trial
+from ..data.folder import Folder
+from ..data.kinds import Kind, recognised
+from ..data.prepare import drop_trailing_gaps
+from ..identify import StudyError
+from ..models import STATES, Sampled
+from ..ships import Ship
+from .data import DATA
+from .draft_text import Freedom, text_of
+from .held_out import ROWS, copies, cut, held_out, timed
+
+_NO_USE = ("at rest", "unknown")
+_LENGTH, _STEP = 0.02, 0.01
+
+_RULES: tuple[tuple[str, float, str], ...] = (
+    ("body.m_x", 0.3, "surge"), ("body.m_y", 0.3, "turn"), ("body.J_z", 0.3, "turn"),
+    ("body.X_udot", 0.3, "surge"), ("body.Y_vdot", 0.3, "turn"), ("body.N_rdot", 0.3, "turn"),
+    ("body.X_udotz", 0.3, "surge"), ("body.Y_vdotz", 0.3, "turn"), ("body.N_rdotz", 0.3, "turn"),
+    ("inertia.m_11", 0.3, "surge"), ("inertia.m_22", 0.3, "turn"), ("inertia.m_33", 0.3, "turn"),
+    ("hull.[RX]_*", 0.3, "surge"), ("hull.*", 0.3, "turn"), ("damping.X_*", 0.5, "surge"), ("damping.*", 0.5, "turn"),
+    ("derivatives.X_*", 0.3, "surge"), ("derivatives.*", 0.3, "turn"),
+    ("*.t_P", 0.3, "surge"), ("*.w_P0", 0.2, "surge"),
+    ("propeller.[ABCk]_*", 0.3, "engine"),
+    ("rudder*.t_R", 0.3, "turn"), ("rudder*.a_H", 0.3, "turn"), ("rudder*.x_H", 0.3, "turn"),
+    ("rudder*.epsilon", 0.3, "turn"), ("rudder*.kappa", 0.3, "turn"), ("rudder*.k_x", 0.3, "turn"),
+    ("rudder*.l_R", 0.3, "turn"), ("rudder*.gamma_*", 0.3, "turn"),
+    ("screw.T_*", 0.2, "surge"), ("[XYN]_*", 0.2, "turn"),
+    ("K", 0.5, "turn"), ("T", 0.5, "turn"), ("T[123]", 0.5, "turn"), ("delta_r", 0.5, "turn"),
+    ("K_*", 0.5, "turn"), ("T_*", 0.5, "turn"),
+    ("wind.[XYN]_*", 0.3, "wind"),
+)  # fmt: skip
+"""Patterns of parameters that trials can tell, the relative prior of each, and what the trials must show for it."""
+
+_TURNS = ("turning", "zigzag", "spiral", "pull-out", "recovery", "initial-turning", "mixed", "berthing",
+          "course-keeping", "station", "sideways", "astern")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A study that is to be written.
+
+    Attributes:
+        text: of the file.
+        train, test: names of the recordings, by kind.
+        left_out: names with the reason of each.
+        cut: trials that were made of one recording, to be written to a folder beside the study; empty where none was.
+        notes: what the user should know.
+    """
+
+    text: str
+    train: Mapping[str, tuple[str, ...]]
+    test: Mapping[str, tuple[str, ...]]
+    left_out: Mapping[str, str]
+    cut: tuple[Trial, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None = None) -> Draft:
+    """A study for a ship and a folder.
+
+    Args:
+        name: of the ship as the study is to name it.
+        ship: the ship.
+        folder: its recordings.
+        out: where the study will be written; its paths are relative to this.
+        mapping: of the format of the folder, if it needs one.
+
+    Raises:
+        StudyError: a ship that no such study fits, or no recording that it could be fitted to.
+    """
+    _fitted_otherwise(name, ship)
+    whole = {one: drop_trailing_gaps(trial) for one, trial in folder.trials.items()}
+    kinds = {one: recognised(trial) for one, trial in whole.items()}
+    left_out = _useless(ship, whole, kinds)
+    usable = {one: trial for one, trial in whole.items() if one not in left_out}
+    if not usable:
+        first, why = next(iter(left_out.items()))
+        more = f" (and {len(left_out) - 1} more)" if len(left_out) > 1 else ""
+        raise StudyError(f"{folder.root}: no recording that {ship.name} can be fitted to: {first}: {why}{more}")
+    left_out |= copies(usable)
+    usable = {one: trial for one, trial in usable.items() if one not in left_out}
+    parts: tuple[Trial, ...] = ()
+    if len(usable) == 1:
+        usable, parts = cut(usable)
+        kinds = {one: kinds[next(iter(kinds.keys() - left_out.keys()))] for one in usable}
+    train, test, notes = held_out(usable, kinds, bool(parts))
+    free = _free(ship, [usable[one] for some in train.values() for one in some], [kinds[one] for one in usable])
+    root, format = (f"{out.stem}_trials", "") if parts else (_relative(folder.root, out), folder.format)
+    # the study takes a recording by its file name, and a note that it is a copy into the list of those left out
+    files = {
+        one: one if parts else folder.files[one].relative_to(folder.root).as_posix() for one in (*usable, *left_out)
+    }
+    text = text_of(
+        ship=name, family=type(ship.model).__name__, root=root, format=format,
+        mapping=_relative(mapping, out) if mapping else "", files=files, kinds=kinds, train=train, test=test,
+        left_out={} if parts else left_out, free=free, sampled=isinstance(ship.model, Sampled),
+        timed=timed(usable), clock=_clock(ship, usable.values()),
+        duration=min(trial.duration for trial in usable.values()),
+        windy=ship.model.feels_wind and any("U_T" in trial for trial in usable.values()),
+        current=any("U_C" in trial for trial in usable.values()),
+    )  # fmt: skip
+    return Draft(text, train, test, left_out, parts, notes)
+
+
+def _fitted_otherwise(name: str, ship: Ship) -> None:
+    if ship.model.learned is not None:
+        raise StudyError(f"{name}: is a network, which has weights and no parameters; start from "
+                         "studies/esso_osaka_3m_network.toml, or take a ship of another family")  # fmt: skip
+
+
+def _useless(ship: Ship, trials: Mapping[str, Trial], kinds: Mapping[str, Kind]) -> dict[str, str]:
+    """Recordings that the ship cannot be fitted to, with the reason."""
+    orders = dict(zip(ship.model.controls, (order for order, _ in ship.model.follows), strict=True))
+    model: Any = ship.model
+    step = float(model.dt) if isinstance(model, Sampled) else None
+    out: dict[str, str] = {}
+    for name, trial in trials.items():
+        known = {channel for channel in trial.channels if np.isfinite(trial[channel]).any()}
+        absent = [channel for channel in (*STATES, *ship.model.controls)
+                  if not {channel, f"{channel}_cmd", orders.get(channel)} & known]  # fmt: skip
+        length = trial.meta.get("L_pp")
+        if absent:
+            out[name] = f"no channel {', '.join(absent)}, which {ship.name} needs"
+        elif isinstance(length, int | float) and abs(length / ship.L_pp - 1.0) > _LENGTH:
+            out[name] = f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m"
+        elif step is not None and abs(trial.dt / step - 1.0) > _STEP:
+            out[name] = (f"is sampled every {trial.dt:g} s, {ship.name} runs at {step:g} s only: "
+                         f"seatrial resample TRIALS --dt {step:g} -o DIR")  # fmt: skip
+        elif kinds[name].name in _NO_USE:
+            out[name] = "; ".join((kinds[name].name, *kinds[name].evidence, *kinds[name].doubts))
+        elif len(trial) < ROWS:
+            out[name] = f"{len(trial)} rows are too few"
+    return out
+
+
+def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:
+    """Patterns with their priors and the parameters that each frees, as far as these trials can tell them."""
+    known = [path for path, value in values(ship.model).items() if np.ndim(value) == 0 and float(value) != 0.0]
+    if isinstance(ship.model, Sampled):
+        return (("coefficients.*", math.nan, tuple(path for path in known if path != "dt")),)
+    shows = {"surge", *(("turn",) if any(kind.name in _TURNS for kind in kinds) else ())}
+    shows |= {"wind"} if ship.model.feels_wind and any("U_T" in trial for trial in train) else set()
+    shows |= {"engine"} if any("n_P" in trial and (trial["n_P"] < 0.0).any() for trial in train) else set()
+    out: list[tuple[str, float, tuple[str, ...]]] = []
+    taken: set[str] = set()
+    for k, (pattern, prior, needs) in enumerate(_RULES):
+        if any(other == f"{pattern.partition('.')[0]}.*" and need in shows for other, _, need in _RULES[k + 1 :]):
+            continue  # a wider pattern follows, of the same prior
+        paths = tuple(path for path in known if fnmatchcase(path, pattern) and path not in taken)
+        # A pattern without a dot is of a model without parts.
+        if "." not in pattern:
+            paths = tuple(path for path in paths if "." not in path)
+        if paths and needs in shows:
+            out.append((pattern, prior, paths))
+            taken |= set(paths)
+    if not out:
+        raise StudyError(f"{ship.name}: no parameter that these recordings could tell; write [free] by hand")
+    return tuple(out)
+
+
+def _clock(ship: Ship, trials: Iterable[Trial]) -> float:
+    """L/U of the trials [s]."""
+    fast = max((float(np.nanquantile(np.hypot(trial["u"], trial["v_m"]), 0.9)) for trial in trials), default=0.0)
+    return ship.L_pp / max(fast, 1e-3)
+
+
+def _relative(path: Path, out: Path) -> str:
+    """A path as the study names it: below the public data sets by their variable, else relative to the study."""
+    home = os.environ.get(DATA)
+    if home and path.resolve().is_relative_to(Path(home).resolve()):
+        return f"${DATA}/{path.resolve().relative_to(Path(home).resolve()).as_posix()}"
+    return Path(os.path.relpath(path.resolve(), out.resolve().parent)).as_posix()

@@ -1,0 +1,114 @@
+"""The text of a first study: TOML with a comment on every choice."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+
+from ..data.kinds import Kind
+
+_WINDOW = 10.0
+"""Length of a prediction between restarts, in times in which the ship covers its length."""
+
+Freedom = Sequence[tuple[str, float, tuple[str, ...]]]
+"""Patterns, the relative prior of each (NaN: none), and the parameters that each frees."""
+
+
+def text_of(
+    *, ship: str, family: str, root: str, format: str, mapping: str, files: Mapping[str, str],
+    kinds: Mapping[str, Kind], train: Mapping[str, Sequence[str]], test: Mapping[str, Sequence[str]],
+    left_out: Mapping[str, str], free: Freedom, sampled: bool, timed: bool,
+    clock: float, duration: float, windy: bool,
+    current: bool,
+) -> str:  # fmt: skip
+    """The study as a file.
+
+    Args:
+        ship: as the study names it; `family` is the class of its model.
+        root, format, mapping: of the recordings, the last two empty where there are none.
+        files: place of each recording below the root.
+        kinds: of the recordings.
+        train, test: recordings by kind.
+        left_out: recordings with the reason.
+        free: what is free.
+        sampled: whether the model is one in discrete time.
+        timed: whether it is known when the recordings were made.
+        clock: L/U [s].
+        duration: of the shortest recording [s].
+        windy, current: whether a force of wind is fed by a wind on record, and whether a current is on record.
+    """
+    order = "the latest" if timed else "from the middle of the names, as no times are known"
+    lines = [
+        f"# A first study of {ship} ({family}), written by `seatrial study new`; every line may be changed.",
+        f"# Next: seatrial identify THIS -o RUN, then read RUN/report.html. L/U is {clock:.3g} s here.",
+        'schema = "seatrial-study/1"', f"ship = {_quoted(ship)}", "", "[data]", f"root = {_quoted(root)}",
+        *([f"format = {_quoted(format)}"] if format else []), *([f"mapping = {_quoted(mapping)}"] if mapping else []),
+        *_list("train", "kinds are those of `seatrial trials`", train, kinds, files),
+        *_list("test", f"whole recordings of each kind, {order}; the fit does not see them", test, kinds, files),
+        *_left_out(left_out, files), "", *_freedom(free, windy), "",
+    ]  # fmt: skip
+    if sampled:
+        return "\n".join((*lines, "[estimator]", 'type = "arx_fit:ArxRegression"', ""))
+    window = min(max(_WINDOW * clock, 1.0), 0.8 * duration)
+    lines += [
+        "[loss] # residuals are divided by the spread of each channel over the training trials",
+        'scale = "spread"',
+        f"correlation = {_round(2.0 * clock)} # s: errors of a prediction last some L/U; so fewer samples count",
+        "", *_nuisance(current), "[estimator]", 'type = "shooting:Trajectory" # least squares on whole predictions',
+        f"window = {_round(window)} # s, {window / clock:.2g} L/U: then a prediction restarts", "", "[report]",
+        f"restart = {_round(window)}", "",
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _list(
+    key: str, about: str, some: Mapping[str, Sequence[str]], kinds: Mapping[str, Kind], files: Mapping[str, str]
+) -> list[str]:
+    """A list of recordings, each with what it was recognised as."""
+    out = [f"{key} = [ # {about}"]
+    for names in some.values():
+        for name in names:
+            doubt = f"; doubt: {kinds[name].doubts[0]}" if kinds[name].doubts else ""
+            out.append(f"  {_pattern(files[name])}, # {kinds[name].label}{doubt}")
+    return [*out, "]"]
+
+
+def _left_out(left_out: Mapping[str, str], files: Mapping[str, str]) -> list[str]:
+    """Comments on what is in neither list."""
+    return [f"# left out: {files[name]}: {why}" for name, why in left_out.items()]
+
+
+def _freedom(free: Freedom, windy: bool) -> list[str]:
+    """What is free, with the prior of each."""
+    out = ["[free] # a Gaussian prior about each value, relative; what was measured with a rule stays fixed"]
+    for pattern, prior, paths in free:
+        entry = "{ sigma = 10.0 }" if math.isnan(prior) else f"{{ prior = {prior:g} }}"
+        one = len(paths) == 1
+        out.append(f"{_quoted(paths[0] if one else pattern)} = {entry}{'' if one else f' # {len(paths)} parameters'}")
+    return out if windy else [*out, "# no wind acts in these trials, or none is recorded: its coefficients stay fixed"]
+
+
+def _nuisance(current: bool) -> list[str]:
+    """What else is estimated."""
+    if current:
+        return []
+    return ["# [nuisance] # if a current may have run that was not recorded:",
+            "# current = 0.1 # m/s, of each trial its own", ""]  # fmt: skip
+
+
+def _pattern(place: str) -> str:
+    """A file by its name without suffix, which no other pattern takes for another; brackets stand for themselves."""
+    return _quoted("".join(f"[{c}]" if c in "*?[" else c for c in place))
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _round(value: float) -> str:
+    """Two figures, as a number with a point."""
+    if value <= 0:
+        return "0.0"
+    digits = 1 - math.floor(math.log10(value))
+    return f"{round(value, digits):.{max(digits, 1)}f}"

@@ -1,0 +1,47 @@
+"""What is in a folder of recordings: a table, a page and a document."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from ...data.folder import read_folder
+from ...validate.folder import Entry, Survey, survey
+from .. import SILENT, Outcome, Sink, Table
+from ..request import PAGES, check_output
+
+
+def trials(
+    folder: Path, *, format: str | None = None, mapping: Path | None = None, out: Path | None = None,
+    sink: Sink = SILENT,
+) -> Outcome[Survey]:  # fmt: skip
+    """Survey a folder of recordings, and write a page of it where one is asked for.
+
+    Raises:
+        RequestError: a page that is no .html.
+        DataError: no folder, or a recording that cannot be read.
+    """
+    from ...report.trials import numbers, page, warnings
+
+    check_output(out, PAGES, "a page")
+    found = survey(read_folder(folder, format, mapping))
+    if out is not None:
+        from ...report.page import write
+
+        write(out, page(found))
+        sink.note(f"wrote {out}")
+    head = ("recording", "recognised", "told", "s", "u [m/s]", "rudder [deg]", "revs [1/s]", "new", "doubts")
+    table = Table(head, tuple(_row(name, entry) for name, entry in found.entries.items()), (3, 4, 5, 6, 7))
+    counted = ", ".join(f"{count} {name}" for name, count in found.counts.items())
+    shown = (table, *warnings(found), f"{len(found.entries)} recordings: {counted}")
+    return Outcome(found, numbers(found), shown)
+
+
+def _row(name: str, entry: Entry) -> tuple[str, ...]:
+    from ...report.trials import span
+
+    told = {"differs": f"{entry.told} (differs)", "close": f"{entry.told} (close)"}.get(entry.verdict, entry.told)
+    new = f"{100 * entry.new:.0f} %" if math.isfinite(entry.new) else "–"
+    return (name, entry.kind.label, told or "–", f"{entry.trial.duration:.0f}",
+            *(span(entry, channel) for channel in ("u", "delta", "n_P")), new,
+            "; ".join(entry.kind.doubts) or "–")  # fmt: skip

@@ -1,0 +1,190 @@
+"""`seatrial study new`: what is held out, what is free, and that the file runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatrial.cli.app import main
+from seatrial.data import DataError, Trial
+from seatrial.data.folder import read_folder
+from seatrial.data.trialfile import write_trial
+from seatrial.identify import StudyError
+from seatrial.sensors import Sensors
+from seatrial.ships.files import load
+from seatrial.study.draft import draft
+from seatrial.study.held_out import dated
+from seatrial.study.study import read_study
+from seatrial.workflow.simulation import simulate
+
+NOISE = Sensors({"x": 0.02, "y": 0.02, "psi": 0.002, "u": 0.01, "v_m": 0.01, "r": 0.001})
+RUNS = {
+    "zigzag_a": ("zigzag", {"rudder": 10.0, "heading": 10.0}),
+    "zigzag_b": ("zigzag", {"rudder": 20.0, "heading": 20.0}),
+    "zigzag_c": ("zigzag", {"rudder": 15.0, "heading": 10.0}), "turn_a": ("turning", {"rudder": 35.0}),
+    "turn_b": ("turning", {"rudder": 20.0, "side": "port"}), "line": ("straight", {}),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def runs() -> dict[str, Trial]:
+    """Virtual trials of the 7 m KVLCC2, read by sensors with noise, ten a second."""
+    rng = np.random.default_rng(5)
+    out: dict[str, Trial] = {}
+    for name, (kind, options) in RUNS.items():
+        made = simulate("kvlcc2_l7", kind, duration=150.0, **options).trial
+        out[name] = replace(NOISE.read(made.rows(slice(0, None, 4)), rng), name=name)
+    return out
+
+
+@pytest.fixture
+def folder(runs: dict[str, Trial], tmp_path: Path) -> Path:
+    return written(runs, tmp_path / "logs")
+
+
+def written(trials: dict[str, Trial], at: Path) -> Path:
+    at.mkdir()
+    for name, trial in trials.items():
+        write_trial(replace(trial, name=name), at / f"{name}.csv")
+    return at
+
+
+def made(folder: Path, tmp_path: Path, ship: str = "kvlcc2_l7"):
+    return draft(ship, load(ship), read_folder(folder), tmp_path / "study.toml")
+
+
+def test_some_of_each_kind_are_held_out_whole(folder: Path, tmp_path: Path) -> None:
+    """No times are known here: one from the middle of the names of a side, so that the fit has those beyond."""
+    found = made(folder, tmp_path)
+    assert dict(found.test) == {"zigzag": ("zigzag_b",), "turning": ("turn_b",)}
+    assert "no times are known" in found.text
+    assert found.train["straight"] == ("line",)
+    assert found.notes == ("straight: one recording only, for training; nothing of this kind judges the model",)
+
+
+def test_later_means_recorded_later(runs: dict[str, Trial], tmp_path: Path) -> None:
+    """The start in the sidecar decides, whatever the names."""
+    starts = {"zigzag_a": "2024-05-03T12:00:00+00:00", "zigzag_b": "2024-05-01T12:00:00+02:00",
+              "zigzag_c": "2024-05-02T12:00:00+00:00"}  # fmt: skip
+    some = {name: replace(runs[name], meta={**runs[name].meta, "start": start}) for name, start in starts.items()}
+    assert made(written(some, tmp_path / "logs"), tmp_path).test["zigzag"] == ("zigzag_a",)
+
+
+def test_each_side_is_in_both_sets(runs: dict[str, Trial], tmp_path: Path) -> None:
+    """Three turns to either side, those to port the later ones."""
+    some: dict[str, Trial] = {}
+    for k in range(3):
+        for side, day, sign in (("stbd", 1, 1.0), ("port", 2, -1.0)):
+            # another noise, that they are no copies
+            noisy = NOISE.read(runs["turn_a"], np.random.default_rng(100 * day + k))
+            mirrored = noisy.having(**{c: sign * noisy[c] for c in ("y", "psi", "v_m", "r", "delta")})
+            start = {"start": f"2024-05-0{day}T1{k}:00:00+00:00"}
+            some[f"{side}_{k}"] = Trial(side, mirrored.t, {c: v for c, v in mirrored.channels.items()
+                                        if not c.endswith("_cmd")}, meta={**noisy.meta, **start})  # fmt: skip
+    found = made(written(some, tmp_path / "logs"), tmp_path)
+    assert set(found.test["turning"]) == {"stbd_2", "port_2"}
+
+
+@pytest.mark.parametrize(
+    ("early", "late"),
+    [("turn_14-Sep-2020_15_58_08", "turn_14-Oct-2020_14_08_51"), ("a_2023-12-31_23-59-59", "a_2024-01-01T000000"),
+     ("no date", "a_1999-01-01_00_00_00"), ("a_31-Feb-2020_10_00_00", "a_01-Mar-2020_10_00_00")],
+)  # fmt: skip
+def test_dates_in_names_count(early: str, late: str) -> None:
+    assert dated(early) < dated(late)
+
+
+def test_a_copy_is_never_on_both_sides(runs: dict[str, Trial], tmp_path: Path) -> None:
+    """A cut of a recording, under another name and later in time, is left out."""
+    cut = runs["zigzag_a"].rows(slice(50, 300))
+    some = {**{n: runs[n] for n in ("zigzag_a", "zigzag_b")}, "zigzag_z": replace(cut, t=cut.t + 1000.0)}
+    found = made(written(some, tmp_path / "logs"), tmp_path)
+    assert found.left_out == {"zigzag_z": "shares rows with zigzag_a, which is kept"}
+    assert found.test["zigzag"] == ("zigzag_b",)
+    assert "zigzag_z" in found.text
+
+
+def test_it_is_a_study_as_written(folder: Path, tmp_path: Path) -> None:
+    study = tmp_path / "study.toml"
+    assert main(["study", "new", "kvlcc2_l7", str(folder), "-o", str(study)]) == 0
+    read = read_study(study)
+    assert [trial.name for trial in read.test] == ["zigzag_b", "turn_b"]
+    free = {one.path for one in read.problem.free}
+    assert {"hull.N_v", "hull.R_0", "rudder.gamma_Rp"} <= free
+    assert not {"propeller.D_P", "rudder.A_R", "body.m"} & free
+
+
+def test_without_a_turn_nothing_of_the_turn_is_free(runs: dict[str, Trial], tmp_path: Path) -> None:
+    some = {"line": runs["line"], "slow": replace(runs["line"].having(u=runs["line"]["u"] - 0.1), name="slow")}
+    text = made(written(some, tmp_path / "logs"), tmp_path).text
+    assert "hull.[RX]_*" in text
+    assert "hull.*" not in text
+    assert "rudder" not in text.partition("[free]")[2]
+
+
+def test_one_recording_is_cut_in_time(runs: dict[str, Trial], tmp_path: Path) -> None:
+    folder = written({"zigzag_b": runs["zigzag_b"]}, tmp_path / "logs")
+    study = tmp_path / "study.toml"
+    assert main(["study", "new", "kvlcc2_l7", str(folder), "-o", str(study)]) == 0
+    read = read_study(study)
+    (train,), (test,) = read.problem.trials, read.test
+    assert train.t[-1] < test.t[0]
+    assert len(train) + len(test) == len(runs["zigzag_b"])
+    assert "one recording only" in " ".join(made(folder, tmp_path).notes)
+
+
+@pytest.mark.parametrize(
+    ("ship", "change", "message"),
+    [("kvlcc2", lambda t: t, "is of a ship of 7 m, kvlcc2 has 320 m"),
+     ("kvlcc2_l7", lambda t: replace(t, channels={k: v for k, v in t.channels.items() if k not in ("n_P", "n_P_cmd")}),
+      "no channel n_P, which kvlcc2_l7 needs"),
+     ("kvlcc2_l7", lambda t: t.rows(slice(0, 25)), "25 rows are too few"),
+     ("kvlcc2_l7_arx", lambda t: t, "is sampled every .* s, kvlcc2_l7_arx runs at 0.25 s only"),
+     ("esso_osaka_3m_network", lambda t: t, "is a network, which has weights")],
+)  # fmt: skip
+def test_recordings_that_the_ship_cannot_be_fitted_to(runs, tmp_path: Path, ship: str, change, message: str) -> None:
+    folder = written({"zigzag_a": change(runs["zigzag_a"])}, tmp_path / "logs")
+    with pytest.raises(StudyError, match=message):
+        made(folder, tmp_path, ship)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [(["study", "old", "kvlcc2_l7", "{logs}", "-o", "{out}"], "study: no action 'old'"),
+     (["study", "new", "kvlcc3", "{logs}", "-o", "{out}"], "kvlcc3"),
+     (["study", "new", "kvlcc2_l7", "{logs}", "-o", "{out}.txt"], "a study ends in .toml"),
+     (["study", "new", "kvlcc2_l7", "{none}", "-o", "{out}"], "none"),
+     (["study", "new", "kvlcc2_l7", "{empty}", "-o", "{out}"], "no trial file"),
+     (["study", "new", "kvlcc2_l7", "{logs}", "-o", "{there}"], "is there already"),
+     (["study", "new", "kvlcc2_l7", "{logs}/line.csv", "-o", "{out}"], "is a file; name the folder"),
+     (["study", "new", "kvlcc2_l7", "{logs}", "-o", "{out}", "--format", "cvs"], "no format 'cvs'; near: csv"),
+     (["trials", "{logs}", "-o", "{out}"], "a page ends in .html"),
+     (["trials", "{logs}", "--mapping", "{there}"], "a mapping is of no use without a format"),
+     (["trials", "{mixed}"], "several formats")],
+)  # fmt: skip
+def test_wrong_requests_end_in_one_line(
+    folder: Path, tmp_path: Path, capsys, arguments: list[str], message: str
+) -> None:
+    there, empty, mixed = tmp_path / "there.toml", tmp_path / "empty", tmp_path / "mixed"
+    there.write_text("x = 1\n")
+    empty.mkdir()
+    mixed.mkdir()
+    (mixed / "a.csv").write_text("t [s],u [m/s]\n0,1\n1,1\n")
+    (mixed / "b.csv").write_text("t [s],x_position_mid [m]\n0,1\n1,1\n")
+    before = sorted(tmp_path.rglob("*"))
+    names = {"logs": folder, "out": tmp_path / "new.toml", "none": tmp_path / "none", "there": there, "empty": empty,
+             "mixed": mixed}  # fmt: skip
+    assert main([one.format(**names) for one in arguments]) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert told.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_folder_with_two_files_of_one_name_is_refused(folder: Path) -> None:
+    (folder / "line.parquet").write_bytes(b"")
+    with pytest.raises(DataError, match="a second recording of this name"):
+        read_folder(folder)
