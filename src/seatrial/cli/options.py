@@ -53,11 +53,13 @@ Listed = Annotated[bool, Option("--list", help="List the peers and measure nothi
 
 # Manoeuvres.
 Rudder = Annotated[float | None, Option(help="Set the rudder angle, magnitude [deg].")]
+Steer = Annotated[float | None, Option(help="Set the steering demand of a craft without rudder [%].")]
 HeadingChange = Annotated[float | None, Option(help="Set the heading change, such as of a zigzag [deg].")]
 Side = Annotated[str | None, Option(help="Turn first to port or starboard.")]
 Seed = Annotated[int | None, Option(help="Seed a random manoeuvre and the gusts.")]
 ApproachSpeed = Annotated[float | None, Option(help="Set the approach speed [m/s].")]
 Rps = Annotated[float | None, Option(help="Set the propeller revolutions [1/s].")]
+Throttle = Annotated[float | None, Option(help="Set the throttle of a craft driven by throttle [%].")]
 Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
 TimeStep = Annotated[float | None, Option(help="Set the time step [s].")]
 

@@ -143,13 +143,11 @@ class Probe:
         return self._following("n_P")
 
     def _following(self, order: str) -> tuple[str, ...]:
-        model = self.ship.model
-        return tuple(c for c, (o, _) in zip(model.controls, model.follows, strict=True) if o == order)
+        return self.ship.model.obeying(order)
 
     def controls(self, n_P: float = 0.0, delta: float = 0.0) -> tuple[float, ...]:
         """What the controls settle at under the conventional orders."""
-        orders = {"n_P": n_P, "delta": delta}
-        return tuple(factor * orders.get(order, 0.0) for order, factor in self.ship.model.follows)
+        return tuple(float(x) for x in self.ship.model.obey({"n_P": n_P, "delta": delta}))
 
     def allows(self, state: str, value: float) -> bool:
         """Whether the ship's file claims to be valid there."""
