@@ -26,7 +26,7 @@ from ..manoeuvres.zigzag import Zigzag
 from ..models import Sampled
 from ..models.settled import settled
 from ..ships import Ship
-from ..ships.steering import by_angle, helm_limit
+from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.run import approach, simulate, straight, surge_balance
 
 PASS, FAIL, NOT_APPLICABLE = "pass", "fail", "not applicable"
@@ -130,14 +130,19 @@ def imo_table(ship: Ship) -> ImoTable:
     return ImoTable(
         ship.name, ship.L_pp, V, n_P, rows,
         {
-            "test speed": f"{V:.4g} m/s ({V * 3600 / 1852:.3g} kn) at {n_P:.4g} revolutions per second",
+            "test speed": f"{V:.4g} m/s ({V * 3600 / 1852:.3g} kn) at {_ahead(ship, n_P)}",
             "L/V": f"{ship.L_pp / V:.3g} s",
-            "full astern": f"{astern:.4g} 1/s: the revolutions of the approach reversed, as far as the ship's go"
+            "full astern": f"{_ahead(ship, astern)}: that of the approach reversed, as far as the ship's goes"
             if astern < 0 else "none",
             "water": "deep, still", "wind and waves": "none", "loading": "that of the ship file",
         },
         tuple(_caveats(ship, V, n_P)),
     )  # fmt: skip
+
+
+def _ahead(ship: Ship, n_P: float) -> str:
+    """An order ahead in words."""
+    return f"{100.0 * n_P:.3g} % throttle" if throttled(ship) else f"{n_P:.4g} revolutions per second"
 
 
 def _steering(ship: Ship, settings: Settings) -> Iterator[Criterion]:

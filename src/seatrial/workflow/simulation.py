@@ -264,7 +264,7 @@ def _until(
 
 def _unfelt(ship: Ship, U: float, rps: float | None) -> Iterator[str]:
     """What a user gave that the ship's model ignores."""
-    if rps is not None and surge_balance(ship, U, rps) == surge_balance(ship, U, 2 * rps + 1):
+    if rps is not None and surge_balance(ship, U, rps) == surge_balance(ship, U, 0.5 * rps - 1):
         yield f"note: --rps: revolutions do not enter the model of {ship.name}"
 
 

@@ -19,6 +19,7 @@ from ...manoeuvres import Policy
 from ...models import STATES, Sampled
 from ...models.settled import settled
 from ...ships import Ship, ShipError
+from ...ships.steering import helm_limit
 from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
 from ...simulate.run import approach, simulate, time_step
 
@@ -128,9 +129,8 @@ class Probe:
 
     @property
     def limit(self) -> float:
-        """Greatest steering angle [rad], 35 deg where the ship has no limit."""
-        highs = [float(self.ship.actuators.of(name).high) for name in self.steering]
-        return min([*highs, math.radians(35.0)])
+        """Greatest steering angle or helm [rad], 35 deg where the ship has no limit."""
+        return min(helm_limit(self.ship), math.radians(35.0))
 
     @property
     def steering(self) -> tuple[str, ...]:
