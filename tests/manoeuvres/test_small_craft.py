@@ -40,7 +40,7 @@ def throttle_boat(otter):
 
 def published(t, nu, n_port, n_starboard):
     """Surge, sway, yaw of Fossen's Otter, written from its source: mass and added mass about midship, by itself."""
-    m, m_p, x_hull, B, T_d, L = 55.0, 25.0, 0.2, 0.25, 80.0 / 1025.0 / (2 * 0.4 * 0.25 * 2.0), 2.0
+    m, m_p, x_hull, T_d, L = 55.0, 25.0, 0.2, 80.0 / 1025.0 / (2 * 0.4 * 0.25 * 2.0), 2.0
     x_G = m * x_hull / (m + m_p)
     I_G = m * 0.5**2 + m * x_G**2
     M_A = np.diag([0.1 * m, 1.5 * m, 1.7 * I_G])

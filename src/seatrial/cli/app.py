@@ -123,10 +123,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 for _command in (
-    simulation.demo, ships.ships, ships.show, simulation.simulate, judging.models, ships.estimate, ships.captive,
-    ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map, data.servo,
-    data.resample, data.mend, simulation.bench, data.import_, data.convert, fits.check, fits.identify, simulation.steer,
-    simulation.bridge, fits.predict, fits.validate, campaign.campaign,
+    simulation.demo, ships.ships, ships.show, ships.copy, simulation.simulate, judging.models, ships.estimate,
+    ships.captive, ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map,
+    data.servo, data.resample, data.mend, simulation.bench, data.import_, data.convert, fits.check, fits.identify,
+    simulation.steer, simulation.bridge, fits.predict, fits.validate, campaign.campaign,
 ):  # fmt: skip
     _cls = WithManoeuvres if _command is simulation.simulate else Command
     app.command(_command.__name__.strip("_").replace("_", "-"), cls=_cls)(offered(_command))

@@ -44,6 +44,7 @@ RunFolder = Annotated[Path, Option("-o", "--out", help="Write the run to this fo
 PredictionFolder = Annotated[Path, Option("-o", "--out", help="Write the predictions to this folder.")]
 RecordingFolder = Annotated[Path, Option("-o", "--out", help="Write recordings to this folder.")]
 BenchFolder = Annotated[Path | None, Option("-o", "--out", help="Write bench.json to this folder.")]
+CopyFile = Annotated[Path, Argument(help="Name the new ship file (.toml).")]
 ShipOut = Annotated[Path, Option("-o", "--out", help="Write the ship to this file (.toml).")]
 ShipFile = Annotated[Path | None, Option("-o", "--out", help="Write the ship to this file (.toml).")]
 TestPage = Annotated[Path | None, Option("--report", help="Write a report with residuals to this file (.html).")]

@@ -17,7 +17,6 @@ from typing import ClassVar, NamedTuple, Protocol
 
 from ..core.parameters import Scalar, Scalars
 
-
 HARD_OVER = math.radians(35.0)
 """Helm [rad] that asks a craft without a rudder for all that turns it: 100 percent of its steering demand."""
 
