@@ -27,14 +27,15 @@ TITLES = {
 }  # fmt: skip
 HEAD = """# Types
 
-*Written by `docs/make_types.py` from the code.* Every family and type that a ship file may name, with the numbers that
-each takes. How a file is put together is in [extending.md](extending.md), what the families mean in
+*Written by `docs/make_types.py` from the code.* Every family and type that a ship file may name, with the numbers
+that each takes. How a file is put together is in [extending.md](extending.md), what the families mean in
 [models.md](models.md); `seatrial copy SHIP FILE` writes a library ship as a complete file to edit.
 
-A number is written `{ value = ..., unit = "...", source = "..." }`, or with `prime` in place of `value` and `unit` where
-it is made non-dimensional by 0.5 rho L d U^2 and its like. **required** has no default; "any" is a number without limits.
-A unit of `'` is that of a primed number.
+A number is written `{ value = ..., unit = "...", source = "..." }`, or with `prime` in place of `value` and `unit`
+where it is made non-dimensional by 0.5 rho L d U^2 and its like. **required** has no default; "any" is a number without
+limits. A unit of `'` is that of a primed number.
 """
+NUMBERS = "\n| key | meaning | unit | range | default |\n|---|---|---|---|---|\n"
 
 
 def classes(room: Any) -> Iterator[type]:
@@ -143,8 +144,7 @@ def _numbers(own: list[Field[Any]]) -> str:
             about, options = f.metadata["choice"]
             values = " or ".join(f'"{one}"' for one in options)
             rows.append(f"| `{f.name}` | {_plain(about)} | text | {values} | \"{f.default}\" |\n")
-    head = "\n| key | meaning | unit | range | default |\n|---|---|---|---|---|\n"
-    return head + "".join(rows) if rows else ""
+    return NUMBERS + "".join(rows) if rows else ""
 
 
 def _row(name: str, meaning: Spec, default: Any) -> str:
@@ -172,8 +172,7 @@ def _actuators() -> str:
         rows = [_row(key, meaning, next(f.default for f in fields(kind) if f.name == key))
                 for key, meaning in meanings(kind, "n_P" if name == "Shaft" else "delta").items()]  # fmt: skip
         usual = "(without a `type`)" if name == USUAL else ""
-        text += f"\n### `{name}` {usual}".rstrip() + f"\n\n{_about(kind)}\n\n| key | meaning | unit | range | default |\n"
-        text += "|---|---|---|---|---|\n" + "".join(rows)
+        text += f"\n### `{name}` {usual}".rstrip() + f"\n\n{_about(kind)}\n" + NUMBERS + "".join(rows)
     return text
 
 

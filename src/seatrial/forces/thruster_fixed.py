@@ -16,7 +16,7 @@ from .azimuth import columns
 
 
 def unequal(y: Scalar, full: float) -> tuple[float, ...]:
-    """What a thruster at `y` takes of the helm, per radian: `full` away from the turn, hard over; 0 on the centreline."""
+    """What a thruster at `y` takes of the helm, per radian: `full` hard over, ahead on the side away from the turn."""
     return (full / HARD_OVER * ((y < 0) - (y > 0)),)
 
 

@@ -20,7 +20,7 @@ def annotated(text: str, ship: Ship) -> str:
     known = {**specs(ship.model), **_servos(ship)}
     known |= {"approach.speed": Spec("m/s", "speed at which manoeuvres begin"),
               "approach.n_P": Spec("1/s", "revolutions that hold it")}  # fmt: skip
-    out: list[str] = ["# The tables, their types and their numbers are explained in docs/types.md and docs/extending.md."]
+    out: list[str] = ["# Tables, types and numbers are explained in docs/types.md and docs/extending.md."]
     table = ""
     for line in text.splitlines():
         if line.startswith("["):
