@@ -84,7 +84,8 @@ def test_is_a_twin_ship_that_reads_back_and_runs_beside_that_of_the_library(made
 
 def test_area_of_the_rule_is_shared_by_the_rudders(tmp_path):
     twin = estimate(written(tmp_path, FERRY)).ship.model
-    assert twin.rudder.A_R == pytest.approx(0.5 * 1.20 * 5.5 * (1 + 25 / 36))
+    rule = 0.01 * 120.0 * 5.5 * (1 + 25 / 36)
+    assert pytest.approx(0.5 * rule) == twin.rudder.A_R
     assert (twin.y_P, twin.y_R) == (4.6, 4.6)
 
 

@@ -160,9 +160,9 @@ class _Work:
         """The ship of its parts: with one screw, or with two that turn opposite ways."""
         if self.known.ship.screws == 1.0:
             return Mmg(**made)
-        places = {key: self.known.values[key] for key in ("y_P", "y_R")}
-        self.entries |= {key: self.known.entries[key] for key in places}
-        return TwinMmg(**made, **places)
+        y_P, y_R = (self.known.values[key] for key in ("y_P", "y_R"))
+        self.entries |= {key: self.known.entries[key] for key in ("y_P", "y_R")}
+        return TwinMmg(**made, y_P=y_P, y_R=y_R)
 
     def refuse_unknown(self, specs: Mapping[str, Spec]) -> None:
         free = [path for path in specs if path not in COPIED and path not in ("body.m", "wind.A_T", "wind.A_L")]

@@ -68,7 +68,7 @@ FORMULAS = (
     ),
     _YOSHIMURA,
     Formula(name="Quadvlieg 2013", source=f"quadvlieg2013, {_MMGDYNAMICS}", gives=quadvlieg,
-            limits={**COMPARED, **ONE_SCREW}),  # fmt: skip
+            limits={**COMPARED, **ONE_SCREW}),
     Formula(name="Aoki 2006", source=f"aoki2006, {_MMGDYNAMICS}", gives=aoki, limits={**COMPARED, **ONE_SCREW}),
     replace(_YOSHIMURA, gives=yoshimura_hull),
     Formula(
@@ -76,7 +76,7 @@ FORMULAS = (
         gives=kijima, limits={**COMPARED, **ONE_SCREW},
     ),
     Formula(name="mmgdynamics", source=f"{_MMGDYNAMICS}, origin not stated there", gives=slim,
-            limits={**COMPARED, **ONE_SCREW}),  # fmt: skip
+            limits={**COMPARED, **ONE_SCREW}),
     Formula(
         name="geometry", source="geometry: rudder at the aft perpendicular, eta = D_P/H_R", gives=geometry,
         limits={}, basis="none needed",
