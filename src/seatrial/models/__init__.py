@@ -153,6 +153,14 @@ class Model(ABC):
         """What is physically doubtful about the mass matrix, a sentence each; L_pp [m] is that of the ship."""
         return ()
 
+    def pushed(self, push: Scalars) -> Scalars | None:
+        """Rates of u, v_m [m/s^2] and r [rad/s^2] at rest under a force and a moment over the ship's own mass.
+
+        The push is [m/s^2, m/s^2, m^2/s^2].  None where the family has no masses, and where a force can be added to
+        it in place of the wind.
+        """
+        return None
+
     def recall(self, series: Array, dt: float) -> Array:
         """States beyond the six at each row of a log, from the rows before it; by default at rest.
 

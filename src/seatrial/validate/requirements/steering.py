@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from ...data import Array, Trial, unwrapped
+from ...models import unit
 from . import Finding, Judgement, Plot, judged, worst
 from . import thresholds as limit
 from .probe import Probe
@@ -124,6 +126,10 @@ def answer_varies(p: Probe) -> Judgement:
         wrong = f"the answer to the rudder does not change with {missing}"
         change = abs(float(g - gained[0])) / (abs(float(gained[0])) or 1.0)
         found.append(Finding(f"change of heading after 2 L/U, {name}", change, "of the usual", limit.NOTICEABLE, wrong))
+    ordered = [name for name in p.steering if unit(name) == "N m"]
+    if ordered:
+        wrong = f"no rudder: {', '.join(ordered)} is a moment as ordered, in dead water too, at any speed and revolutions"
+        found = [replace(one, wrong=wrong) for one in found]
     lines = tuple((name, t / p.unit_time, runs[k, :, 2] / _DEGREE) for k, name in enumerate(cases))
     good = "the force of the rudder grows with speed and revolutions, and is nothing in dead water"
     return judged(good, found, Plot("Heading after a rudder order", "t U/L", "psi [deg]", lines))
