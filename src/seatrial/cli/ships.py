@@ -78,7 +78,7 @@ def _network(ship: Ship) -> dict[str, dict[str, Any]]:
 
 
 def copy(ship: o.ShipName, file: o.CopyFile, json: o.Json = False) -> None:
-    """Copy a ship to a complete, commented file to edit."""
+    """Write a ship as a complete, commented file to edit."""
     from ..workflow.judging import copy as run
 
     made = run(ship, file, note)

@@ -128,7 +128,8 @@ def answer_varies(p: Probe) -> Judgement:
         found.append(Finding(f"change of heading after 2 L/U, {name}", change, "of the usual", limit.NOTICEABLE, wrong))
     ordered = [name for name in p.steering if unit(name) == "N m"]
     if ordered:
-        wrong = f"no rudder: {', '.join(ordered)} is a moment as ordered, in dead water too, at any speed and revolutions"
+        names = ", ".join(ordered)
+        wrong = f"no rudder: {names} is a moment as ordered, in dead water too, at any speed and revolutions"
         found = [replace(one, wrong=wrong) for one in found]
     lines = tuple((name, t / p.unit_time, runs[k, :, 2] / _DEGREE) for k, name in enumerate(cases))
     good = "the force of the rudder grows with speed and revolutions, and is nothing in dead water"
