@@ -8,12 +8,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from seatrial.core.parameters import Parts
+from seatrial.data import DataError, Trial
 from seatrial.forces import HARD_OVER
 from seatrial.forces.thruster import Tunnel
 from seatrial.forces.thruster_fixed import Fixed, Screw
 from seatrial.manoeuvres import Index, by_demand
 from seatrial.ships.files import load
 from seatrial.ships.steering import by_angle, helm_limit, throttled
+from seatrial.simulate.replay import inputs
 from seatrial.simulate.run import approach
 from seatrial.validate.imo import NOT_APPLICABLE, imo_table
 from seatrial.validate.requirements.probe import Probe
@@ -195,3 +197,13 @@ def test_requirements_find_wrong_thrusters(otter, fault):
         judgement = reversing(Probe.of(replace(otter, model=model)))
         assert judgement.verdict == "fail"
         assert "swing the stern" in judgement.reason
+
+
+def test_a_log_without_the_revolutions_of_each_side_cannot_be_replayed(otter):
+    run = simulate(otter, "turning", steer=25.0, duration=10.0).trial
+    kept = {name: run[name] for name in ("x", "y", "psi", "u", "v_m", "r")}
+    whole = Trial("whole", run.t, {**kept, "n_port": run["n_port"], "n_starboard": run["n_starboard"]})
+    assert len(inputs(whole, otter.model)) == len(run)
+    common = Trial("common", run.t, {**kept, "n_P": run["n_P_cmd"], "delta": run["delta_cmd"]})
+    with pytest.raises(DataError, match="no channel n_port"):
+        inputs(common, otter.model)

@@ -92,6 +92,18 @@ class Model(ABC):
         return tuple(name for name, (own, _), share in pairs if own == order or (order == "delta" and share))
 
     @property
+    def stands_for(self) -> tuple[tuple[str, float], ...]:
+        """For each control the channel of a log that is taken where its own is absent, and the factor.
+
+        It is the order that the control follows; its own where it takes a share of the helm besides, or is a throttle,
+        for which no revolutions stand.
+        """
+        return tuple(
+            (name, 1.0) if share or unit(name) == "-" else pair
+            for name, pair, share in zip(self.controls, self.follows, self.differential, strict=True)
+        )
+
+    @property
     def draught(self) -> Scalar:
         """Draught [m]; 0 where unknown."""
         return 0.0
