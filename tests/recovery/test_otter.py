@@ -24,7 +24,7 @@ TRUE = np.array([values(TRUTH.model)[name] for name in NAMES])
 
 
 def trials(seed):
-    """Zigzags and turns at three demands and revolutions, 20 s each, 25 rows a second: thrust goes with the square of a lag."""
+    """Zigzags and turns, 20 s each at 25 rows a second, as the thrust goes with the square of a lagging shaft."""
     policies = [
         Zigzag(n_P=8.0, delta=0.4 * HARD_OVER, psi=math.radians(20.0)),
         Zigzag(n_P=11.0, delta=0.3 * HARD_OVER, psi=math.radians(10.0), side=-1.0),
