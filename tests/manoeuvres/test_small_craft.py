@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from seatrial.cli.app import main
 from seatrial.core.parameters import Parts
 from seatrial.data import DataError, Trial
 from seatrial.forces import HARD_OVER
@@ -207,3 +208,21 @@ def test_a_log_without_the_revolutions_of_each_side_cannot_be_replayed(otter):
     common = Trial("common", run.t, {**kept, "n_P": run["n_P_cmd"], "delta": run["delta_cmd"]})
     with pytest.raises(DataError, match="no channel n_port"):
         inputs(common, otter.model)
+
+
+@pytest.mark.parametrize(("word", "status"), [("steer", 0), ("rudder", 2)])
+def test_a_campaign_takes_the_demand_too(word, status, tmp_path, capsys):
+    path = tmp_path / "campaign.toml"
+    path.write_text(f"""schema = "seatrial-campaign/1"
+ships = ["otter"]
+runs = 4
+[manoeuvre]
+kind = "zigzag"
+{word} = 40.0
+heading = 20.0
+duration = 20.0
+[inputs]
+"ship.damping.N_r" = {{ normal = [-41.4, 2.0] }}
+""")
+    assert main(["campaign", str(path), "-o", str(tmp_path / "runs")]) == status
+    assert ("give --steer" in capsys.readouterr().err) is (status == 2)

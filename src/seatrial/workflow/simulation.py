@@ -160,7 +160,7 @@ def simulate(
         raise RequestError(f"--seed is {seed}; it is zero or above")
     takes = find(manoeuvre).takes
     vessel = ship_of(ship)
-    rudder, rps = _helm(vessel, manoeuvre, rudder, steer), _ahead(vessel, rps, throttle)
+    rudder, rps = helm_of(vessel, manoeuvre, rudder, steer), ahead_of(vessel, rps, throttle)
     _check_revolutions(vessel, rps)
     for line in doubts(vessel):
         note(f"warning: {line}")
@@ -186,7 +186,7 @@ def simulate(
     return Simulated(vessel, policy, run, settings, reason is None, reason)
 
 
-def _helm(ship: Ship, manoeuvre: str, rudder: float | None, steer: float | None) -> float | None:
+def helm_of(ship: Ship, manoeuvre: str, rudder: float | None, steer: float | None) -> float | None:
     """The helm [deg] of a rudder angle [deg] or a steering demand [%], whichever the ship has.
 
     Raises:
@@ -205,7 +205,7 @@ def _helm(ship: Ship, manoeuvre: str, rudder: float | None, steer: float | None)
     return steer / 100.0 * HARD_OVER / DEGREE
 
 
-def _ahead(ship: Ship, rps: float | None, throttle: float | None) -> float | None:
+def ahead_of(ship: Ship, rps: float | None, throttle: float | None) -> float | None:
     """The order ahead [1/s] of revolutions [1/s] or a throttle [%], whichever the ship has.
 
     Raises:
