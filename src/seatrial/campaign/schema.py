@@ -16,16 +16,18 @@ Numbers = list[float]
 
 
 class ManoeuvreTable(Strict):
-    """A manoeuvre with the settings of `seatrial simulate` (rudder and heading in deg, speed in m/s, rps in 1/s)."""
+    """A manoeuvre with the settings of `seatrial simulate`: rudder, heading [deg], speed [m/s], rps [1/s], else [%]."""
 
     kind: str
     name: str = ""
     rudder: Positive | None = None
+    steer: Positive | None = None
     heading: Positive | None = None
     side: Literal["port", "starboard"] | None = None
     seed: int | None = Field(default=None, ge=0)
     speed: Positive | None = None
     rps: float | None = None
+    throttle: float | None = None
     duration: Positive | None = None
     dt: Positive | None = None
     method: Literal["rk4", "euler"] = "rk4"

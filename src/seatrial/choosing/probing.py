@@ -279,7 +279,7 @@ class Probe:
         base = self.at.orders
         given = {"n_P": n * (base.get("n_P", 0.0) or 1.0), "delta": delta + base.get("delta", 0.0),
                  TUNNEL: tunnel}  # fmt: skip
-        return tuple(factor * given.get(order, 0.0) for order, factor in self.ship.model.follows)
+        return self.ship.model.obey(given)
 
     def rates(
         self, u: float = 1.0, v_m: float = 0.0, r: float = 0.0, n: float = 1.0, delta: float = 0.0,

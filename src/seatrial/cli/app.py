@@ -123,9 +123,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 for _command in (
-    simulation.demo, ships.ships, ships.show, simulation.simulate, judging.models, ships.estimate, ships.captive,
-    ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map, data.servo,
-    data.resample, data.mend, simulation.bench, data.import_, data.convert, folders.trials, fits.check,
+    simulation.demo, ships.ships, ships.show, ships.copy, simulation.simulate, judging.models, ships.estimate,
+    ships.captive, ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map,
+    data.servo, data.resample, data.mend, simulation.bench, data.import_, data.convert, folders.trials, fits.check,
     folders.study, fits.identify, simulation.steer, simulation.bridge, fits.predict, fits.validate, campaign.campaign,
 ):  # fmt: skip
     _cls = WithManoeuvres if _command is simulation.simulate else Command

@@ -49,6 +49,7 @@ RunFolder = Annotated[Path, Option("-o", "--out", help="Write the run to this fo
 PredictionFolder = Annotated[Path, Option("-o", "--out", help="Write the predictions to this folder.")]
 RecordingFolder = Annotated[Path, Option("-o", "--out", help="Write recordings to this folder.")]
 BenchFolder = Annotated[Path | None, Option("-o", "--out", help="Write bench.json to this folder.")]
+CopyFile = Annotated[Path, Argument(help="Name the new ship file (.toml).")]
 ShipOut = Annotated[Path, Option("-o", "--out", help="Write the ship to this file (.toml).")]
 ShipFile = Annotated[Path | None, Option("-o", "--out", help="Write the ship to this file (.toml).")]
 TestPage = Annotated[Path | None, Option("--report", help="Write a report with residuals to this file (.html).")]
@@ -58,11 +59,13 @@ Listed = Annotated[bool, Option("--list", help="List the peers and measure nothi
 
 # Manoeuvres.
 Rudder = Annotated[float | None, Option(help="Set the rudder angle, magnitude [deg].")]
+Steer = Annotated[float | None, Option(help="Set the steering demand of a craft without rudder [%].")]
 HeadingChange = Annotated[float | None, Option(help="Set the heading change, such as of a zigzag [deg].")]
 Side = Annotated[str | None, Option(help="Turn first to port or starboard.")]
 Seed = Annotated[int | None, Option(help="Seed a random manoeuvre and the gusts.")]
 ApproachSpeed = Annotated[float | None, Option(help="Set the approach speed [m/s].")]
 Rps = Annotated[float | None, Option(help="Set the propeller revolutions [1/s].")]
+Throttle = Annotated[float | None, Option(help="Set the throttle of a craft driven by throttle [%].")]
 Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
 TimeStep = Annotated[float | None, Option(help="Set the time step [s].")]
 

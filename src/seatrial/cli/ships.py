@@ -1,4 +1,4 @@
-"""Commands on ships: ships, show, estimate, captive, scale, export."""
+"""Commands on ships: ships, show, copy, estimate, captive, scale, export."""
 
 from __future__ import annotations
 
@@ -75,6 +75,15 @@ def _network(ship: Ship) -> dict[str, dict[str, Any]]:
         "kind": net.kind, "layers": list(net.layers), "memory": net.memory, "wind": net.wind, "weights": net.count,
         "sha256": net.digest if net.trained else "not trained yet", "limits": net.limits is not None,
     }}  # fmt: skip
+
+
+def copy(ship: o.ShipName, file: o.CopyFile, json: o.Json = False) -> None:
+    """Write a ship as a complete, commented file to edit."""
+    from ..workflow.judging import copy as run
+
+    made = run(ship, file, note)
+    if json:
+        emit({"ship": made.name, "of": made.of, "file": file})
 
 
 def estimate(particulars: o.Particulars, out: o.ShipOut, json: o.Json = False) -> None:

@@ -17,6 +17,9 @@ from typing import ClassVar, NamedTuple, Protocol
 
 from ..core.parameters import Scalar, Scalars
 
+HARD_OVER = math.radians(35.0)
+"""Helm [rad] that asks a craft without a rudder for all that turns it: 100 percent of its steering demand."""
+
 
 class Force(NamedTuple):
     """Surge force X [N], sway force Y [N] and yaw moment N about midship [N m]."""
@@ -122,6 +125,11 @@ class ThrusterModule(ABC):
         A stern azimuth has (("n_P", 1.0), ("delta", -1.0)).
         """
         return (("", 0.0),) * len(self.prefixes)
+
+    @property
+    def differential(self) -> tuple[float, ...]:
+        """What each control takes of the helm besides the order that it follows, per radian; by default nothing."""
+        return (0.0,) * len(self.prefixes)
 
     @property
     def tested(self) -> tuple[float, float]:

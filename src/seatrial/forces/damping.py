@@ -89,6 +89,7 @@ class CrossFlowDrag(ForceModule):
     Y_r: Scalar = spec("kg m/s", "sway force by r", default=0.0)
     N_v: Scalar = spec("kg m/s", "yaw moment by v", default=0.0)
     N_r: Scalar = spec("kg m^2/s", "yaw moment by r")
+    N_rr: Scalar = spec("kg m^2", "yaw moment by |r| r besides the drag of the strips", default=0.0)
     C_D: Scalar = spec("", "cross-flow drag coefficient", (0.0, 10.0))
 
     def force(self, flow: Flow) -> Force:
@@ -97,5 +98,5 @@ class CrossFlowDrag(ForceModule):
         return Force(
             self.X_u * u + self.X_uu * magnitude(u) * u,
             self.Y_v * v + self.Y_r * r - strip * drag_force(v, r, half),
-            self.N_v * v + self.N_r * r - strip * drag_moment(v, r, half),
+            self.N_v * v + (self.N_r + self.N_rr * magnitude(r)) * r - strip * drag_moment(v, r, half),
         )

@@ -48,6 +48,7 @@ class Tunnel(ThrusterModule):
     a_Y2: Scalar = spec("", "froude: side force, quadratic in Fn", default=0.0)
     a_N1: Scalar = spec("", "froude: moment, linear in Fn", default=0.0)
     a_N2: Scalar = spec("", "froude: moment, quadratic in Fn", default=0.0)
+    n_per_delta: Scalar = spec("1/s", "revolutions for a rudder order of one radian; 0 obeys none", default=0.0)
 
     def __post_init__(self) -> None:
         thrust = (self.K_T, self.T_0)
@@ -58,6 +59,11 @@ class Tunnel(ThrusterModule):
         if not any(is_symbol(x) or x for x in numbers):
             names = "c_Y and c_N" if self.loss_form == "jet" else "a_Y1, a_Y2, a_N1 and a_N2"
             raise ParameterError(f"loss_form {self.loss_form} needs {names}; without them, loss_form is none")
+
+    @property
+    def follows(self) -> tuple[tuple[str, float], ...]:
+        """Revolutions obey the helm where the ship file gives `n_per_delta`."""
+        return (("delta", self.n_per_delta) if self.n_per_delta else ("", 0.0),)
 
     def thrust(self, rho: Scalar, n: Scalar) -> Scalar:
         """Thrust at rest [N] at `n` [1/s], positive to starboard."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from numbers import Real
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
@@ -20,6 +20,7 @@ import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, possible
 from ..data import Array, Trial
+from ..forces import HARD_OVER
 from ..models import STEERING
 
 __all__ = ["Given", "Index", "Manoeuvre", "Policy", "Scheduled", "Settings"]
@@ -30,11 +31,29 @@ _SLOWEST = 1e-3
 
 @dataclass(frozen=True)
 class Index:
-    """One figure read off a run: value, unit, and for lengths the value in ship lengths."""
+    """One figure read off a run: value, unit, and for lengths the value in ship lengths.
+
+    Attributes:
+        helm: power of the rudder angle in it: 1 of an angle of the rudder, -1 of what it gives per radian.
+    """
 
     value: float
     unit: str
     over_L: float | None = None
+    helm: int = 0
+
+
+def by_demand(indices: Mapping[str, Index]) -> dict[str, Index]:
+    """The figures of a craft without rudder: its helm in percent of `HARD_OVER`, and called so."""
+    out: dict[str, Index] = {}
+    for name, index in indices.items():
+        if index.helm:
+            value = index.value * (100.0 / HARD_OVER) ** index.helm
+            unit = {("rad", 1): "%", ("s", 1): "% s/rad", ("-", -1): "rad/%"}.get((index.unit, index.helm), index.unit)
+            out[name.replace("rudder", "steer")] = replace(index, value=value, unit=unit)
+        else:
+            out[name] = index
+    return out
 
 
 @dataclass(frozen=True)
@@ -44,7 +63,7 @@ class Settings:
     Attributes:
         n_P, speed: revolutions [1/s] and speed [m/s] of the approach.
         L_pp: length of the ship [m].
-        rudder_limit: greatest rudder angle [rad]; infinite where the ship has no limit.
+        rudder_limit: greatest rudder angle, or helm of a craft without rudder [rad]; infinite without a limit.
         rudder, heading: magnitudes [rad]; None takes the manoeuvre's own.
         side: +1 starboard, -1 port.
         seed: of a random manoeuvre.

@@ -13,7 +13,7 @@ from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import atan2, clip, cos, magnitude, sin, where
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
-from .reading import at, reached, rms, turned
+from .reading import at, helm_channel, reached, rms, turned
 
 # A middling merchant ship (K' 1.3-2.5, T' 1.5-6): assumed where those of the ship are unknown.
 K_PRIME, T_PRIME = 1.8, 2.5
@@ -136,8 +136,9 @@ class CourseKeeping(Manoeuvre):
         error = heading[rest] - self.change
         out["final_error"] = Index(float(error[-1]), "rad")
         out["heading_rms"] = Index(rms(error), "rad")
-        if "delta" in trial:
-            out["rudder_rms"] = Index(rms(trial["delta"][rest]), "rad")
+        helm = helm_channel(trial)
+        if helm in trial:
+            out["rudder_rms"] = Index(rms(trial[helm][rest]), "rad", helm=1)
         return out
 
     def _settled(self, trial: Trial) -> int | None:

@@ -57,7 +57,7 @@ class InitialTurning(Manoeuvre):
         out: dict[str, Index] = {}
         one_length, moment = reached(way, L_pp), reached(change, self.psi)
         if one_length is not None:
-            out["turning_quality"] = Index(at(change, one_length) / self.delta, "-")
+            out["turning_quality"] = Index(at(change, one_length) / self.delta, "-", helm=-1)
         if moment is None:
             return out
         out = {"initial_turning_time": Index(at(run.t, moment) - float(run.t[0]), "s"),

@@ -19,7 +19,7 @@ import numpy as np
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
-from .reading import in_lengths, rms
+from .reading import helm_channel, in_lengths, rms
 
 LEVELS = (2, 3, 5, 7)
 # The longest sequence looked for; a longer one is longer than any trial.
@@ -175,16 +175,17 @@ def liveliness(trial: Trial, L_pp: float) -> Mapping[str, Index]:
     extremes, that the run visits [-].  Figures whose channels are absent are left out.
     """
     out: dict[str, Index] = {}
-    if "delta" in trial:
-        out["rudder_rms"] = Index(rms(trial["delta"]), "rad")
+    helm = helm_channel(trial)
+    if helm in trial:
+        out["rudder_rms"] = Index(rms(trial[helm]), "rad", helm=1)
     if "r" in trial:
         out["yaw_rate_rms"] = Index(rms(trial["r"]), "rad/s")
     if "u" in trial and "v_m" in trial:
         U = np.hypot(trial["u"], trial["v_m"])
         out["speed_min"], out["speed_max"] = Index(float(np.nanmin(U)), "m/s"), Index(float(np.nanmax(U)), "m/s")
         out["track_length"] = in_lengths(float(np.nansum(U[:-1] * np.diff(trial.t))), L_pp)
-    if "delta" in trial and "r" in trial:
-        cells = [_cell(trial[name]) for name in ("delta", "r")]
+    if helm in trial and "r" in trial:
+        cells = [_cell(trial[name]) for name in (helm, "r")]
         both = (cells[0] >= 0) & (cells[1] >= 0)
         visited = np.unique(_CELLS * cells[0][both] + cells[1][both]).size
         out["coverage"] = Index(visited / _CELLS**2, "-")

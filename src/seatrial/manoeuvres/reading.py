@@ -22,6 +22,11 @@ def rudder_channel(trial: Trial) -> str:
     return next((name for name in _RUDDERS if name in trial), "delta")
 
 
+def helm_channel(trial: Trial) -> str:
+    """Where the rudder's actual angle is read; of a craft without rudder the order, its helm."""
+    return next((name for name in ("delta", "delta_1", "delta_cmd") if name in trial), "delta")
+
+
 def after(trial: Trial, delta: float) -> Trial:
     """The run from its execute on: where the rudder first leaves its initial angle.
 

@@ -111,12 +111,13 @@ class ReverseSpiral(Manoeuvre):
             return {}
         middle = int(np.clip(np.argmin(np.abs(r)), 1, r.size - 2))
         slope = float((delta[middle + 1] - delta[middle - 1]) / (r[middle + 1] - r[middle - 1]))
-        out = {"neutral_rudder": Index(float(np.interp(0.0, r, delta)), "rad"), "slope": Index(slope, "s")}
+        out = {"neutral_rudder": Index(float(np.interp(0.0, r, delta)), "rad", helm=1),
+               "slope": Index(slope, "s", helm=1)}  # fmt: skip
         # The points between which the rudder falls furthest; one point twice where it only climbs.
         bottom = int(np.argmax(np.maximum.accumulate(delta) - delta))
         top = int(np.argmax(delta[: bottom + 1]))
         width = _turning_point(r, delta, top) - _turning_point(r, delta, bottom) if bottom > top else 0.0
-        out["loop_width"] = Index(width, "rad")
+        out["loop_width"] = Index(width, "rad", helm=1)
         through = np.flatnonzero(np.signbit(delta[:-1]) != np.signbit(delta[1:]))
         if delta[0] < 0 < delta[-1] and (through.size >= 3 or width == 0.0):
             low, high = (_midships(delta, r, int(k)) for k in through[[0, -1]])

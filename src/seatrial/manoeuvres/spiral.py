@@ -117,8 +117,9 @@ class Spiral(Manoeuvre):
         if None not in crossings:
             a, b = (float(x) for x in crossings if x is not None)
             width = self.side * (b - a)
-            out |= {"loop_width": Index(max(width, 0.0), "rad"), "neutral_rudder": Index(0.5 * (a + b), "rad"),
-                    "resolution": Index(float(self.fine), "rad")}  # fmt: skip
+            out |= {"loop_width": Index(max(width, 0.0), "rad", helm=1),
+                    "neutral_rudder": Index(0.5 * (a + b), "rad", helm=1),
+                    "resolution": Index(float(self.fine), "rad", helm=1)}  # fmt: skip
         if None not in midships:
             a, b = (float(x) for x in midships if x is not None)
             out["loop_height"] = Index(self.side * (a - b), _RATE)

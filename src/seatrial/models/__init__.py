@@ -34,12 +34,12 @@ __all__ = ["STATES", "STEERING", "UNITS", "Model", "Sampled", "Stepped", "kinema
 
 STATES = ("x", "y", "psi", "u", "v_m", "r")
 STEERING = ("n_P", "delta")
-"""The orders of a conventional ship: revolutions [1/s] and rudder angle [rad]."""
+"""The orders of every manoeuvre: revolutions [1/s], and the helm: a rudder angle [rad], or what stands for it."""
 
 UNITS = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s",
          "n_P": "1/s", "delta": "rad", "slow_wind_x": "m/s", "slow_wind_y": "m/s", "slow_n": "1/s",
          "lead": "rad/s^2"}  # fmt: skip
-_PREFIXES = {"n": "1/s", "delta": "rad", "alpha": "rad", "f": "N", "X": "N", "Y": "N", "N": "N m"}
+_PREFIXES = {"n": "1/s", "throttle": "-", "delta": "rad", "alpha": "rad", "f": "N", "X": "N", "Y": "N", "N": "N m"}
 
 
 class Model(ABC):
@@ -69,6 +69,39 @@ class Model(ABC):
     def follows(self) -> tuple[tuple[str, float], ...]:
         """For each control the conventional order that it obeys (n_P or delta) and its factor; by default its own."""
         return tuple((name, 1.0) for name in self.controls)
+
+    @property
+    def differential(self) -> tuple[float, ...]:
+        """What each control takes of the helm (delta) besides what it follows, per radian; by default nothing.
+
+        A craft without a rudder turns by thrusters that push unequally: to starboard with more thrust to port.
+        """
+        return (0.0,) * len(self.controls)
+
+    def obey(self, orders: Mapping[str, Scalar]) -> Scalars:
+        """The controls under orders by name; a control whose orders are absent rests."""
+        plain = tuple(factor * orders[order] if order in orders else 0.0 for order, factor in self.follows)
+        if "delta" not in orders or not any(self.differential):
+            return plain
+        helm = orders["delta"]
+        return tuple(x + share * helm if share else x for x, share in zip(plain, self.differential, strict=True))
+
+    def obeying(self, order: str) -> tuple[str, ...]:
+        """The controls that an order moves."""
+        pairs = zip(self.controls, self.follows, self.differential, strict=True)
+        return tuple(name for name, (own, _), share in pairs if own == order or (order == "delta" and share))
+
+    @property
+    def stands_for(self) -> tuple[tuple[str, float], ...]:
+        """For each control the channel of a log that is taken where its own is absent, and the factor.
+
+        It is the order that the control follows; its own where it takes a share of the helm besides, or is a throttle,
+        for which no revolutions stand.
+        """
+        return tuple(
+            (name, 1.0) if share or unit(name) == "-" else pair
+            for name, pair, share in zip(self.controls, self.follows, self.differential, strict=True)
+        )
 
     @property
     def draught(self) -> Scalar:
@@ -131,6 +164,14 @@ class Model(ABC):
     def mass_doubts(self, L_pp: float) -> tuple[str, ...]:
         """What is physically doubtful about the mass matrix, a sentence each; L_pp [m] is that of the ship."""
         return ()
+
+    def pushed(self, push: Scalars) -> Scalars | None:
+        """Rates of u, v_m [m/s^2] and r [rad/s^2] at rest under a force and a moment over the ship's own mass.
+
+        The push is [m/s^2, m/s^2, m^2/s^2].  None where the family has no masses, and where a force can be added to
+        it in place of the wind.
+        """
+        return None
 
     def recall(self, series: Array, dt: float) -> Array:
         """States beyond the six at each row of a log, from the rows before it; by default at rest.

@@ -95,6 +95,11 @@ class Body:
         )
 
 
+    def pushed(self, push: tuple[Scalar, Scalar, Scalar]) -> tuple[Scalar, Scalar, Scalar]:
+        """Rates at rest under a force and a moment over the ship's own mass, see `Model.pushed`."""
+        length = self.m * self.L_pp
+        return self.acceleration((length * push[0], length * push[1], self.m * push[2]), 0.0, 0.0, 0.0)
+
     def restrained(self, force: tuple[Scalar, Scalar, Scalar], flow: Flow, rates: Scalars) -> Loads:
         """Loads of a captive test, from forces as `acceleration` takes them.
 
@@ -144,6 +149,9 @@ class Abkowitz(Model):
         around = Surroundings.of(state, environment)
         u, v, r = around.u_r, around.v_r, around.r * self.body.L_pp
         return around.rates(self.body.acceleration(self.force(u, v, r, control[1]), u, v, r))
+
+    def pushed(self, push: Scalars) -> Scalars:
+        return self.body.pushed((push[0], push[1], push[2]))
 
     def loads(self, flow: Flow, rates: Scalars) -> Loads:
         """What a captive test measures."""

@@ -110,6 +110,9 @@ class ModifiedAbkowitz(Model):
         n_P, delta = control
         return around.rates(self.body.acceleration(self.force(u, v, r, n_P * self.body.L_pp, delta), u, v, r))
 
+    def pushed(self, push: Scalars) -> Scalars:
+        return self.body.pushed((push[0], push[1], push[2]))
+
     def loads(self, flow: Flow, rates: Scalars) -> Loads:
         """What a captive test measures."""
         u, v, r, n = flow.u, flow.v_m, flow.r * flow.L_pp, flow.n_P * flow.L_pp

@@ -129,6 +129,12 @@ class Composed(Model):
         return (*((order, 1.0) for _, order in self.conventional), *own)
 
     @property
+    def differential(self) -> tuple[float, ...]:
+        """Nothing of the helm for the conventional controls; for those of thrusters, what each says."""
+        own = (share for part in self.thrusters.components for share in part.differential)
+        return (*(0.0 for _ in self.conventional), *own)
+
+    @property
     def draught(self) -> Scalar:
         return self.body.d
 

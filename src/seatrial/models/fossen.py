@@ -38,10 +38,12 @@ class Inertia:
 
     - ``published``: You 2023 Eq. 3 as printed, from m_11, m_22 and m_23 alone;
     - ``consistent``: from the symmetric part of M, so that without damping a symmetric M keeps its
-      momentum over the water and its energy.
+      momentum over the water and its energy;
+    - ``no_munk``: as ``consistent``, without the moment that turns a drifting hull across its course, as where
+      lift and viscosity are taken to cancel it (Fossen's Otter); then energy is not kept.
     """
 
-    coriolis: str = choice("which matrix C goes with M", ("published", "consistent"), "published")
+    coriolis: str = choice("which matrix C goes with M", ("published", "consistent", "no_munk"), "published")
     m_11: Scalar = spec("kg", "mass in surge, m - X_udot", (1e-9, 1e12))
     m_22: Scalar = spec("kg", "mass in sway, m - Y_vdot", (1e-9, 1e12))
     m_33: Scalar = spec("kg m^2", "moment of inertia in yaw, I_z - N_rdot", (1e-9, 1e16))
@@ -61,19 +63,21 @@ class Inertia:
     def coriolis_matrix(self, u: Scalar, v: Scalar, r: Scalar) -> tuple[Row, Row, Row]:
         """Rows of C at velocities through the water."""
         if self.coriolis == "published":
-            c_13, c_23 = -self.m_22 * v - self.m_23 * r, self.m_11 * u  # You 2023 (3)
+            m_23 = self.m_23
+            c_13, c_23 = -self.m_22 * v - m_23 * r, self.m_11 * u  # You 2023 (3)
         else:
             m_12 = 0.5 * (self.m_12 + self.m_21)
             m_13 = 0.5 * (self.m_13 + self.m_31)
             m_23 = 0.5 * (self.m_23 + self.m_32)
             c_13 = -(m_12 * u + self.m_22 * v + m_23 * r)
             c_23 = self.m_11 * u + m_12 * v + m_13 * r
-        return (0.0, 0.0, c_13), (0.0, 0.0, c_23), (-c_13, -c_23, 0.0)
+        back = (m_23 * r, 0.0, 0.0) if self.coriolis == "no_munk" else (-c_13, -c_23, 0.0)
+        return (0.0, 0.0, c_13), (0.0, 0.0, c_23), back
 
     def acceleration(self, force: Force, u: Scalar, v: Scalar, r: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         """Rates of u, v [m/s^2] and r [rad/s^2] under `force`, at velocities through the water."""
-        (_, _, c_13), (_, _, c_23), _ = self.coriolis_matrix(u, v, r)
-        right = (force.X - c_13 * r, force.Y - c_23 * r, force.N + c_13 * u + c_23 * v)
+        (_, _, c_13), (_, _, c_23), (c_31, c_32, _) = self.coriolis_matrix(u, v, r)
+        right = (force.X - c_13 * r, force.Y - c_23 * r, force.N - c_31 * u - c_32 * v)
         first, second, third = self.matrix
         minors = (_cross(second, third), _cross(third, first), _cross(first, second))
         over = 1.0 / _dot(first, minors[0])

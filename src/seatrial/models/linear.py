@@ -40,7 +40,8 @@ class Linear:
         states, controls, environment: names of the rows of x, c and e; units as in `models.UNITS`.
         A, B, E: Jacobians, shapes (states, states), (states, controls), (states, 8).
         at: the trim point.
-        obeys: per control the order it obeys and the factor, see `models.follows`.
+        obeys: per control the order it obeys and the factor, see `Model.follows`.
+        differential: per control what it takes of the helm besides, see `Model.differential`.
         dt: sample time [s] of a sampled model; None in continuous time.
     """
 
@@ -53,6 +54,7 @@ class Linear:
     obeys: tuple[tuple[str, float], ...]
     dt: float | None = None
     environment: tuple[str, ...] = CHANNELS
+    differential: tuple[float, ...] = ()
 
     def reduced(self, names: Sequence[str]) -> Linear:
         """The same with some states only, the others held at the trim point.
@@ -126,6 +128,8 @@ class Linear:
             ParameterError: no control obeys it.
         """
         weights = np.array([factor if name == order else 0.0 for name, factor in self.obeys])
+        if order == "delta" and self.differential:
+            weights = weights + np.array(self.differential)
         if not weights.any():
             if order not in self.controls:
                 known = dict.fromkeys((*(name for name, _ in self.obeys), *self.controls))
@@ -224,7 +228,7 @@ def linearise(model: Model, at: Trim, states: Sequence[str] | None = None, side:
     ]
     A, B, E = (np.mean(group, axis=0) for group in zip(*found, strict=True))
     dt = None if sampled is None else float(sampled.dt)
-    full = Linear(at.states, tuple(model.controls), A, B, E, at, model.follows, dt)
+    full = Linear(at.states, tuple(model.controls), A, B, E, at, model.follows, dt, differential=model.differential)
     return full.reduced(states or [name for name in at.states if name not in ("x", "y", "psi")])
 
 

@@ -28,6 +28,15 @@ class Body:
     Y_vdotz: Scalar = spec(PRIME, "sway force by sway acceleration and z", default=0.0)
     N_rdotz: Scalar = spec(PRIME, "yaw moment by yaw acceleration and z", default=0.0)
 
+    def acceleration(self, X: Scalar, Y: Scalar, N: Scalar, z: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """Rates of u, v_m, r under forces over the ship's mass, times L, and the moment over it [m^2/s^2]."""
+        L = self.L_pp
+        return (
+            X / (L * (self.m_11 - self.X_udotz * z)),
+            Y / (L * (self.m_22 - self.Y_vdotz * z)),
+            N / (L * L * (self.m_33 - self.N_rdotz * z)),
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Screw:
@@ -114,11 +123,10 @@ class Tanker(Model):
         q = smaller(body.d * environment.per_depth, _SHALLOWEST)
         z = q / (1.0 - q)
         X, Y, N = self.force(around.u_r, around.v_r, around.r * L, control[0], control[1], z)
-        return around.rates((
-            X / (L * (body.m_11 - body.X_udotz * z)),
-            Y / (L * (body.m_22 - body.Y_vdotz * z)),
-            N / (L * L * (body.m_33 - body.N_rdotz * z)),
-        ))  # fmt: skip
+        return around.rates(body.acceleration(X, Y, N, z))
+
+    def pushed(self, push: Scalars) -> Scalars:
+        return self.body.acceleration(self.body.L_pp * push[0], self.body.L_pp * push[1], push[2], 0.0)
 
     def force(
         self, u: Scalar, v: Scalar, r: Scalar, n: Scalar, delta: Scalar, z: Scalar

@@ -106,14 +106,15 @@ def point(model: Model, state: Sequence[float], orders: Mapping[str, float], env
     _known(model, orders)
     search = _Search(model, dict(orders), (), state[3], state[2], environment)
     given = tuple(float(x) for x in state)
-    control = tuple(factor * orders.get(order, 0.0) for order, factor in search.model.follows)
+    control = search.model.obey(orders)
     whole = begun(search.model, given[: len(STATES)], control, environment)
     return search.point((*given, *whole[len(given) :]), dict(orders))
 
 
 def _known(model: Model, names: Iterable[str]) -> tuple[str, ...]:
     """The orders that a model obeys; those named are among them."""
-    known = tuple(dict.fromkeys(name for name, _ in model.follows))
+    helm = ("delta",) if any(model.differential) else ()
+    known = tuple(dict.fromkeys((*(name for name, _ in model.follows), *helm)))
     for name in names:
         if name not in known:
             raise ParameterError(unknown(name, known, "order"))
@@ -167,7 +168,7 @@ class _Search:
 
     def rates(self, state: Scalars, orders: Mapping[str, Scalar]) -> Scalars:
         """Rates of u, v_m, r and the model's own states; a control without an order rests."""
-        control = tuple(factor * orders.get(name, 0.0) for name, factor in self.model.follows)
+        control = self.model.obey(orders)
         slow = self.model.derivative(state, control, self.environment)[3:]
         if isinstance(self.model, Sampled):
             memory = self.model.begin(state, control)
@@ -224,7 +225,7 @@ class _Search:
 
     def point(self, state: tuple[float, ...], orders: Mapping[str, float]) -> Trim:
         """The trim point, memory of a sampled model included."""
-        control = tuple(float(factor * orders.get(name, 0.0)) for name, factor in self.model.follows)
+        control = tuple(float(x) for x in self.model.obey(orders))
         names, full = tuple(self.model.states), tuple(float(x) for x in state)
         residual = max(abs(float(rate)) for rate in self.rates(full, orders))
         if isinstance(self.model, Sampled):

@@ -12,6 +12,7 @@ import statistics
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 from ..actuators import Actuator, Actuators
 from ..core.parameters import PRIME, Spec, unknown
@@ -22,6 +23,7 @@ from ..forces.rudder import Standard as Rudder
 from ..forces.wind import Fujiwara
 from ..models import Model
 from ..models.mmg import Mmg
+from ..models.twin import TwinMmg
 from . import Entry, Ship, ShipError
 from .formulas import Formula, added_mass, hull, propeller, resistance, rudder, table, wind
 from .formulas.reading import Known, as_table, read_particulars
@@ -59,6 +61,14 @@ COPIED = {
 }  # fmt: skip
 """Numbers of the model that stand among the particulars."""
 
+_PLANING = 0.45
+"""Froude number above which hulls begin to be carried by dynamic lift."""
+
+_BEYOND = "the craft begins to plane, which no formula here knows; see 'Small craft' in docs/tutorials/estimate.md"
+_TWO_SCREWS = (
+    "two screws: no published regression covers the interaction of two rudders with the hull, so the numbers of a "
+    "single one stand for it; brackets and bossings add to the resistance: give R_0"
+)
 _INERTIA = "assumed: m (0.25 L_pp)^2"
 
 
@@ -144,7 +154,15 @@ class _Work:
                 self.take_particular(path, meaning)
         made = {part: cls(**_below(self.values, part)) for part, cls in parts.items()}
         cautions = tuple(self.cautions())
-        return Estimate(self.ship(Mmg(**made), cautions), tuple(self.numbers), cautions)
+        return Estimate(self.ship(self.model(made), cautions), tuple(self.numbers), cautions)
+
+    def model(self, made: Mapping[str, Any]) -> Model:
+        """The ship of its parts: with one screw, or with two that turn opposite ways."""
+        if self.known.ship.screws == 1.0:
+            return Mmg(**made)
+        y_P, y_R = (self.known.values[key] for key in ("y_P", "y_R"))
+        self.entries |= {key: self.known.entries[key] for key in ("y_P", "y_R")}
+        return TwinMmg(**made, y_P=y_P, y_R=y_R)
 
     def refuse_unknown(self, specs: Mapping[str, Spec]) -> None:
         free = [path for path in specs if path not in COPIED and path not in ("body.m", "wind.A_T", "wind.A_L")]
@@ -238,6 +256,10 @@ class _Work:
             yield "R_0 leaves wave resistance out and holds at the approach speed only"
         if self.known.ship.D_P > self.known.ship.H_R:
             yield "the propeller is larger than the rudder is high; eta is held at 1"
+        if self.known.ship.screws == 2.0:
+            yield _TWO_SCREWS
+        if self.known.ship.ratios["F_n"] > _PLANING:
+            yield f"a Froude number of {self.known.ship.ratios['F_n']:.2g}: {_BEYOND}"
         yield "estimated numbers: good for a first look and as the prior of a fit, not as a model of this ship"
 
     def ship(self, model: Model, cautions: tuple[str, ...]) -> Ship:
@@ -252,7 +274,8 @@ class _Work:
         return Ship(
             name=self.known.name, model=model, L_pp=L, speed=U, n_P=values.get("n_P"), entries=self.entries,
             actuators=Actuators({"rudder": Actuator(low=-limit, high=limit, rate=values["delta_rate"])}),
-            validity={"u": (0.0, 1.2 * U), "v_m": (-0.5 * U, 0.5 * U), "r": (-U / L, U / L), "delta": (-limit, limit)},
+            validity={"u": (0.0, 1.2 * U), "v_m": (-0.5 * U, 0.5 * U), "r": (-U / L, U / L),
+                      **{name: (-limit, limit) for name in model.controls if name.startswith("delta")}},
             notes={"title": self.known.title, "cautions": list(cautions), **self.known.notes},
         )  # fmt: skip
 

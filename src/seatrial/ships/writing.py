@@ -15,19 +15,23 @@ from ..core.parameters import values as parameters
 from ..models.network import Network
 from . import Entry, Ship, ShipError
 from .actuation import USUAL, listed
+from .comments import annotated
 from .networks import USUAL as USUAL_WEIGHTS
 from .networks import network_lines, settle, weights_name, write_weights
 from .numbers import PARTICULARS, Yardsticks, resolve
 
 
-def save(ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = None) -> Path:
-    """Write `ship` to `path` in one step: readers see the old file or the whole new one.
+def save(
+    ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = None, *, comments: bool = False
+) -> Path:  # fmt: skip
+    """Write `ship` to `path` in one step: readers see the old file or the whole new one; for editing, with comments.
 
     The weights of a network go beside it: `weights.npz` for a model.toml, `<stem>.weights.npz` for any other.
     """
     target = Path(path)
     weights = target.with_name(weights_name(target))
     text, network = to_toml(ship, provenance, weights.name), ship.model.learned
+    text = annotated(text, ship) if comments else text
     waiting = write_weights(network, weights) if network is not None and network.trained else None
     try:
         write_whole(target, text)

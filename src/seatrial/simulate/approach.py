@@ -91,7 +91,7 @@ def fastest(ship: Ship) -> float:
 
 def straight(ship: Ship, n_P: float) -> tuple[float, ...]:
     """Controls of a straight run: controls that follow n_P have its value, all others are zero."""
-    return tuple(factor * n_P if order == "n_P" else 0.0 for order, factor in ship.model.follows)
+    return ship.model.obey({"n_P": n_P})
 
 
 def surge_balance(ship: Ship, u: float, n_P: float) -> float:

@@ -113,4 +113,5 @@ def _steers(ship: Ship, path: str) -> bool:
     """Whether a parameter changes the order that a control follows, or its factor."""
     value = values(ship.model)[path]
     others = (ship.moved({path: other}).model for other in (2.0 * value + 1.0, -value))
-    return any(other.follows != ship.model.follows for other in others)
+    own = ship.model.follows, ship.model.differential
+    return any((other.follows, other.differential) != own for other in others)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Hashable, Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
-from functools import lru_cache
+from functools import lru_cache, reduce
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -162,20 +163,26 @@ def _memory(ship: Ship, dt: float) -> tuple[tuple[str, ...], ...]:
     return tuple(found)
 
 
-def _sources(ship: Ship, policy: Policy) -> tuple[tuple[int, float], ...]:
-    """For each control, the index of the policy's order that it follows (-1: none), and the factor.
+_Shares = tuple[tuple[int, float], ...]
+"""Which of a policy's orders a control takes, and how much of each."""
 
-    An order with the name of the control takes precedence over the conventional one.
+
+def _sources(ship: Ship, policy: Policy) -> tuple[_Shares, ...]:
+    """For each control, the index and the factor of each order of the policy that it takes; none where it rests.
+
+    An order with the name of the control takes precedence over those that it follows.
     """
-    given, controls = policy.orders, ship.model.controls
-    pairs = [
-        (control, 1.0) if control in given else pair for control, pair in zip(controls, ship.model.follows, strict=True)
-    ]
-    known = {*controls, *(name for name, _ in ship.model.follows)}
+    given, model = policy.orders, ship.model
+    known = sorted({name for name in (*model.controls, *(order for order, _ in model.follows), "delta")
+                    if name and (name in model.controls or model.obeying(name))})  # fmt: skip
     for name in given:
         if name not in known:
-            raise ShipError(f"{ship.name}: {unknown(name, sorted(known), 'control')}")
-    return tuple((given.index(name) if name in given else -1, factor) for name, factor in pairs)
+            raise ShipError(f"{ship.name}: {unknown(name, known, 'control')}")
+    found: list[_Shares] = []
+    for control, own, share in zip(model.controls, model.follows, model.differential, strict=True):
+        pairs = [(control, 1.0)] if control in given else [own, *([("delta", share)] if share else [])]
+        found.append(tuple((given.index(name), factor) for name, factor in pairs if name in given))
+    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -186,7 +193,7 @@ class _Loop:
     policy: Policy
     dt: float
     names: tuple[str, ...]
-    sources: tuple[tuple[int, float], ...]
+    sources: tuple[_Shares, ...]
     held: tuple[tuple[str, ...], ...]
 
     @property
@@ -212,7 +219,9 @@ class _Loop:
         """The order for each control, and the memory of the policy."""
         steer: Any = update(self.policy, _split(self.names, p, "policy."))
         wanted, memory = steer.command(t, state[:6], memory, *((given,) if self.given else ()))
-        return (*(factor * wanted[k] if k >= 0 else 0.0 for k, factor in self.sources), *self.own(wanted)), memory
+        taken = (reduce(add, (factor * wanted[k] for k, factor in shares)) if shares else 0.0
+                 for shares in self.sources)  # fmt: skip
+        return (*taken, *self.own(wanted)), memory
 
     def own(self, wanted: Scalars) -> Scalars:
         """Orders under their own names, for those that are not a control of the ship."""
@@ -315,7 +324,7 @@ def loop_memory(
     """
     steer = update(policy, {n[7:]: v for n, v in given.items() if n.startswith("policy.")})
     turning = {"n_P": given.get("policy.n_P", 0.0)}
-    start = tuple(factor * turning.get(order, 0.0) for order, factor in ship.model.follows)
+    start = ship.model.obey(turning)
     found: list[Scalar] = []
     for control, group, value in zip(ship.model.controls, _memory(ship, dt), start, strict=True):
         extra = len(ship.actuators.of(control).extra)

@@ -46,7 +46,7 @@ def inputs(trial: Trial, model: Model) -> Array:
         wanted = "the network takes the wind; log it, or take a network without (wind = false)"
         raise DataError(f"{trial.name}: no values of {', '.join(lacking)}; {wanted}")
     series = np.zeros((len(trial), n + len(CHANNELS)))
-    for k, (name, (order, factor)) in enumerate(zip(model.controls, model.follows, strict=True)):
+    for k, (name, (order, factor)) in enumerate(zip(model.controls, model.stands_for, strict=True)):
         if name not in trial and order not in trial:
             raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(model.controls)}")
         source, factor = (name, 1.0) if name in trial else (order, factor)
@@ -318,7 +318,7 @@ def wind_words(trial: Trial, felt: bool) -> str:
 def gaps(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
     """Rows that `inputs` fills in, shape (samples,), by channel."""
     steering = (name if name in trial else order for name, (order, _) in zip(
-        model.controls, model.follows, strict=True))  # fmt: skip
+        model.controls, model.stands_for, strict=True))  # fmt: skip
     pairs = (*(pair for _, *pair in VECTORS), *((_APPARENT,) if from_apparent(trial) else ()))
     around = (name for pair in pairs if all(logged(trial, one) for one in pair) for name in pair)
     acting = [name for name in (*steering, *around, "T_W", "depth") if logged(trial, name)]

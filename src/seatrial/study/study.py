@@ -337,7 +337,7 @@ def _filled(path: Path, ship: Ship, trials: Iterable[Trial]) -> None:
     Raises:
         StudyError: naming trial and channel.
     """
-    orders = ship.model.follows
+    orders = ship.model.stands_for
     for trial in trials:
         needed = [c if c in trial else order for c, (order, _) in zip(ship.model.controls, orders, strict=True)]
         for name in (*STATES, *needed):

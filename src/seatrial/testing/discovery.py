@@ -178,7 +178,7 @@ class Part(NamedTuple):
     def mirror(self) -> np.ndarray:
         """Sign of each input in the mirror."""
         signs = (1, -1, -1, 1, -1, 1, -1, 1, -1, 1, 1)
-        return np.array([*signs, *(control_sign(prefix, self.prefixes) for prefix in self.prefixes)])
+        return np.array([*signs, *(control_sign(prefix, self.module) for prefix in self.prefixes)])
 
     def outputs(self, x: Any) -> tuple[Any, ...]:
         """X, Y, N and the slipstream where there is one, from flow and own controls."""
@@ -193,9 +193,9 @@ class Part(NamedTuple):
         return tuple(out) if isinstance(out, Force) else (*out[0], *out[1])
 
 
-def control_sign(prefix: str, beside: tuple[str, ...]) -> float:
+def control_sign(prefix: str, part: ThrusterModule | None = None) -> float:
     """Sign of a control in the mirror; revolutions change theirs where the thrust is across the ship."""
-    across = prefix == "n" and beside == ("n",)
+    across = prefix == "n" and part is not None and part.prefixes == ("n",) and part.follows[0][0] != "n_P"
     return -1.0 if across or prefix in ("alpha", "delta", "Y", "N") else 1.0
 
 
@@ -227,7 +227,7 @@ def control_size(ship: Ship) -> tuple[float, ...]:
     running = straight(ship, approach(ship)[1] or 1.0)
     named = {name: abs(x) for name, x in zip(ship.model.controls, running, strict=True)}
     newton = max((x for name, x in named.items() if unit(name) == "N"), default=100.0)
-    usual = {"rad": 0.5, "1/s": 10.0, "N": newton, "N m": 0.2 * newton * ship.L_pp}
+    usual = {"rad": 0.5, "1/s": 10.0, "N": newton, "N m": 0.2 * newton * ship.L_pp, "-": 0.5}
     return tuple(0.5 if unit(name) == "rad" else x or usual[unit(name)] for name, x in named.items())
 
 
@@ -277,10 +277,10 @@ def mirrored_control(model: Model, control: tuple[Any, ...]) -> tuple[Any, ...]:
         prefix, _, rest = name.partition("_")
         if rest in parts_:
             partner = f"{prefix}_{other_side(parts_, rest)}"
-            sign = control_sign(prefix, parts_[rest].prefixes)
+            sign = control_sign(prefix, parts_[rest])
         else:
             partner = re.sub("_[12]$", lambda m: {"_1": "_2", "_2": "_1"}[m[0]], name)
-            sign = control_sign(prefix, ("n", "alpha"))
+            sign = control_sign(prefix)
         out.append(sign * given[partner])
     return tuple(out)
 

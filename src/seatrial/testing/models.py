@@ -63,7 +63,8 @@ def answers(ship: Ship) -> None:
     model = ship.model
     require(model.states[:6] == STATES, f"the first six states are {model.states[:6]}, not {STATES}")
     require(len(set(model.controls)) == len(model.controls) == len(model.follows), "a control without what it follows")
-    require(all(unit(control) != "-" for control in model.controls), f"no unit follows from {model.controls}")
+    nameless = [c for c in model.controls if unit(c) == "-" and not c.startswith("throttle_")]
+    require(not nameless, f"no unit follows from {nameless}")
     require(all(np.isfinite(factor) for _, factor in model.follows), "a factor that is not finite")
     sizes = model.draught, model.breadth, model.displaced
     require(all(np.isfinite(size) and size >= 0.0 for size in sizes), f"draught, breadth, mass are {sizes}")

@@ -77,7 +77,7 @@ def corrected(trial: Trial, errors: Errors, model: Model) -> Trial:
 
 def _logged(control: str, trial: Trial, model: Model) -> str:
     """The channel that a control is read from: its own, or that of the order it follows."""
-    orders = {name: order for name, (order, _) in zip(model.controls, model.follows, strict=True)}
+    orders = {name: order for name, (order, _) in zip(model.controls, model.stands_for, strict=True)}
     return control if control in trial else orders.get(control, control)
 
 
@@ -85,7 +85,7 @@ def _acted(trial: Trial, acting: list[tuple[Suspect, float]], model: Model) -> T
     """The trial with corrected inputs."""
     n = len(model.controls)
     series = np.zeros((len(trial), n + len(CHANNELS)))
-    for k, (name, (order, factor)) in enumerate(zip(model.controls, model.follows, strict=True)):
+    for k, (name, (order, factor)) in enumerate(zip(model.controls, model.stands_for, strict=True)):
         if name in trial or order in trial:
             series[:, k] = trial[name] if name in trial else factor * trial[order]
     wind = wind_of(trial)

@@ -26,6 +26,7 @@ from ..manoeuvres.zigzag import Zigzag
 from ..models import Sampled
 from ..models.settled import settled
 from ..ships import Ship
+from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.run import approach, simulate, straight, surge_balance
 
 PASS, FAIL, NOT_APPLICABLE = "pass", "fail", "not applicable"
@@ -113,6 +114,9 @@ def overshoot_limits(L_over_V: float) -> tuple[float, float]:
     return 20.0, 40.0
 
 
+_NO_ANGLE = "the criterion is for 10 or 20 deg of rudder, and this craft has no rudder: it is steered by a demand"
+
+
 def imo_table(ship: Ship) -> ImoTable:
     """Run every trial of the standards from the ship's approach, in calm, deep water.
 
@@ -120,15 +124,15 @@ def imo_table(ship: Ship) -> ImoTable:
         ShipError: no steady approach is found.
     """
     V, n_P = approach(ship)
-    settings = Settings(n_P, V, ship.L_pp, rudder_limit(ship))
+    settings = Settings(n_P, V, ship.L_pp, helm_limit(ship))
     astern = max(-abs(n_P), float(ship.actuators.of("n_P").low))
     rows = (*_steering(ship, settings), _stop(ship, settings, astern))
     return ImoTable(
         ship.name, ship.L_pp, V, n_P, rows,
         {
-            "test speed": f"{V:.4g} m/s ({V * 3600 / 1852:.3g} kn) at {n_P:.4g} revolutions per second",
+            "test speed": f"{V:.4g} m/s ({V * 3600 / 1852:.3g} kn) at {_ahead(ship, n_P)}",
             "L/V": f"{ship.L_pp / V:.3g} s",
-            "full astern": f"{astern:.4g} 1/s: the revolutions of the approach reversed, as far as the ship's go"
+            "full astern": f"{_ahead(ship, astern)}: that of the approach reversed, as far as the ship's goes"
             if astern < 0 else "none",
             "water": "deep, still", "wind and waves": "none", "loading": "that of the ship file",
         },
@@ -136,17 +140,23 @@ def imo_table(ship: Ship) -> ImoTable:
     )  # fmt: skip
 
 
+def _ahead(ship: Ship, n_P: float) -> str:
+    """An order ahead in words."""
+    return f"{100.0 * n_P:.3g} % throttle" if throttled(ship) else f"{n_P:.4g} revolutions per second"
+
+
 def _steering(ship: Ship, settings: Settings) -> Iterator[Criterion]:
     first, second = overshoot_limits(ship.L_pp / settings.speed)
     ten, twenty = 10.0 / _DEGREE, 20.0 / _DEGREE
     hard = Turning.ordered(settings)
-    angle = f"{abs(hard.delta) * _DEGREE:.3g} deg"
-    steered = any(order == "delta" for order, _ in ship.model.follows)
+    angles = by_angle(ship)
+    helm = f"rudder {abs(hard.delta) * _DEGREE:.3g} deg" if angles else "full steering demand"
+    steered = bool(ship.model.obeying("delta"))
     for side, word in _SIDES.items():
         runs: tuple[tuple[Manoeuvre, tuple[tuple[str, str, str, float], ...]], ...] = (
             (replace(hard, delta=side * hard.delta),
-             ((f"advance, rudder {angle}", "advance", "L", ADVANCE),
-              (f"tactical diameter, rudder {angle}", "tactical_diameter", "L", TACTICAL_DIAMETER))),
+             ((f"advance, {helm}", "advance", "L", ADVANCE),
+              (f"tactical diameter, {helm}", "tactical_diameter", "L", TACTICAL_DIAMETER))),
             (InitialTurning(settings.n_P, ten, ten, side),
              (("way to 10 deg of heading, rudder 10 deg", "initial_turning_distance", "L", INITIAL_TURNING),)),
             (Zigzag(settings.n_P, ten, ten, side),
@@ -156,8 +166,9 @@ def _steering(ship: Ship, settings: Settings) -> Iterator[Criterion]:
              (("20/20 zigzag, first overshoot", "first_overshoot", "deg", OVERSHOOT_20),)),
         )  # fmt: skip
         for policy, figures in runs:
-            run, reason, over = _run(ship, policy, settings.speed) if steered \
-                else (None, "nothing of this ship obeys a rudder order", True)
+            missing = "nothing of this ship obeys a rudder order" if not steered \
+                else "" if angles or isinstance(policy, Turning) else _NO_ANGLE
+            run, reason, over = (None, missing, True) if missing else _run(ship, policy, settings.speed)
             found = {} if run is None else {
                 name: (_DEGREE if one.unit == "rad" else 1.0) * (one.value if one.over_L is None else one.over_L)
                 for name, one in policy.indices(run, ship.L_pp).items()
@@ -238,13 +249,6 @@ def _caveats(ship: Ship, V: float, n_P: float) -> Iterator[str]:
             "L/V grows with the square root of the scale."
         )
     yield "The standards hold for full load on even keel; the loading is that of the ship file, whatever it is."
-
-
-def rudder_limit(ship: Ship) -> float:
-    """Greatest angle of what obeys the rudder order [rad]; infinite without a limit."""
-    pairs = zip(ship.model.controls, ship.model.follows, strict=True)
-    servos = [ship.actuators.of(control) for control, (order, _) in pairs if order == "delta"]
-    return min((abs(float(servo.high)) for servo in servos), default=math.inf)
 
 
 def held_speed(ship: Ship, V: float, n_P: float) -> bool:

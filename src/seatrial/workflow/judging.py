@@ -13,6 +13,7 @@ from ..core.parameters import unknown, values
 from ..data import UNITS
 from ..models import STATES
 from ..ships import Ship
+from ..ships.classes import foreign
 from . import RequestError
 from .request import DEGREE, PAGES, Note, check_output, positive, ship_of, silent
 
@@ -46,6 +47,29 @@ def estimate(particulars: Path, out: Path, note: Note = silent) -> Estimate:
         note(f"warning: {line}")
     note(f"wrote {out}")
     return made
+
+
+def copy(ship: str | Path | Ship, file: Path, note: Note = silent) -> Ship:
+    """Write a ship as a complete, commented file to edit, called by the name of the file; the copy made.
+
+    It holds what the ship's file is like or leaves at a default, and the weights of a network beside it.
+
+    Raises:
+        RequestError: an output that is no ship file, or that exists.
+    """
+    from ..ships.files import load, save
+    from ..ships.networks import weights_name
+
+    check_output(file, (".toml",), "a ship file")
+    base = ship_of(ship)
+    beside = (file, file.with_name(weights_name(file))) if base.model.learned is not None else (file,)
+    for one in beside:
+        if one.exists():
+            raise RequestError(f"{one}: exists already; name a new file")
+    made = replace(base, name=file.stem, of=base.of or base.name)
+    save(made, file, comments=True)
+    note(f"wrote {file}, a copy of {base.name} to edit")
+    return load(file, trust=foreign(base.model))
 
 
 def captive(

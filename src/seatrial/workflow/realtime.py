@@ -252,8 +252,7 @@ def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
 
 def cannot(ship: Ship) -> dict[str, str]:
     """Buttons of what the ship cannot do, and why not."""
-    steering = [name for name, (of, _) in zip(ship.model.controls, ship.model.follows, strict=True) if of == "delta"]
-    turns = any(unit(name) == "rad" for name in steering)
+    turns = any(unit(name) == "rad" for name in ship.model.obeying("delta"))
     found: dict[str, str] = {}
     for text, (kind, _) in _BUTTONS.items():
         drill = known()[kind]

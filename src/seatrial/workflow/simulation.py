@@ -20,9 +20,11 @@ from ..core.parameters import unknown
 from ..data import Trial
 from ..engine import SimulationError
 from ..environment import Weather
-from ..manoeuvres import Index, Manoeuvre, Settings
+from ..forces import HARD_OVER
+from ..manoeuvres import Index, Manoeuvre, Settings, by_demand
 from ..ships import Ship
 from ..ships.felt import driven
+from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.approach import approach, step_doubt, surge_balance, time_step
 from . import RequestError
 from .request import DEGREE, Around, Note, doubts, finite, make_folder, positive, ship_of, silent, surroundings
@@ -56,13 +58,6 @@ def find(name: str) -> type[Manoeuvre]:
     return known()[name]
 
 
-def rudder_limit(ship: Ship) -> float:
-    """Greatest angle of what follows the order delta [rad]; infinite without a limit."""
-    servos = [ship.actuators.of(c) for c, (order, _) in zip(ship.model.controls, ship.model.follows, strict=True)
-              if order == "delta"]  # fmt: skip
-    return min((abs(float(servo.high)) for servo in servos), default=math.inf)
-
-
 def lacks(ship: Ship, cls: type[Manoeuvre]) -> str | None:
     """What a manoeuvre needs and the ship lacks; None where nothing is missing."""
     if cls.by_engine and not driven(ship):
@@ -84,7 +79,7 @@ def order(name: str, ship: Ship, U: float, n_P: float, given: Mapping[str, Any])
         if option not in cls.takes:
             takes = ", ".join(f"--{one}" for one in cls.takes) or "none of " + ", ".join(f"--{o}" for o in _OPTIONS)
             raise RequestError(f"{name} takes no --{option}; it takes {takes}")
-    limit, highs = rudder_limit(ship), {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
+    limit, highs = helm_limit(ship), {name: float(ship.actuators.of(name).high) for name in ship.model.controls}
     settings = Settings(
         n_P, U, ship.L_pp, limit, rudder=_angle("--rudder", given.get("rudder")),
         heading=_angle("--heading", given.get("heading")), side=_side(given.get("side", "starboard")),
@@ -92,7 +87,7 @@ def order(name: str, ship: Ship, U: float, n_P: float, given: Mapping[str, Any])
         controls={name: high if math.isfinite(high) else 0.0 for name, high in highs.items()},
         astern=ship.validity.get("n_P", (-math.inf, 0.0))[0] < 0.0 and ship.validity.get("u", (-1.0, 0.0))[0] < 0.0,
     )  # fmt: skip
-    if settings.rudder is not None and settings.rudder > limit * (1 + 1e-9):
+    if settings.rudder is not None and settings.rudder > limit * (1 + 1e-9):  # never a demand, which is checked before
         raise RequestError(
             f"--rudder is {given['rudder']:g} deg; the rudder of {ship.name} goes to {limit / DEGREE:g} deg"
         )
@@ -133,21 +128,23 @@ class Simulated:
 
     @property
     def indices(self) -> Mapping[str, Index]:
-        """The indices of the manoeuvre that the run reached."""
-        return self.policy.indices(self.trial, self.ship.L_pp)
+        """The indices of the manoeuvre that the run reached; of a craft without rudder by its steering demand [%]."""
+        found = self.policy.indices(self.trial, self.ship.L_pp)
+        return found if by_angle(self.ship) else by_demand(found)
 
 
 def simulate(
     ship: str | Path | Ship, manoeuvre: str, *, rudder: float | None = None, heading: float | None = None,
     side: str | None = None, seed: int | None = None, speed: float | None = None, rps: float | None = None,
     duration: float | None = None, dt: float | None = None, out: Path | None = None, note: Note = silent,
-    **around: Unpack[Around],
+    steer: float | None = None, throttle: float | None = None, **around: Unpack[Around],
 ) -> Simulated:  # fmt: skip
     """Run a manoeuvre; without a duration until it holds all its indices.
 
     Args:
         ship: a name of the library, a ship file or a ship.
         manoeuvre: its kind, see `known`.
+        steer, throttle: what stands for `rudder` and `rps` where the ship has neither [%].
         note: takes warnings.
         around: weather and depth, see `surroundings`.
 
@@ -163,6 +160,7 @@ def simulate(
         raise RequestError(f"--seed is {seed}; it is zero or above")
     takes = find(manoeuvre).takes
     vessel = ship_of(ship)
+    rudder, rps = helm_of(vessel, manoeuvre, rudder, steer), ahead_of(vessel, rps, throttle)
     _check_revolutions(vessel, rps)
     for line in doubts(vessel):
         note(f"warning: {line}")
@@ -182,9 +180,46 @@ def simulate(
         make_folder(out.parent)
         write_trial(run, out)
         note(f"wrote {out}")
-    settings = {"speed": U, "rps": n_P, **_set_points(policy, side), "duration": run.duration,
+    ahead = {"throttle": 100.0 * n_P} if throttled(vessel) else {"rps": n_P}
+    settings = {"speed": U, **ahead, **_set_points(vessel, policy, side), "duration": run.duration,
                 "dt": dt or time_step(vessel), **place.settings}  # fmt: skip
     return Simulated(vessel, policy, run, settings, reason is None, reason)
+
+
+def helm_of(ship: Ship, manoeuvre: str, rudder: float | None, steer: float | None) -> float | None:
+    """The helm [deg] of a rudder angle [deg] or a steering demand [%], whichever the ship has.
+
+    Raises:
+        RequestError: the other one, or a demand beyond 100 percent.
+    """
+    if rudder is not None and not by_angle(ship):
+        raise RequestError(f"--rudder: {ship.name} has no rudder; give --steer, a demand in percent of its greatest")
+    if steer is None:
+        return rudder
+    if by_angle(ship):
+        raise RequestError(f"--steer: {ship.name} is steered by an angle; give --rudder in degrees")
+    if "rudder" not in find(manoeuvre).takes:
+        raise RequestError(f"{manoeuvre} takes no --steer")
+    if not 0.0 < steer <= 100.0:
+        raise RequestError(f"--steer is {steer:g} percent; it is above 0 and at most 100 (--side gives the side)")
+    return steer / 100.0 * HARD_OVER / DEGREE
+
+
+def ahead_of(ship: Ship, rps: float | None, throttle: float | None) -> float | None:
+    """The order ahead [1/s] of revolutions [1/s] or a throttle [%], whichever the ship has.
+
+    Raises:
+        RequestError: the other one, or a throttle beyond 100 percent.
+    """
+    if rps is not None and throttled(ship):
+        raise RequestError(f"--rps: {ship.name} is driven by throttle; give --throttle in percent of full ahead")
+    if throttle is None:
+        return rps
+    if not throttled(ship):
+        raise RequestError(f"--throttle: {ship.name} is driven by revolutions; give --rps in 1/s")
+    if not (-100.0 <= throttle <= 100.0):
+        raise RequestError(f"--throttle is {throttle:g} percent; it is from -100 (full astern) to 100")
+    return throttle / 100.0
 
 
 def _run(
@@ -229,7 +264,7 @@ def _until(
 
 def _unfelt(ship: Ship, U: float, rps: float | None) -> Iterator[str]:
     """What a user gave that the ship's model ignores."""
-    if rps is not None and surge_balance(ship, U, rps) == surge_balance(ship, U, 2 * rps + 1):
+    if rps is not None and surge_balance(ship, U, rps) == surge_balance(ship, U, 0.5 * rps - 1):
         yield f"note: --rps: revolutions do not enter the model of {ship.name}"
 
 
@@ -256,11 +291,11 @@ def _check_revolutions(ship: Ship, rps: float | None) -> None:
             )
 
 
-def _set_points(policy: Manoeuvre, side: str | None) -> dict[str, object]:
+def _set_points(ship: Ship, policy: Manoeuvre, side: str | None) -> dict[str, object]:
     rudder, heading = (vars(policy).get(name) for name in ("delta", "psi"))
     found: dict[str, object] = {}
     if isinstance(rudder, float):
-        found["rudder"] = abs(rudder / DEGREE)
+        found |= {"rudder": abs(rudder / DEGREE)} if by_angle(ship) else {"steer": 100.0 * abs(rudder) / HARD_OVER}
     if isinstance(heading, float):
         found["heading"] = heading / DEGREE
     return {**found, "side": side or "starboard"} if "side" in policy.takes else found

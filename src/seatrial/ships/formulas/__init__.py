@@ -20,6 +20,9 @@ Limits = Mapping[str, tuple[float, float]]
 COMPARED: Limits = {"L/B": (5.5, 7.2), "B/d": (2.4, 3.0), "C_b": (0.65, 0.83)}
 """Range of KVLCC2, KCS and Esso Osaka, on which every formula was compared with published numbers."""
 
+ONE_SCREW: Limits = {"screws": (1.0, 1.0)}
+"""Of what a rudder or propeller on the centre line does to the hull, and the hull to it."""
+
 UNPUBLISHED = "range not found in print; that of KVLCC2, KCS and Esso Osaka, where it was compared, is used"
 NONE = "range not found in print"
 
@@ -67,6 +70,7 @@ class Particulars:
     aspect: float
     w_P0: float
     air: Air | None = None
+    screws: float = 1.0
 
     @property
     def k(self) -> float:
@@ -89,7 +93,7 @@ class Particulars:
         return {
             "L/B": self.L_pp / self.B, "B/d": self.B / self.d, "d/B": self.d / self.B, "C_b": self.C_b,
             "F_n": self.speed / math.sqrt(9.80665 * self.L_pp), "P/D": self.pitch_ratio, "Z": self.blades,
-            "A_E/A_0": self.area_ratio, "rudder aspect": self.aspect,
+            "A_E/A_0": self.area_ratio, "rudder aspect": self.aspect, "screws": self.screws,
         }  # fmt: skip
 
 

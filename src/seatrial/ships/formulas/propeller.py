@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import Formula, Particulars, table
-from .resistance import WAKE
+from . import COMPARED, UNPUBLISHED, Formula, Particulars, table
+from .resistance import TWIN_WAKE, WAKE
 
 B_SERIES = [(float(row["C"]), *(int(row[power]) for power in "stuv")) for row in table("b_series")]
 """C, s, t, u, v of K_T = sum C J^s (P/D)^t (A_E/A_0)^u Z^v, Oosterveld and van Oossanen 1975."""
@@ -26,15 +26,25 @@ def b_series(ship: Particulars) -> dict[str, float]:
     return {"propeller.k_0": k_0, "propeller.k_1": k_1, "propeller.k_2": k_2}
 
 
-def straight_wake(C_b: float) -> float:
-    """w_P0 = 0.5 C_b - 0.05 (Taylor; Kijima et al. 1990)."""
-    return 0.5 * C_b - 0.05
+def straight_wake(C_b: float, screws: float = 1.0) -> float:
+    """w_P0 = 0.5 C_b - 0.05 (Taylor; Kijima et al. 1990); of two screws 0.55 C_b - 0.2 (Taylor)."""
+    return 0.5 * C_b - 0.05 if screws == 1.0 else 0.55 * C_b - 0.2
 
 
 def taylor(ship: Particulars) -> dict[str, float]:
     """w_P0, and the final ratio 1/(1 - w_P0) to which it fades as w_P0 exp(-4 beta_P^2)."""
+    if ship.screws != 1.0:
+        return {}
     final = 1 / (1 - ship.w_P0)
     return {"propeller.w_P0": straight_wake(ship.C_b), "propeller.C_2p": final, "propeller.C_2n": final}
+
+
+def taylor_twin(ship: Particulars) -> dict[str, float]:
+    """The same of each of two screws, faded alike."""
+    if ship.screws != 2.0:
+        return {}
+    final = 1 / (1 - ship.w_P0)
+    return {"propeller.w_P0": straight_wake(ship.C_b, 2.0), "propeller.C_2p": final, "propeller.C_2n": final}
 
 
 def drift(_: Particulars) -> dict[str, float]:
@@ -48,7 +58,13 @@ FORMULAS = (
         source="kijima1990: w_P0 = 0.5 C_b - 0.05 (Taylor), fading as exp(-4 beta_P^2) in drift, so C_2 = 1/(1 - w_P0)",
         gives=taylor,
     ),
+    Formula(
+        name="Taylor (twin screws)",
+        source="Taylor 1943 for twin screws: w_P0 = 0.55 C_b - 0.2, as quoted, not read; fading as of a single screw",
+        gives=taylor_twin, limits={"screws": (2.0, 2.0), **COMPARED}, basis=UNPUBLISHED,
+    ),
     WAKE,
+    TWIN_WAKE,
     Formula(
         name="as KVLCC2",
         source="assumed: the value of KVLCC2, yasukawa2015; C_1 = 2 also meets exp(-4 beta_P^2) at 0.5 rad",

@@ -39,8 +39,8 @@ ASSUMED: tuple[_Rule, ...] = (
     ("pitch_ratio", lambda _: 0.8, "assumed: mean of KVLCC2, KCS and Esso Osaka (0.72 to 1.0)", None),
     ("blades", lambda _: 4.0, "assumed", None),
     ("area_ratio", lambda _: 0.55, "assumed", None),
-    ("A_R", lambda g: 0.01 * g["L_pp"] * g["d"] * (1 + 25 * (g["B"] / g["L_pp"]) ** 2),
-     "DNV 1975 rule, as in a public code: L d/100 (1 + 25 (B/L)^2)", 0.15),
+    ("A_R", lambda g: 0.01 * g["L_pp"] * g["d"] * (1 + 25 * (g["B"] / g["L_pp"]) ** 2) / g["screws"],
+     "DNV 1975 rule, as in a public code: L d/100 (1 + 25 (B/L)^2), over the number of rudders", 0.15),
     ("aspect", lambda g: g["H_R"] ** 2 / g["A_R"] if "H_R" in g else 1.8,
      "H_R^2/A_R; where the height is not given, assumed 1.8, mean of KVLCC2, KCS and Esso Osaka", None),
     ("H_R", lambda g: min(math.sqrt(g["aspect"] * g["A_R"]), 0.95 * g["d"]), "sqrt(aspect A_R), at most 0.95 d", None),
@@ -88,6 +88,7 @@ def read_particulars(path: str | Path) -> Known:
     missing = [key for key in ("L_pp", "B", "d", "C_b") if key not in values]
     if missing:
         raise ShipError(f"{path}: particulars: missing {', '.join(missing)}")
+    _screws(path, values, entries)
     assumed = tuple(rule[0] for rule in ASSUMED if rule[0] not in values)
     for name, rule, source, share in ASSUMED:
         if name not in values:
@@ -103,11 +104,30 @@ def read_particulars(path: str | Path) -> Known:
     name, title = (document.get(key, default) for key, default in (("name", path.stem), ("title", "")))
     if not isinstance(name, str) or not name or not isinstance(title, str):
         raise ShipError(f"{path}: name and title are texts")
-    ship = Particulars(**made, w_P0=_wake(path, given, values["C_b"]), air=air)
+    ship = Particulars(**made, w_P0=_wake(path, given, values), air=air)
     return Known(
         name, title or f"{name}, estimated from its particulars", ship, values, entries, given,
         air_entries, assumed, _table(path, document, "notes"),
     )  # fmt: skip
+
+
+def _screws(path: Path, values: dict[str, float], entries: dict[str, Entry]) -> None:
+    """One screw where the file does not say; of two, the places are given, or the rudders stand behind them."""
+    screws = values.setdefault("screws", 1.0)
+    entries.setdefault("screws", Entry(source="assumed: a single screw", given=1.0))
+    if screws not in (1.0, 2.0):
+        raise ShipError(f"{path}: particulars: screws is {screws:g}; the formulas are for 1 or 2")
+    off = [key for key in ("y_P", "y_R") if key in values]
+    if screws == 1.0 and off:
+        raise ShipError(f"{path}: particulars: {off[0]} is given for a single screw; give screws = 2, or leave it out")
+    if screws == 2.0 and "y_P" not in values:
+        raise ShipError(f"{path}: particulars: missing y_P, the distance of either propeller from the centre line")
+    if screws == 2.0 and "y_R" not in values:
+        values["y_R"] = values["y_P"]
+        entries["y_R"] = Entry(source="assumed: behind the propellers", given=values["y_P"])
+    for key, y in ((key, values.get(key, 0.0)) for key in ("y_P", "y_R")):
+        if y > 0.5 * values["B"]:
+            raise ShipError(f"{path}: particulars: {key} is {y:g} m, beyond the side at {0.5 * values['B']:g} m")
 
 
 def _table(path: Path, document: Mapping[str, Any], key: str) -> Mapping[str, Any]:
@@ -147,7 +167,8 @@ def _check(path: Path, values: Mapping[str, float]) -> None:
         if not low <= found[name] <= high:
             raise ShipError(
                 f"{path}: particulars: {name} is {found[name]:.3g}; "
-                f"a ship these formulas can speak of has {low:g} to {high:g}"
+                f"a ship these formulas can speak of has {low:g} to {high:g}; of a catamaran, a planing or another "
+                "small craft see 'Small craft' in docs/tutorials/estimate.md"
             )
     block = values["volume"] / (L * B * d)
     if abs(block / values["C_b"] - 1) > 0.05:
@@ -159,10 +180,10 @@ def _check(path: Path, values: Mapping[str, float]) -> None:
         raise ShipError(f"{path}: particulars: H_R is {values['H_R']:.3g} m, above the draught of {d:g} m")
 
 
-def _wake(path: Path, given: Mapping[str, Any], C_b: float) -> float:
+def _wake(path: Path, given: Mapping[str, Any], values: Mapping[str, float]) -> float:
     raw = given.get("propeller.w_P0")
     if raw is None:
-        return straight_wake(C_b)
+        return straight_wake(values["C_b"], values["screws"])
     return number(as_table(raw, "", path), Spec("", "wake fraction", -0.5, 0.95), f"{path}: given.propeller.w_P0")[0]
 
 

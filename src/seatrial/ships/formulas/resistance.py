@@ -54,6 +54,8 @@ def resistance(ship: Particulars) -> dict[str, float]:
 
 def thrust_deduction(ship: Particulars) -> dict[str, float]:
     """t_P of Holtrop 1984, single screw, normal stern."""
+    if ship.screws != 1.0:
+        return {}
     wide = (math.sqrt(ship.B * ship.d) / ship.D_P) ** 0.2624
     slack = max(1 - prismatic(ship) + 0.0225 * centre(ship), 0.02)
     return {"propeller.t_P": 0.25014 * (ship.B / ship.L_pp) ** 0.28956 * wide / slack**0.01762}
@@ -61,6 +63,8 @@ def thrust_deduction(ship: Particulars) -> dict[str, float]:
 
 def wake(ship: Particulars) -> dict[str, float]:
     """w_P0 of Holtrop 1984, single screw, normal stern, even keel."""
+    if ship.screws != 1.0:
+        return {}
     L, B, d, C_p, S = ship.L_pp, ship.B, ship.d, prismatic(ship), wetted_surface(ship)
     c_8 = B * S / (L * ship.D_P * d)
     if B / d >= 5:
@@ -77,11 +81,30 @@ def wake(ship: Particulars) -> dict[str, float]:
     return {"propeller.w_P0": first + 0.27915 * math.sqrt(B / (L * left)) + c_19}
 
 
+def twin_thrust_deduction(ship: Particulars) -> dict[str, float]:
+    """t_P of Holtrop and Mennen 1982 for each of two screws."""
+    if ship.screws != 2.0:
+        return {}
+    return {"propeller.t_P": 0.325 * ship.C_b - 0.1885 * ship.D_P / math.sqrt(ship.B * ship.d)}
+
+
+def twin_wake(ship: Particulars) -> dict[str, float]:
+    """w_P0 of Holtrop and Mennen 1982 for each of two screws."""
+    if ship.screws != 2.0:
+        return {}
+    slim = 0.23 * ship.D_P / math.sqrt(ship.B * ship.d)
+    return {"propeller.w_P0": 0.3095 * ship.C_b + 10.0 * viscous(ship) * ship.C_b - slim}
+
+
 _HOLTROP = {"L/B": (3.9, 9.5), "F_n": (0.05, 0.45)}
 _BASIS = "envelope over the ship types of Holtrop's table, recalled, not read"
 WAKE = Formula(
     name="Holtrop 1984", source="holtrop1984, single screw, normal stern, as in public codes",
     gives=wake, limits=_HOLTROP, basis=_BASIS,
+)  # fmt: skip
+TWIN_WAKE = Formula(
+    name="Holtrop-Mennen 1982 (twin screws)", source="holtrop1982, twin screws, as in public codes; recalled, not read",
+    gives=twin_wake, limits={"screws": (2.0, 2.0), **_HOLTROP}, basis=_BASIS,
 )  # fmt: skip
 FORMULAS = (
     Formula(
@@ -91,4 +114,5 @@ FORMULAS = (
         gives=resistance, limits=_HOLTROP, basis=_BASIS,
     ),
     replace(WAKE, gives=thrust_deduction),
+    replace(TWIN_WAKE, gives=twin_thrust_deduction),
 )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from . import Formula, Particulars
+from . import COMPARED, ONE_SCREW, Formula, Particulars
 from .hull import YOSHIMURA, YOSHIMURA_BASIS
 
 
@@ -59,7 +59,7 @@ def geometry(ship: Particulars) -> dict[str, float]:
 _MMGDYNAMICS = "as coded in mmgdynamics dynamics.py @dda5e25"
 _YOSHIMURA = Formula(
     name="Yoshimura-Masumoto 2012", source="yoshimura2012 Eqs. 17-18 (merchant ships), as in two public codes",
-    gives=yoshimura, limits=YOSHIMURA, basis=YOSHIMURA_BASIS,
+    gives=yoshimura, limits={**YOSHIMURA, **ONE_SCREW}, basis=YOSHIMURA_BASIS,
 )  # fmt: skip
 FORMULAS = (
     Formula(
@@ -67,14 +67,16 @@ FORMULAS = (
         limits={"rudder aspect": (0.5, 3.0)}, basis="range not found in print; judgement",
     ),
     _YOSHIMURA,
-    Formula(name="Quadvlieg 2013", source=f"quadvlieg2013, {_MMGDYNAMICS}", gives=quadvlieg),
-    Formula(name="Aoki 2006", source=f"aoki2006, {_MMGDYNAMICS}", gives=aoki),
+    Formula(name="Quadvlieg 2013", source=f"quadvlieg2013, {_MMGDYNAMICS}", gives=quadvlieg,
+            limits={**COMPARED, **ONE_SCREW}),
+    Formula(name="Aoki 2006", source=f"aoki2006, {_MMGDYNAMICS}", gives=aoki, limits={**COMPARED, **ONE_SCREW}),
     replace(_YOSHIMURA, gives=yoshimura_hull),
     Formula(
         name="Kijima 1990", source="kijima1990, as in two public codes (-156.2 in one, -156.5 in the other)",
-        gives=kijima,
+        gives=kijima, limits={**COMPARED, **ONE_SCREW},
     ),
-    Formula(name="mmgdynamics", source=f"{_MMGDYNAMICS}, origin not stated there", gives=slim),
+    Formula(name="mmgdynamics", source=f"{_MMGDYNAMICS}, origin not stated there", gives=slim,
+            limits={**COMPARED, **ONE_SCREW}),
     Formula(
         name="geometry", source="geometry: rudder at the aft perpendicular, eta = D_P/H_R", gives=geometry,
         limits={}, basis="none needed",

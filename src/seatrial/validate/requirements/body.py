@@ -40,10 +40,13 @@ class Push(ForceModule):
 
 
 def masses(p: Probe, u: float = 0.0) -> Array | None:
-    """Mass matrix, added mass included, by pushes in place of the wind; None where a model has no place for one."""
+    """Mass matrix, added mass included, by pushes in place of the wind; None where a model has no place for one.
+
+    A family that weighs forces by the ship's own mass is pushed by itself, and the matrix is over that mass.
+    """
     model: Any = p.ship.model
     if not model.takes("wind"):
-        return None
+        return _own_masses(p)
     held = {"still_air": "wind"} if hasattr(model, "still_air") else {}
 
     def pushed(X: float, Y: float, N: float) -> Array:
@@ -59,9 +62,23 @@ def masses(p: Probe, u: float = 0.0) -> Array | None:
         return None
 
 
+def _own_masses(p: Probe) -> Array | None:
+    """Mass matrix over the ship's own mass of a family that can be pushed; None of others."""
+    push = np.diag([1.0, 1.0, p.ship.L_pp])
+    answers = [p.ship.model.pushed(tuple(row)) for row in push.tolist()]
+    if any(answer is None for answer in answers):
+        return None
+    try:
+        return np.asarray(push @ np.linalg.inv(np.array(answers, dtype=float).T), dtype=float)
+    except np.linalg.LinAlgError:
+        return None
+
+
 def inertia(p: Probe) -> Iterator[Finding]:
     """Added masses against the displaced water, and the symmetry of the mass matrix; at rest and under way."""
     displaced, L = float(p.ship.model.displaced), p.ship.L_pp
+    if not p.ship.model.takes("wind"):
+        displaced = 1.0  # the matrix is over the ship's own mass
     measured = {name: masses(p, u) for name, u in (("at rest", 0.0), ("at U", p.U)) if u or p.rests}
     found = {name: M for name, M in measured.items() if M is not None}
     if not found:

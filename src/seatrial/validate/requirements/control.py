@@ -61,7 +61,8 @@ def _expected(servo: Servo, start: float, order: float) -> float:
 
 def delay(p: Probe, controls: tuple[str, ...] | None = None) -> Judgement:
     """An order takes time to act, the time that the ship's file says; all orders, or those of `controls`."""
-    controls = (*p.steering, *p.propulsion, *own_thrusters(p)) if controls is None else controls
+    if controls is None:
+        controls = tuple(dict.fromkeys((*p.steering, *p.propulsion, *own_thrusters(p))))
     if not controls:
         return Judgement("not applicable", "the ship has no such order")
     found: list[Finding] = []

@@ -19,6 +19,7 @@ from ...manoeuvres import Policy
 from ...models import STATES, Sampled
 from ...models.settled import settled
 from ...ships import Ship, ShipError
+from ...ships.steering import helm_limit
 from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
 from ...simulate.run import approach, simulate, time_step
 
@@ -128,9 +129,8 @@ class Probe:
 
     @property
     def limit(self) -> float:
-        """Greatest steering angle [rad], 35 deg where the ship has no limit."""
-        highs = [float(self.ship.actuators.of(name).high) for name in self.steering]
-        return min([*highs, math.radians(35.0)])
+        """Greatest steering angle or helm [rad], 35 deg where the ship has no limit."""
+        return min(helm_limit(self.ship), math.radians(35.0))
 
     @property
     def steering(self) -> tuple[str, ...]:
@@ -143,13 +143,11 @@ class Probe:
         return self._following("n_P")
 
     def _following(self, order: str) -> tuple[str, ...]:
-        model = self.ship.model
-        return tuple(c for c, (o, _) in zip(model.controls, model.follows, strict=True) if o == order)
+        return self.ship.model.obeying(order)
 
     def controls(self, n_P: float = 0.0, delta: float = 0.0) -> tuple[float, ...]:
         """What the controls settle at under the conventional orders."""
-        orders = {"n_P": n_P, "delta": delta}
-        return tuple(factor * orders.get(order, 0.0) for order, factor in self.ship.model.follows)
+        return tuple(float(x) for x in self.ship.model.obey({"n_P": n_P, "delta": delta}))
 
     def allows(self, state: str, value: float) -> bool:
         """Whether the ship's file claims to be valid there."""

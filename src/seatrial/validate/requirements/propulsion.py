@@ -173,7 +173,9 @@ def _one_reversed(p: Probe) -> Iterator[Finding]:
     """One propeller of a pair reversed alone turns the ship to its own side, by its lever."""
     n = p.n_P or 1.0
     points: list[tuple[str, float]] = []
-    for name, side in zip(p.propulsion, (-1.0, 1.0), strict=False):
+    shares = dict(zip(p.ship.model.controls, p.ship.model.differential, strict=True))
+    apart = [(name, -math.copysign(1.0, shares[name])) for name in p.propulsion if shares[name]]
+    for name, side in apart or zip(p.propulsion, (-1.0, 1.0), strict=False):
         k = p.ship.model.controls.index(name)
         for f in (0.0, *p.ahead[:3]):
             orders = list(p.controls())
@@ -182,6 +184,15 @@ def _one_reversed(p: Probe) -> Iterator[Finding]:
             points.append((f"{name} at {f:g} U", side * float(change[1, 2] - change[0, 2]) * p.unit_time**2))
     wrong = "one propeller of a pair, reversed alone, does not turn the ship to its own side, {at}"
     yield worst("yaw by one propeller reversed alone", points, limit.PULLS_ASTERN, wrong, "U^2/L^2")
+
+
+def _pair_reversed(p: Probe) -> Judgement:
+    """Unequal thrusters reversed together push straight astern; one by itself turns the craft to its own side."""
+    points = [(at, abs(x)) for side in swing(p) for at, x in side]
+    found = [worst("swing by thrusters reversed together", points, limit.NO_SWING,
+                   "thrusters reversed together swing the stern, {at}", "U^2/L"), *_one_reversed(p)]  # fmt: skip
+    return judged("thrusters on either side push straight astern together, one alone turns the craft to its own side",
+                  found)  # fmt: skip
 
 
 def reversing(p: Probe) -> Judgement:
@@ -193,6 +204,8 @@ def reversing(p: Probe) -> Judgement:
     if not p.reverses:
         return Judgement("fail", "the ship's file says that the model is not valid at reversed revolutions: "
                          "its propeller has no side force astern")  # fmt: skip
+    if any(p.ship.model.differential):
+        return _pair_reversed(p)
     found = wrong_swing(p)
     run = p.run(-p.n_P, 0.0, 25 * p.unit_time, speed=0.5 * p.U)
     psi = unwrapped(run["psi"])

@@ -16,6 +16,7 @@ from ...core.parameters import unknown
 from ...engine import SimulationError
 from ...models import Sampled
 from ...ships import Ship, ShipError
+from ...ships.steering import by_angle
 from ...simulate.run import fastest
 from . import Elsewhere, Finding, Item, Judgement, Plot, Table, control, hull, judged, propulsion, steering, weather
 from . import thresholds as limit
@@ -174,7 +175,8 @@ def judge(ship: Ship, scope: str, probe: Probe | None = None, elsewhere: Elsewhe
     conditions = {
         "approach": f"{examined.U:.4g} m/s, {examined.n_P:.4g} 1/s {examined.balanced}".strip(),
         "ship length": f"{ship.L_pp:g} m, so L/U is {examined.unit_time:.4g} s",
-        "steering limit used": f"{math.degrees(examined.limit):.3g} deg",
+        "steering limit used": f"{math.degrees(examined.limit):.3g} deg" if by_angle(ship)
+        else "a demand of 100 %, put as 35 deg of helm",
         "time step": f"{examined.step:g} s, RK4",
     }
     given = elsewhere or {} if scope == "functional" else {}

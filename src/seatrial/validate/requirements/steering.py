@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from ...data import Array, Trial, unwrapped
+from ...models import unit
 from . import Finding, Judgement, Plot, judged, worst
 from . import thresholds as limit
 from .probe import Probe
@@ -110,6 +112,8 @@ def rudder_yaw(p: Probe, u: float, orders: list[tuple[float, float]]) -> Array:
 
 def answer_varies(p: Probe) -> Judgement:
     """The rudder lives on its inflow: speed of the ship and race of the propeller; without either it is dead."""
+    if any(p.ship.model.differential):
+        return unequal_thrust(p)
     found = [*_inflow(p), *_race(p), *_sternway(p)]
     delta, span = 0.3 * p.limit, 2 * p.unit_time
     cases = {"usual": (p.U, p.n_P), "half the speed": (0.5 * p.U, p.n_P),
@@ -122,9 +126,29 @@ def answer_varies(p: Probe) -> Judgement:
         wrong = f"the answer to the rudder does not change with {missing}"
         change = abs(float(g - gained[0])) / (abs(float(gained[0])) or 1.0)
         found.append(Finding(f"change of heading after 2 L/U, {name}", change, "of the usual", limit.NOTICEABLE, wrong))
+    ordered = [name for name in p.steering if unit(name) == "N m"]
+    if ordered:
+        names = ", ".join(ordered)
+        wrong = f"no rudder: {names} is a moment as ordered, in dead water too, at any speed and revolutions"
+        found = [replace(one, wrong=wrong) for one in found]
     lines = tuple((name, t / p.unit_time, runs[k, :, 2] / _DEGREE) for k, name in enumerate(cases))
     good = "the force of the rudder grows with speed and revolutions, and is nothing in dead water"
     return judged(good, found, Plot("Heading after a rudder order", "t U/L", "psi [deg]", lines))
+
+
+def unequal_thrust(p: Probe) -> Judgement:
+    """Without a rudder, thrust to one side turns the craft to the other, at rest and under way, ahead and astern."""
+    points = [
+        (f"{f:g} U, to {name}", float(rudder_yaw(p, f * p.U, [(p.n_P, s * share * p.limit)])[0]))
+        for f in (*p.astern, *((0.0,) if p.rests else ()), *p.ahead) for s, name in _SIDES for share in (0.3, 1.0)
+    ]  # fmt: skip
+    wrong = "more thrust on one side does not turn the craft to the other, {at}"
+    found = [worst("yaw by the steering demand", points, limit.STEERS, wrong, "U^2/L^2")]
+    far, near = (dict(points[k::2]) for k in (1, 0))
+    more = [(at, far[at] - near[at]) for at in far]
+    wrong = "a greater steering demand does not turn the craft faster, {at}"
+    found.append(worst("yaw by all of the demand over that by 30 percent", more, limit.STEERS, wrong, "U^2/L^2"))
+    return judged("it has no rudder: unequal thrust turns it at rest and under way, to the side of the demand", found)
 
 
 def _inflow(p: Probe) -> Iterator[Finding]:

@@ -25,7 +25,7 @@ from ...simulate.approach import approach, time_step
 from ...study.schema import checked
 from .. import RequestError
 from ..request import Note, ship_of, silent, surroundings
-from ..simulation import order, simulate
+from ..simulation import ahead_of, helm_of, order, simulate
 
 _KINDS: tuple[Kind, ...] = ("uniform", "normal", "lognormal", "triangular", "choice", "values")
 
@@ -90,15 +90,17 @@ def _weather(table: CampaignFile, ships: list[Ship], note: Note) -> tuple[Unifor
 
 def _case(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, around: Uniform) -> Case:
     """A ship in a manoeuvre; without a duration the run lasts as long as `seatrial simulate` lets it."""
-    U, n_P = approach(ship, one.speed, one.rps)
-    given = {"rudder": one.rudder, "heading": one.heading, "side": one.side, "seed": one.seed}
+    U, n_P = approach(ship, one.speed, ahead_of(ship, one.rps, one.throttle))
+    rudder = helm_of(ship, one.kind, one.rudder, one.steer)
+    given = {"rudder": rudder, "heading": one.heading, "side": one.side, "seed": one.seed}
     policy = order(one.kind, ship, U, n_P, {key: value for key, value in given.items() if value is not None})
     speed = 0.0 if policy.from_rest else U
     dt = one.dt or time_step(ship)
     duration = one.duration
     if duration is None:
         duration = simulate(ship, one.kind, rudder=one.rudder, heading=one.heading, side=one.side, seed=one.seed,
-                            speed=one.speed, rps=one.rps, dt=dt).trial.duration  # fmt: skip
+                            speed=one.speed, rps=one.rps, dt=dt, steer=one.steer,
+                            throttle=one.throttle).trial.duration  # fmt: skip
     parts = ([ship.name] if ships or not manoeuvres else []) + ([one.name or one.kind] if manoeuvres else [])
     return Case(" ".join(parts) or ship.name, ship, policy, speed, duration, dt, one.method, one.indices == "all")
 
@@ -110,7 +112,8 @@ def figure_units(case: Case, around: Uniform) -> dict[str, str]:
         return dict(tally.figures)
     steps = round(case.duration / case.dt) + 1
     usual_names(case, around.series(case.dt, steps)[None], steps)
-    found = simulate(case.ship, case.manoeuvre.kind, duration=case.duration, dt=case.dt).indices
+    ran = simulate(case.ship, case.manoeuvre.kind, duration=case.duration, dt=case.dt)
+    found = ran.policy.indices(ran.trial, case.ship.L_pp)  # as the runs have them, the helm as an angle
     return {name: index.unit for name, index in found.items()}
 
 
