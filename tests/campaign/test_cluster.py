@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_kills import CAMPAIGN, finished, started
+from killed import CAMPAIGN, finished, started
 
 from seatrial.campaign.folder import open_folder
 from seatrial.core.errors import RequestError

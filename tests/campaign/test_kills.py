@@ -4,43 +4,13 @@ from __future__ import annotations
 
 import random
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
+from killed import CAMPAIGN, finished, started
 
 from seatrial.campaign.folder import Held, open_folder, wrong_parts
-
-CAMPAIGN = """
-schema = "seatrial-campaign/1"
-ships = ["kvlcc2_l7"]
-runs = {runs}
-chunk = {chunk}
-[manoeuvre]
-kind = "zigzag"
-rudder = 20.0
-heading = 10.0
-duration = {duration}
-dt = 0.25
-method = "euler"
-[inputs]
-"ship.hull.N_r" = {{ normal = [1.0, 0.1], factor = true }}
-"ship.hull.Y_v" = {{ uniform = [0.9, 1.1], factor = true }}
-"policy.delta" = {{ uniform = [18, 22], unit = "deg" }}
-"""
-
-
-def started(file: Path, folder: Path, *options: str) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "seatrial", "campaign", str(file), "-o", str(folder), "--json", *options]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-
-
-def finished(file: Path, folder: Path, *options: str) -> None:
-    process = started(file, folder, *options)
-    _, said = process.communicate()
-    assert process.returncode == 0, said.decode()
 
 
 def left_by_kills(file: Path, folder: Path, kills: int, longest: float, shards: int) -> Held:
