@@ -25,7 +25,7 @@ __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
 
 Array = NDArray[np.float64]
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trial:
     """One recording, or one simulated run.
 
@@ -43,12 +43,16 @@ class Trial:
     channels: Mapping[str, Array]
     units: Mapping[str, str] = field(default_factory=dict[str, str])
     meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    file: Path | None = field(default=None, compare=False, repr=False)
+    file: Path | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         for name, values in self.channels.items():
             if values.shape != self.t.shape:
                 raise DataError(f"{self.name}: channel {name} has {values.size} samples, time has {self.t.size}")
+
+    def __repr__(self) -> str:
+        every = f"every {self.dt:.4g} s" if len(self) > 1 else "no steps"
+        return f"{type(self).__name__}({self.name!r}, {len(self)} rows, {every}: {', '.join(self.channels)})"
 
     def __getitem__(self, name: str) -> Array:
         if name == "t":

@@ -35,7 +35,7 @@ class Entry:
     sigma: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ship:
     """A model of a ship, its actuators, its approach condition and the provenance of its numbers.
 
@@ -59,6 +59,9 @@ class Ship:
     entries: Mapping[str, Entry] = field(default_factory=dict[str, Entry])
     notes: Mapping[str, Any] = field(default_factory=dict[str, Any])
     of: str = ""
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.name!r}, {type(self.model).__name__}, {self.L_pp:g} m, {self.speed:.4g} m/s)"
 
     @property
     def names(self) -> tuple[str, ...]:
