@@ -15,6 +15,7 @@ from ..core.parameters import near as near_values
 from ..identify import Estimator, Progress
 from ..identify.lint import lines, lint
 from ..identify.trajectory.shooting import Trajectory
+from ..models import Model
 from ..ships import Ship as AnyShip
 from ..study.store import save_fit
 from ..study.stored import load_fit
@@ -83,20 +84,17 @@ class Summary(Tabular):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(identify.Fit):
-    """The outcome of an estimation; attributes are those of `seatrial.identify.Fit`, and:
+    """The outcome of an estimation; attributes are those of `seatrial.identify.Fit` and two more.
 
     Attributes:
+        ship: the fitted ship, to simulate, predict or save.
         problem: what was fitted; None for one that was read from a folder, which holds no trials.
         folder: where it was read from; None for one that was just made.
     """
 
+    ship: Ship
     problem: identify.Problem | None = field(default=None, kw_only=True)
     folder: Path | None = field(default=None, kw_only=True)
-
-    @property
-    def fitted(self) -> Ship:
-        """The fitted ship, to simulate, predict or save."""
-        return ship_of(self.ship)
 
     def summary(self) -> Summary:
         """Start, estimate, sigma, interval and verdict of each parameter, as a table."""
@@ -115,7 +113,7 @@ class Fit(identify.Fit):
 
         if self.diagnosis is None or not self.diagnosis.residuals:
             raise StudyError("this fit has no residuals: its estimator does not test them, or they were not saved; "
-                             "draw a trial beside fit.fitted.predict(trial)")  # fmt: skip
+                             "draw a trial beside fit.ship.predict(trial)")  # fmt: skip
         return residuals(self.diagnosis, axes)
 
     def save(self, folder: str | Path, *, name: str = "notebook") -> Path:
@@ -140,7 +138,7 @@ class Fit(identify.Fit):
         return self.summary().table.html()
 
 
-def near(ship: Any, *paths: str, ratio: float) -> tuple[Free, ...]:
+def near(ship: AnyShip | Model, *paths: str, ratio: float) -> tuple[Free, ...]:
     """Parameters that are free within `ratio` of their values: [P - a|P|, P + a|P|] (Suyama 2023 Eq. 38).
 
     Args:
@@ -175,8 +173,9 @@ def fit_of(found: identify.Fit) -> Fit:
     """Any fit as one with verbs."""
     if isinstance(found, Fit):
         return found
-    given = {f.name: getattr(found, f.name) for f in fields(identify.Fit)}
-    return Fit(**{**given, "ship": ship_of(found.ship)})
+    given: dict[str, Any] = {f.name: getattr(found, f.name) for f in fields(identify.Fit)}
+    given["ship"] = ship_of(found.ship)
+    return Fit(**given)
 
 
 def read_fit(folder: str | Path) -> Fit:

@@ -21,6 +21,7 @@ from .running import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.typing import ColorType
 
 _STANDARD: tuple[tuple[str, ...], ...] = (("psi",), ("u",), ("v_m",), ("r",))
 _ROW, _WIDTH = 1.5, 6.4
@@ -104,7 +105,8 @@ def residuals(found: Diagnosis, axes: Axes | Sequence[Axes] | None = None) -> Se
                 transform=ax.transAxes)  # fmt: skip
     for trial, begin in ends.items():
         drawn[0].annotate(trial, (begin, 1.0), (3, -3), xycoords=("data", "axes fraction"), va="top",
-                          textcoords="offset points", fontsize="small", color=GREY)  # fmt: skip
+                          textcoords="offset points", fontsize="small", color=GREY,
+                          bbox={"fc": "white", "ec": "none", "pad": 1.0, "alpha": 0.8})  # fmt: skip
     drawn[-1].set_xlabel("time in the trials, one after the other [s]")
     return drawn
 
@@ -120,7 +122,8 @@ def _places(found: Diagnosis) -> dict[str, float]:
 
 def _made(rows: int, size: tuple[float, float]) -> Sequence[Axes]:
     """New axes one above the other, in the style of the reports; a notebook shows the figure."""
-    from matplotlib import cycler, pyplot, rc_context
+    from cycler import cycler
+    from matplotlib import pyplot, rc_context
 
     colours = cycler(color=[colour for colour, _, _ in LINES])
     with rc_context({**STYLE, "axes.prop_cycle": colours, "lines.linewidth": 1.5}):
@@ -153,7 +156,7 @@ def _in_degrees(trial: Trial, name: str) -> Array:
     return np.degrees(given) if trial.unit(name).startswith("rad") else given
 
 
-def _outlines(ax: Axes, trial: Trial, count: int, colour: str, *, named: bool) -> None:
+def _outlines(ax: Axes, trial: Trial, count: int, colour: ColorType, *, named: bool) -> None:
     """Outlines of the ship at even distances along the track, in true size where they can be seen."""
     x, y, psi = trial["x"], trial["y"], trial["psi"]
     length = float(trial.meta.get("L_pp") or 0.0)

@@ -19,7 +19,7 @@ from ..workflow.request import DEGREE, Around, ship_of, surroundings
 from ..workflow.simulation import Simulated
 from ..workflow.simulation import simulate as simulated
 from .orders import Order, Weather
-from .tables import Table, Tabular
+from .tables import Cell, Table, Tabular
 from .trials import Trial
 
 _OPTIONS = {"--rudder": "rudder_deg", "--heading": "heading_deg", "--rps": "n_P", "--waves": "waves",
@@ -52,9 +52,13 @@ class Indices(Tabular, Mapping[str, Index]):
     @property
     def table(self) -> Table:
         """Value, unit and, for lengths, the value in ship lengths."""
-        rows = [(name, i.value / DEGREE if i.unit.startswith("rad") else i.value, i.unit.replace("rad", "deg"), i.over_L)
-                for name, i in self.found.items()]  # fmt: skip
-        return Table(self.title, ("index", "value", "unit", "over L_pp"), tuple(rows))
+        def row(name: str, index: Index) -> tuple[Cell, ...]:
+            angle = index.unit.startswith("rad")
+            value = index.value / DEGREE if angle else index.value
+            return name, value, index.unit.replace("rad", "deg"), index.over_L
+
+        rows = tuple(row(name, index) for name, index in self.found.items())
+        return Table(self.title, ("index", "value", "unit", "over L_pp"), rows)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -163,7 +167,8 @@ def _around(weather: Weather) -> Around:
     """Weather in the words of the command line; a number read back is the same number."""
     wind = f"{weather.wind!r},{weather.wind_from_deg!r}" if weather.wind else None
     current = f"{weather.current!r},{weather.current_towards_deg!r}" if weather.current else None
-    waves = f"{weather.wave_height!r},{weather.wave_period!r},{weather.waves_from_deg!r}" if weather.wave_height else None
+    sea = f"{weather.wave_height!r},{weather.wave_period!r},{weather.waves_from_deg!r}"
+    waves = sea if weather.wave_height else None
     return {"wind": wind, "gusts": weather.gusts, "current": current, "waves": waves, "depth": weather.depth}
 
 

@@ -15,7 +15,7 @@ from ..simulate.replay import replay
 from .orders import Order, Weather
 from .running import Run, simulate
 from .tables import Cell, Table, Tabular, entries
-from .trials import Trial, short, trial_of
+from .trials import Trial, trial_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,9 +54,9 @@ class Ship(ships.Ship):
         return save(self, path)
 
     def _repr_html_(self) -> str:
-        approach = "revolutions that hold it" if self.n_P is None else f"{short(self.n_P)} 1/s"
-        said = [("model", type(self.model).__name__), ("L_pp", f"{short(self.L_pp)} m"),
-                ("approach", f"{short(self.speed)} m/s, {approach}"), ("controls", ", ".join(self.model.controls)),
+        approach = "with the revolutions that hold it" if self.n_P is None else f"{self.n_P:.4g} 1/s"
+        said = [("model", type(self.model).__name__), ("L_pp", f"{self.L_pp:.4g} m"),
+                ("approach", f"{self.speed:.4g} m/s, {approach}"), ("controls", ", ".join(self.model.controls)),
                 ("parameters", str(sum(1 for _ in walk(self.model)))),
                 *(("caution", line) for line in self.notes.get("cautions", ()))]  # fmt: skip
         return entries(str(self.notes.get("title", self.name)), said)
@@ -76,7 +76,8 @@ class Parameters(Tabular):
             return path, float(str(value)), unit, about, entry.source if entry else ""
 
         rows = tuple(row(path, value, meaning.unit, meaning.about) for path, meaning, value in walk(self.ship.model))
-        return Table(f"{self.ship.name}: {len(rows)} parameters", ("parameter", "value", "unit", "about", "source"), rows)
+        head = ("parameter", "value", "unit", "about", "source")
+        return Table(f"{self.ship.name}: {len(rows)} parameters", head, rows)
 
 
 def ship_of(ship: ships.Ship) -> Ship:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..report.page import number, soft, table, text
+from ..report.page import number, text
 
 if TYPE_CHECKING:
     import polars as pl
@@ -45,9 +45,13 @@ class Table:
 
     def html(self) -> str:
         """The table as HTML."""
-        words = [k for k in range(len(self.head)) if not all(_is_number(row[k]) for row in self.rows)]
-        made = table(self.head, [tuple(map(_shown, row)) for row in self.rows], words=words) if self.rows else ""
-        return f"<div><b>{text(self.title)}</b></div>{made}{''.join(map(soft, self.notes))}"
+        sides = ["right" if all(_is_number(row[k]) for row in self.rows) else "left" for k in range(len(self.head))]
+        cells = [("th", self.head), *(("td", tuple(map(_shown, row))) for row in self.rows)]
+        lines = ["<tr>" + "".join(f"<{kind} style='text-align:{side}'>{text(cell)}</{kind}>"
+                                  for cell, side in zip(row, sides, strict=True)) + "</tr>"
+                 for kind, row in cells] if self.rows else []  # fmt: skip
+        notes = "".join(f"<div>{text(note)}</div>" for note in self.notes)
+        return f"<div><b>{text(self.title)}</b></div><table>{''.join(lines)}</table>{notes}"
 
 
 class Tabular(ABC):

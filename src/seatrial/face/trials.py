@@ -14,7 +14,6 @@ from ..data.check import Finding, check_folder
 from ..data.trialfile import read_trial as read_one
 from ..data.trialfile import read_trials as read_several
 from ..data.trialfile import write_trial
-from ..report.page import number
 from ..sensors import Sensors
 from .tables import Table, Tabular, entries
 
@@ -104,7 +103,8 @@ class Trial(data.Trial):
         write_trial(self, path)
 
     def _repr_html_(self) -> str:
-        known = [(key, str(self.meta[key])) for key in ("ship", "kind", "L_pp", "source", "licence") if key in self.meta]
+        told = ("ship", "kind", "L_pp", "source", "licence")
+        known = [(key, str(self.meta[key])) for key in told if key in self.meta]
         said = [("rows", f"{len(self)}, every {self.dt:.4g} s, {self.duration:.4g} s in all"), *known]
         return entries(repr(self).partition(",")[0] + ")", said) + self._ranges().html()
 
@@ -189,8 +189,3 @@ def check(trials: data.Trial | Iterable[data.Trial]) -> Findings:
     """Faults of the trials of one ship, with evidence and remedy; trials checked together judge each other."""
     given = (trials,) if isinstance(trials, data.Trial) else tuple(trials)
     return Findings(check_folder(given), len(given))
-
-
-def short(value: float) -> str:
-    """A number in a line of text."""
-    return number(value, 4).replace("−", "-")

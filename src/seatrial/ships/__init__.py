@@ -61,7 +61,8 @@ class Ship:
     of: str = ""
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({self.name!r}, {type(self.model).__name__}, {self.L_pp:g} m, {self.speed:.4g} m/s)"
+        family = type(self.model).__name__
+        return f"{type(self).__name__}({self.name!r}, {family}, {self.L_pp:g} m, {self.speed:.4g} m/s)"
 
     @property
     def names(self) -> tuple[str, ...]:
