@@ -7,17 +7,15 @@ north up at equal scale; angles are in degrees; every axis has its unit.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from ..core.parameters import values
 from ..data import Array, DataError, Trial, unwrapped
 from ..identify.diagnosis.findings import Diagnosis
 from ..models import unit
 from ..report.figures import GREY, GRID, LINES, RULE, STYLE
-from .running import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,8 +34,14 @@ _LEAST = 0.05
 _BAND = 2.0
 
 
-def track(trial: Trial, ax: Axes | None = None, *, label: str | None = None, outlines: int = 12) -> Axes:
-    """North over east of one trial, with its start and outlines of the ship; see `Trial.plot`."""
+def track(
+    trial: Trial, ax: Axes | None = None, *, label: str | None = None, outlines: int = 12, breadth: float | None = None
+) -> Axes:  # fmt: skip
+    """North over east of one trial, with its start and outlines of the ship; see `Trial.plot`.
+
+    Args:
+        breadth: of the ship [m]; None takes that of an ordinary ship of its length.
+    """
     if not {"x", "y"} <= set(trial.channels):
         raise DataError(f"{trial.name}: no position x, y; plot_series draws channels over time")
     x, y = trial["x"], trial["y"]
@@ -50,7 +54,7 @@ def track(trial: Trial, ax: Axes | None = None, *, label: str | None = None, out
     colour = line.get_color()
     ax.plot(y[known[:1]], x[known[:1]], "o", ms=6, mfc="white", mec=colour, label="start" if new else None, zorder=3)
     if outlines > 0 and "psi" in trial:
-        _outlines(ax, trial, outlines, colour, named=new)
+        _outlines(ax, trial, outlines, breadth, colour, named=new)
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="east y [m]", ylabel="north x [m]")
     if new:
@@ -156,7 +160,9 @@ def _in_degrees(trial: Trial, name: str) -> Array:
     return np.degrees(given) if trial.unit(name).startswith("rad") else given
 
 
-def _outlines(ax: Axes, trial: Trial, count: int, colour: ColorType, *, named: bool) -> None:
+def _outlines(
+    ax: Axes, trial: Trial, count: int, breadth: float | None, colour: ColorType, *, named: bool
+) -> None:  # fmt: skip
     """Outlines of the ship at even distances along the track, in true size where they can be seen."""
     x, y, psi = trial["x"], trial["y"], trial["psi"]
     length = float(trial.meta.get("L_pp") or 0.0)
@@ -167,18 +173,12 @@ def _outlines(ax: Axes, trial: Trial, count: int, colour: ColorType, *, named: b
     times = max(1, math.ceil(_LEAST * extent / length))
     way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x[known]), np.diff(y[known])))])
     places = known[np.unique(np.searchsorted(way, np.linspace(0.0, way[-1], count)))]
-    ahead, aside = times * length * _OUTLINE[:, 0], 0.5 * times * _breadth(trial, length) * _OUTLINE[:, 1]
+    ahead, aside = times * length * _OUTLINE[:, 0], 0.5 * times * (breadth or _SLENDER * length) * _OUTLINE[:, 1]
     size = "true size" if times == 1 else f"{times} times its size"
     for k, i in enumerate(places):
         c, s = math.cos(psi[i]), math.sin(psi[i])
         ax.fill(y[i] + s * ahead + c * aside, x[i] + c * ahead - s * aside, fc=colour, ec=colour, alpha=0.25, lw=0.8,
                 label=f"outline, {size}" if named and k == 0 else None, zorder=1.5)  # fmt: skip
-
-
-def _breadth(trial: Trial, length: float) -> float:
-    """Breadth [m] of the ship of a run where its model has one; else that of an ordinary ship of this length."""
-    numbers: Mapping[str, float] = values(trial.ship.model) if isinstance(trial, Run) else {}
-    return float(numbers.get("body.B", _SLENDER * length))
 
 
 def _north(ax: Axes) -> None:

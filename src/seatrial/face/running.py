@@ -10,7 +10,7 @@ from typing import Any
 
 from .. import data
 from ..core.errors import RequestError
-from ..core.parameters import unknown
+from ..core.parameters import unknown, values
 from ..environment import Uniform
 from ..manoeuvres import Index, Manoeuvre, Policy
 from ..ships import Ship as AnyShip
@@ -80,6 +80,11 @@ class Run(Trial):
     complete: bool = field(kw_only=True, default=True)
     reason: str = field(kw_only=True, default="")
     notes: tuple[str, ...] = field(kw_only=True, default=())
+
+    @property
+    def breadth(self) -> float | None:
+        """Breadth of the ship [m]; None where its model has none."""
+        return values(self.ship.model).get("body.B")
 
     @property
     def indices(self) -> Indices:

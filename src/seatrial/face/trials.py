@@ -48,7 +48,12 @@ class Trial(data.Trial):
         """
         from .plots import track
 
-        return track(self, ax, label=label, outlines=outlines)
+        return track(self, ax, label=label, outlines=outlines, breadth=self.breadth)
+
+    @property
+    def breadth(self) -> float | None:
+        """Breadth of the ship [m]; None where it is not known."""
+        return None
 
     def plot_series(
         self, *rows: str | Sequence[str], axes: Axes | Sequence[Axes] | None = None, label: str | None = None

@@ -98,7 +98,7 @@ def _with_approach(run: Trial, U: float, n_P: float) -> Trial:
 def _report(
     fit: Fit, problem: Problem, unseen: tuple[Trial, ...], findings: list[str], out: Path
 ) -> dict[str, float]:
-    from .. import __version__
+    from ..core.version import __version__
     from ..report.evidence import assumptions
     from ..report.report import Report
 
