@@ -55,6 +55,7 @@ if TYPE_CHECKING:  # for editors and type checkers; `_LAZY` has the same names, 
     from .identify import Nuisance as Nuisance
     from .identify.trajectory.shooting import OneStep as OneStep
     from .identify.trajectory.shooting import Trajectory as Trajectory
+    from .identify.tuning.fine_tuning import FineTuning as FineTuning
     from .report.report import Report as Report
     from .ships.files import library as library
     from .study.study import read_study as read_study
@@ -74,6 +75,7 @@ _ROOMS = {
     "face.trials": ("Trial", "check", "read_trial", "read_trials"),
     "identify": ("Loss", "Nuisance"),
     "identify.trajectory.shooting": ("OneStep", "Trajectory"),
+    "identify.tuning.fine_tuning": ("FineTuning",),
     "report.report": ("Report",),
     "ships.files": ("library",),
     "study.study": ("read_study",),

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 _LIMIT = 1.959963984540054
 """Half width of an interval that holds 95 % of a Gaussian, in its standard deviations."""
 
-_TOLD = 4
+_TOLD, _LINES = 4, 6
+"""As many verdicts on combinations, and lines on the residuals, as a summary shows."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,11 +75,12 @@ class Summary(Tabular):
         paths = {free.path for free in fit.free}
         others = [f"{one.subject}: {one.text}" for one in fit.verdicts if one.subject not in paths]
         more = [f"... and {len(others) - _TOLD} more verdicts"] if len(others) > _TOLD else []
-        said = fit.diagnosis.lines if fit.diagnosis else ("the residuals were not tested",)
+        lines = fit.diagnosis.lines if fit.diagnosis else ("the residuals were not tested",)
+        left = [f"... and {len(lines) - _LINES} more: fit.diagnosis.lines"] if len(lines) > _LINES else []
         return Table(
             f"{fit.ship.name}: {len(fit.free)} parameters, objective {fit.objective:.4g}, {fit.status}",
             ("parameter", "unit", "start", "estimate", "sigma", "low 95 %", "high 95 %", "verdict"),
-            tuple(row(k, free) for k, free in enumerate(fit.free)), (*said, *others[:_TOLD], *more),
+            tuple(row(k, free) for k, free in enumerate(fit.free)), (*lines[:_LINES], *left, *others[:_TOLD], *more),
         )  # fmt: skip
 
 

@@ -15,8 +15,7 @@ from ..environment import Uniform
 from ..manoeuvres import Index, Manoeuvre, Policy
 from ..ships import Ship as AnyShip
 from ..simulate.run import simulate as run_policy
-from ..workflow.request import DEGREE, Around, ship_of, surroundings
-from ..workflow.simulation import Simulated
+from ..workflow.request import DEGREE, Around, Note, Surroundings, ship_of, silent, surroundings
 from ..workflow.simulation import simulate as simulated
 from .orders import Order, Weather
 from .tables import Cell, Table, Tabular
@@ -114,36 +113,43 @@ def simulate(
         weather: wind, current, waves and depth; None is calm, deep water.
 
     Returns:
-        The run; a warning is raised for one that ended before its manoeuvre was complete.
+        The run; a Python warning tells of one that ended before its manoeuvre was complete.
 
     Raises:
         RequestError, ShipError: what cannot be run.
         SimulationError: a run that fails at its very beginning.
     """
-    lines: list[str] = []
-    try:
-        vessel, around = ship_of(ship), weather or Weather()
-        if not isinstance(what, Order | Manoeuvre):
-            return _steered(vessel, what, speed, duration, dt, around, lines)
-        options: dict[str, Any] = {"seed": around.seed} if around.gusts else {}
-        options |= _options(what) if isinstance(what, Order) else {}
-        done = simulated(vessel, what.kind if isinstance(what, Order) else what, speed=speed, rps=n_P,
-                         duration=duration, dt=dt, note=lines.append, **options, **_around(around))  # fmt: skip
-    except RequestError as error:
-        raise RequestError(_here(str(error))) from None
-    run = run_of(done, tuple(map(_here, lines)))
-    for line in run.notes:
-        if line.startswith("warning: "):
-            warnings.warn(line.removeprefix("warning: "), stacklevel=2)
+    return told(ran(ship, what, speed, n_P, duration, dt, weather or Weather()))
+
+
+def told(run: Run, level: int = 3) -> Run:
+    """The run, after Python warnings of what is doubtful about it, `level` callers up."""
+    doubtful = [line.removeprefix("warning: ") for line in run.notes if line.startswith("warning: ")]
     if not run.complete:
-        warnings.warn(f"{run.name}: {run.reason}; indices that the run did not reach are left out", stacklevel=2)
+        doubtful.append(f"{run.name}: {run.reason}; indices that the run did not reach are left out")
+    for line in doubtful:
+        warnings.warn(line, stacklevel=level)
     return run
 
 
-def run_of(done: Simulated, notes: tuple[str, ...] = ()) -> Run:
-    """What a workflow has simulated as a run."""
+def ran(
+    ship: str | Path | AnyShip, what: Order | Policy, speed: float | None, n_P: float | None,
+    duration: float | None, dt: float | None, weather: Weather,
+) -> Run:  # fmt: skip
+    """As `simulate`, without a warning."""
+    lines: list[str] = []
+    try:
+        vessel = ship_of(ship)
+        if not isinstance(what, Order | Manoeuvre):
+            return _steered(vessel, what, speed, duration, dt, weather, lines)
+        options: dict[str, Any] = {"seed": weather.seed} if weather.gusts else {}
+        options |= _options(what) if isinstance(what, Order) else {}
+        done = simulated(vessel, what.kind if isinstance(what, Order) else what, speed=speed, rps=n_P,
+                         duration=duration, dt=dt, note=lines.append, **options, **_around(weather))  # fmt: skip
+    except RequestError as error:
+        raise RequestError(_here(str(error))) from None
     return Run(*_parts(done.trial), ship=done.ship, policy=done.policy, settings=done.settings,
-               complete=done.complete, reason=done.reason or "", notes=notes)  # fmt: skip
+               complete=done.complete, reason=done.reason or "", notes=tuple(map(_here, lines)))  # fmt: skip
 
 
 def _steered(
@@ -152,10 +158,22 @@ def _steered(
 ) -> Run:  # fmt: skip
     if duration is None:
         raise RequestError(f"{type(policy).__name__} is no manoeuvre and has no end of its own; give a duration [s]")
-    around = surroundings(ship, weather.seed, lines.append, **_around(weather)).weather
+    around = weather_of(ship, weather, lines.append).weather
     calm = isinstance(around, Uniform) and around == Uniform()
     trial = run_policy(ship, policy, speed=speed, duration=duration, environment=None if calm else around, dt=dt)
     return Run(*_parts(trial), ship=ship, policy=policy, notes=tuple(map(_here, lines)))
+
+
+def weather_of(ship: AnyShip, weather: Weather, note: Note = silent) -> Surroundings:
+    """Weather as a simulation takes it.
+
+    Raises:
+        RequestError: what the ship has no force for, or what cannot be.
+    """
+    try:
+        return surroundings(ship, weather.seed, note, **_around(weather))
+    except RequestError as error:
+        raise RequestError(_here(str(error))) from None
 
 
 def _parts(trial: data.Trial) -> tuple[Any, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .. import data, ships
 from ..core.parameters import walk
@@ -13,9 +14,14 @@ from ..ships.files import load as load_ship
 from ..ships.writing import save
 from ..simulate.replay import replay
 from .orders import Order, Weather
-from .running import Run, simulate
+from .running import Run, ran, told, weather_of
 from .tables import Cell, Table, Tabular, entries
 from .trials import Trial, trial_of
+
+if TYPE_CHECKING:
+    from ..exchange import Plant as Equations
+    from ..models.linear import Linear
+    from ..realtime.plant import Plant
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,7 +36,7 @@ class Ship(ships.Ship):
         duration: float | None = None, dt: float | None = None, weather: Weather | None = None,
     ) -> Run:  # fmt: skip
         """Run a manoeuvre such as ``Zigzag(rudder_deg=20, heading_deg=20)``; arguments as of `seatrial.simulate`."""
-        return simulate(self, what, speed=speed, n_P=n_P, duration=duration, dt=dt, weather=weather)
+        return told(ran(self, what, speed, n_P, duration, dt, weather or Weather()))
 
     def predict(self, trial: data.Trial, *, restart: float | None = None) -> Trial:
         """Free-running prediction of a trial from its own controls and wind, on its own rows.
@@ -48,6 +54,44 @@ class Ship(ships.Ship):
     def parameters(self) -> Parameters:
         """Every number of the model with its unit, meaning and source."""
         return Parameters(self)
+
+    def linear(self, speed: float | None = None) -> Linear:
+        """The ship linearised on a straight course: ``.transfer_function("r")``, ``.state_space()``, ``.nomoto()``.
+
+        Args:
+            speed: through calm water [m/s]; None takes the approach speed.
+
+        Raises:
+            ParameterError: no steady straight run at that speed.
+        """
+        from ..models.linear import straight
+
+        return straight(self.model, self.speed if speed is None else speed)
+
+    def plant(self, *, dt: float, weather: Weather | None = None) -> Plant:
+        """The ship with its actuators to be stepped in real time: ``plant.order("delta", 0.1)``, ``plant.step()``.
+
+        Args:
+            dt: time step [s].
+            weather: wind, current, waves and depth; None is calm, deep water.
+
+        Raises:
+            RequestError: weather that the ship has no force for.
+            ShipError: a step that is not above zero.
+        """
+        from ..realtime.plant import Plant
+
+        return Plant.of(self, dt=dt, environment=weather_of(self, weather or Weather()).weather)
+
+    def equations(self, dt: float | None = None) -> Equations:
+        """The ship as CasADi functions ``.rates``, ``.step`` and, with a step of `dt` [s], ``.ordered_step``.
+
+        Raises:
+            ShipError: a model in discrete time; a step that is not above zero.
+        """
+        from ..exchange import plant
+
+        return plant(self, dt)
 
     def save(self, path: str | Path) -> Path:
         """Write a ship file, which `load` reads."""

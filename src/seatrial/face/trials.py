@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
@@ -102,6 +102,10 @@ class Trial(data.Trial):
             SensorError: no such channel, or a deviation below zero.
         """
         return trial_of(Sensors(noise).read(self, np.random.default_rng(seed)))
+
+    def named(self, name: str) -> Trial:
+        """The same under another name, by which problems and pictures know it."""
+        return replace(self, name=name)
 
     def save(self, path: str | Path) -> None:
         """Write a trial file, .csv or .parquet, and its sidecar; `read_trial` reads them."""
