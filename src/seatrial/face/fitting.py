@@ -75,12 +75,12 @@ class Summary(Tabular):
         paths = {free.path for free in fit.free}
         others = [f"{one.subject}: {one.text}" for one in fit.verdicts if one.subject not in paths]
         more = [f"... and {len(others) - _TOLD} more verdicts"] if len(others) > _TOLD else []
-        lines = fit.diagnosis.lines if fit.diagnosis else ("the residuals were not tested",)
-        left = [f"... and {len(lines) - _LINES} more: fit.diagnosis.lines"] if len(lines) > _LINES else []
+        told = fit.diagnosis.lines if fit.diagnosis else ("the residuals were not tested",)
+        left = [f"... and {len(told) - _LINES} more: fit.diagnosis.lines"] if len(told) > _LINES else []
         return Table(
             f"{fit.ship.name}: {len(fit.free)} parameters, objective {fit.objective:.4g}, {fit.status}",
             ("parameter", "unit", "start", "estimate", "sigma", "low 95 %", "high 95 %", "verdict"),
-            tuple(row(k, free) for k, free in enumerate(fit.free)), (*lines[:_LINES], *left, *others[:_TOLD], *more),
+            tuple(row(k, free) for k, free in enumerate(fit.free)), (*told[:_LINES], *left, *others[:_TOLD], *more),
         )  # fmt: skip
 
 

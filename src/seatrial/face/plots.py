@@ -49,10 +49,10 @@ def track(
     if not known.size:
         raise DataError(f"{trial.name}: no row has a position; plot_series draws channels over time")
     new = ax is None
-    ax = _made(1, (_WIDTH, 5.4))[0] if ax is None else ax
+    ax = _made(1, _shape(x[known], y[known]))[0] if ax is None else ax
     (line,) = ax.plot(y, x, label=trial.name if label is None else label)
     colour = line.get_color()
-    ax.plot(y[known[:1]], x[known[:1]], "o", ms=6, mfc="white", mec=colour, label="start" if new else None, zorder=3)
+    ax.plot(y[known[:1]], x[known[:1]], "o", ms=6, mfc="white", color=colour, label="start" if new else None, zorder=3)
     if outlines > 0 and "psi" in trial:
         _outlines(ax, trial, outlines, breadth, colour, named=new)
     ax.set_aspect("equal", adjustable="datalim")
@@ -82,7 +82,7 @@ def series(
             ax.plot(trial.t, _in_degrees(trial, name), label=named)
         symbol = symbols.pop().replace("rad", "deg")
         ax.set_ylabel(f"{', '.join(names)} [{symbol}]")
-        if len(names) > 1 or label:
+        if len(names) > 1 or (label and ax is drawn[0]):
             ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, ncols=4, frameon=False)
     drawn[-1].set_xlabel("time t [s]")
     return drawn
@@ -129,10 +129,18 @@ def _made(rows: int, size: tuple[float, float]) -> Sequence[Axes]:
     from cycler import cycler
     from matplotlib import pyplot, rc_context
 
-    colours = cycler(color=[colour for colour, _, _ in LINES])
-    with rc_context({**STYLE, "axes.prop_cycle": colours, "lines.linewidth": 1.5}):
-        _, axes = pyplot.subplots(rows, 1, figsize=size, sharex=True, squeeze=False, layout="constrained")
+    # The first figure sets up the backend, which must not be undone with the style.
+    figure = pyplot.figure(figsize=size, layout="constrained")
+    with rc_context({**STYLE, "axes.prop_cycle": cycler(color=[colour for colour, _, _ in LINES])}):
+        axes = figure.subplots(rows, 1, sharex=True, squeeze=False)
     return cast("Sequence[Axes]", tuple(axes[:, 0]))
+
+
+def _shape(x: Array, y: Array) -> tuple[float, float]:
+    """Size of a figure that suits a track, within limits."""
+    north, east = float(np.ptp(x)), float(np.ptp(y))
+    ratio = min(max(east / max(north, 1e-9), 0.9), 1.6)
+    return (_WIDTH, _WIDTH / ratio) if ratio > 1.0 else (_WIDTH * ratio, _WIDTH)
 
 
 def _axes(rows: int, given: Axes | Sequence[Axes] | None) -> Sequence[Axes]:
