@@ -119,9 +119,10 @@ def test_a_fit_reads_back_to_the_last_bit(fit: st.Fit, tmp_path: Path) -> None:
         again.save(tmp_path / "copy")
 
 
+@pytest.mark.long
 def test_a_fit_of_the_command_line_is_read(fitted: Path) -> None:
-    again = st.read_fit(fitted)
-    assert again.folder == fitted
+    again = st.read_fit(fitted / "run")
+    assert again.folder == fitted / "run"
     assert len(again.summary().table.rows) == 1
     assert again.plot_residuals()[0].lines
 
@@ -159,3 +160,25 @@ def test_simulate_plot_and_fit_take_twelve_lines(
     assert isinstance(names["fit"], st.Fit)
     assert len(pyplot.get_fignums()) == 2
     assert (tmp_path / "fitted" / "model.toml").is_file()
+
+
+def test_the_guide_runs_as_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What comes after the first block, which has a test of its own."""
+    page = (REPOSITORY / "docs" / "python.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)[1:]
+    assert len(blocks) >= 2
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for block in blocks:
+        exec(compile(block, "docs/python.md", "exec"), names)
+    assert len(pyplot.gcf().axes) == 2
+
+
+def test_the_guide_names_every_manoeuvre_and_what_it_names_is_there() -> None:
+    page = (REPOSITORY / "docs" / "python.md").read_text(encoding="utf-8")
+    for name in st.__all__:
+        cls = getattr(st, name)
+        if getattr(cls, "kind", ""):
+            assert f"`{name}`" in page, name
+    for name in set(re.findall(r"\bst\.(\w+)", page)):
+        assert name in st.__all__, name

@@ -80,7 +80,10 @@ def test_a_ship_with_verbs_is_the_ship_of_the_house(ship: st.Ship) -> None:
     assert (ship.model, ship.L_pp, ship.entries) == (of_house.model, of_house.L_pp, of_house.entries)
     changed = ship.having({"hull.Y_v": -0.3})
     assert isinstance(changed, st.Ship)
-    assert dict(zip(*changed.parameters.to_frame()[["parameter", "value"]], strict=True))["hull.Y_v"] == -0.3
+    assert changed.parameters["hull.Y_v"] == -0.3
+    assert set(changed.parameters) == set(ship.parameters.to_frame()["parameter"])
+    with pytest.raises(ParameterError, match=r"near: hull\.Y_v"):
+        ship.parameters["hull.Y_w"]
 
 
 @pytest.mark.parametrize("name", ["kvlcc2", "qiuxin5", "zeefakkel"])

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,16 +85,16 @@ class Trial:
         """Channels side by side, shape (samples, len(names))."""
         return np.column_stack([self[name] for name in names])
 
-    def rows(self, index: slice | Array | NDArray[np.bool_] | NDArray[np.intp]) -> Trial:
+    def rows(self, index: slice | Array | NDArray[np.bool_] | NDArray[np.intp]) -> Self:
         """The same trial with only some of its samples."""
         kept = {name: values[index] for name, values in self.channels.items()}  # type: ignore[index]
         return replace(self, t=self.t[index], channels=kept)  # type: ignore[index]
 
-    def having(self, **channels: Array) -> Trial:
+    def having(self, **channels: Array) -> Self:
         """The same trial with channels added or replaced."""
         return replace(self, channels={**self.channels, **channels})
 
-    def noting(self, *steps: str) -> Trial:
+    def noting(self, *steps: str) -> Self:
         """The same trial with more processing steps noted."""
         if not steps:
             return self

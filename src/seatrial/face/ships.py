@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import data, ships
-from ..core.parameters import walk
+from ..core.parameters import read, walk
 from ..manoeuvres import Policy
 from ..ships.classes import Trust
 from ..ships.files import load as load_ship
@@ -52,7 +53,7 @@ class Ship(ships.Ship):
 
     @property
     def parameters(self) -> Parameters:
-        """Every number of the model with its unit, meaning and source."""
+        """The numbers of the model by path; printed, with unit, meaning and source."""
         return Parameters(self)
 
     def linear(self, speed: float | None = None) -> Linear:
@@ -101,16 +102,25 @@ class Ship(ships.Ship):
         approach = "with the revolutions that hold it" if self.n_P is None else f"{self.n_P:.4g} 1/s"
         said = [("model", type(self.model).__name__), ("L_pp", f"{self.L_pp:.4g} m"),
                 ("approach", f"{self.speed:.4g} m/s, {approach}"), ("controls", ", ".join(self.model.controls)),
-                ("parameters", str(sum(1 for _ in walk(self.model)))),
+                ("parameters", str(len(self.parameters))),
                 *(("caution", line) for line in self.notes.get("cautions", ()))]  # fmt: skip
         return entries(str(self.notes.get("title", self.name)), said)
 
 
 @dataclass(frozen=True, repr=False)
-class Parameters(Tabular):
-    """The numbers of a ship as a table."""
+class Parameters(Tabular, Mapping[str, float]):
+    """The numbers of a ship: ``ship.parameters["hull.Y_v"]``, and all of them as a table."""
 
     ship: ships.Ship
+
+    def __getitem__(self, path: str) -> float:
+        return float(read(self.ship.model, path))
+
+    def __iter__(self) -> Iterator[str]:
+        return (path for path, _, _ in walk(self.ship.model))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
 
     @property
     def table(self) -> Table:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Self, overload
 
 import numpy as np
 
@@ -103,7 +103,7 @@ class Trial(data.Trial):
         """
         return trial_of(Sensors(noise).read(self, np.random.default_rng(seed)))
 
-    def named(self, name: str) -> Trial:
+    def named(self, name: str) -> Self:
         """The same under another name, by which problems and pictures know it."""
         return replace(self, name=name)
 

@@ -5,6 +5,7 @@ The arrays are arrays; the rest is one text of JSON, whose records are read back
 
 from __future__ import annotations
 
+import io
 import json
 import zipfile
 from collections.abc import Mapping
@@ -53,7 +54,7 @@ def read_arrays(path: Path) -> Held:
         StudyError: not such a file, or not as it was written.
     """
     try:
-        with np.load(path, allow_pickle=False) as found:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as found:
             said = json.loads(str(found["said"]))
             told = said["diagnosis"]
             diagnosis = None if told is None else replace(

@@ -104,16 +104,16 @@ class _Reading:
 
     def matrix(self, key: str, size: int) -> Array:
         """A square matrix."""
+        found = self.get(self.document, key, "")
         try:
-            found = np.array(self.get(self.document, key, ""), dtype=np.float64).reshape(size, size)
+            return np.array(found, dtype=np.float64).reshape(size, size)
         except (TypeError, ValueError):
             raise StudyError(f"{self.path}: {key} must be {size} rows of {size} numbers") from None
-        return found
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """The verdicts."""
+        found = self.get(self.document, "verdicts", "")
         try:
-            found = self.get(self.document, "verdicts", "")
             return tuple(Verdict(str(one["subject"]), str(one["status"]), str(one["text"])) for one in found)
         except (TypeError, KeyError):
             raise StudyError(f"{self.path}: each of verdicts needs subject, status and text") from None
