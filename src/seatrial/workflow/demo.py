@@ -47,7 +47,7 @@ _UNSEEN = ((35, None, -1), (25, None, 1), (15, 15, 1))
 
 
 def tell(out: Path, say: Callable[[str], None]) -> dict[str, Any]:
-    """Run the demo; writes report.html, report.json, model.toml, fit.json and history.csv to `out`.
+    """Run the demo; writes report.html, report.json, model.toml, fit.json, history.csv, fit.npz to `out`.
 
     Returns:
         What happened: `lines` for a reader, and the numbers.
