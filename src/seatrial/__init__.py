@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # for editors and type checkers; `_LAZY` has the same names, 
     from .face.fitting import fit as fit
     from .face.fitting import near as near
     from .face.fitting import read_fit as read_fit
+    from .face.fitting import read_study as read_study
     from .face.orders import Acceleration as Acceleration
     from .face.orders import Berthing as Berthing
     from .face.orders import CourseKeeping as CourseKeeping
@@ -58,13 +59,12 @@ if TYPE_CHECKING:  # for editors and type checkers; `_LAZY` has the same names, 
     from .identify.tuning.fine_tuning import FineTuning as FineTuning
     from .report.report import Report as Report
     from .ships.files import library as library
-    from .study.study import read_study as read_study
     from .validate.comparison import compare as compare
 
 _ROOMS = {
     "core.parameters": ("Free",),
     "data.check": ("Finding",),
-    "face.fitting": ("Fit", "Problem", "fit", "near", "read_fit"),
+    "face.fitting": ("Fit", "Problem", "fit", "near", "read_fit", "read_study"),
     "face.orders": (
         "Acceleration", "Berthing", "CourseKeeping", "Crabbing", "CrashAstern", "HumanRandom", "InitialTurning",
         "PseudoRandom", "PullOut", "ReverseSpiral", "Scharnow", "SingleTurn", "Spiral", "Stopping", "Straight",
@@ -78,7 +78,6 @@ _ROOMS = {
     "identify.tuning.fine_tuning": ("FineTuning",),
     "report.report": ("Report",),
     "ships.files": ("library",),
-    "study.study": ("read_study",),
     "validate.comparison": ("compare",),
 }  # fmt: skip
 """Public names by the module that holds them."""

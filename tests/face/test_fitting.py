@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import matplotlib
@@ -20,9 +20,12 @@ from seatrial.identify import StudyError
 from seatrial.identify.digest import digest
 from seatrial.identify.problem import Problem as HouseProblem
 from seatrial.ships.files import load as load_house
+from seatrial.study.study import read_study as read_house_study
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
+
+from seatrial.face.plots import residuals
 
 TRUTH = {"hull.R_0": 1.15, "hull.N_v": 1.1, "hull.N_r": 0.9}
 NOISE = {"x": 0.03, "y": 0.03, "psi": 0.0017, "u": 0.005, "v_m": 0.005, "r": 0.0009}
@@ -96,6 +99,33 @@ def test_residuals_are_drawn_over_the_noise_in_a_band(fit: st.Fit) -> None:
     assert 0.9 < np.mean(np.abs(drawn[np.isfinite(drawn)]) < 2.0) < 0.99
     names = {text.get_text() for text in axes[0].texts}
     assert {"turn", "zigzag"} <= names
+
+
+def test_names_of_trials_give_way_to_numbers_where_they_have_no_room(fit: st.Fit) -> None:
+    assert fit.diagnosis is not None
+    one = next(iter(fit.diagnosis.residuals.values()))
+
+    def named(count: int, name: str) -> list[str]:
+        many = replace(fit.diagnosis, residuals={f"{name}{k}": one for k in range(count)})
+        return [text.get_text() for text in residuals(many)[0].texts[1:]]
+
+    assert named(2, "turn") == ["turn0", "turn1"]
+    assert named(12, "a long name ") == [str(k + 1) for k in range(12)]
+    assert named(90, "a") == []
+
+
+def test_a_study_of_the_command_line_has_verbs(tmp_path: Path, trials: tuple[st.Trial, ...]) -> None:
+    for trial in trials:
+        trial.save(tmp_path / f"{trial.name}.csv")
+    (tmp_path / "study.toml").write_text(
+        'schema = "seatrial-study/1"\nship = "kvlcc2_l7"\n[data]\nroot = "."\ntrain = ["turn"]\ntest = ["zigzag"]\n'
+        '[free]\n"hull.N_r" = { ratio = 0.3 }\n[estimator]\ntype = "shooting:Trajectory"\n'
+    )
+    study = st.read_study(tmp_path / "study.toml")
+    assert isinstance(study.problem, st.Problem)
+    assert isinstance(study.problem.ship, st.Ship)
+    assert {type(one) for one in (*study.problem.trials, *study.test)} == {st.Trial}
+    assert study.digest == read_house_study(tmp_path / "study.toml").digest
 
 
 def test_a_fit_reads_back_to_the_last_bit(fit: st.Fit, tmp_path: Path) -> None:

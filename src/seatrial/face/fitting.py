@@ -17,10 +17,13 @@ from ..identify.lint import lines, lint
 from ..identify.trajectory.shooting import Trajectory
 from ..models import Model
 from ..ships import Ship as AnyShip
+from ..ships.classes import Trust
+from ..study import study
 from ..study.store import save_fit
 from ..study.stored import load_fit
 from .ships import Ship, ship_of
 from .tables import Cell, Table, Tabular
+from .trials import Trial, trial_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +37,19 @@ _TOLD, _LINES = 4, 6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Problem(identify.Problem):
-    """The parameters of a ship to be estimated from trials; attributes are those of `seatrial.identify.Problem`."""
+    """The parameters of a ship to be estimated from trials; attributes are those of `seatrial.identify.Problem`.
+
+    A ship and trials without verbs are given theirs.
+    """
+
+    ship: Ship
+    trials: tuple[Trial, ...]
+    validation: tuple[Trial, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ship", ship_of(self.ship))
+        for name in ("trials", "validation"):
+            object.__setattr__(self, name, tuple(map(trial_of, getattr(self, name))))
 
     def lint(self) -> tuple[str, ...]:
         """What speaks against fitting it as it is, a line each, errors first; empty where nothing does."""
@@ -178,6 +193,32 @@ def fit_of(found: identify.Fit) -> Fit:
     given: dict[str, Any] = {f.name: getattr(found, f.name) for f in fields(identify.Fit)}
     given["ship"] = ship_of(found.ship)
     return Fit(**given)
+
+
+@dataclass(frozen=True)
+class Study(study.Study):
+    """A study, read and ready: ``st.fit(study.problem, study.estimator)``; attributes as of `seatrial.study.study`."""
+
+    problem: Problem
+    test: tuple[Trial, ...]
+
+
+def read_study(path: str | Path, *, trust: Trust = False) -> Study:
+    """Read a study file with its ship and trials.
+
+    Args:
+        trust: modules outside the package whose code the study and its ship may run by naming their classes;
+            True for any.
+
+    Raises:
+        StudyError: naming the file, the key and what would be right.
+        ShipError, DataError, ParameterError: from what the study names.
+    """
+    found = study.read_study(path, trust=trust)
+    given: dict[str, Any] = {f.name: getattr(found, f.name) for f in fields(study.Study)}
+    given["problem"] = Problem(*(getattr(found.problem, f.name) for f in fields(identify.Problem)))
+    given["test"] = tuple(map(trial_of, found.test))
+    return Study(**given)
 
 
 def read_fit(folder: str | Path) -> Fit:

@@ -30,6 +30,8 @@ _OUTLINE = np.array([[-0.5, -0.9], [-0.46, -1.0], [0.28, -1.0], [0.42, -0.6], [0
 _SLENDER = 1.0 / 6.0
 # An outline shorter than this share of the track cannot be seen; it is drawn larger, as the legend says.
 _LEAST = 0.05
+# Letters across new axes.
+_LETTERS = 80.0
 # Two sigma of white residuals.
 _BAND = 2.0
 
@@ -91,6 +93,8 @@ def series(
 def residuals(found: Diagnosis, axes: Axes | Sequence[Axes] | None = None) -> Sequence[Axes]:
     """Residuals over the sensor noise of each channel, trial after trial; those of a right model stay in the band.
 
+    Names of trials that have no room are replaced by their numbers in ``found.residuals``.
+
     Args:
         found: what the residuals of a fit say, see `Fit.diagnosis`.
         axes: axes to draw on, one a channel; None makes new ones.
@@ -105,14 +109,24 @@ def residuals(found: Diagnosis, axes: Axes | Sequence[Axes] | None = None) -> Se
         noise = math.degrees(told.noise) if unit(name).startswith("rad") else told.noise
         ax.set_ylabel(f"{name} / noise [-]")
         ax.text(1.0, 1.01, f"sensor noise {noise:.2g} {unit(name).replace('rad', 'deg')}, "
-                f"residuals {told.size:.2g} times", ha="right", va="bottom", fontsize="small", color=GREY,
+                f"residuals {float(f'{told.size:.2g}'):g} times", ha="right", va="bottom", fontsize="small", color=GREY,
                 transform=ax.transAxes)  # fmt: skip
-    for trial, begin in ends.items():
+    for trial, begin in _named(ends, found).items():
         drawn[0].annotate(trial, (begin, 1.0), (3, -3), xycoords=("data", "axes fraction"), va="top",
                           textcoords="offset points", fontsize="small", color=GREY,
                           bbox={"fc": "white", "ec": "none", "pad": 1.0, "alpha": 0.8})  # fmt: skip
     drawn[-1].set_xlabel("time in the trials, one after the other [s]")
     return drawn
+
+
+def _named(places: dict[str, float], found: Diagnosis) -> dict[str, float]:
+    """Names of the trials where they have room, else their numbers in that order, else nothing; with their places."""
+    lengths = [float(one.t[-1] - one.t[0]) for one in found.residuals.values()]
+    shares = [length / max(sum(lengths), 1e-300) for length in lengths]
+    for names in (list(places), [str(k + 1) for k in range(len(places))]):
+        if all(len(name) <= _LETTERS * share for name, share in zip(names, shares, strict=True)):
+            return dict(zip(names, places.values(), strict=True))
+    return {}
 
 
 def _places(found: Diagnosis) -> dict[str, float]:
