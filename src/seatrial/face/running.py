@@ -51,6 +51,7 @@ class Indices(Tabular, Mapping[str, Index]):
     @property
     def table(self) -> Table:
         """Value, unit and, for lengths, the value in ship lengths."""
+
         def row(name: str, index: Index) -> tuple[Cell, ...]:
             angle = index.unit.startswith("rad")
             value = index.value / DEGREE if angle else index.value

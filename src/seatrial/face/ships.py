@@ -125,6 +125,7 @@ class Parameters(Tabular, Mapping[str, float]):
     @property
     def table(self) -> Table:
         """Path, value, unit, meaning and source of each number."""
+
         def row(path: str, value: object, unit: str, about: str) -> tuple[Cell, ...]:
             entry = self.ship.entries.get(path)
             return path, float(str(value)), unit, about, entry.source if entry else ""

@@ -119,6 +119,7 @@ class Trial(data.Trial):
 
     def _ranges(self) -> Table:
         """Range and gaps of each channel."""
+
         def row(name: str) -> tuple[str, str, float | None, float | None, int]:
             values = self[name][np.isfinite(self[name])]
             least, most = (float(values.min()), float(values.max())) if values.size else (None, None)
