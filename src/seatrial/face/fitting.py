@@ -85,7 +85,8 @@ class Summary(Tabular):
         def row(k: int, free: Free) -> tuple[Cell, ...]:
             value, sigma = float(fit.values[k]), float(fit.sigma[k])
             return (free.path, units[free.path].unit if free.path in units else "", free.start, value, _finite(sigma),
-                    _finite(value - _LIMIT * sigma), _finite(value + _LIMIT * sigma), verdicts.get(free.path, ""))  # fmt: skip
+                    _finite(value - _LIMIT * sigma), _finite(value + _LIMIT * sigma),
+                    verdicts.get(free.path, ""))  # fmt: skip
 
         paths = {free.path for free in fit.free}
         others = [f"{one.subject}: {one.text}" for one in fit.verdicts if one.subject not in paths]
