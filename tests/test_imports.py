@@ -12,7 +12,7 @@ from house import MODULES, ROOT, arrows, circles, dotted, imported, imports, sho
 ROOMS = (
     "core", "engine", "data", "environment", "forces", "actuators", "models", "ships", "sensors", "manoeuvres",
     "simulate", "identify", "study", "validate", "campaign", "report", "choosing", "exchange", "realtime", "envs",
-    "bench", "testing", "workflow", "cli",
+    "bench", "testing", "workflow", "face", "cli",
 )
 """From left to right: a room may import those before it and itself."""
 

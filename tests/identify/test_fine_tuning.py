@@ -220,7 +220,7 @@ def test_the_command_runs_it_all_and_tells_of_a_finished_run(study, tmp_path, ca
     assert first["schema"] == "seatrial-tuning/1"
     assert first["chosen"] == 0.2
     assert sorted(f.name for f in out.iterdir()) == [
-        "fit.json", "history.csv", "model.toml", "report.html", "report.json", "run.json",
+        "fit.json", "fit.npz", "history.csv", "model.toml", "report.html", "report.json", "run.json",
     ]  # fmt: skip
     fitted = load(str(out / "model.toml"))
     best = next(r for r in first["ranges"] if r["ratio"] == first["chosen"])

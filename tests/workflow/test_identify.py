@@ -92,7 +92,7 @@ def test_identify_returns_fit_document_and_summary_and_prints_nothing(
     assert sink.rows["study"][-1] == fit.objective
     assert sink.ended == [fit.status]
     assert {p.name for p in out.iterdir()} == {
-        "fit.json", "history.csv", "model.toml", "report.html", "report.json", "run.json"}  # fmt: skip
+        "fit.json", "fit.npz", "history.csv", "model.toml", "report.html", "report.json", "run.json"}  # fmt: skip
 
     again = identify(study, out, sink=sink)
     assert not again.result

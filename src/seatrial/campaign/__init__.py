@@ -15,8 +15,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from .. import __version__
 from ..core.errors import CampaignError as CampaignError
+from ..core.version import __version__
 from ..data import Array
 from ..environment import Uniform
 from ..manoeuvres import Manoeuvre

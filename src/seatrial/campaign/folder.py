@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__
 from ..core.files import plain, write_together, write_whole
+from ..core.version import __version__
 from ..data import Array
 from . import Campaign, CampaignError
 from .chunk import Part, compute

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
 
 Array = NDArray[np.float64]
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trial:
     """One recording, or one simulated run.
 
@@ -43,12 +43,16 @@ class Trial:
     channels: Mapping[str, Array]
     units: Mapping[str, str] = field(default_factory=dict[str, str])
     meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    file: Path | None = field(default=None, compare=False, repr=False)
+    file: Path | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         for name, values in self.channels.items():
             if values.shape != self.t.shape:
                 raise DataError(f"{self.name}: channel {name} has {values.size} samples, time has {self.t.size}")
+
+    def __repr__(self) -> str:
+        every = f"every {self.dt:.4g} s" if len(self) > 1 else "no steps"
+        return f"{type(self).__name__}({self.name!r}, {len(self)} rows, {every}: {', '.join(self.channels)})"
 
     def __getitem__(self, name: str) -> Array:
         if name == "t":
@@ -81,16 +85,16 @@ class Trial:
         """Channels side by side, shape (samples, len(names))."""
         return np.column_stack([self[name] for name in names])
 
-    def rows(self, index: slice | Array | NDArray[np.bool_] | NDArray[np.intp]) -> Trial:
+    def rows(self, index: slice | Array | NDArray[np.bool_] | NDArray[np.intp]) -> Self:
         """The same trial with only some of its samples."""
         kept = {name: values[index] for name, values in self.channels.items()}  # type: ignore[index]
         return replace(self, t=self.t[index], channels=kept)  # type: ignore[index]
 
-    def having(self, **channels: Array) -> Trial:
+    def having(self, **channels: Array) -> Self:
         """The same trial with channels added or replaced."""
         return replace(self, channels={**self.channels, **channels})
 
-    def noting(self, *steps: str) -> Trial:
+    def noting(self, *steps: str) -> Self:
         """The same trial with more processing steps noted."""
         if not steps:
             return self

@@ -64,7 +64,7 @@ class Nuisance:
     suspects: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Problem:
     """The parameters of a ship to be estimated from trials.
 
@@ -86,7 +86,11 @@ class Problem:
     nuisance: Nuisance = Nuisance()
     validation: tuple[Trial, ...] = ()
     extrapolate: bool = False
-    linted: bool = field(default=False, compare=False, repr=False)
+    linted: bool = field(default=False, compare=False)
+
+    def __repr__(self) -> str:
+        return (f"{type(self).__name__}({self.ship.name!r}, {len(self.free)} free parameters, "
+                f"{len(self.trials)} trials, {sum(map(len, self.trials))} rows)")  # fmt: skip
 
     @property
     def vector(self) -> Vector:
@@ -119,7 +123,7 @@ class Verdict:
     text: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fit:
     """The outcome of an estimation.
 
@@ -161,9 +165,14 @@ class Fit:
     digest: str
     ends: Array = field(default_factory=lambda: np.zeros((0, 0)))
     nuisances: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
-    diagnosis: Diagnosis | None = field(default=None, compare=False, repr=False)
+    diagnosis: Diagnosis | None = field(default=None, compare=False)
     loss: Loss | None = None
-    details: object = field(default=None, compare=False, repr=False)
+    details: object = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        found = sum(one.status == "identified" for one in self.verdicts)
+        return (f"{type(self).__name__}({self.ship.name!r}, {len(self.free)} parameters, {found} identified, "
+                f"objective {self.objective:.4g}, {self.status!r})")  # fmt: skip
 
     @property
     def vector(self) -> Vector:

@@ -36,7 +36,7 @@ LINES: tuple[tuple[str, Any, str], ...] = (
 """Colour, dashes and mark of each line; the dashes and marks keep lines distinct in print without colour."""
 
 BASELINE: tuple[str, Any] = (GREY, (0, (1, 1.5)))
-_STYLE: dict[Any, Any] = {
+STYLE: dict[Any, Any] = {
     "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 10, "axes.spines.top": False,
     "axes.spines.right": False, "axes.grid": True, "grid.color": GRID, "axes.edgecolor": "#9aa3ab",
     "axes.labelcolor": "#333", "xtick.color": "#555", "ytick.color": "#555", "legend.frameon": False,
@@ -222,7 +222,7 @@ def panels(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    with rc_context(_STYLE):
+    with rc_context(STYLE):
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.subplots(rows, columns, sharex="col", squeeze=False)
     return figure, axes
@@ -265,7 +265,7 @@ def svg(figure: Any, salt: str) -> str:
     _literal(figure)
     out = io.StringIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-    with rc_context({**_STYLE, "svg.hashsalt": salt}):
+    with rc_context({**STYLE, "svg.hashsalt": salt}):
         figure.savefig(out, format="svg", metadata=nothing, transparent=True)
     text = out.getvalue()
     text = text[text.index("<svg") :]

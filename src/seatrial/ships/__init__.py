@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 from ..actuators import Actuators
 from ..core.errors import ShipError as ShipError
@@ -35,7 +35,7 @@ class Entry:
     sigma: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ship:
     """A model of a ship, its actuators, its approach condition and the provenance of its numbers.
 
@@ -60,12 +60,16 @@ class Ship:
     notes: Mapping[str, Any] = field(default_factory=dict[str, Any])
     of: str = ""
 
+    def __repr__(self) -> str:
+        family = type(self.model).__name__
+        return f"{type(self).__name__}({self.name!r}, {family}, {self.L_pp:g} m, {self.speed:.4g} m/s)"
+
     @property
     def names(self) -> tuple[str, ...]:
         """What a log may call the ship: the name of this model, and that of the ship it is a model of."""
         return (self.name, self.of) if self.of else (self.name,)
 
-    def having(self, changes: Mapping[str, float]) -> Ship:
+    def having(self, changes: Mapping[str, float]) -> Self:
         """The same ship with some parameters of its model replaced.
 
         Raises:
@@ -74,6 +78,6 @@ class Ship:
         possible(specs(self.model), changes)
         return self.moved(changes)
 
-    def moved(self, changes: Mapping[str, float]) -> Ship:
+    def moved(self, changes: Mapping[str, float]) -> Self:
         """`having` without a check of the ranges: the result of a search is reported, not refused at the end."""
         return replace(self, model=update(self.model, changes))

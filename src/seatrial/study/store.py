@@ -1,4 +1,7 @@
-"""A fit on disk: the ship (model.toml), the numbers (fit.json) and the history of the search (history.csv)."""
+"""A fit on disk: the ship (model.toml), the numbers (fit.json, fit.npz) and the history of the search (history.csv).
+
+`stored.load_fit` reads it back as the value that it was.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,7 @@ from ..identify import Fit, Problem, StudyError
 from ..models import STATES
 from ..ships import Entry, Ship
 from ..ships.writing import save
+from .arrays import ARRAYS, to_bytes
 
 MODEL, SUMMARY, HISTORY, RUN = "model.toml", "fit.json", "history.csv", "run.json"
 # How a caution begins that speaks of parameters which are zero until a fit has moved them.
@@ -30,7 +34,7 @@ def save_fit(
     fit: Fit, folder: str | Path, problem: Problem, *, study: str, text: str = "",
     scale: Mapping[str, float] | None = None,
 ) -> Path:  # fmt: skip
-    """Write model.toml, fit.json and history.csv to `folder`, each whole or not at all.
+    """Write model.toml, fit.json, history.csv and, where there are residuals, fit.npz to `folder`, each whole or not.
 
     Args:
         problem: what was fitted, for the provenance: the ship it began from and the trials used.
@@ -50,6 +54,10 @@ def save_fit(
         "began": {f.path: float(read(problem.ship.model, f.path)) for f in fit.free},
     }  # fmt: skip
     write_whole(where / HISTORY, _history(fit))
+    if (arrays := to_bytes(fit)) is None:
+        (where / ARRAYS).unlink(missing_ok=True)  # of a fit before
+    else:
+        write_whole(where / ARRAYS, arrays)
     model = save(_sourced(fit, study), where / MODEL, provenance)
     summary = {**_summary(fit, study, text, provenance), "scale": None if scale is None else dict(scale)}
     write_whole(where / SUMMARY, json.dumps(plain(summary), indent=1) + "\n")

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from .. import __version__
 from ..core.files import read_toml
 from ..core.parameters import Free, specs, unknown
+from ..core.version import __version__
 from ..data import Trial
 from ..data.prepare import unbroken
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError

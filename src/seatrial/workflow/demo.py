@@ -47,7 +47,7 @@ _UNSEEN = ((35, None, -1), (25, None, 1), (15, 15, 1))
 
 
 def tell(out: Path, say: Callable[[str], None]) -> dict[str, Any]:
-    """Run the demo; writes report.html, report.json, model.toml, fit.json and history.csv to `out`.
+    """Run the demo; writes report.html, report.json, model.toml, fit.json, history.csv, fit.npz to `out`.
 
     Returns:
         What happened: `lines` for a reader, and the numbers.
@@ -98,7 +98,7 @@ def _with_approach(run: Trial, U: float, n_P: float) -> Trial:
 def _report(
     fit: Fit, problem: Problem, unseen: tuple[Trial, ...], findings: list[str], out: Path
 ) -> dict[str, float]:
-    from .. import __version__
+    from ..core.version import __version__
     from ..report.evidence import assumptions
     from ..report.report import Report
 

@@ -89,7 +89,7 @@ def captive(
         RequestError: an output of another kind, or in the place of an input.
         DataError, FitError, ParameterError: tables that cannot be used; nothing is written.
     """
-    from .. import __version__
+    from ..core.version import __version__
     from ..data.captive import read_captive
     from ..identify.regression.captive import USUAL, fit_captive
     from ..report.judging.captive import in_words

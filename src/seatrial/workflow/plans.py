@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from .. import __version__
+from ..core.version import __version__
 from ..identify import Estimator, Fit, Issue, Problem, StudyError
 from ..study.series import FULL, QUICK, Series, is_series, read_series
 from ..study.series_run import Cell, Row, asked, check, claimed, folder, left

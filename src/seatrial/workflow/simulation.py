@@ -134,7 +134,7 @@ class Simulated:
 
 
 def simulate(
-    ship: str | Path | Ship, manoeuvre: str, *, rudder: float | None = None, heading: float | None = None,
+    ship: str | Path | Ship, manoeuvre: str | Manoeuvre, *, rudder: float | None = None, heading: float | None = None,
     side: str | None = None, seed: int | None = None, speed: float | None = None, rps: float | None = None,
     duration: float | None = None, dt: float | None = None, out: Path | None = None, note: Note = silent,
     steer: float | None = None, throttle: float | None = None, **around: Unpack[Around],
@@ -143,7 +143,7 @@ def simulate(
 
     Args:
         ship: a name of the library, a ship file or a ship.
-        manoeuvre: its kind, see `known`.
+        manoeuvre: its kind, see `known`, or the manoeuvre itself, which takes no rudder, heading or side.
         steer, throttle: what stands for `rudder` and `rps` where the ship has neither [%].
         note: takes warnings.
         around: weather and depth, see `surroundings`.
@@ -158,7 +158,7 @@ def simulate(
     finite(rps=rps)
     if seed is not None and seed < 0:
         raise RequestError(f"--seed is {seed}; it is zero or above")
-    takes = find(manoeuvre).takes
+    takes = manoeuvre.takes if isinstance(manoeuvre, Manoeuvre) else find(manoeuvre).takes
     vessel = ship_of(ship)
     rudder, rps = helm_of(vessel, manoeuvre, rudder, steer), ahead_of(vessel, rps, throttle)
     _check_revolutions(vessel, rps)
@@ -170,7 +170,8 @@ def simulate(
     U, n_P = approach(vessel, speed, rps)
     given = {"rudder": rudder, "heading": heading, "side": side,
              "seed": seed if not around.get("gusts") or "seed" in takes else None}  # fmt: skip
-    policy = order(manoeuvre, vessel, U, n_P, {key: value for key, value in given.items() if value is not None})
+    options = {key: value for key, value in given.items() if value is not None}
+    policy = manoeuvre if isinstance(manoeuvre, Manoeuvre) else order(manoeuvre, vessel, U, n_P, options)
     run, reason = _run(vessel, policy, U, duration, dt, place.weather)
     for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run)):
         note(line)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import __version__
+from ..core.version import __version__
 from ..data import DataError, Trial
 from ..data.check import Finding, check_folder, check_set
 from ..data.prepare import steps_text

@@ -144,7 +144,7 @@ def write_mcap(path: Path, messages: Iterable[Message], note: Mapping[str, Any])
     Raises:
         DataError: the extra is not installed.
     """
-    from ... import __version__
+    from ...core.version import __version__
 
     Writer = extra("mcap.writer").Writer
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ... import __version__
+from ...core.version import __version__
 from ...validate.requirements import Finding, Item, Judgement, Table
 from .. import figures
 from ..page import Page, Section, entries, figure, gallery, lead, number, soft, table, text

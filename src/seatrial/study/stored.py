@@ -1,0 +1,133 @@
+"""A saved fit as the value that it was: model.toml, fit.json, history.csv and fit.npz to a `Fit`."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import ShipError
+from ..core.parameters import Free, ParameterError
+from ..data import Array
+from ..identify import Fit, StudyError, Verdict
+from ..ships.files import load
+from .arrays import ARRAYS, Held, read_arrays
+from .store import HISTORY, MODEL, SUMMARY, load_fit_summary
+
+_ABSENT = {"low": -math.inf, "high": math.inf, "prior": math.nan, "prior_sigma": math.inf}
+"""What null, which JSON has for numbers that are not finite, stands for; elsewhere NaN."""
+
+
+def load_fit(folder: str | Path) -> Fit:
+    """The fit that `store.save_fit` wrote; a run of before fit.npz has no residuals.
+
+    Raises:
+        StudyError: no fit in that folder, or one that cannot be used; names file and key.
+    """
+    where = Path(folder)
+    if not (where / SUMMARY).is_file():
+        made = "a run of a table of fits has one a folder below fits/" if (where / "fits").is_dir() else "none is there"
+        raise StudyError(f"{where}: no fit in this folder ({SUMMARY}); {made}")
+    read = _Reading(where / SUMMARY, load_fit_summary(where))
+    parameters = read.table("parameters")
+    held = _held(where, str(read.get(read.document, "digest", "")))
+    try:
+        ship = load(where / MODEL)
+        free = tuple(read.free(path) for path in parameters)
+    except (ShipError, ParameterError) as error:
+        raise StudyError(f"{where}: {error}") from None
+    return Fit(
+        ship, free, read.column("value"), read.column("sigma"), read.matrix("covariance", len(free)),
+        read.column("shrinkage"), tuple(path for path, own in parameters.items() if own.get("at_bound") is True),
+        read.verdicts(), _history(where / HISTORY), read.number(read.document, "objective"),
+        read.number(read.document, "seconds"), int(read.number(read.document, "evaluations")),
+        str(read.document.get("status", "")), str(read.document.get("digest", "")),
+        ends=np.zeros((0, 0)) if held.ends is None else held.ends, nuisances=read.nuisances(),
+        diagnosis=held.diagnosis, loss=held.loss,
+    )  # fmt: skip
+
+
+def _held(where: Path, digest: str) -> Held:
+    path = where / ARRAYS
+    if not path.is_file():
+        return Held(digest)
+    held = read_arrays(path)
+    if held.digest != digest:
+        raise StudyError(f"{path}: of fit {held.digest}, {SUMMARY} is of {digest}; delete the one that is not wanted")
+    return held
+
+
+class _Reading:
+    """The document of fit.json, which people may have edited."""
+
+    def __init__(self, path: Path, document: Mapping[str, Any]) -> None:
+        self.path, self.document = path, document
+
+    def get(self, table: Mapping[str, Any], key: str, where: str) -> Any:
+        """A value that must be there."""
+        if key not in table:
+            raise StudyError(f"{self.path}: {where}{key} is missing")
+        return table[key]
+
+    def number(self, table: Mapping[str, Any], key: str, where: str = "") -> float:
+        """A number; null is what `_ABSENT` says."""
+        value = self.get(table, key, where)
+        if value is None:
+            return _ABSENT.get(key, math.nan)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise StudyError(f"{self.path}: {where}{key} is {str(value)[:40]}; it must be a number")
+        return float(value)
+
+    def table(self, key: str) -> dict[str, dict[str, Any]]:
+        """Tables by name."""
+        found = self.get(self.document, key, "")
+        if not isinstance(found, dict) or not all(isinstance(one, dict) for one in found.values()):
+            raise StudyError(f"{self.path}: {key} must be tables by name")
+        return found
+
+    def free(self, path: str) -> Free:
+        """One free parameter as it was declared."""
+        own = self.table("parameters")[path]
+        start, low, high, prior, sigma = (
+            self.number(own, key, f"parameters.{path}.") for key in ("start", "low", "high", "prior", "prior_sigma")
+        )
+        return Free(path, start, low, high, prior, sigma)
+
+    def column(self, key: str) -> Array:
+        """One number of each parameter."""
+        found = self.table("parameters").items()
+        return np.array([self.number(own, key, f"parameters.{path}.") for path, own in found], dtype=np.float64)
+
+    def matrix(self, key: str, size: int) -> Array:
+        """A square matrix."""
+        found = self.get(self.document, key, "")
+        try:
+            return np.array(found, dtype=np.float64).reshape(size, size)
+        except (TypeError, ValueError):
+            raise StudyError(f"{self.path}: {key} must be {size} rows of {size} numbers") from None
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """The verdicts."""
+        found = self.get(self.document, "verdicts", "")
+        try:
+            return tuple(Verdict(str(one["subject"]), str(one["status"]), str(one["text"])) for one in found)
+        except (TypeError, KeyError):
+            raise StudyError(f"{self.path}: each of verdicts needs subject, status and text") from None
+
+    def nuisances(self) -> dict[str, dict[str, float]]:
+        """Nuisance parameters by trial and name."""
+        return {trial: {name: self.number(own, name, f"nuisances.{trial}.") for name in own}
+                for trial, own in self.table("nuisances").items()}  # fmt: skip
+
+
+def _history(path: Path) -> Array:
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            rows = [[float(cell) if cell else math.nan for cell in row] for row in list(csv.reader(stream))[1:]]
+        return np.array(rows, dtype=np.float64).reshape(-1, 4)
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: cannot be read: {error}") from None
