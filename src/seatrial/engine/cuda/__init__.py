@@ -1,0 +1,81 @@
+"""The engine on a GPU: the systems of the processor, one lane a thread, printed as CUDA C++.
+
+`Device` is what the room needs of a machine: compile a source, keep arrays, launch a kernel.  `gpu.Gpu` is a CUDA
+device (extra `cuda`); the tests have another one, which compiles the same source for the processor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import DeviceError as DeviceError
+
+Numbers = NDArray[Any]
+
+
+class DeviceArray(Protocol):
+    """An array in the memory of a device; any library that knows DLPack takes it without a copy."""
+
+    @property
+    def shape(self) -> tuple[int, ...]: ...
+    @property
+    def dtype(self) -> np.dtype[Any]: ...
+
+    def host(self) -> Numbers:
+        """A copy in the memory of the processor, after all work that was given to the device."""
+        ...
+
+    def fill(self, values: Numbers) -> None:
+        """Take values of the same shape from the memory of the processor."""
+        ...
+
+    def __dlpack__(self, *, stream: Any = None, max_version: Any = None, dl_device: Any = None, copy: Any = None) -> Any: ...
+    def __dlpack_device__(self) -> tuple[int, int]: ...
+
+
+class Module(Protocol):
+    """A compiled source."""
+
+    def fix(self, parameters: Numbers) -> None:
+        """Put the parameters of all lanes, and what follows from them, into constant memory."""
+
+    def launch(self, name: str, threads: int, *arguments: int | float | DeviceArray) -> None:
+        """Run a kernel over that many threads; it may still run on return."""
+
+
+class Device(Protocol):
+    """A machine that runs kernels."""
+
+    def module(self, source: str, single: bool) -> Module:
+        """Compile, or take from the cache."""
+        ...
+
+    def empty(self, shape: Sequence[int], dtype: Any) -> DeviceArray:
+        """An array whose values are not set."""
+        ...
+
+    def put(self, values: Numbers) -> DeviceArray:
+        """A copy of an array of the processor."""
+        ...
+
+
+def device_of(named: str | Device) -> Device | None:
+    """A device by its name, "cuda" or "cuda:1"; None for "cpu".
+
+    Raises:
+        DeviceError: no such name, or what it needs is not here; names what is missing.
+    """
+    if not isinstance(named, str):
+        return named
+    kind, _, number = named.partition(":")
+    if named == "cpu":
+        return None
+    if kind != "cuda" or not (number or "0").isdecimal():
+        raise DeviceError(f"device '{named}'; known: cpu, cuda, cuda:1 for the second one, and so on")
+    from .gpu import gpu
+
+    return gpu(int(number or "0"))
