@@ -7,17 +7,25 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..core.parameters import ParameterError, unknown
 from . import Array, EngineNotice, Failure, Rollout, System, simd, virtual
 from .cache import CompilerError
-from .cuda import Device, DeviceError, device_of, lanes
+from .cuda import Device, DeviceError, device_of
 
-Packed = simd.Packed | virtual.Packed | lanes.Packed
-"""Series in the order of a kernel; made by `pack`."""
+
+class Packed(Protocol):
+    """Series in the order of a kernel; made by `pack`."""
+
+    @property
+    def lanes(self) -> int: ...
+    @property
+    def steps(self) -> int: ...
+    @property
+    def channels(self) -> int: ...
 
 
 @cache
@@ -180,7 +188,9 @@ def simulator(
     """
     names, machine = _checked(system, lanewise), _machine(device, precision, system)
     if machine is not None:
-        return Simulator(system, names, lanes.CudaRollout.compile(system, names, machine, precision == "single"), False)
+        from .cuda.lanes import CudaRollout
+
+        return Simulator(system, names, CudaRollout.compile(system, names, machine, precision == "single"), False)
     wanted = back_end if system.plant is None else "virtual"
     fast, slow = simd.SimdRollout.compile, virtual.VirtualRollout.compile
     return Simulator(system, names, *_compiled(wanted, fast, slow, system, names))
@@ -195,7 +205,9 @@ def sensitivity(
         raise ValueError("sensitivities are for open-loop systems; this one prepares its steps")
     names, q, machine = _checked(system, free), _checked(system, lanewise), _machine(device, precision, system)
     if machine is not None:
-        kernel = lanes.CudaSensitivity.compile(system, names, q, machine, precision == "single")
+        from .cuda.lanes import CudaSensitivity
+
+        kernel = CudaSensitivity.compile(system, names, q, machine, precision == "single")
         return Sensitivity(system, q, kernel, False, names)
     fast, slow = simd.SimdSensitivity.compile, virtual.VirtualSensitivity.compile
     return Sensitivity(system, q, *_compiled(back_end, fast, slow, system, names, q), names)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +24,12 @@ NEEDED = "pip install 'seatrial[cuda]'"
 
 
 @cache
-def _core() -> Any:
+def _part(name: str) -> Any:
+    """A module of the packages of the extra, which have no types; DeviceError: they are missing."""
     try:
-        import cuda.core
+        return import_module(f"cuda.{name}")
     except ImportError:
         raise DeviceError(f"CUDA needs the extra 'cuda': {NEEDED}") from None
-    return cuda.core
 
 
 def _done(answer: tuple[Any, ...]) -> Any:
@@ -44,11 +45,9 @@ def compiled(source: str, architecture: str, single: bool) -> bytes:
     Raises:
         CompilerError: NVRTC is missing or refuses the source.
     """
-    core = _core()
+    core = _part("core")
     try:
-        from cuda.bindings import nvrtc
-
-        version = repr(_done(nvrtc.nvrtcVersion())).encode()
+        version = repr(_part("bindings.nvrtc").nvrtcVersion()).encode()
     except Exception as error:
         raise CompilerError(f"NVRTC cannot be loaded ({_line(error)}): {NEEDED}") from None
     rounded = {"prec_div": False, "prec_sqrt": False} if single else {}
@@ -72,12 +71,8 @@ class GpuArray(DeviceArray):
     """An array of a CUDA device."""
 
     def __init__(self, device: Any, shape: Sequence[int], dtype: Any) -> None:
-        from cuda.core.utils import StridedMemoryView
-
-        self.bytes = max(math.prod(shape) * np.dtype(dtype).itemsize, 8)
-        self.buffer = device.allocate(self.bytes, stream=device.default_stream)
         self.bytes = math.prod(shape) * np.dtype(dtype).itemsize
-        self._view = StridedMemoryView.from_buffer(self.buffer, tuple(shape), dtype=np.dtype(dtype))
+        self.buffer = device.allocate(max(self.bytes, 8), stream=device.default_stream)
         self._device, self._shape, self._dtype = device, tuple(shape), np.dtype(dtype)
 
     @property
@@ -89,59 +84,56 @@ class GpuArray(DeviceArray):
         return self._dtype
 
     def host(self) -> Numbers:
-        from cuda.bindings import driver
-
         values = np.empty(self._shape, self._dtype)
         self._device.sync()
         if self.bytes:
-            _done(driver.cuMemcpyDtoH(values.ctypes.data, int(self.buffer.handle), self.bytes))
+            _done(_part("bindings.driver").cuMemcpyDtoH(values.ctypes.data, int(self.buffer.handle), self.bytes))
         return values
 
     def fill(self, values: Numbers) -> None:
-        from cuda.bindings import driver
-
         given = np.ascontiguousarray(np.broadcast_to(values, self._shape), dtype=self._dtype)
         if self.bytes:
-            _done(driver.cuMemcpyHtoD(int(self.buffer.handle), given.ctypes.data, self.bytes))
+            _done(_part("bindings.driver").cuMemcpyHtoD(int(self.buffer.handle), given.ctypes.data, self.bytes))
 
-    def __dlpack__(self, *, stream: Any = None, max_version: Any = None, dl_device: Any = None, copy: Any = None) -> Any:
-        return self._view.__dlpack__(stream=stream, max_version=max_version, dl_device=dl_device, copy=copy)
+    def __dlpack__(
+        self, *, stream: Any = None, max_version: Any = None, dl_device: Any = None, copy: Any = None
+    ) -> Any:
+        return self._view().__dlpack__(stream=stream, max_version=max_version, dl_device=dl_device, copy=copy)
 
     def __dlpack_device__(self) -> tuple[int, int]:
-        return self._view.__dlpack_device__()
+        return self._view().__dlpack_device__()
+
+    def _view(self) -> Any:
+        return _part("core.utils").StridedMemoryView.from_buffer(self.buffer, self._shape, dtype=self._dtype)
 
 
 class GpuModule(Module):
     """Code loaded on a CUDA device."""
 
     def __init__(self, device: Any, code: bytes, single: bool) -> None:
-        from cuda.bindings import driver
-
-        self._device, self._code = device, _core().ObjectCode.from_cubin(code)
+        self._device, self._code = device, _part("core").ObjectCode.from_cubin(code)
         self._uniform = self._code.get_kernel("uniform")
         self._kernels: dict[str, Any] = {}
         dtype = np.dtype(np.float32 if single else np.float64)
-        where, size = _done_two(driver.cuLibraryGetGlobal(self._code.handle, b"K"))
+        where, size = _done_two(_part("bindings.driver").cuLibraryGetGlobal(self._code.handle, b"K"))
         self._constants, self._words, self._dtype = int(where), size // dtype.itemsize, dtype
         self._fixed = b""
 
     def fix(self, parameters: Numbers) -> None:
-        from cuda.bindings import driver
-
         given = np.ascontiguousarray(parameters if len(parameters) else np.zeros(1), dtype=self._dtype)
         if given.tobytes() == self._fixed:
             return
-        derived, itemsize = GpuArray(self._device, (max(self._words - len(given), 1),), self._dtype), given.itemsize
+        rest = self._words - len(given)
+        derived = GpuArray(self._device, (max(rest, 1),), self._dtype)
+        core, driver = _part("core"), _part("bindings.driver")
         _done(driver.cuMemcpyHtoD(self._constants, given.ctypes.data, given.nbytes))
-        core = _core()
         core.launch(self._device.default_stream, core.LaunchConfig(grid=1, block=1), self._uniform, derived.buffer)
-        rest = (self._words - len(given)) * itemsize
         if rest:
-            _done(driver.cuMemcpyDtoD(self._constants + given.nbytes, int(derived.buffer.handle), rest))
+            _done(driver.cuMemcpyDtoD(self._constants + given.nbytes, int(derived.buffer.handle), derived.bytes))
         self._fixed = given.tobytes()
 
     def launch(self, name: str, threads: int, *arguments: int | float | DeviceArray) -> None:
-        core = _core()
+        core = _part("core")
         if name not in self._kernels:
             self._kernels[name] = self._code.get_kernel(name)
         grid = core.LaunchConfig(grid=-(-threads // BLOCK), block=BLOCK)
@@ -153,22 +145,24 @@ def _done_two(answer: tuple[Any, ...]) -> tuple[Any, int]:
     return answer[1], int(answer[2])
 
 
-def _argument(value: int | float | DeviceArray) -> Any:
-    if isinstance(value, GpuArray):
-        return value.buffer
-    return np.int64(value) if isinstance(value, int) else np.float64(value)  # pyright: ignore[reportArgumentType]
+def _argument(value: Any) -> Any:
+    if isinstance(value, int):
+        return np.int64(value)
+    return np.float64(value) if isinstance(value, float) else value.buffer
 
 
 class Gpu(Device):
     """A CUDA device by its number."""
 
     def __init__(self, number: int) -> None:
-        core = _core()
+        core = _part("core")
         try:
             self.device = core.Device(number)
             self.device.set_current()
         except Exception as error:
-            raise DeviceError(f"no CUDA device {number} here: {_line(error)}; leave --device away") from None
+            driver = type(error).__name__ == "DynamicLibNotFoundError"
+            why = "the NVIDIA driver is missing" if driver else _line(error)
+            raise DeviceError(f"no CUDA device {number} here: {why}; compute on the processor (cpu)") from None
         self._modules: dict[tuple[str, bool], GpuModule] = {}
 
     def module(self, source: str, single: bool) -> GpuModule:

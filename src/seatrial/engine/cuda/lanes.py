@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from .. import Array, System, trace
-from . import Device, DeviceArray, Module, Numbers
+from . import Device, DeviceArray, DeviceError, Module, Numbers
 from .source import rollout_source, sensitivity_source
 
-COLUMNS = 3
-"""Columns of sensitivities that a thread carries: with three it spills nothing, and shares a Jacobian among them."""
+COLUMNS, SINGLE_COLUMNS = 6, 9
+"""Columns of sensitivities a thread carries: the more, the more share a Jacobian and the fewer fit its registers."""
 _TRACED = 64
 
 
@@ -46,7 +47,7 @@ class _OnDevice:
     single: bool
 
     @property
-    def dtype(self) -> np.dtype[np.float64] | np.dtype[np.float32]:
+    def dtype(self) -> np.dtype[Any]:
         return np.dtype(np.float32 if self.single else np.float64)
 
     def pack(self, series: Array) -> Packed:
@@ -106,17 +107,13 @@ class CudaRollout(_OnDevice):
         t0: float, dt: float, steps: int, every: int, rk4: bool, threads: int,
     ) -> Array:  # fmt: skip
         """Stored rows of every lane, shape (lanes, rows, stored), on the processor."""
-        given = [self.put(values.T) for values in (state0, memory0, lanewise)]
-        out = self.rows(*given[:2], series, given[2], shared, t0=t0, dt=dt, steps=steps, every=every, rk4=rk4)
+        z, m, q = (self.put(values.T) for values in (state0, memory0, lanewise))
+        out = self.rows(z, m, series, q, shared, t0=t0, dt=dt, steps=steps, every=every, rk4=rk4)
         return np.moveaxis(out.host(), -1, 0).astype(np.float64, order="C")
 
     def evaluate(self, state: Array, acting: Array, lanewise: Array, shared: Array) -> Array:
-        """Rates of every lane for one call of the right-hand side, shape (lanes, states)."""
-        if self.system.before is not None:
-            raise ValueError("on a device the rates of a system that prepares its steps are not at hand")
-        none = np.zeros((len(state), 0))
-        step = {"t0": 0.0, "dt": 1.0, "steps": 2, "every": 1, "rk4": False, "threads": 1}
-        return self.run(np.zeros_like(state), none, self.pack(acting[:, None]), lanewise, shared, **step)[:, 1]
+        """Refused: one right-hand side is work for the processor; DeviceError."""
+        raise DeviceError("rates of one moment are computed on the processor; make the simulator with device='cpu'")
 
 
 @dataclass(frozen=True)
@@ -129,7 +126,7 @@ class Part:
     state: int
 
 
-def parts(free: tuple[str, ...], states: int, width: int = COLUMNS) -> tuple[Part, ...]:
+def parts(free: tuple[str, ...], states: int, width: int) -> tuple[Part, ...]:
     """Columns of the parameters `free`, then of the initial state, `width` a kernel."""
     total, found = len(free) + states, list[Part]()
     for a in range(0, total, width):
@@ -158,7 +155,7 @@ class CudaSensitivity(_OnDevice):
         """Trace, differentiate, print, compile (or take from the cache) and load."""
         codes = tuple(
             (part, device.module(sensitivity_code(system, part, lanewise, single), single))
-            for part in parts(free, len(system.states))
+            for part in parts(free, len(system.states), SINGLE_COLUMNS if single else COLUMNS)
         )
         return CudaSensitivity(device, single, system, free, codes)
 
@@ -168,7 +165,8 @@ class CudaSensitivity(_OnDevice):
     ) -> tuple[DeviceArray, DeviceArray]:  # fmt: skip
         """States (rows, states, lanes) and derivatives (rows, states, free + states, lanes) on the device."""
         (ns, lanes), rows, columns = state0.shape, (steps - 1) // every + 1, len(self.free) + len(self.system.states)
-        out, slopes = (self.device.empty(shape, self.dtype) for shape in ((rows, ns, lanes), (rows, ns, columns, lanes)))
+        out = self.device.empty((rows, ns, lanes), self.dtype)
+        slopes = self.device.empty((rows, ns, columns, lanes), self.dtype)
         for part, code in self.codes:
             code.fix(shared)
             code.launch("sensitivity", lanes, lanes, steps, float(dt), every, 4 if rk4 else 1, state0, *series.strides,

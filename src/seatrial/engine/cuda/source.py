@@ -9,6 +9,7 @@ few macros make them a program of the processor too.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
@@ -38,12 +39,16 @@ class _Kernel:
     """A kernel in the making: its statements by scope, and how many uniform values the others read."""
 
     def __init__(self, system: System, lanewise: Mapping[int, int]) -> None:
-        self.lines: tuple[list[str], ...] = ([], [], [], [])
-        self.uniform, self._parameters, self._lanewise = 0, len(system.parameters), lanewise
+        self.lines: tuple[list[str], ...] = (["U[0]=K[0];"], [], [], [])  # or constant memory without readers is gone
+        self.uniform, self._parameters, self._lanewise = 1, len(system.parameters), lanewise
 
     def parameter(self, j: int) -> tuple[str, int]:
         """A parameter of all lanes, or of each."""
         return (f"Q[{self._lanewise[j]}*n+lane]", LANE) if j in self._lanewise else (f"K[{j}]", UNIFORM)
+
+    def inputs(self, acting: list[tuple[str, int]]) -> Given:
+        """Inputs of a right-hand side: the state at a stage, what acts over the step, parameters."""
+        return lambda i, j: (f"w[{j}]", STAGE) if i == 0 else acting[j] if i == 1 else self.parameter(j)
 
     def add(self, f: Function, mark: str, given: Given) -> list[tuple[str, int]]:
         """Print `f`, its names beginning with `mark`; texts and scopes of its outputs."""
@@ -55,8 +60,8 @@ class _Kernel:
             text[name] = value if scope[name] == UNIFORM else f"{mark}{name}"
             if scope[name] != UNIFORM:
                 self.lines[scope[name]].append(f"const real {mark}{name}={value};")
-        for one in found:
-            scope[one.name or f"y{one.to}"] = max((scope.get(name, UNIFORM) for name in one.reads), default=UNIFORM)
+        found = shared_reciprocals(found, _scopes(found, scope))
+        scope = _scopes(found, scope)
         read = {name for one in found if not one.name or scope[one.name] != UNIFORM for name in one.reads}
         outward = {one.name for one in found if one.name in read and scope[one.name] == UNIFORM}
         self._print(found, mark, scope, text, outward)
@@ -95,6 +100,33 @@ class _Kernel:
         return f"typedef {'float' if single else 'double'} real;\n{head}{_file('kernel.h')}{body}"
 
 
+def _scopes(found: list[Statement], inputs: Mapping[str, int]) -> dict[str, int]:
+    """Scopes of inputs, values and outputs: that in which the last of what they read changes."""
+    scope = dict(inputs)
+    for one in found:
+        scope[one.name or f"y{one.to}"] = max((scope.get(name, UNIFORM) for name in one.reads), default=UNIFORM)
+    return scope
+
+
+def shared_reciprocals(found: list[Statement], scope: Mapping[str, int]) -> list[Statement]:
+    """Divisions by what changes less often, or by one denominator, as products: a division is some 20 instructions.
+
+    A Jacobian of the standard MMG has 52 in every stage, by 11 denominators.
+    """
+    by = [one.reads[1] for one in found if one.name and one.expression == "/".join(one.reads)]
+    often, out, known = Counter(by), list[Statement](), dict[str, str]()
+    for one in found:
+        below = one.reads[-1] if one.name and one.expression == "/".join(one.reads) else ""
+        if not below or (often[below] == 1 and scope[one.name] == scope.get(below, UNIFORM)):
+            out.append(one)
+            continue
+        if below not in known:
+            known[below] = f"w{len(found) + len(scope) + len(known)}"
+            out.append(Statement(known[below], f"1.0/{below}", (below,)))
+        out.append(Statement(one.name, f"{one.reads[0]}*{known[below]}", (one.reads[0], known[below])))
+    return out
+
+
 def _written(expression: str, names: Mapping[str, str]) -> str:
     """An expression with its names as they are in the kernel, and numbers in its precision."""
     return _TOKEN.sub(lambda m: names[m[1]] if m[1] else f"R({m[2]})", expression)
@@ -102,8 +134,10 @@ def _written(expression: str, names: Mapping[str, str]) -> str:
 
 def _twins(found: list[Statement]) -> dict[str, tuple[str, str]]:
     """Sine and cosine of one argument, by either name: one call gives both."""
-    calls = {kind: {s.reads: s.name for s in found if s.expression == f"{kind}({s.reads[0]})"} for kind in ("sin", "cos")}
-    pairs = [(calls["sin"][x], calls["cos"][x]) for x in calls["sin"].keys() & calls["cos"].keys()]
+    calls = {one.expression: one.name for one in found if one.name}
+    pairs = [
+        (name, calls[f"cos{of[3:]}"]) for of, name in calls.items() if of[:4] == "sin(" and f"cos{of[3:]}" in calls
+    ]
     return {name: pair for pair in pairs for name in pair}
 
 
@@ -128,19 +162,17 @@ def rollout_source(
             return clock[i] if i < 2 else (f"s[{j}*sc]", STEP) if i == 4 else (f"{of[i]}[{j}]", STEP)
 
         ends = kernel.add(before, "b", given)
-        acting, after, logged = ends[: -nm - nl or None], ends[len(ends) - nm - nl : len(ends) - nl], ends[len(ends) - nl :]
+        end = len(ends) - nl
+        acting, after, logged = ends[: end - nm], ends[end - nm : end], ends[end:]
         texts["MEMORY"] = _ends("m", after)
         texts["LOGGED"] = "".join(f"Y[{ns + nm + i}*n+lane]={value};" for i, (value, _) in enumerate(logged))
-    kinds = (lambda j: (f"w[{j}]", STAGE), lambda j: acting[j], kernel.parameter)
-    rates = kernel.add(rhs, "r", lambda i, j: kinds[i](j))
+    rates = kernel.add(rhs, "r", kernel.inputs(acting))
     kernel.lines[STAGE].append(f"real k[NS];{_ends('k', rates)}")
     sizes = {"NS": ns, "NM": nm, "NM1": max(nm, 1), "NO": ns + nm + nl}
     return kernel.source("rollout.cu", sizes, texts, single)
 
 
-def sensitivity_source(
-    system: System, j: Jacobian, initial: int, lanewise: Mapping[int, int], single: bool
-) -> str:
+def sensitivity_source(system: System, j: Jacobian, initial: int, lanewise: Mapping[int, int], single: bool) -> str:
     """CUDA source of the kernel that integrates an open-loop `system` with some columns of its sensitivities.
 
     Args:
@@ -151,8 +183,8 @@ def sensitivity_source(
         single: single precision.
     """
     kernel, ns, nf = _Kernel(system, lanewise), len(system.states), len(j.free)
-    kinds = (lambda e: (f"w[{e}]", STAGE), lambda e: (f"s[{e}*sc]", STEP), kernel.parameter)
-    ends = kernel.add(j.function, "j", lambda i, e: kinds[i](e))
+    acting = [(f"s[{e}*sc]", STEP) for e in range(len(system.series))]
+    ends = kernel.add(j.function, "j", kernel.inputs(acting))
     first = ns + len(j.A)
     kernel.lines[STAGE].append(f"real k[NS];{_ends('k', ends[:ns])}")
     column = "EACH(i,NS)v[i]=R(0.0);" + "".join(
