@@ -32,7 +32,8 @@ from numpy.typing import NDArray
 from ..data import Array
 from ..ships import Ship
 from ..ships.files import load
-from .lanes import Lanes, Settings, settings_of
+from .episodes import Settings, settings_of
+from .lanes import Lanes
 from .system import Work
 from .tasks import Berth, Course, Task, TaskError, Track, shown
 
