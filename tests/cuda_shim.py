@@ -19,6 +19,7 @@ place threadIdx, blockIdx, blockDim;
 #define KERNEL void
 #define EACH(i,n) for(int i=0;i<n;i++)
 #define CONSTANT
+#define DEVICE static
 #define sincos(x,s,c) (*(s)=sin(x),*(c)=cos(x))
 """
 
@@ -89,6 +90,9 @@ class Shim:
 
     def empty(self, shape: Sequence[int], dtype: Any) -> HostArray:
         return HostArray(np.full(shape, np.nan, dtype) if np.dtype(dtype).kind == "f" else np.zeros(shape, dtype))
+
+    def view(self, array: Any) -> HostArray:
+        return HostArray(np.from_dlpack(array))
 
     def put(self, values: Numbers) -> HostArray:
         return HostArray(np.array(values, order="C"))

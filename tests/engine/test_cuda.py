@@ -162,7 +162,7 @@ def test_failures_and_one_run_on_a_device(device: Any) -> None:
 def test_what_a_device_cannot_do_is_said(l7: Any) -> None:
     with pytest.raises(DeviceError, match="precision"):
         simulator(l7.system, precision="single")
-    with pytest.raises(ValueError, match="'half'"):
+    with pytest.raises(DeviceError, match="'half'"):
         simulator(l7.system, device=Shim(), precision="half")
     for name in ("gpu", "cuda:x", "CUDA"):
         with pytest.raises(DeviceError, match="known: cpu, cuda"):

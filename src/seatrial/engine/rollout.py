@@ -215,11 +215,7 @@ def sensitivity(
 
 def _machine(device: str | Device, precision: str, system: System) -> Device | None:
     """The device that is asked for, None for the processor; DeviceError: it cannot do this."""
-    if precision not in ("double", "single"):
-        raise ValueError(f"no precision '{precision}'; known: double, single")
-    machine = device_of(device)
-    if machine is None and precision == "single":
-        raise DeviceError("the processor computes in double precision; single precision takes a device such as cuda")
+    machine = device_of(device, precision)
     if machine is not None and system.plant is not None:
         raise DeviceError("a network of many weights runs on arrays, not in a kernel of a device; take the processor")
     return machine

@@ -70,9 +70,8 @@ def _line(error: Exception) -> str:
 class GpuArray(DeviceArray):
     """An array of a CUDA device."""
 
-    def __init__(self, device: Any, shape: Sequence[int], dtype: Any) -> None:
-        self.bytes = math.prod(shape) * np.dtype(dtype).itemsize
-        self.buffer = device.allocate(max(self.bytes, 8), stream=device.default_stream)
+    def __init__(self, device: Any, buffer: Any, shape: Sequence[int], dtype: Any) -> None:
+        self.bytes, self.buffer = math.prod(shape) * np.dtype(dtype).itemsize, buffer
         self._device, self._shape, self._dtype = device, tuple(shape), np.dtype(dtype)
 
     @property
@@ -107,6 +106,11 @@ class GpuArray(DeviceArray):
         return _part("core.utils").StridedMemoryView.from_buffer(self.buffer, self._shape, dtype=self._dtype)
 
 
+def _empty(device: Any, shape: Sequence[int], dtype: Any) -> GpuArray:
+    size = math.prod(shape) * np.dtype(dtype).itemsize
+    return GpuArray(device, device.allocate(max(size, 8), stream=device.default_stream), shape, dtype)
+
+
 class GpuModule(Module):
     """Code loaded on a CUDA device."""
 
@@ -124,7 +128,7 @@ class GpuModule(Module):
         if given.tobytes() == self._fixed:
             return
         rest = self._words - len(given)
-        derived = GpuArray(self._device, (max(rest, 1),), self._dtype)
+        derived = _empty(self._device, (max(rest, 1),), self._dtype)
         core, driver = _part("core"), _part("bindings.driver")
         _done(driver.cuMemcpyHtoD(self._constants, given.ctypes.data, given.nbytes))
         core.launch(self._device.default_stream, core.LaunchConfig(grid=1, block=1), self._uniform, derived.buffer)
@@ -173,7 +177,21 @@ class Gpu(Device):
         return self._modules[key]
 
     def empty(self, shape: Sequence[int], dtype: Any) -> GpuArray:
-        return GpuArray(self.device, shape, dtype)
+        return _empty(self.device, shape, dtype)
+
+    def view(self, array: Any) -> GpuArray:
+        core = _part("core")
+        try:
+            stream = int(self.device.default_stream.handle)
+            view = _part("core.utils").StridedMemoryView.from_dlpack(array, stream_ptr=stream)
+        except (AttributeError, BufferError, TypeError) as error:
+            raise DeviceError(f"no array that knows DLPack: {_line(error)}") from None
+        shape, dtype = tuple(view.shape), np.dtype(view.dtype)
+        dense = tuple(math.prod(shape[k + 1 :]) for k in range(len(shape)))
+        if not view.is_device_accessible or tuple(view.strides or dense) != dense:
+            raise DeviceError("an array that is not on the device, or whose rows are not side by side; copy it there")
+        size = math.prod(shape) * dtype.itemsize
+        return GpuArray(self.device, core.Buffer.from_handle(view.ptr, size, owner=view), shape, dtype)
 
     def put(self, values: Numbers) -> GpuArray:
         array = self.empty(values.shape, values.dtype)

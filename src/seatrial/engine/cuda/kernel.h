@@ -2,6 +2,7 @@
 #define KERNEL extern "C" __global__ void __launch_bounds__(BLOCK)
 #define EACH(i,n) _Pragma("unroll") for(int i=0;i<n;i++)
 #define CONSTANT __constant__
+#define DEVICE __device__
 #endif
 #define R(x) ((real)(x))
 #define INF (R(1.0)/R(0.0))

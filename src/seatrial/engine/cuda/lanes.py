@@ -92,11 +92,11 @@ class CudaRollout(_OnDevice):
 
     def rows(
         self, state0: DeviceArray, memory0: DeviceArray, series: Packed, lanewise: DeviceArray, shared: Array, *,
-        t0: float, dt: float, steps: int, every: int, rk4: bool,
+        t0: float, dt: float, steps: int, every: int, rk4: bool, into: DeviceArray | None = None,
     ) -> DeviceArray:  # fmt: skip
-        """Stored rows on the device, shape (rows, stored, lanes); arguments on it have the lanes last."""
+        """Stored rows on the device, new or `into`, shape (rows, stored, lanes); arguments have the lanes last too."""
         lanes = state0.shape[1]
-        out = self.device.empty(((steps - 1) // every + 1, len(self.system.stored), lanes), self.dtype)
+        out = into or self.device.empty(((steps - 1) // every + 1, len(self.system.stored), lanes), self.dtype)
         self.code.fix(shared)
         self.code.launch("rollout", lanes, lanes, steps, float(t0), float(dt), every, 4 if rk4 else 1, state0, memory0,
                          *series.strides, lanewise, out)  # fmt: skip

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -38,9 +38,9 @@ def _file(name: str) -> str:
 class _Kernel:
     """A kernel in the making: its statements by scope, and how many uniform values the others read."""
 
-    def __init__(self, system: System, lanewise: Mapping[int, int]) -> None:
+    def __init__(self, parameters: int, lanewise: Mapping[int, int]) -> None:
         self.lines: tuple[list[str], ...] = (["U[0]=K[0];"], [], [], [])  # or constant memory without readers is gone
-        self.uniform, self._parameters, self._lanewise = 1, len(system.parameters), lanewise
+        self.uniform, self._parameters, self._lanewise = 1, parameters, lanewise
 
     def parameter(self, j: int) -> tuple[str, int]:
         """A parameter of all lanes, or of each."""
@@ -91,7 +91,7 @@ class _Kernel:
 
     def source(self, template: str, sizes: Mapping[str, int], texts: Mapping[str, str], single: bool) -> str:
         """The kernel in its loops."""
-        body = _file(template)
+        body = template
         scopes = zip(_SCOPES, map("\n".join, self.lines), strict=True)
         for name, lines in (*scopes, *texts.items()):
             body = re.sub(rf"\b{name}\b", lambda _, lines=lines: lines, body)
@@ -149,7 +149,12 @@ def rollout_source(
     system: System, rhs: Function, before: Function | None, lanewise: Mapping[int, int], single: bool
 ) -> str:
     """CUDA source of the kernel that integrates `system`, one lane a thread."""
-    kernel, ns, nm, nl = _Kernel(system, lanewise), len(system.states), len(system.memory), len(system.logged)
+    kernel, ns, nm, nl = (
+        _Kernel(len(system.parameters), lanewise),
+        len(system.states),
+        len(system.memory),
+        len(system.logged),
+    )
     acting: list[tuple[str, int]] = [(f"s[{j}*sc]", STEP) for j in range(len(system.series))]
     texts = {"LOGGED": "", "MEMORY": ""}
     if before is not None:
@@ -169,7 +174,7 @@ def rollout_source(
     rates = kernel.add(rhs, "r", kernel.inputs(acting))
     kernel.lines[STAGE].append(f"real k[NS];{_ends('k', rates)}")
     sizes = {"NS": ns, "NM": nm, "NM1": max(nm, 1), "NO": ns + nm + nl}
-    return kernel.source("rollout.cu", sizes, texts, single)
+    return kernel.source(_file("rollout.cu"), sizes, texts, single)
 
 
 def sensitivity_source(system: System, j: Jacobian, initial: int, lanewise: Mapping[int, int], single: bool) -> str:
@@ -182,7 +187,7 @@ def sensitivity_source(system: System, j: Jacobian, initial: int, lanewise: Mapp
         lanewise: position of each lane-wise parameter by its index.
         single: single precision.
     """
-    kernel, ns, nf = _Kernel(system, lanewise), len(system.states), len(j.free)
+    kernel, ns, nf = _Kernel(len(system.parameters), lanewise), len(system.states), len(j.free)
     acting = [(f"s[{e}*sc]", STEP) for e in range(len(system.series))]
     ends = kernel.add(j.function, "j", kernel.inputs(acting))
     first = ns + len(j.A)
@@ -193,4 +198,22 @@ def sensitivity_source(system: System, j: Jacobian, initial: int, lanewise: Mapp
         f"if(c=={c})v[{i}]+={ends[first + q * nf + c][0]};" for q, i in enumerate(j.rows) for c in range(nf)
     )  # fmt: skip
     sizes = {"NS": ns, "NF": nf, "NC": nf + initial}
-    return kernel.source("sensitivity.cu", sizes, {"COLUMN": column}, single)
+    return kernel.source(_file("sensitivity.cu"), sizes, {"COLUMN": column}, single)
+
+
+def lane_source(
+    f: Function, template: str, into: Sequence[tuple[str, int]], sizes: Mapping[str, int], single: bool
+) -> str:
+    """CUDA source of a template that computes `f` of an array `u` once a lane, in LANE_SCOPE and BEGUN.
+
+    Args:
+        f: the function of one vector.
+        template: the kernels.
+        into: arrays of the kernel that take its outputs in turn, lanes last, and how many each takes.
+        sizes: constants of the template.
+        single: single precision.
+    """
+    kernel = _Kernel(0, {})
+    ends = iter(kernel.add(f, "e", lambda i, j: (f"u[{j}]", LANE)))
+    begun = "".join(f"{name}[{k}*n+lane]={next(ends)[0]};" for name, count in into for k in range(count))
+    return kernel.source(template, sizes, {"BEGUN": begun}, single)
