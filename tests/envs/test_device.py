@@ -10,8 +10,12 @@ import pytest
 
 from cuda_shim import Shim
 from seatrial.engine.cuda import DeviceError, device_of
+from seatrial.engine.cuda.gpu import compiled
 from seatrial.envs import IDS, Course, ShipVectorEnv
+from seatrial.envs.device import episode_source
+from seatrial.envs.episodes import Fleet, Settings
 from seatrial.envs.lanes import Lanes
+from seatrial.ships.files import load
 
 SHIPS = 20
 
@@ -110,3 +114,10 @@ def test_what_is_not_there_or_cannot_be_is_said() -> None:
     with pytest.raises(DeviceError, match="known: cpu, cuda"):
         ShipVectorEnv("kvlcc2_l7", Course(), device="tpu")
     assert isinstance(ShipVectorEnv("kvlcc2_l7", Course()).lanes, Lanes)
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_nvrtc_compiles_the_kernels_of_an_environment(single: bool) -> None:
+    pytest.importorskip("cuda.core")
+    fleet = Fleet.of(load("kvlcc2_l7"), Course(), Settings(current=(0.0, 0.1), randomise={"hull.Y_v": 0.2}))
+    assert compiled(episode_source(fleet, single), "sm_90", single)[:4] == b"\x7fELF"

@@ -21,6 +21,8 @@ from . import Device, DeviceArray, DeviceError, Module, Numbers
 from .source import BLOCK
 
 NEEDED = "pip install 'seatrial[cuda]'"
+ROUNDED = {"prec_div": False, "prec_sqrt": False}
+"""Options in single precision."""
 
 
 @cache
@@ -50,7 +52,7 @@ def compiled(source: str, architecture: str, single: bool) -> bytes:
         version = repr(_part("bindings.nvrtc").nvrtcVersion()).encode()
     except Exception as error:
         raise CompilerError(f"NVRTC cannot be loaded ({_line(error)}): {NEEDED}") from None
-    rounded = {"prec_div": False, "prec_sqrt": False} if single else {}
+    rounded = ROUNDED if single else {}
 
     def make(scratch: Path) -> bytes:
         options = core.ProgramOptions(arch=architecture, disable_warnings=True, **rounded)
@@ -182,10 +184,10 @@ class Gpu(Device):
     def view(self, array: Any) -> GpuArray:
         core = _part("core")
         try:
-            stream = int(self.device.default_stream.handle)
+            stream = int(self.device.default_stream.handle) or 1  # DLPack's number of the default stream
             view = _part("core.utils").StridedMemoryView.from_dlpack(array, stream_ptr=stream)
-        except (AttributeError, BufferError, TypeError) as error:
-            raise DeviceError(f"no array that knows DLPack: {_line(error)}") from None
+        except Exception as error:
+            raise DeviceError(f"no array of the device that knows DLPack: {_line(error)}") from None
         shape, dtype = tuple(view.shape), np.dtype(view.dtype)
         dense = tuple(math.prod(shape[k + 1 :]) for k in range(len(shape)))
         if not view.is_device_accessible or tuple(view.strides or dense) != dense:
