@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 from timing import best, publish
 
-from seatrial.engine.cuda import DeviceError, device_of, lanes
+from seatrial.engine.cuda import DeviceError, lanes
 from seatrial.engine.cuda.gpu import ROUNDED
+from seatrial.engine.cuda.named import device_of
 from seatrial.engine.rollout import sensitivity, simulator
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load

@@ -16,7 +16,8 @@ from cuda_shim import Shim
 from seatrial.core.errors import RequestError
 from seatrial.data import Array
 from seatrial.engine import System, cache, trace
-from seatrial.engine.cuda import DeviceError, device_of, gpu, lanes, source
+from seatrial.engine.cuda import DeviceError, gpu, lanes, source
+from seatrial.engine.cuda.named import device_of
 from seatrial.engine.rollout import sensitivity, simulator
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from cuda_shim import Shim
-from seatrial.engine.cuda import DeviceError, device_of
+from seatrial.engine.cuda import DeviceError
 from seatrial.engine.cuda.gpu import compiled
+from seatrial.engine.cuda.named import device_of
 from seatrial.envs import IDS, Course, ShipVectorEnv
 from seatrial.envs.device import episode_source
 from seatrial.envs.episodes import Fleet, Settings

@@ -60,7 +60,7 @@ ApproachSpeed = Annotated[float | None, Option(help="Set the approach speed [m/s
 Rps = Annotated[float | None, Option(help="Set the propeller revolutions [1/s].")]
 Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
 TimeStep = Annotated[float | None, Option(help="Set the time step [s].")]
-Device = Annotated[str, Option(help="Compute on cpu, or on a GPU: cuda, or cuda:1 for the second one.")]
+Device = Annotated[str, Option(help="Run on the processor, cpu, or on a GPU: cuda, cuda:1 ...")]
 
 # What is around the ship.
 Wind = Annotated[str | None, Option(help="Set the true wind M/S,DEG: speed and direction it comes from.")]

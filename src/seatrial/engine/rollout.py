@@ -14,7 +14,8 @@ import numpy as np
 from ..core.parameters import ParameterError, unknown
 from . import Array, EngineNotice, Failure, Rollout, System, simd, virtual
 from .cache import CompilerError
-from .cuda import Device, DeviceError, device_of
+from .cuda import Device, DeviceError
+from .cuda.named import device_of
 
 
 class Packed(Protocol):

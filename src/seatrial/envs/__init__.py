@@ -30,7 +30,8 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from ..data import Array
-from ..engine.cuda import Device, device_of
+from ..engine.cuda import Device
+from ..engine.cuda.named import device_of
 from ..ships import Ship
 from ..ships.files import load
 from .device import DeviceLanes

@@ -19,7 +19,7 @@ from ..core.files import in_reach
 from ..core.parameters import unknown
 from ..data import Trial
 from ..engine import SimulationError
-from ..engine.cuda import device_of
+from ..engine.cuda.named import device_of
 from ..environment import Weather
 from ..manoeuvres import Index, Manoeuvre, Settings
 from ..ships import Ship

@@ -19,8 +19,8 @@ from .. import System
 from ..csource import Statement, statements
 from ..trace import Jacobian
 
-BLOCK = 128
-"""Threads of a block."""
+BLOCK = 64
+"""Threads of a block: small, so that registers go to as many warps as they hold."""
 
 UNIFORM, LANE, STEP, STAGE = range(4)
 _SCOPES = ("UNIFORM_SCOPE", "LANE_SCOPE", "STEP_SCOPE", "STAGE_SCOPE")
