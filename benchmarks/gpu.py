@@ -63,7 +63,7 @@ class Zigzags:
 
 def settle(machine: Any) -> None:
     """Wait for the device."""
-    machine.device.sync()
+    machine.device.default_stream.sync()
 
 
 def closed_loops(machine: Any) -> list[Row]:

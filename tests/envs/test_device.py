@@ -75,7 +75,12 @@ def test_seeds_begin_the_same_episodes_whatever_the_number_of_ships(device: Any)
 
 def library(device: Any) -> Any:
     """What takes arrays of the device: NumPy those of the shim, PyTorch those of a GPU."""
-    return np if isinstance(device, Shim) else pytest.importorskip("torch")
+    if isinstance(device, Shim):
+        return np
+    torch = pytest.importorskip("torch")
+    if not torch.cuda.is_available():
+        pytest.skip("PyTorch without CUDA")
+    return torch
 
 
 def test_arrays_pass_by_dlpack_without_a_copy(device: Any) -> None:

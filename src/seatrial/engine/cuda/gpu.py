@@ -86,7 +86,7 @@ class GpuArray(DeviceArray):
 
     def host(self) -> Numbers:
         values = np.empty(self._shape, self._dtype)
-        self._device.sync()
+        self._device.default_stream.sync()
         if self.bytes:
             _done(_part("bindings.driver").cuMemcpyDtoH(values.ctypes.data, int(self.buffer.handle), self.bytes))
         return values
