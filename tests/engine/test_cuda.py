@@ -6,7 +6,11 @@ Without a CUDA device the source runs behind a few macros (`cuda_shim`); with on
 from __future__ import annotations
 
 import io
+import os
 import re
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -238,3 +242,30 @@ def test_divisions_by_one_denominator_become_products(l7: Any) -> None:
     in_stages = text.partition("int stage=0")[2] or text.partition("stage<stages")[2]
     assert 0 < in_stages.count("/") < 10
     assert sum("/" in one.expression for one in source.statements(j.function)[0]) > 40
+
+
+@pytest.mark.long
+def test_the_way_to_a_gpu_by_a_stand_in_for_its_driver(tmp_path: Path) -> None:
+    """Every test of a device through cuda-core, whose calls of the driver end in main memory."""
+    pytest.importorskip("cuda.core")
+    tests = Path(__file__).parents[1]
+    build = [
+        cache.compiler(),
+        "-O1",
+        "-shared",
+        "-fPIC",
+        "-o",
+        str(tmp_path / "libcuda.so.1"),
+        str(tests / "cuda_driver.c"),
+    ]
+    subprocess.run([*build, "-ldl"], check=True, capture_output=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "cuda_driver", "-p", "no:cacheprovider", "-m", "cuda",
+         str(Path(__file__)), str(tests / "envs" / "test_device.py")],
+        env={**os.environ, "LD_LIBRARY_PATH": str(tmp_path), "PYTHONPATH": os.pathsep.join((str(tests), *sys.path))},
+        cwd=tests.parent, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-3000:]
+    passed = re.search(r"(\d+) passed", done.stdout)
+    assert passed is not None
+    assert int(passed[1]) >= 14
