@@ -9,7 +9,7 @@ typedef unsigned long long address;
 typedef struct { unsigned x, y, z; } place;
 typedef struct { void *library; void (*call)(void **); } kernel;
 typedef struct { place grid, block; unsigned shared; void *stream, *attributes; unsigned count; } launch;
-enum { MAJOR = 75, MINOR = 76, NO_DEVICE = 101, NOT_FOUND = 500 };
+enum { MAJOR = 75, MINOR = 76, NO_MEMORY = 2, NO_DEVICE = 101, NOT_FOUND = 500 };
 static void *current;
 
 int cuInit(unsigned flags) { return 0; }
@@ -27,7 +27,7 @@ int cuStreamIsCapturing(void *stream, int *state) { *state = 0; return 0; }
 int cuDeviceGetMemPool(void **pool, int device) { *pool = (void *)1; return 0; }
 int cuMemPoolGetAttribute(void *pool, int which, void *value) { memset(value, 0, 8); return 0; }
 int cuMemPoolSetAttribute(void *pool, int which, void *value) { return 0; }
-int cuMemAllocFromPoolAsync(address *to, size_t size, void *pool, void *stream) { *to = (address)malloc(size); return 0; }
+int cuMemAllocFromPoolAsync(address *to, size_t size, void *pool, void *stream) { *to = (address)malloc(size); return *to ? 0 : NO_MEMORY; }
 int cuMemFreeAsync(address from, void *stream) { free((void *)from); return 0; }
 int cuMemcpyHtoD_v2(address to, const void *from, size_t size) { memcpy((void *)to, from, size); return 0; }
 int cuMemcpyDtoH_v2(void *to, address from, size_t size) { memcpy(to, (void *)from, size); return 0; }

@@ -5,6 +5,7 @@ Without a CUDA device the source runs behind a few macros (`cuda_shim`); with on
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import os
 import re
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 
 from cuda_shim import Shim
+from makes import TRACED
 from seatrial.core.errors import RequestError
 from seatrial.data import Array
 from seatrial.engine import System, cache, trace
@@ -107,6 +109,15 @@ def test_a_device_equals_the_processor(case: Any, device: Any) -> None:
     assert 1e-9 < difference(usual, single.values) < 2e-5
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("case", TRACED, indirect=True)
+def test_every_ship_of_the_library_on_a_device(case: Any, device: Any) -> None:
+    assert difference(*runs(case, "cpu", device)) < 1e-11
+    if isinstance(device, Shim) and importlib.util.find_spec("cuda"):
+        for single in (False, True):
+            assert gpu.compiled(lanes.rollout_code(case.system, (), single), "sm_90", single)
+
+
 def test_euler_and_series_that_hold_or_are_shared(l7: Any, device: Any) -> None:
     z, s = l7.ahead(5), l7.series(1, 20)[0]
     held, shared = np.repeat(s[None, :1], 5, axis=0), np.broadcast_to(s, (5, *s.shape))
@@ -176,6 +187,12 @@ def test_what_a_device_cannot_do_is_said(l7: Any) -> None:
         simulator(l7.system, device=Shim()).evaluate(l7.ahead(1), np.zeros((1, 10)), l7.parameters)
     with pytest.raises(ValueError, match="3 lanes of 5 steps"):
         simulator(l7.system, device=Shim()).run(l7.ahead(3), l7.series(3, 5), l7.parameters, dt=0.1, steps=9)
+
+
+@pytest.mark.cuda
+def test_what_does_not_fit_the_device_is_said() -> None:
+    with pytest.raises(DeviceError, match=r"no room for 5\.63e\+05 GB.*fewer lanes"):
+        machine().empty((1 << 46,), np.float64)
 
 
 def test_without_a_device_one_line_says_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -110,7 +110,12 @@ class GpuArray(DeviceArray):
 
 def _empty(device: Any, shape: Sequence[int], dtype: Any) -> GpuArray:
     size = math.prod(shape) * np.dtype(dtype).itemsize
-    return GpuArray(device, device.allocate(max(size, 8), stream=device.default_stream), shape, dtype)
+    try:
+        buffer = device.allocate(max(size, 8), stream=device.default_stream)
+    except Exception as error:
+        wanted = "take fewer lanes, or store fewer rows"
+        raise DeviceError(f"no room for {size / 1e9:.3g} GB on the device ({_line(error)}); {wanted}") from None
+    return GpuArray(device, buffer, shape, dtype)
 
 
 class GpuModule(Module):
