@@ -115,13 +115,14 @@ def shared_reciprocals(found: list[Statement], scope: Mapping[str, int]) -> list
     """
     by = [one.reads[1] for one in found if one.name and one.expression == "/".join(one.reads)]
     often, out, known = Counter(by), list[Statement](), dict[str, str]()
+    unused = 1 + max((int(one.name[1:]) for one in found if one.name), default=0)
     for one in found:
         below = one.reads[-1] if one.name and one.expression == "/".join(one.reads) else ""
         if not below or (often[below] == 1 and scope[one.name] == scope.get(below, UNIFORM)):
             out.append(one)
             continue
         if below not in known:
-            known[below] = f"w{len(found) + len(scope) + len(known)}"
+            known[below] = f"w{unused + len(known)}"
             out.append(Statement(known[below], f"1.0/{below}", (below,)))
         out.append(Statement(one.name, f"{one.reads[0]}*{known[below]}", (one.reads[0], known[below])))
     return out
