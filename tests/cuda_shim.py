@@ -54,14 +54,15 @@ class HostModule:
         self.constants = np.ctypeslib.as_array((number * (sizes["NP"] + sizes["NU"])).in_dll(self.code, "K"))
         self.given = sizes["NP"]
 
-    def fix(self, parameters: Numbers) -> None:
+    def _fix(self, parameters: Numbers) -> None:
         self.constants[: len(parameters)] = parameters
         self.constants[self.given :] = np.nan  # a word that is read before it is written shows
         derived = np.empty_like(self.constants)
         self.code.uniform(ctypes.c_void_p(derived.ctypes.data))
         self.constants[self.given :] = derived[: len(derived) - self.given]
 
-    def launch(self, name: str, threads: int, *arguments: Any) -> None:
+    def launch(self, name: str, threads: int, parameters: Numbers, *arguments: Any) -> None:
+        self._fix(parameters)
         given = [_argument(value) for value in arguments]
         kernel, block = getattr(self.code, name), 32
         kernel.restype = None

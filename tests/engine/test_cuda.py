@@ -11,6 +11,7 @@ import os
 import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -187,6 +188,20 @@ def test_what_a_device_cannot_do_is_said(l7: Any) -> None:
         simulator(l7.system, device=Shim()).evaluate(l7.ahead(1), np.zeros((1, 10)), l7.parameters)
     with pytest.raises(ValueError, match="3 lanes of 5 steps"):
         simulator(l7.system, device=Shim()).run(l7.ahead(3), l7.series(3, 5), l7.parameters, dt=0.1, steps=9)
+
+
+@pytest.mark.cuda
+def test_threads_with_parameters_of_their_own(l7: Any) -> None:
+    z, s, engine = l7.ahead(3), l7.series(3, 10), simulator(l7.system, device=machine())
+
+    def run(share: float) -> Array:
+        return engine.run(z, s, share * l7.parameters, dt=0.05, steps=10).values
+
+    shares = [0.9, 1.0, 1.1] * 10
+    alone = {share: run(share) for share in shares[:3]}
+    with ThreadPoolExecutor(3) as pool:
+        for share, there in zip(shares, pool.map(run, shares), strict=True):
+            assert np.array_equal(there, alone[share])
 
 
 @pytest.mark.cuda

@@ -25,6 +25,9 @@ from ..ships import Ship
 from .episodes import Fleet, Settings
 from .tasks import Task
 
+_NONE = np.zeros(1)
+"""Parameters of kernels that have none."""
+
 
 def episode_source(fleet: Fleet, single: bool) -> str:
     """CUDA source of the kernels that begin an episode and that tell its moment."""
@@ -67,7 +70,6 @@ class DeviceLanes:
             raise DeviceError(f"{ship.name}: a model with states beyond the six begins on the processor only")
         self._rollout = CudaRollout.compile(system, self.fleet.free, device, single)
         self._episode = device.module(episode_source(self.fleet, single), single)
-        self._episode.fix(np.zeros(1))
         self._shared = np.array(list(self.fleet.parameters.values()))
         self._arrays(lanes, self._rollout.dtype)
 
@@ -106,14 +108,14 @@ class DeviceLanes:
 
     def _advance(self, action: DeviceArray, anew: bool) -> None:
         lanes, steps = self.lanes, self.fleet.steps
-        self._episode.launch("begin", lanes, lanes, int(anew), self._seeds, self._episodes, self._done, action,
+        self._episode.launch("begin", lanes, _NONE, lanes, int(anew), self._seeds, self._episodes, self._done, action,
                              self._state, self._memory, self._series.array, self._own)  # fmt: skip
         self._rollout.rows(
             self._state, self._memory, self._series, self._own, self._shared,
             t0=0.0, dt=self.work.dt, steps=steps + 1, every=steps, rk4=True, into=self._last,
         )  # fmt: skip
-        self._episode.launch("tell", lanes, lanes, self._last, self._state, self._memory, self.observation, self.reward,
-                             self.terminated, self.truncated, self._done, int(anew))  # fmt: skip
+        self._episode.launch("tell", lanes, _NONE, lanes, self._last, self._state, self._memory, self.observation,
+                             self.reward, self.terminated, self.truncated, self._done, int(anew))  # fmt: skip
 
     def value(self, name: str) -> Array:
         """A state or a control of every lane now, in SI units, on the processor, shape (lanes,)."""

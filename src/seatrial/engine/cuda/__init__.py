@@ -42,11 +42,15 @@ class DeviceArray(Protocol):
 class Module(Protocol):
     """A compiled source."""
 
-    def fix(self, parameters: Numbers) -> None:
-        """Put the parameters of all lanes, and what follows from them, into constant memory."""
+    def launch(self, name: str, threads: int, parameters: Numbers, *arguments: int | float | DeviceArray) -> None:
+        """Run a kernel over that many threads, which may still run on return.
 
-    def launch(self, name: str, threads: int, *arguments: int | float | DeviceArray) -> None:
-        """Run a kernel over that many threads; it may still run on return."""
+        Args:
+            name: the kernel.
+            threads: how many.
+            parameters: of all lanes; they and what follows from them are put into constant memory before.
+            arguments: of the kernel.
+        """
 
 
 class Device(Protocol):

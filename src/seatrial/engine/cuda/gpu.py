@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -110,6 +111,7 @@ class GpuArray(DeviceArray):
 
 def _empty(device: Any, shape: Sequence[int], dtype: Any) -> GpuArray:
     size = math.prod(shape) * np.dtype(dtype).itemsize
+    device.set_current()  # of this thread
     try:
         buffer = device.allocate(max(size, 8), stream=device.default_stream)
     except Exception as error:
@@ -128,9 +130,9 @@ class GpuModule(Module):
         dtype = np.dtype(np.float32 if single else np.float64)
         where, size = _done_two(_part("bindings.driver").cuLibraryGetGlobal(self._code.handle, b"K"))
         self._constants, self._words, self._dtype = int(where), size // dtype.itemsize, dtype
-        self._fixed = b""
+        self._fixed, self._alone = b"", Lock()
 
-    def fix(self, parameters: Numbers) -> None:
+    def _fix(self, parameters: Numbers) -> None:
         given = np.ascontiguousarray(parameters if len(parameters) else np.zeros(1), dtype=self._dtype)
         if given.tobytes() == self._fixed:
             return
@@ -143,12 +145,15 @@ class GpuModule(Module):
             _done(driver.cuMemcpyDtoD(self._constants + given.nbytes, int(derived.buffer.handle), derived.bytes))
         self._fixed = given.tobytes()
 
-    def launch(self, name: str, threads: int, *arguments: int | float | DeviceArray) -> None:
+    def launch(self, name: str, threads: int, parameters: Numbers, *arguments: int | float | DeviceArray) -> None:
         core = _part("core")
-        if name not in self._kernels:
-            self._kernels[name] = self._code.get_kernel(name)
         grid = core.LaunchConfig(grid=-(-threads // BLOCK), block=BLOCK)
-        core.launch(self._device.default_stream, grid, self._kernels[name], *map(_argument, arguments))
+        self._device.set_current()  # of this thread
+        with self._alone:  # constant memory is one; the stream keeps it as it is until the kernel has run
+            self._fix(parameters)
+            if name not in self._kernels:
+                self._kernels[name] = self._code.get_kernel(name)
+            core.launch(self._device.default_stream, grid, self._kernels[name], *map(_argument, arguments))
 
 
 def _done_two(answer: tuple[Any, ...]) -> tuple[Any, int]:

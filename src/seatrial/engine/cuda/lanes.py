@@ -97,9 +97,8 @@ class CudaRollout(_OnDevice):
         """Stored rows on the device, new or `into`, shape (rows, stored, lanes); arguments have the lanes last too."""
         lanes = state0.shape[1]
         out = into or self.device.empty(((steps - 1) // every + 1, len(self.system.stored), lanes), self.dtype)
-        self.code.fix(shared)
-        self.code.launch("rollout", lanes, lanes, steps, float(t0), float(dt), every, 4 if rk4 else 1, state0, memory0,
-                         *series.strides, lanewise, out)  # fmt: skip
+        self.code.launch("rollout", lanes, shared, lanes, steps, float(t0), float(dt), every, 4 if rk4 else 1,
+                         state0, memory0, *series.strides, lanewise, out)  # fmt: skip
         return out
 
     def run(
@@ -168,9 +167,8 @@ class CudaSensitivity(_OnDevice):
         out = self.device.empty((rows, ns, lanes), self.dtype)
         slopes = self.device.empty((rows, ns, columns, lanes), self.dtype)
         for part, code in self.codes:
-            code.fix(shared)
-            code.launch("sensitivity", lanes, lanes, steps, float(dt), every, 4 if rk4 else 1, state0, *series.strides,
-                        lanewise, out, slopes, part.first, part.state, columns)  # fmt: skip
+            code.launch("sensitivity", lanes, shared, lanes, steps, float(dt), every, 4 if rk4 else 1, state0,
+                        *series.strides, lanewise, out, slopes, part.first, part.state, columns)  # fmt: skip
         return out, slopes
 
     def run(
