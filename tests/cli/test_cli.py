@@ -280,3 +280,12 @@ def test_a_shared_recording_is_told_of_the_trial_whatever_it_is_called(run: Tria
     assert main(["check", str(tmp_path / "test"), "--against", str(tmp_path / "train"), "--json"]) == FAILED
     (found,) = [f for f in json.loads(capsys.readouterr().out)["trials"]["port and starboard"] if "share" in f["what"]]
     assert found["trials"] == ["one and two", "port and starboard"]
+
+
+@pytest.mark.parametrize("name", ["cuda:99", "gpu"])
+def test_a_device_that_is_not_here_is_named_in_one_line(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "kvlcc2_l7", "turning", "--device", name]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert name.removeprefix("cuda:") in told.err

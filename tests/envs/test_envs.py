@@ -16,7 +16,8 @@ from gymnasium.vector import AutoresetMode
 
 from seatrial.environment import CALM
 from seatrial.envs import IDS, Berth, Course, ShipEnv, ShipVectorEnv, TaskError, Track
-from seatrial.envs.lanes import Lanes, Settings, uniform
+from seatrial.envs.episodes import Settings, uniform
+from seatrial.envs.lanes import Lanes
 from seatrial.envs.tasks import Scale
 from seatrial.realtime.plant import Plant
 from seatrial.ships.files import load

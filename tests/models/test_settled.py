@@ -10,7 +10,8 @@ import pytest
 
 from seatrial.choosing.probing import Probe
 from seatrial.environment import CALM
-from seatrial.envs.lanes import Lanes, Settings
+from seatrial.envs.episodes import Settings
+from seatrial.envs.lanes import Lanes
 from seatrial.envs.tasks import Course
 from seatrial.models.linear import linearise
 from seatrial.models.settled import begun, settled, unseen

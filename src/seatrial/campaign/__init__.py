@@ -42,6 +42,8 @@ class Case:
         dt: time step [s].
         method: "rk4" or "euler".
         whole: whether the runs are stored and read as a whole, for the indices that no tally has.
+        device: "cpu", or "cuda" for a GPU, whose last digits are others.
+        precision: "double"; a GPU also takes "single".
     """
 
     name: str
@@ -52,6 +54,8 @@ class Case:
     dt: float
     method: str = "rk4"
     whole: bool = False
+    device: str = "cpu"
+    precision: str = "double"
 
 
 @dataclass(frozen=True)
@@ -163,7 +167,8 @@ class Campaign:
         found = hashlib.sha256(__version__.encode())
         for case in self.cases:
             settings = (type(case.manoeuvre).__name__, sorted(vars(case.manoeuvre).items()), case.speed, case.duration,
-                        case.dt, case.method, case.whole)  # fmt: skip
+                        case.dt, case.method, case.whole,
+                        *(() if case.device == "cpu" else (case.device.partition(":")[0], case.precision)))  # fmt: skip
             found.update(f"{case.name} {to_toml(case.ship)} {settings!r}".encode())
         drawn = (self.runs, sorted(self.inputs.items()), list(self.inputs), self.design, self.seed, self.weather,
                  self.gusts, self.balanced, sorted(self.criteria.items()), self.chunk)  # fmt: skip

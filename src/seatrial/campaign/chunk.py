@@ -224,7 +224,8 @@ def _sailed(runs: Runs, usual: Uniform, threads: int) -> dict[str, Array]:
         return whole_indices(case, names, vary, runs.start, around, runs.lanes, steps, threads)
     flow = {"policy.current_x": north, "policy.current_y": east}
     more = {name: np.broadcast_to(one, runs.lanes) for name, one in flow.items()}
-    loop = prepare(case.ship, tally, case.dt, {**vary, **(more if flowing else {})}, runs.start, around, runs.lanes)
+    loop = prepare(case.ship, tally, case.dt, {**vary, **(more if flowing else {})}, runs.start, around, runs.lanes,
+                   case.device, case.precision)  # fmt: skip
     # One row more than the run has samples: the memory that is stored with it has seen them all.
     series = loop.series if loop.series.shape[1] == 1 else np.pad(loop.series, ((0, 0), (0, 1), (0, 0)), "edge")
     rows = loop.simulator.stored(

@@ -100,7 +100,7 @@ def sailed(
         shape = (len(around), steps)
         given = np.broadcast_to(policy.schedule(case.dt, steps), (*shape, len(policy.given)))
         series = np.concatenate([np.broadcast_to(around[:, :steps], (*shape, len(CHANNELS))), given], axis=2)
-    ready = prepare(case.ship, policy, case.dt, vary, start, series, lanes)
+    ready = prepare(case.ship, policy, case.dt, vary, start, series, lanes, case.device, case.precision)
     run = ready.simulator.run(
         ready.state, ready.series, ready.shared, memory0=ready.memory, lanewise=ready.lanewise, dt=case.dt,
         steps=steps, method=case.method, threads=threads,

@@ -32,6 +32,8 @@ class ManoeuvreTable(Strict):
     dt: Positive | None = None
     method: Literal["rk4", "euler"] = "rk4"
     indices: Literal["tally", "all"] = "tally"
+    device: str = "cpu"
+    precision: Literal["double", "single"] = "double"
 
 
 class WeatherTable(Strict):

@@ -68,6 +68,7 @@ Rps = Annotated[float | None, Option(help="Set the propeller revolutions [1/s]."
 Throttle = Annotated[float | None, Option(help="Set the throttle of a craft driven by throttle [%].")]
 Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
 TimeStep = Annotated[float | None, Option(help="Set the time step [s].")]
+Device = Annotated[str, Option(help="Run on the processor, cpu, or on a GPU: cuda, cuda:1 ...")]
 
 # What is around the ship.
 Wind = Annotated[str | None, Option(help="Set the true wind M/S,DEG: speed and direction it comes from.")]

@@ -24,7 +24,7 @@ def simulate(
     ship: o.ShipOrRun, name: o.ManoeuvreOrNone = None, rudder: o.Rudder = None, heading: o.HeadingChange = None,
     steer: o.Steer = None, side: o.Side = None, seed: o.Seed = None, speed: o.ApproachSpeed = None, rps: o.Rps = None,
     throttle: o.Throttle = None, duration: o.Duration = None, dt: o.TimeStep = None, wind: o.Wind = None,
-    gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
+    gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None, device: o.Device = "cpu",
     out: o.TrialOut = None, of: o.FromCampaign = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Simulate a manoeuvre and print its indices."""
@@ -36,8 +36,8 @@ def simulate(
     from ..workflow.simulation import simulate as run
 
     ran = run(ship, name, rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps,
-              duration=duration, dt=dt, out=out, note=note, wind=wind, gusts=gusts, current=current, waves=waves,
-              depth=depth, steer=steer, throttle=throttle)  # fmt: skip
+              duration=duration, dt=dt, device=device, out=out, note=note, wind=wind, gusts=gusts, current=current,
+              waves=waves, depth=depth, steer=steer, throttle=throttle)  # fmt: skip
     indices = {key: index_document(index) for key, index in ran.indices.items()}
     if json:
         emit({"ship": ran.ship.name, "manoeuvre": name, "settings": ran.settings, "complete": ran.complete,

@@ -12,10 +12,10 @@ import tomllib
 from typing import Literal
 
 __all__ = [
-    "BusyError", "CampaignError", "CommandError", "CompilerError", "DataError", "FitError", "LoopError", "NmeaError",
-    "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError", "RequestError", "ResumeError",
-    "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError", "StudyError", "TaskError", "TomlError",
-    "UsageError", "WeatherError", "WireError",
+    "BusyError", "CampaignError", "CommandError", "CompilerError", "DataError", "DeviceError", "FitError",
+    "LoopError", "NmeaError", "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError",
+    "RequestError", "ResumeError", "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError",
+    "StudyError", "TaskError", "TomlError", "UsageError", "WeatherError", "WireError",
 ]  # fmt: skip
 
 Reason = Literal["length", "form", "checksum", "kind", "field"]
@@ -122,6 +122,10 @@ class TaskError(RequestError):
 
 class UsageError(RequestError):
     """A command that cannot be carried out; the text names what, where and the alternatives."""
+
+
+class DeviceError(RequestError):
+    """A device that is not here, or that cannot do what is asked; the text names what is missing."""
 
 
 class CompilerError(RunError):

@@ -19,6 +19,7 @@ import stat
 import subprocess
 import tempfile
 import time
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -33,6 +34,7 @@ LIBRARIES = ("-lmvec", "-lm")
 DIGEST = 32
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 _ABANDONED = 7200.0
+_JOINT = b"\0"
 
 
 def directory() -> Path:
@@ -77,17 +79,34 @@ def library(source: str) -> ctypes.CDLL:
         CompilerError: no compiler, a folder that others could put kernels into, or the source does not compile or
             load here.
     """
-    cc = compiler()
-    folder = _own_folder()
-    text = source.encode()
-    key = hashlib.sha256(b"\0".join([text, " ".join((*FLAGS, *LIBRARIES)).encode(), _machine(cc)])).hexdigest()
-    path = folder / f"{key[:40]}.so"
-    if not _whole(path):
-        _compile(cc, text, path)
+    cc, text = compiler(), source.encode()
+    parts = [text, " ".join((*FLAGS, *LIBRARIES)).encode(), _machine(cc)]
+    path = kept(parts, "so", lambda scratch: _compiled(cc, text, scratch))
     try:
         return ctypes.CDLL(str(path))
     except OSError as error:
         raise CompilerError(f"the compiled kernel does not load: {error}") from error
+
+
+def kept(parts: Sequence[bytes], kind: str, make: Callable[[Path], bytes]) -> Path:
+    """The file of code that `parts` decide, made in a scratch folder where the cache holds no whole copy.
+
+    Raises:
+        CompilerError: a folder that others could put kernels into, or that cannot be written.
+    """
+    path = _own_folder() / f"{hashlib.sha256(_JOINT.join(parts)).hexdigest()[:40]}.{kind}"
+    if _whole(path):
+        return path
+    try:
+        _sweep(path.parent)
+        with tempfile.TemporaryDirectory(dir=path.parent) as scratch:
+            code, whole = make(Path(scratch)), Path(scratch, "whole")
+            whole.write_bytes(code + hashlib.sha256(code).digest())
+            whole.chmod(0o700)
+            os.replace(whole, path)
+    except OSError as error:
+        raise CompilerError(f"cannot write kernels to {path.parent}: {error.strerror}") from error
+    return path
 
 
 def _own_folder() -> Path:
@@ -137,20 +156,10 @@ def _sweep(folder: Path) -> None:
                 shutil.rmtree(left)
 
 
-def _compile(cc: str, text: bytes, path: Path) -> None:
-    try:
-        _sweep(path.parent)
-        with tempfile.TemporaryDirectory(dir=path.parent) as scratch:
-            c, so = Path(scratch, "kernel.c"), Path(scratch, "kernel.so")
-            c.write_bytes(text)
-            done = subprocess.run(
-                [cc, *FLAGS, str(c), "-o", str(so), *LIBRARIES], capture_output=True, text=True, check=False
-            )
-            if done.returncode:
-                raise CompilerError(f"{cc} failed: {done.stderr.strip().splitlines()[-1:] or done.returncode}")
-            code = so.read_bytes()
-            so.write_bytes(code + hashlib.sha256(code).digest())
-            so.chmod(0o700)
-            os.replace(so, path)
-    except OSError as error:
-        raise CompilerError(f"cannot write kernels to {path.parent}: {error.strerror}") from error
+def _compiled(cc: str, text: bytes, scratch: Path) -> bytes:
+    c, so = scratch / "kernel.c", scratch / "kernel.so"
+    c.write_bytes(text)
+    done = subprocess.run([cc, *FLAGS, str(c), "-o", str(so), *LIBRARIES], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise CompilerError(f"{cc} failed: {done.stderr.strip().splitlines()[-1:] or done.returncode}")
+    return so.read_bytes()

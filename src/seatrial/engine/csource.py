@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import casadi as ca
 
@@ -56,11 +57,20 @@ def _constant(value: float) -> str:
     return f"({value!r})"
 
 
-def statements(f: Function) -> tuple[list[str], set[tuple[int, int]]]:
-    """C statements of `f`, and the (input, element) pairs they read as ``i<input>_<element>``."""
+class Statement(NamedTuple):
+    """One instruction of a list: the name of its value, empty for an output, which goes to the element `to`."""
+
+    name: str
+    expression: str
+    reads: tuple[str, ...]
+    to: int = -1
+
+
+def statements(f: Function) -> tuple[list[Statement], set[tuple[int, int]]]:
+    """Instructions of `f` in C, and the (input, element) pairs they read as ``i<input>_<element>``."""
     names: dict[int, str] = {}
-    made: dict[str, tuple[str, list[str]]] = {}
-    lines: list[str] = []
+    made: dict[str, tuple[str, tuple[str, ...]]] = {}
+    found: list[Statement] = []
     used: set[tuple[int, int]] = set()
     names_of = opcodes()
     for k in range(f.n_instructions()):
@@ -71,26 +81,30 @@ def statements(f: Function) -> tuple[list[str], set[tuple[int, int]]]:
         elif op == "OP_CONST":
             names[to[0]] = _constant(f.instruction_constant(k))
         elif op == "OP_OUTPUT":
-            lines.append(f"y[{to[1]}*LB+b]={names[of[0]]};")
+            found.append(Statement("", names[of[0]], (names[of[0]],), to[1]))
         else:
-            a = [names[i] for i in of]
-            made[f"w{k}"] = op, a
-            lines.append(f"const double w{k}={_selection(op, a, made) or _expression(op, a)};")
+            reads = tuple(names[i] for i in of)
+            made[f"w{k}"] = op, reads
+            selected = _selected(op, reads, made)
+            text = f"({selected[0]}!=0.0?{selected[1]}:{selected[2]})" if selected else _expression(op, reads)
+            found.append(Statement(f"w{k}", text, selected or reads))
             names[to[0]] = f"w{k}"
-    return lines, used
+    return found, used
 
 
-def _selection(op: str, a: list[str], made: Mapping[str, tuple[str, list[str]]]) -> str | None:
-    """One selection for the sum of two half ones that CasADi makes of an `if_else`; None for any other sum."""
+def _selected(
+    op: str, a: tuple[str, ...], made: Mapping[str, tuple[str, tuple[str, ...]]]
+) -> tuple[str, str, str] | None:
+    """Condition and both values where a sum is the two half selections of an `if_else`; None for any other sum."""
     if op != "OP_ADD":
         return None
-    (yes, taken), (no, left) = (made.get(name, ("", [])) for name in a)
-    if yes != "OP_IF_ELSE_ZERO" or no != "OP_IF_ELSE_ZERO" or made.get(left[0]) != ("OP_NOT", [taken[0]]):
+    (yes, taken), (no, left) = (made.get(name, ("", ())) for name in a)
+    if yes != "OP_IF_ELSE_ZERO" or no != "OP_IF_ELSE_ZERO" or made.get(left[0]) != ("OP_NOT", (taken[0],)):
         return None
-    return f"({taken[0]}!=0.0?{taken[1]}:{left[1]})"
+    return taken[0], taken[1], left[1]
 
 
-def _expression(op: str, a: list[str]) -> str:
+def _expression(op: str, a: tuple[str, ...]) -> str:
     if op in BINARY:
         return f"{a[0]}{BINARY[op]}{a[1]}"
     if op in CALL:
@@ -108,7 +122,8 @@ def lane_function(name: str, f: Function, arguments: tuple[str, ...], lanewise: 
             or "parameters" (shared scalars `p`, of which some are lane-wise in `q`).
         lanewise: position in `q` of each lane-wise parameter by its index.
     """
-    lines, used = statements(f)
+    found, used = statements(f)
+    lines = [f"const double {s.name}={s.expression};" if s.name else f"y[{s.to}*LB+b]={s.expression};" for s in found]
     shared: list[str] = []
     loads: list[str] = []
     for i, j in sorted(used):

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,9 +14,19 @@ from ..core.executors import processors as default_threads
 from ..core.parameters import ParameterError, unknown
 from . import Array, EngineNotice, Failure, Rollout, System, simd, virtual
 from .cache import CompilerError
+from .cuda import Device, DeviceError
+from .cuda.named import device_of
 
-Packed = simd.Packed | virtual.Packed
-"""Series in the order of a kernel; made by `pack`."""
+
+class Packed(Protocol):
+    """Series in the order of a kernel; made by `pack`."""
+
+    @property
+    def lanes(self) -> int: ...
+    @property
+    def steps(self) -> int: ...
+    @property
+    def channels(self) -> int: ...
 
 
 @cache
@@ -42,7 +52,7 @@ class _Compiled:
 
     def pack(self, series: Array) -> Packed:
         """Series (lanes, steps, channels) in the kernel's own order, to be used in many runs."""
-        return (virtual if self.virtual else simd).pack(np.asarray(series, dtype=np.float64))
+        return self.kernel.pack(np.asarray(series, dtype=np.float64))
 
     def _fitting(self, series: Array | Packed, lanes: int, steps: int) -> Packed:
         """Packed series; those that a kernel would read past the end of are refused."""
@@ -153,23 +163,55 @@ def _checked(system: System, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def simulator(system: System, lanewise: Sequence[str] = (), *, back_end: str = "auto") -> Simulator:
-    """Compile `system`; `back_end` is "auto", "simd" or "virtual"."""
-    names = _checked(system, lanewise)
+def simulator(
+    system: System, lanewise: Sequence[str] = (), *, back_end: str = "auto", device: str | Device = "cpu",
+    precision: str = "double",
+) -> Simulator:  # fmt: skip
+    """Compile `system`.
+
+    Args:
+        system: what is integrated.
+        lanewise: parameters that differ from lane to lane.
+        back_end: of the processor: "auto", "simd" or "virtual".
+        device: "cpu", or "cuda" for a GPU, "cuda:1" for the second one.
+        precision: "double"; a device also takes "single".
+
+    Raises:
+        DeviceError: the device, its driver or the extra `cuda` is missing, or it cannot do this.
+    """
+    names, machine = _checked(system, lanewise), _machine(device, precision, system)
+    if machine is not None:
+        from .cuda.lanes import CudaRollout
+
+        return Simulator(system, names, CudaRollout.compile(system, names, machine, precision == "single"), False)
     wanted = back_end if system.plant is None else "virtual"
     fast, slow = simd.SimdRollout.compile, virtual.VirtualRollout.compile
     return Simulator(system, names, *_compiled(wanted, fast, slow, system, names))
 
 
 def sensitivity(
-    system: System, free: Sequence[str], lanewise: Sequence[str] = (), *, back_end: str = "auto"
-) -> Sensitivity:
-    """Compile open-loop `system` with derivatives with respect to `free` and the initial state."""
+    system: System, free: Sequence[str], lanewise: Sequence[str] = (), *, back_end: str = "auto",
+    device: str | Device = "cpu", precision: str = "double",
+) -> Sensitivity:  # fmt: skip
+    """Compile open-loop `system` with derivatives with respect to `free` and the initial state; see `simulator`."""
     if system.before is not None:
         raise ValueError("sensitivities are for open-loop systems; this one prepares its steps")
-    names, q = _checked(system, free), _checked(system, lanewise)
+    names, q, machine = _checked(system, free), _checked(system, lanewise), _machine(device, precision, system)
+    if machine is not None:
+        from .cuda.lanes import CudaSensitivity
+
+        kernel = CudaSensitivity.compile(system, names, q, machine, precision == "single")
+        return Sensitivity(system, q, kernel, False, names)
     fast, slow = simd.SimdSensitivity.compile, virtual.VirtualSensitivity.compile
     return Sensitivity(system, q, *_compiled(back_end, fast, slow, system, names, q), names)
+
+
+def _machine(device: str | Device, precision: str, system: System) -> Device | None:
+    """The device that is asked for, None for the processor; DeviceError: it cannot do this."""
+    machine = device_of(device, precision)
+    if machine is not None and system.plant is not None:
+        raise DeviceError("a network of many weights runs on arrays, not in a kernel of a device; take the processor")
+    return machine
 
 
 def _compiled(

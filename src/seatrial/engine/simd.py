@@ -108,6 +108,8 @@ class SimdRollout:
     system: System
     code: ctypes.CDLL
 
+    pack = staticmethod(pack)
+
     @staticmethod
     def compile(system: System, lanewise: tuple[str, ...]) -> SimdRollout:
         """Trace, print, compile (or take from the cache) and load."""
@@ -149,6 +151,8 @@ class SimdSensitivity:
     system: System
     free: tuple[str, ...]
     code: ctypes.CDLL
+
+    pack = staticmethod(pack)
 
     @staticmethod
     def compile(system: System, free: tuple[str, ...], lanewise: tuple[str, ...]) -> SimdSensitivity:

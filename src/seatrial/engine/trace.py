@@ -74,8 +74,13 @@ def jacobian(system: System, free: tuple[str, ...]) -> Jacobian:
     return Jacobian(function, tuple(pattern), tuple(rows), free)
 
 
+def function_of(f: Callable[[Scalars], Scalars], inputs: int) -> Function:
+    """`f`, written over scalars, as a CasADi function of one vector."""
+    x = ca.SX.sym("x", max(inputs, 1))
+    return ca.Function("f", [x], [_column(f(tuple(x[i] for i in range(inputs))))])
+
+
 def over_rows(f: Callable[[Scalars], Scalars], rows: Array) -> Array:
     """`f`, written over scalars, of every row; shape (rows, outputs)."""
-    x = ca.SX.sym("x", rows.shape[1])
-    function = ca.Function("f", [x], [_column(f(tuple(x[i] for i in range(rows.shape[1]))))])
+    function = function_of(f, rows.shape[1])
     return np.ascontiguousarray(np.asarray(function.map(rows.shape[0])(rows.T)).T)

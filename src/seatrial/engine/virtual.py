@@ -82,6 +82,8 @@ class VirtualRollout:
     rhs: Function | None
     before: Function | None
 
+    pack = staticmethod(pack)
+
     @staticmethod
     def compile(system: System, lanewise: tuple[str, ...]) -> VirtualRollout:
         """Trace what can be traced; there is nothing to compile."""
@@ -154,6 +156,8 @@ class VirtualSensitivity:
     free: tuple[str, ...]
     lanewise: tuple[str, ...]
     jacobian: trace.Jacobian
+
+    pack = staticmethod(pack)
 
     @staticmethod
     def compile(system: System, free: tuple[str, ...], lanewise: tuple[str, ...]) -> VirtualSensitivity:

@@ -30,9 +30,13 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from ..data import Array
+from ..engine.cuda import Device
+from ..engine.cuda.named import device_of
 from ..ships import Ship
 from ..ships.files import load
-from .lanes import Lanes, Settings, settings_of
+from .device import DeviceLanes
+from .episodes import Settings, settings_of
+from .lanes import Lanes
 from .system import Work
 from .tasks import Berth, Course, Task, TaskError, Track, shown
 
@@ -123,13 +127,16 @@ class ShipEnv(gymnasium.Env[Observation, Observation]):
 class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
     """Ships at a task side by side; where an episode is over, the next action begins another and is not obeyed.
 
+    On a GPU (`device="cuda"`) actions and what a step returns stay there: `torch.from_dlpack(observation)` takes an
+    array without a copy.  Each is overwritten by the next step, and actions that are not finite are not refused.
+
     Attributes:
         lanes: the ships in their kernel; `lanes.value("psi")` reads a state or a control in SI units.
     """
 
     def __init__(
         self, ship: str | Ship, task: Task, num_envs: int = 1, *, copy: bool = True, threads: int = 1,
-        render_mode: str | None = None, **settings: Any,
+        device: str | Device = "cpu", precision: str = "double", render_mode: str | None = None, **settings: Any,
     ) -> None:  # fmt: skip
         """Compile the step, or take it from the cache.
 
@@ -139,16 +146,21 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
             num_envs: number of ships.
             copy: False returns the same arrays at every step, overwritten by the next one.
             threads: number of threads.
+            device: "cpu", or "cuda" for a GPU.
+            precision: "double"; a GPU also takes "single".
             render_mode: None; there are no pictures.
             settings: fields of `Settings`.
 
         Raises:
             TaskError: a ship or a setting that cannot be.
+            DeviceError: the device is not here, or cannot do this.
         """
         super().__init__()
         self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
-        self.render_mode, self.num_envs, self._copy = render_mode, num_envs, copy
-        self.lanes = Lanes(ship_of(ship), task, num_envs, settings_of(settings), threads)
+        self.render_mode, self.num_envs = render_mode, num_envs
+        machine, given = device_of(device, precision), (ship_of(ship), task, num_envs, settings_of(settings))
+        self._copy, self._here = copy and machine is None, machine is None
+        self.lanes = Lanes(*given, threads) if machine is None else DeviceLanes(*given, machine, precision == "single")
         self.single_observation_space, self.single_action_space = spaces_of(self.lanes.work)
         self.observation_space: gymnasium.Space[Any] = batch_space(self.single_observation_space, num_envs)
         self.action_space: gymnasium.Space[Any] = batch_space(self.single_action_space, num_envs)
@@ -183,7 +195,7 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
     def step(self, actions: Observation) -> tuple[Observation, Array, Flags, Flags, dict[str, Any]]:
         """One action on every ship, shape (num_envs, actions), held for a period; ValueError: not such an action."""
         lanes, out = self.lanes, self._out
-        lanes.step(checked(actions, self._shape))
+        lanes.step(checked(actions, self._shape) if self._here else actions)
         return out(lanes.observation), out(lanes.reward), out(lanes.terminated), out(lanes.truncated), {}
 
     def _out(self, values: Any) -> Any:

@@ -1,121 +1,26 @@
-"""The compiled step of many ships at one task, moved by one action at a time, on buffers in the kernel's own order.
-
-Random numbers are counted: each depends on seed, episode and place alone, so lanes are independent of each other.
-"""
+"""The compiled step of many ships at one task, moved by one action at a time, on buffers in the kernel's own order."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from itertools import pairwise
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.parameters import unknown
 from ..data import Array
 from ..engine import System
 from ..engine.csource import LANES
 from ..engine.rollout import Simulator, simulator
 from ..engine.virtual import Packed
-from ..environment import CALM, CHANNELS, Environment
-from ..models import STATES
-from ..models.settled import begun, settled
-from ..realtime.helm import Helm
+from ..environment import CHANNELS
 from ..ships import Ship
-from ..simulate.approach import approach, fastest, rounded_down
-from ..simulate.loop import loop_memory, loop_values
-from .system import Work, actions, compiled_of, free_names, ranges_of, refused, scale_of
-from .tasks import Task, TaskError, shown, spread
-
-# Actions per ship length at the approach speed, and how much the fastest motion may decay within a time step.
-_ACTIONS, _DECAY = 25.0, 0.5
-_AROUND = 4
-"""Draws of wind and current, before those of parameters and of the task."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Environment of the ships, time between actions, and spread of parameters.
-
-    Attributes:
-        period: time between two actions [s]; None for about a 25th of a ship length at the approach speed.
-        steps: time steps within it; None for what its fastest motion needs, at least two.
-        limit: actions after which an episode is cut off.
-        wind: least and greatest true wind of an episode, from any direction [m/s].
-        current: least and greatest current of an episode, towards any direction [m/s].
-        randomise: parameters of the ship (`hull.Y_v`) and by which share of their value they differ to either side.
-    """
-
-    period: float | None = None
-    steps: int | None = None
-    limit: int = 1000
-    wind: tuple[float, float] = (0.0, 0.0)
-    current: tuple[float, float] = (0.0, 0.0)
-    randomise: Mapping[str, float] = field(default_factory=dict[str, float])
-
-
-def work_of(ship: Ship, task: Task, settings: Settings) -> Work:
-    """A ship at a task, with settings that were left out filled in; TaskError: a ship or a setting that cannot be."""
-    if isinstance(task, type) or not hasattr(task, "judge"):
-        raise TaskError(f"task is {shown(task)}; give a task such as Course()")
-    refused(ship)
-    _check(settings)
-    period = settings.period or rounded_down(ship.L_pp / (_ACTIONS * max(ship.speed, 1e-3)))
-    steps = settings.steps or max(2, math.ceil(fastest(ship) * period / _DECAY))
-    turns = approach(ship)[1]
-    ranges = ranges_of(ship, turns)
-    orders = actions(ship, task, ranges)
-    if settings.wind[1] and not _feels_wind(ship):
-        raise TaskError(f"wind: {ship.name} has no force of wind; leave it at (0, 0)")
-    return Work(ship, task, scale_of(ship, period), orders, ranges, period / steps, settings.limit,
-                task.turns * turns)  # fmt: skip
-
-
-def settings_of(given: Mapping[str, Any]) -> Settings:
-    """Settings by name; TaskError: no such setting."""
-    known = [one.name for one in fields(Settings)]
-    for name in given.keys() - known:
-        raise TaskError(unknown(name, known, "setting"))
-    return Settings(**given)
-
-
-def _check(settings: Settings) -> None:
-    given: dict[str, Any] = vars(settings)
-    period = settings.period
-    if period is not None and not (_number(period) and 0.0 < period < math.inf):
-        raise TaskError(f"period is {shown(period)}; it must be a number of seconds above zero")
-    for name in ("steps", "limit"):
-        value = given[name]
-        whole = isinstance(value, Integral) and int(value) >= 1
-        if not (whole or (value is None and name == "steps")):
-            raise TaskError(f"{name} is {shown(value)}; it must be a whole number, one or more")
-    for name in ("wind", "current"):
-        pair = given[name]
-        both = isinstance(pair, tuple | list | np.ndarray) and len(pair) == 2 and all(map(_number, pair))
-        if not (both and 0.0 <= pair[0] <= pair[1] < math.inf):
-            raise TaskError(f"{name} is {shown(pair)}; give the least and the greatest speed [m/s], such as (0.0, 3.0)")
-    spread_of = given["randomise"]
-    if not (isinstance(spread_of, Mapping) and all(map(_number, spread_of.values()))):
-        raise TaskError(f"randomise is {shown(spread_of)}; give shares by parameter, such as {{'hull.Y_v': 0.1}}")
-
-
-def _number(value: Any) -> bool:
-    return isinstance(value, Real)
-
-
-def _feels_wind(ship: Ship) -> bool:
-    control = tuple(0.1 for _ in ship.model.controls)
-
-    def motion(around: Environment) -> tuple[float, ...]:
-        state = begun(ship.model, (0.0, 0.0, 0.7, ship.speed, 0.0, 0.0), control, around)
-        return ship.model.derivative(state, control, around)[: len(STATES)]
-
-    return motion(CALM) != motion(CALM._replace(wind_x=10.0))
+from .episodes import Fleet, Settings, uniform
+from .tasks import Task, TaskError
 
 
 class Lanes:
@@ -132,22 +37,15 @@ class Lanes:
         given: tuple[Any, ...] = (lanes, threads)
         if not all(isinstance(one, Integral) and int(one) >= 1 for one in given):
             raise TaskError(f"{lanes} ships on {threads} threads; give whole numbers, one or more of each")
-        self.work, self.lanes, self.settings = work_of(ship, task, settings), lanes, settings
-        self.system, inner = compiled_of(self.work)
-        self._free = free_names(inner, settings.randomise)
-        turns = self.work.turns
-        helm, still = Helm(ship.model.controls, turns), (0.0,) * len(ship.model.states)
-        values = loop_values(ship, helm)
-        self._nominal = np.array([values[name] for name in self._free])
+        self.fleet, self.lanes = Fleet.of(ship, task, settings), lanes
+        fleet = self.fleet
+        self.work, self.system = fleet.work, fleet.system
         blocks = -(-lanes // LANES)
-        self._buffers = Buffers.of(self.system, blocks, len(self._free), np.array(list(values.values())))
+        self._buffers = Buffers.of(self.system, blocks, len(fleet.free), np.array(list(fleet.parameters.values())))
         self._views(blocks, len(self.work.orders), len(self.work.seen))
-        # at the start shafts turn as the task has it, all other actuators rest
-        self._rest = np.array(loop_memory(ship, helm, self.work.dt, {"policy.n_P": turns}, still))
-        self._acting = self._rest[[inner.memory.index(name) for name in ship.model.controls]]
         self.seeds, self.episodes = (np.zeros(blocks * LANES, dtype=np.uint64) for _ in range(2))
-        steps, compiled = round(self.work.scale.period / self.work.dt), simulator(self.system, self._free)
-        self._step = stepping(compiled, self._buffers, self.work.dt, steps, threads)
+        compiled = simulator(self.system, fleet.free)
+        self._step = stepping(compiled, self._buffers, self.work.dt, fleet.steps, threads)
 
     def _views(self, blocks: int, chosen: int, seen: int) -> None:
         """The same memory in the shapes that the outside has."""
@@ -205,31 +103,15 @@ class Lanes:
 
     def _begin(self, at: NDArray[np.intp]) -> None:
         """Start an episode on these lanes."""
-        block, lane = at // LANES, at % LANES
-        free, task = len(self._free), self.work.task
-        draws = uniform(self.seeds[at], self.episodes[at], _AROUND + free + task.draws)
+        block, lane, fleet = at // LANES, at % LANES, self.fleet
+        start = fleet.begin(uniform(self.seeds[at], self.episodes[at], fleet.draws))
         self.episodes[at] += np.uint64(1)
-        wind = spread(draws[:, 0], *self.settings.wind)
-        current = spread(draws[:, 2], *self.settings.current)
-        around = [wind * np.cos(2 * math.pi * draws[:, 1]), wind * np.sin(2 * math.pi * draws[:, 1]),
-                  current * np.cos(2 * math.pi * draws[:, 3]), current * np.sin(2 * math.pi * draws[:, 3])]  # fmt: skip
-        for k, values in enumerate(around):
-            self._series[block, k, lane] = values
-        halves = np.array(list(self.settings.randomise.values()))
-        shares = 1.0 + halves * (2.0 * draws[:, _AROUND : _AROUND + free] - 1.0)
-        self._buffers.own[block, :free, lane] = self._nominal * shares
-        start = task.begin(self.work.scale, draws[:, _AROUND + free :])
-        c, s = np.cos(start.state[:, 2]), np.sin(start.state[:, 2])
-        start.state[:, 3] += around[2] * c + around[3] * s
-        start.state[:, 4] += around[3] * c - around[2] * s
-        here = self._series[block, : len(CHANNELS), lane]
-        acting = np.hstack([np.tile(self._acting, (len(here), 1)), here])
-        self._state[block, :, lane] = np.hstack([start.state, settled(self.work.ship.model, acting)])
-        first, rest = len(CHANNELS) + len(self.work.orders), len(self._rest)
-        self._series[block, first : first + len(task.goal), lane] = start.goal
-        self._memory[block, :rest, lane] = self._rest
-        self._memory[block, rest, lane] = 0.0
-        self._memory[block, rest + 1 : rest + 1 + len(task.memory), lane] = start.memory
+        first, around = len(CHANNELS) + len(self.work.orders), len(CHANNELS)
+        self._series[block, :around, lane] = start.around
+        self._series[block, first : first + start.goal.shape[1], lane] = start.goal
+        self._buffers.own[block, : len(fleet.free), lane] = start.own
+        self._state[block, :, lane] = start.state
+        self._memory[block, : start.memory.shape[1], lane] = start.memory
 
     def value(self, name: str) -> Array:
         """A state or a control of every lane now, in SI units, shape (lanes,)."""
@@ -305,23 +187,3 @@ def _slowly(simulator: Simulator, buffers: Buffers, dt: float, steps: int) -> No
         buffers.shared[:-1], t0=0.0, dt=dt, steps=steps + 1, every=steps, rk4=True, threads=1,
     )  # fmt: skip
     buffers.out[...] = np.moveaxis(rows.reshape(blocks, LANES, 2, -1), 1, -1)
-
-
-Counts = NDArray[np.uint64]
-
-# The increment and the mixing constants of SplitMix64 (Steele, Lea and Flood 2014).
-_STEP, _FIRST, _SECOND = (np.uint64(k) for k in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
-
-
-def _mixed(z: Counts) -> Counts:
-    z = z + _STEP
-    z = (z ^ (z >> np.uint64(30))) * _FIRST
-    z = (z ^ (z >> np.uint64(27))) * _SECOND
-    return z ^ (z >> np.uint64(31))
-
-
-def uniform(seeds: Counts, episodes: Counts, count: int) -> Array:
-    """Numbers in [0, 1), shape (lanes, count), of each lane's seed and episode."""
-    key = _mixed(_mixed(seeds) ^ episodes)
-    places = np.arange(count, dtype=np.uint64)
-    return (_mixed(key[:, None] ^ _mixed(places)) >> np.uint64(11)).astype(np.float64) * 2.0**-53

@@ -1,7 +1,7 @@
 """Tasks of the environments: start of an episode, observation, reward and end; course, track and berthing.
 
-A task is a frozen dataclass.  `begin` works on arrays, once an episode; `judge` is written over scalars in the
-manner of all physics here (`symbolic`, no `if` on a value), as it is traced into the compiled step.
+A task is a frozen dataclass.  `begin` works on arrays, of numbers or of symbols, once an episode; `judge` is written
+over scalars in the manner of all physics here (`symbolic`, no `if` on a value), as it is traced into the compiled step.
 """
 
 from __future__ import annotations
@@ -106,7 +106,11 @@ class Task(Protocol):
     def turns(self) -> float: ...
 
     def begin(self, scale: Scale, draws: Array) -> Start:
-        """Episodes of these draws in [0, 1), shape (lanes, self.draws)."""
+        """Episodes of these draws in [0, 1), shape (lanes, self.draws).
+
+        On a device the draws are symbols in an array of objects: take arithmetic and NumPy's sin, cos, sqrt and abs of
+        them, and arrays of their type.
+        """
         ...
 
     def judge(
@@ -190,7 +194,7 @@ class Course:
 
     def begin(self, scale: Scale, draws: Array) -> Start:
         """Any heading, at the approach speed; the course ordered up to `change` to either side."""
-        state = np.zeros((len(draws), 6))
+        state = np.zeros((len(draws), 6), draws.dtype)
         state[:, 2] = spread(draws[:, 0], -math.pi, math.pi)
         state[:, 3] = scale.U
         goal = state[:, 2:3] + spread(draws[:, 1:2], -self.change, self.change)
@@ -252,7 +256,7 @@ class Track:
         chi = spread(draws[:, 0], -math.pi, math.pi)
         after = chi + spread(draws[:, 1], -self.turn, self.turn)
         aside = scale.L * spread(draws[:, 3], -self.aside, self.aside)
-        state = np.zeros((len(draws), 6))
+        state = np.zeros((len(draws), 6), draws.dtype)
         state[:, 0], state[:, 1] = -np.sin(chi) * aside, np.cos(chi) * aside
         state[:, 2] = chi + spread(draws[:, 4], -math.pi / 9.0, math.pi / 9.0)
         state[:, 3] = scale.U
@@ -329,12 +333,12 @@ class Berth:
 
     def begin(self, scale: Scale, draws: Array) -> Start:
         """Short of the berth and off the quay, nearly parallel to it, with little way on."""
-        state = np.zeros((len(draws), 6))
+        state = np.zeros((len(draws), 6), draws.dtype)
         state[:, 0] = -scale.L * spread(draws[:, 0], *self.ahead)
         state[:, 1] = -scale.L * spread(draws[:, 1], *self.aside)
         state[:, 2] = spread(draws[:, 2], -math.pi / 12.0, math.pi / 12.0)
         state[:, 3] = scale.U * spread(draws[:, 3], *self.way)
-        to_go = np.hypot(state[:, 0], state[:, 1]) / scale.L + self.heading * np.abs(state[:, 2])
+        to_go = np.sqrt(state[:, 0] ** 2 + state[:, 1] ** 2) / scale.L + self.heading * np.abs(state[:, 2])
         return Start(state, np.zeros((len(draws), 0)), to_go[:, None])
 
     def judge(

@@ -10,6 +10,7 @@ import numpy as np
 from ..core.parameters import unknown, values
 from ..data import Array
 from ..engine import Scalars, System
+from ..engine.cuda import Device
 from ..engine.rollout import Simulator, simulator
 from ..engine.trace import over_rows
 from ..environment import CHANNELS
@@ -56,8 +57,9 @@ def check_varied(ship: Ship, policy: Policy, names: Iterable[str]) -> None:
 
 
 def prepare(
-    ship: Ship, policy: Policy, dt: float, vary: Mapping[str, Array], start: Array, around: Array, lanes: int
-) -> Lanes:
+    ship: Ship, policy: Policy, dt: float, vary: Mapping[str, Array], start: Array, around: Array, lanes: int,
+    device: str | Device = "cpu", precision: str = "double",
+) -> Lanes:  # fmt: skip
     """The compiled loop with its lanes; a loop of the same structure is compiled once.
 
     Args:
@@ -66,6 +68,8 @@ def prepare(
         start: initial x, y, psi, u, v_m, r over ground, shape (lanes or 1, 6).
         around: inputs per step, shape (lanes or 1, steps or 1, series).
         lanes: number of runs.
+        device: "cpu", or "cuda" for a GPU.
+        precision: "double"; a GPU also takes "single".
     """
     system = closed_loop(ship, policy, dt)
     columns = {name: np.asarray(column, dtype=np.float64) for name, column in vary.items()}
@@ -74,7 +78,8 @@ def prepare(
     rows = max(len(start), len(rest))
     state = np.hstack([np.broadcast_to(part, (rows, part.shape[1])) for part in (start, rest)])
     return Lanes(
-        simulator(system, tuple(columns)), np.broadcast_to(state, (lanes, state.shape[1])),
+        simulator(system, tuple(columns), device=device, precision=precision),
+        np.broadcast_to(state, (lanes, state.shape[1])),
         np.broadcast_to(memory, (lanes, memory.shape[1])), np.broadcast_to(around, (lanes, *around.shape[1:])),
         np.array(list(loop_values(ship, policy).values()), dtype=np.float64),
         np.column_stack(list(columns.values())) if columns else None,

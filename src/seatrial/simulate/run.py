@@ -14,6 +14,7 @@ import numpy as np
 from ..core.parameters import values
 from ..data import UNITS, Array, Trial
 from ..engine import Failure, Rollout, SimulationError
+from ..engine.cuda import Device
 from ..environment import CHANNELS, VECTORS, Environment, Uniform, Weather, through_water
 from ..manoeuvres import Policy, Scheduled
 from ..models import STATES, Sampled, unit
@@ -55,18 +56,23 @@ def campaign(
     ship: Ship, policy: Policy, vary: Mapping[str, Array], *, speed: float, duration: float,
     environment: Weather | Array | None = None, dt: float | None = None, every: int = 1,
     method: str = "rk4", threads: int | None = None, start: tuple[float, ...] | None = None,
+    device: str | Device = "cpu", precision: str = "double",
 ) -> Rollout:  # fmt: skip
     """Run `policy` over many lanes at once, one compiled kernel for all.
 
     Args:
         vary: value per lane of each parameter that differs, by the names of `loop.closed_loop`.
         speed: initial speed straight ahead through the water [m/s]; other arguments as in `simulate`.
+        threads: of the processor; None takes all of them.
+        device: "cpu", or "cuda" for a GPU.
+        precision: "double"; a GPU also takes "single".
 
     Returns:
         The stored rows; a lane that fails is listed in `failures`, the others continue.
 
     Raises:
         ShipError: a policy that orders a control that the ship lacks; a step that the model does not support.
+        DeviceError: the device is not here.
     """
     step = _checked_step(ship, dt)
     steps = _checked_steps(ship, duration, step, every)
@@ -78,7 +84,9 @@ def campaign(
     six = (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0) if start is None else start
     if len(six) != len(STATES):
         raise ShipError(f"start: {len(six)} numbers; give x, y, psi, u, v_m, r")
-    prepared = prepare(ship, policy, step, vary, np.array([six], dtype=np.float64), around[None], lanes)
+    prepared = prepare(
+        ship, policy, step, vary, np.array([six], dtype=np.float64), around[None], lanes, device, precision
+    )
     return prepared.simulator.run(
         prepared.state, prepared.series, prepared.shared, memory0=prepared.memory, lanewise=prepared.lanewise,
         dt=step, steps=steps, every=every, method=method, threads=threads,
@@ -161,6 +169,7 @@ def simulate(
     ship: Ship, policy: Policy, *, speed: float | None = None, duration: float,
     environment: Weather | Array | None = None, dt: float | None = None, every: int = 1,
     method: str = "rk4", name: str | None = None, start: tuple[float, ...] | None = None,
+    device: str | Device = "cpu",
 ) -> Trial:  # fmt: skip
     """Run `ship` under `policy` and return the trial that a logger would record.
 
@@ -173,6 +182,7 @@ def simulate(
         dt: time step [s]; None chooses one by `time_step`.
         every: record every so many steps.
         start: initial (x, y, psi, u, v_m, r) over ground, in place of `speed`.
+        device: "cpu", or "cuda" for a GPU, which is worth its while for campaigns only.
 
     Returns:
         The states, each control as it acts and as ordered (``<control>_cmd``), and the channels of the environment
@@ -188,6 +198,7 @@ def simulate(
     run = campaign(
         ship, policy, {}, speed=ship.speed if speed is None else speed, duration=duration,
         environment=environment, dt=dt, every=every // stride, method=method, threads=1, start=start,
+        device=device,
     )  # fmt: skip
     if run.failures:
         raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}", run.failures[0].time)

@@ -6,9 +6,9 @@ import importlib
 import inspect
 import math
 import pkgutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -19,6 +19,7 @@ from ..core.files import in_reach
 from ..core.parameters import unknown
 from ..data import Trial
 from ..engine import SimulationError
+from ..engine.cuda.named import device_of
 from ..environment import Weather
 from ..forces import HARD_OVER
 from ..manoeuvres import Index, Manoeuvre, Settings, by_demand
@@ -136,8 +137,8 @@ class Simulated:
 def simulate(
     ship: str | Path | Ship, manoeuvre: str | Manoeuvre, *, rudder: float | None = None, heading: float | None = None,
     side: str | None = None, seed: int | None = None, speed: float | None = None, rps: float | None = None,
-    duration: float | None = None, dt: float | None = None, out: Path | None = None, note: Note = silent,
-    steer: float | None = None, throttle: float | None = None, **around: Unpack[Around],
+    duration: float | None = None, dt: float | None = None, device: str = "cpu", out: Path | None = None,
+    note: Note = silent, steer: float | None = None, throttle: float | None = None, **around: Unpack[Around],
 ) -> Simulated:  # fmt: skip
     """Run a manoeuvre; without a duration until it holds all its indices.
 
@@ -155,6 +156,7 @@ def simulate(
         SimulationError: a run that fails at its very beginning.
     """
     positive(speed=speed, duration=duration, dt=dt, depth=around.get("depth"))
+    device_of(device)
     finite(rps=rps)
     if seed is not None and seed < 0:
         raise RequestError(f"--seed is {seed}; it is zero or above")
@@ -172,7 +174,7 @@ def simulate(
              "seed": seed if not around.get("gusts") or "seed" in takes else None}  # fmt: skip
     options = {key: value for key, value in given.items() if value is not None}
     policy = manoeuvre if isinstance(manoeuvre, Manoeuvre) else order(manoeuvre, vessel, U, n_P, options)
-    run, reason = _run(vessel, policy, U, duration, dt, place.weather)
+    run, reason = _run(vessel, policy, U, duration, dt, place.weather, device)
     for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run)):
         note(line)
     if out is not None:
@@ -224,7 +226,7 @@ def ahead_of(ship: Ship, rps: float | None, throttle: float | None) -> float | N
 
 
 def _run(
-    ship: Ship, policy: Manoeuvre, speed: float, duration: float | None, dt: float | None, around: Weather
+    ship: Ship, policy: Manoeuvre, speed: float, duration: float | None, dt: float | None, around: Weather, device: str
 ) -> tuple[Trial, str | None]:
     """The run, and why it is not complete; without a duration it grows until it holds all its indices."""
     from ..simulate.run import simulate as run_once
@@ -232,11 +234,12 @@ def _run(
     length = duration or _FIRST * ship.L_pp / max(speed, 1e-3)
     limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
     begin = 0.0 if policy.from_rest else speed
+    once = partial(run_once, ship, policy, speed=begin, environment=around, dt=dt, device=device)
     while True:
         try:
-            run = run_once(ship, policy, speed=begin, duration=length, environment=around, dt=dt)
+            run = once(duration=length)
         except SimulationError as error:
-            return _until(ship, policy, begin, around, dt, duration, error)
+            return _until(ship, policy, once, dt, duration, error)
         complete = policy.complete(run) or (duration is not None and policy.timed)
         if complete or 2 * length > limit:
             return run, None if complete else f"not over after {run.duration:g} s"
@@ -244,7 +247,7 @@ def _run(
 
 
 def _until(
-    ship: Ship, policy: Manoeuvre, speed: float, around: Weather, dt: float | None, duration: float | None,
+    ship: Ship, policy: Manoeuvre, once: Callable[..., Trial], dt: float | None, duration: float | None,
     error: SimulationError,
 ) -> tuple[Trial, str | None]:  # fmt: skip
     """The run up to where it left the ship's validity or diverged.
@@ -252,13 +255,11 @@ def _until(
     Raises:
         SimulationError: at its very beginning.
     """
-    from ..simulate.run import simulate as run_once
-
     step = dt or time_step(ship)
     end = 0.0 if error.time is None else error.time - step
     if end < 2.0 * step:
         raise error
-    run = run_once(ship, policy, speed=speed, duration=end, environment=around, dt=dt)
+    run = once(duration=end)
     whole = duration is None and not policy.timed and policy.complete(run)
     return run, None if whole else str(error)
 

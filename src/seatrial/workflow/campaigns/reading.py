@@ -19,6 +19,7 @@ from ...campaign.tallies import tally_of
 from ...core.files import read_toml
 from ...core.parameters import unknown
 from ...data.units import KNOWN
+from ...engine.cuda.named import device_of
 from ...environment import Uniform
 from ...ships import Ship
 from ...simulate.approach import approach, time_step
@@ -90,6 +91,7 @@ def _weather(table: CampaignFile, ships: list[Ship], note: Note) -> tuple[Unifor
 
 def _case(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, around: Uniform) -> Case:
     """A ship in a manoeuvre; without a duration the run lasts as long as `seatrial simulate` lets it."""
+    device_of(one.device, one.precision)
     U, n_P = approach(ship, one.speed, ahead_of(ship, one.rps, one.throttle))
     rudder = helm_of(ship, one.kind, one.rudder, one.steer)
     given = {"rudder": rudder, "heading": one.heading, "side": one.side, "seed": one.seed}
@@ -102,7 +104,8 @@ def _case(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, around
                             speed=one.speed, rps=one.rps, dt=dt, steer=one.steer,
                             throttle=one.throttle).trial.duration  # fmt: skip
     parts = ([ship.name] if ships or not manoeuvres else []) + ([one.name or one.kind] if manoeuvres else [])
-    return Case(" ".join(parts) or ship.name, ship, policy, speed, duration, dt, one.method, one.indices == "all")
+    return Case(" ".join(parts) or ship.name, ship, policy, speed, duration, dt, one.method, one.indices == "all",
+                one.device, one.precision)  # fmt: skip
 
 
 def figure_units(case: Case, around: Uniform) -> dict[str, str]:
