@@ -1,0 +1,291 @@
+"""The guess: a folder of logs to the text of a mapping file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from .. import Array
+from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
+from .cells import Column
+from .entries import Known, angle_form, control_entries, known_motion, motion_entries, other_entries
+from .logs import Log, Topic, find_log
+from .motion import Motion, Verdict
+from .readers import reader_of
+from .roles import Signal, signals, trial_column
+from .wind import WindReading, air, read_wind
+
+_OTHERS = 8
+_ROWS, _FEW = 1200, 400
+"""Rows that the tests look at, and those of other trials for a second opinion."""
+
+_EXCHANGED = 0.6
+"""The heading is in the column of the course where its misses are below this part of those as named."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What a folder holds.
+
+    Attributes:
+        format: name of the reader that takes it.
+        text: of the mapping file; empty where the reader needs none.
+        doubts: of the mapping.
+        asks: keys whose value is "?".
+        notes: on what was found, for the reader of a screen.
+    """
+
+    format: str
+    text: str = ""
+    doubts: tuple[str, ...] = ()
+    asks: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def guess(src: str | Path) -> Guess:
+    """Guess the mapping of a log or of a folder of logs.
+
+    Raises:
+        DataError: nothing there that is a table or a known log, or tables that cannot be told apart.
+    """
+    here = Path(src)
+    known = reader_of(here)
+    if known is not None and not known.tabular:
+        return Guess(known.format, notes=(known.said,))
+    log = find_log(here)
+    entries = list(_entries(log))
+    notes = [*log.notes, *([known.said] if known else [])]
+    head = ["A mapping for `seatrial import csv`, guessed; correct what is wrong.",
+            f"A comment that begins with {DOUBT} names what the log does not show; a value \"{ASK}\" must be answered.",
+            *notes, *_left_out(log, entries)]  # fmt: skip
+    doubts = tuple(doubt for one in entries for doubt in one.answer.doubts)
+    asks = tuple(f"{one.table}.{key}" if one.table else key for one in entries for key, value in one.keys.items() if value == quoted(ASK))
+    return Guess("csv", text_of(head, [Entry("", {"schema": quoted("seatrial-mapping/1")}), *entries]), doubts, asks, tuple(notes))
+
+
+def _entries(log: Log) -> Iterator[Entry]:
+    yield from _table_entries(log)
+    found = _in_degrees(log.found)
+    times = log.main.clock.units if log.main.clock else ()
+    found, verdict, exchanged = _judged(log.t, found, times)
+    yield _time_entry(log, verdict)
+    for entry in motion_entries(found, verdict):
+        if exchanged and entry.table == "channels.psi":
+            doubt = "the columns of heading and course are exchanged: this one is where the ship points"
+            entry = replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, doubt)))
+        yield entry
+    yield from _second_opinion(log, verdict, exchanged)
+    known = known_motion(verdict, _scaled(log.t, verdict), found)
+    angles = {verdict.best.choice[key] for key in ("unit of psi",) if key in verdict.best.choice}
+    yield from control_entries(found, known, angles)
+    yield from _wind_entries(found, known)
+    yield from other_entries(found, known)
+
+
+def _scaled(t: Array, verdict: Verdict) -> Array:
+    return t * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}[verdict.best.choice.get("unit of time", "s")]
+
+
+def _judged(
+    t: Array, found: Mapping[str, Signal], times: tuple[str, ...], rows: int = _ROWS
+) -> tuple[Mapping[str, Signal], Verdict, bool]:  # fmt: skip
+    """The verdict on the motion, also with heading and course exchanged where both are there."""
+    verdict = Motion(t, found, times, rows).verdict()
+    if {"heading", "cog"} <= set(found):
+        turned = {**found, "heading": found["cog"], "cog": found["heading"]}
+        other = Motion(t, turned, times, rows).verdict()
+        if other.best.miss < _EXCHANGED * verdict.best.miss - 0.01:
+            return turned, other, True
+    return found, verdict, False
+
+
+def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
+    """Doubts where other trials of the folder, alike by their columns, are read better in another way."""
+    for other in log.others[:_OTHERS]:
+        if other.clock is None:
+            continue
+        found = _in_degrees(signals(other.columns, other.clock.heads))
+        _, its, exchanged = _judged(other.clock.t, found, other.clock.units, _FEW)
+        differs = [key for key, said in its.best.choice.items() if verdict.best.choice.get(key, said) != said and its.measured(key)]
+        if exchanged != ours or differs:
+            what = f"{', '.join(differs)} differ there" if exchanged == ours else "heading and course are the other way round there"
+            yield Entry("", {}, Answer("", (f"{other.name}: {what}; give it a mapping of its own",)))
+
+
+def _in_degrees(found: Mapping[str, Signal]) -> dict[str, Signal]:
+    """Latitude and longitude as degrees, whatever way they are written."""
+    out = dict(found)
+    for role in ("latitude", "longitude"):
+        if role in out and angle_form(out[role]) == "ddmm.mmm":
+            raw = out[role].values
+            out[role] = replace(out[role], values=np.sign(raw) * (np.abs(raw) // 100 + np.abs(raw) % 100 / 60.0))
+    return out
+
+
+def _table_entries(log: Log) -> Iterator[Entry]:
+    """Keys of the layout: those that differ from the defaults."""
+    layout, keys, said = log.main.table.layout, {}, []
+    if layout.encoding != "utf-8-sig":
+        keys["encoding"] = quoted(layout.encoding)
+        said.append(f"the text is {layout.encoding}")
+    if layout.delimiter != ",":
+        keys["delimiter"] = quoted(layout.delimiter)
+    if layout.decimal != ".":
+        keys["decimal"] = quoted(layout.decimal)
+    if layout.skip:
+        keys["skip"] = str(layout.skip)
+        said.append(f"{layout.skip} lines before the header")
+    if layout.units_row:
+        keys["units_row"] = "true"
+        said.append("the row below it has units")
+    if layout.sheet:
+        keys["sheet"] = quoted(layout.sheet)
+    words = sorted({word for topic in (log.main, *log.topics) for column in topic.columns if column.kind != "text" for word in column.missing})
+    if words:
+        keys["missing"] = listed(words)
+        said.append("words among the numbers are taken as gaps")
+    yield Entry("", keys, Answer("; ".join(said)))
+    yield from _repeats(log)
+    if log.pattern:
+        yield Entry("files", {"pattern": quoted(log.pattern), "join": quoted(log.join)}, Answer("the files of one trial"))
+    column = trial_column(log.main.columns, log.t)
+    if column is not None:
+        yield Entry("split", {"column": quoted(column.head)}, Answer(f"{column.said} numbers the trials of one file"))
+    elif (gap := _gap(log.t)) is not None:
+        yield Entry("split", {"gap": f"{gap:g}"}, Answer("time leaps between the trials of one file [s]"))
+
+
+def _repeats(log: Log) -> Iterator[Entry]:
+    """What to do with rows of the same time."""
+    if trial_column(log.main.columns, log.t) is not None:
+        return
+    repeats = np.flatnonzero(np.diff(log.t) == 0.0)
+    if not repeats.size:
+        return
+    columns = [column for column in log.main.columns if column.kind in ("number", "letters")]
+    same = all(column.cells[k] == column.cells[k + 1] for column in columns for k in repeats.tolist()[:500])
+    evidence = f"{repeats.size} rows repeat the time of the row before, " + ("all with its values" if same else "with other values")
+    doubts = () if same else ('"mean" takes their mean; the clock may be coarser than the rows',)
+    yield Entry("", {"duplicates": quoted("first" if same else "mean")}, Answer(evidence, doubts))
+
+
+def _gap(t: Array) -> float | None:
+    """A leap of time [s] that divides a file into trials; None where nothing does."""
+    steps = np.diff(t[np.isfinite(t)])
+    ahead = steps[steps > 0]
+    if ahead.size < 50:
+        return None
+    usual = float(np.median(ahead))
+    large = ahead[ahead > max(100.0 * usual, 30.0)]
+    return float(f"{0.5 * large.min():.2g}") if 1 <= large.size < ahead.size / 50 else None
+
+
+def _time_entry(log: Log, verdict: Verdict) -> Entry:
+    clock = log.main.clock
+    if clock is None:
+        doubt = "no column is a clock; write the name of the one that is, and its unit"
+        return Entry("", {"time": f'{{ column = "{ASK}", unit = "s" }}'}, Answer("", (doubt,)))
+    keys, answer = dict(clock.keys), clock.answer
+    unit = verdict.best.choice.get("unit of time")
+    if unit is not None:
+        keys["unit"] = quoted(unit)
+        told = verdict.told("unit of time")
+        doubts = () if verdict.measured("unit of time") or unit == "s" else ("its unit is not said anywhere",)
+        answer = Answer(f"{answer.evidence}; {told}" if told else answer.evidence, (*answer.doubts, *doubts))
+    rest = [other for other in _others(log.main) if other.head not in clock.heads]
+    if rest:
+        answer = replace(answer, evidence=f"{answer.evidence}; not {', '.join(one.said for one in rest)}")
+    back = int((np.diff(log.t) < 0).sum())
+    if back and trial_column(log.main.columns, log.t) is None:
+        keys["sort"] = "true"
+        answer = replace(answer, doubts=(*answer.doubts, f"{back} rows go back in time; sorted"))
+    inside = ", ".join(f"{key} = {value}" for key, value in keys.items())
+    return Entry("", {"time": f"{{ {inside} }}"}, replace(answer, evidence=f"{', '.join(clock.heads)}: {answer.evidence}"))
+
+
+def _others(topic: Topic) -> list[Column]:
+    return [one for one in topic.columns if one.kind in ("iso", "stamp", "clock") or one.score("time") > 0.9 and one.varies]
+
+
+def _wind_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
+    """Entries of the wind: where two instruments tell it, each is read as the other has it."""
+    pairs = [two for two in (("U_A", "gamma_A"), ("wind_speed", "wind_direction"), ("U_T", "gamma_T"))
+             if set(two) <= set(found) and any(found[role].column.varies for role in two)]  # fmt: skip
+    motion = None if known.psi is None or known.u is None or known.v is None else (known.psi, known.u, known.v)
+    about = _by_the_other(found, pairs, motion)
+    taken: set[bool] = set()
+    for pair in pairs:
+        best, rival, decided = read_wind(found, pair, motion, about.get(pair))
+        if best.relative not in taken:
+            taken.add(best.relative)
+            yield from _wind(found, pair, best, rival, decided)
+
+
+def _by_the_other(
+    found: Mapping[str, Signal], pairs: list[tuple[str, str]], motion: tuple[Array, Array, Array] | None
+) -> dict[tuple[str, str], Array]:
+    """The wind over ground by each other instrument, read as its own name says, shape (samples, 2)."""
+    if len(pairs) != 2 or motion is None:
+        return {}
+    true = next((two for two in pairs if two[1] in ("gamma_T", "wind_direction")), pairs[1])
+    rest = next(two for two in pairs if two != true)
+    first = read_wind(found, true, None)[0]
+    by_true = np.column_stack(air(first, found[true[0]].values, found[true[1]].values, motion))
+    second = read_wind(found, rest, motion, by_true)[0]
+    return {rest: by_true, true: np.column_stack(air(second, found[rest[0]].values, found[rest[1]].values, motion))}
+
+
+def _wind(
+    found: Mapping[str, Signal], pair: tuple[str, str], best: WindReading, rival: WindReading | None, decided: bool
+) -> Iterator[Entry]:  # fmt: skip
+    speed, direction = found[pair[0]], found[pair[1]]
+    kind = "apparent, from the bow" if best.relative else "true, from north"
+    evidence = f"{speed.column.said} and {direction.column.said}; {kind}, where it {'goes to' if best.towards else 'comes from'}"
+    doubts: list[str] = []
+    if rival is not None and np.isfinite(best.miss):
+        evidence += f"; the true wind would change by {best.miss:.0%} of itself, {_put(best, rival)} by {rival.miss:.0%}"
+    if not decided and rival is not None:
+        doubts.append(f"it may as well be {_put(best, rival)}; nothing in the log decides")
+    unit = best.unit
+    if not speed.unit and not decided:
+        unit = ASK
+        doubts.append("nothing shows the unit of its speed; write m/s or kn in place of ?")
+    file = {"file": quoted(speed.file)} if speed.file else {}
+    plain = best.relative and not best.towards and best.side > 0
+    letters = direction.column.letters
+    if plain:
+        keys = {"speed": quoted(speed.column.head), "direction": quoted(direction.column.head), "unit": quoted(unit),
+                "direction_unit": quoted(best.angle)}  # fmt: skip
+        if letters:
+            keys["letters"] = "{ " + ", ".join(f"{one} = {-1 if one[0] in 'PpLlBb' else 1}" for one in letters) + " }"
+        yield Entry("apparent", keys | file, Answer(evidence, tuple(doubts)))
+        return
+    names = ("U_A", "gamma_A") if best.relative else ("U_T", "gamma_T")
+    yield Entry(f"channels.{names[0]}", {"column": quoted(speed.column.head), "unit": quoted(unit), **file}, Answer(evidence, tuple(doubts)))
+    more = {"sign": "-1"} if best.side < 0 else {}
+    more |= {"offset": "180.0" if best.angle == "deg" else f"{np.pi:.12g}"} if best.towards else {}
+    yield Entry(f"channels.{names[1]}", {"column": quoted(direction.column.head), "unit": quoted(best.angle), **more, **file})
+
+
+def _put(best: WindReading, rival: WindReading) -> str:
+    differs = [
+        ("true" if not rival.relative else "apparent", best.relative != rival.relative),
+        ("where it goes to" if rival.towards else "where it comes from", best.towards != rival.towards),
+        ("positive to port" if rival.side < 0 else "positive to starboard", best.side != rival.side),
+        (f"in {rival.unit}", best.unit != rival.unit), (f"in {rival.angle}", best.angle != rival.angle),
+    ]  # fmt: skip
+    return "as " + " and ".join(said for said, is_so in differs if is_so)
+
+
+def _left_out(log: Log, entries: list[Entry]) -> list[str]:
+    """The columns that no entry names."""
+    text = " ".join(value for one in entries for value in one.keys.values())
+    out: list[str] = []
+    for topic in (log.main, *log.topics):
+        rest = [column.head for column in topic.columns if quoted(column.head) not in text]
+        if rest:
+            out.append(f"columns left out of {topic.name}: {', '.join(rest[:40])}")
+    return out

@@ -1,0 +1,205 @@
+"""The files of a folder as logs: one file, files alike, topics of one trial, or pieces of one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from os.path import commonprefix
+from pathlib import Path
+
+import numpy as np
+
+from .. import Array, DataError
+from .cells import Column, columns_of
+from .clock import Clock, clocks
+from .files import TABLES, read_table
+from .layout import Table
+from .roles import Signal, signals
+
+_ANGLES = ("heading", "yaw", "cog", "gamma_A", "gamma_T", "wind_direction", "alpha")
+_PIECES = 20.0
+"""Steps between two pieces of one log at most."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One file of a log.
+
+    Attributes:
+        name: its path below the folder of the trial.
+        table, columns: of it.
+        clock: its time; None where nothing in it is one.
+    """
+
+    name: str
+    table: Table
+    columns: tuple[Column, ...]
+    clock: Clock | None
+
+
+@dataclass(frozen=True)
+class Log:
+    """One trial, as the guess sees it.
+
+    Attributes:
+        main: the file whose times are the rows.
+        topics: the others, where each has rows of its own.
+        t: time of the rows [s].
+        found: quantities on these rows, by role.
+        pattern: of the files of a trial; empty where a trial is one file.
+        join: "rows" where files alike are pieces of one log, else "time".
+        others: logs of other trials alike, for a second opinion.
+        notes: what else is to be said, for the head of the mapping.
+    """
+
+    main: Topic
+    topics: tuple[Topic, ...]
+    t: Array
+    found: Mapping[str, Signal]
+    pattern: str = ""
+    join: str = "time"
+    notes: tuple[str, ...] = ()
+    others: tuple[Topic, ...] = ()
+
+
+def find_log(src: Path) -> Log:
+    """The log of a file or a folder; of many trials alike the longest.
+
+    Raises:
+        DataError: no table, none that can be read, tables that have nothing to do with each other.
+    """
+    base = src if src.is_dir() else src.parent
+    paths = [src] if src.is_file() else sorted(p for p in src.rglob("*") if p.suffix.lower() in TABLES and p.is_file())
+    if not paths:
+        raise DataError(f"{src}: no table here; looked for *{', *'.join(TABLES)}")
+    tables, notes = _tables(paths)
+    kinds: dict[tuple[str, ...], list[Table]] = {}
+    for table in tables:
+        kinds.setdefault(tuple(sorted(table.heads)), []).append(table)
+    if len(kinds) == 1:
+        return _alike(base, tables, notes)
+    folder, pattern, chosen = _trial_of(base, kinds)
+    return _topics(folder, pattern, chosen, notes)
+
+
+def _tables(paths: Sequence[Path]) -> tuple[list[Table], list[str]]:
+    """The files that are tables, and a note on the others."""
+    tables: list[Table] = []
+    failed: list[str] = []
+    for path in paths:
+        try:
+            tables.append(read_table(path))
+        except DataError as error:
+            failed.append(str(error))
+    if not tables:
+        raise DataError(failed[0])
+    return tables, [f"left out: {said}" for said in failed]
+
+
+def _topic(base: Path, table: Table, context: bool) -> Topic:
+    name = table.path.relative_to(base).as_posix()
+    around = name.rpartition(".")[0] if context else ""
+    columns = tuple(columns_of(table, around))
+    return Topic(name, table, columns, next(iter(clocks(columns)), None))
+
+
+def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
+    """Files with the same columns: each a trial, or pieces of one."""
+    longest = max(tables, key=lambda one: len(one.columns[0]))
+    main = _topic(base, longest, False)
+    pattern, join, others = "", "time", list[Topic]()
+    if len(tables) > 1:
+        others = [_topic(base, table, False) for table in tables]
+        if _pieces(others):
+            pattern, join = f"*{longest.path.suffix}", "rows"
+            notes = [*notes, f"{len(tables)} files follow each other in time: pieces of one log"]
+        else:
+            notes = [*notes, f"{len(tables)} files with the same columns, each a trial; what is said here is of {main.name}"]
+    clock = main.clock
+    t = clock.t if clock else np.arange(len(longest.columns[0]), dtype=float)
+    found = signals(main.columns, clock.heads if clock else ())
+    rest = tuple(one for one in others if one.name != main.name) if join == "time" else ()
+    return Log(main, (), t, found, pattern, join, tuple(notes), rest)
+
+
+def _pieces(topics: Sequence[Topic]) -> bool:
+    """Whether each file goes on where another ends."""
+    spans = sorted((float(np.nanmin(one.clock.t)), float(np.nanmax(one.clock.t)), one.clock.t) for one in topics if one.clock)
+    if len(spans) < len(topics):
+        return False
+    step = float(np.nanmedian(np.diff(spans[0][2])))
+    return all(0.0 < after[0] - before[1] <= _PIECES * step for before, after in zip(spans, spans[1:], strict=False))
+
+
+def _trial_of(base: Path, kinds: Mapping[tuple[str, ...], list[Table]]) -> tuple[Path, str, list[Table]]:
+    """The folder of one trial of topics, the form of its files' names, and its files; the trial with most rows."""
+    tables = [table for same in kinds.values() for table in same]
+    inside: dict[str, dict[str, Table]] = {}
+    for table in tables:
+        first, _, rest = table.path.relative_to(base).as_posix().partition("/")
+        inside.setdefault(first if rest else "", {})[rest or first] = table
+    shared = [set(files) for files in inside.values()]
+    if "" not in inside and len(inside) > 1 and set.intersection(*shared):
+        best = max(inside, key=lambda name: sum(len(one.columns[0]) for one in inside[name].values()))
+        return base / best, "", list(inside[best].values())
+    if (prefixes := _prefixes(kinds)) and len(prefixes) > 1:
+        first = max(prefixes, key=lambda one: sum(len(t.columns[0]) for t in tables if t.path.name.startswith(one)))
+        return base, first, [table for table in tables if table.path.name.startswith(first)]
+    return base, "", tables
+
+
+def _prefixes(kinds: Mapping[tuple[str, ...], list[Table]]) -> set[str]:
+    """What names of trials begin the names of files of every kind; empty where they do not."""
+    found: list[set[str]] = []
+    for same in kinds.values():
+        names = [table.path.name for table in same]
+        tail = len(commonprefix([name[::-1] for name in names])) if len(names) > 1 else 0
+        if not tail:
+            return set()
+        found.append({name[:-tail] for name in names})
+    return found[0] if all(one == found[0] for one in found) else set()
+
+
+def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) -> Log:
+    """Topics with rows of their own, on the rows of the one that says most of the motion."""
+    topics = [_topic(base, table, True) for table in tables]
+    timed = [one for one in topics if one.clock is not None]
+    if not timed:
+        raise DataError(f"{base}: none of {len(topics)} tables has a time; topics are joined by it")
+    said = {one.name: signals(one.columns, one.clock.heads if one.clock else (), one.name) for one in timed}
+    main = max(timed, key=lambda one: (_weight(said[one.name]), len(one.table.columns[0])))
+    said[main.name] = {role: replace(one, file="") for role, one in said[main.name].items()}
+    t = main.clock.t if main.clock else np.zeros(0)
+    found: dict[str, Signal] = {}
+    used: list[Topic] = []
+    for one in sorted(timed, key=lambda one: one is not main):
+        values = one.clock.t if one.clock else t
+        if one is not main and (values[-1] < t[0] or values[0] > t[-1]):
+            notes = [*notes, f"left out: {one.name}: its times are not those of {main.name}"]
+            continue
+        for role, signal in said[one.name].items():
+            kept = found.get(role)
+            if kept is None or (not kept.column.varies and signal.column.varies):
+                found[role] = signal if one is main else replace(signal, values=_onto(t, values, signal))
+        used += [one] if one is not main and any(s.file == one.name for s in found.values()) else []
+    pattern = main.name.replace(prefix, "{trial}", 1) if prefix else main.name
+    return Log(main, tuple(used), t, found, pattern, "time", tuple(notes))
+
+
+def _weight(found: Mapping[str, Signal]) -> float:
+    """How much of the motion a topic says."""
+    heavy = {"heading": 2.0, "yaw": 2.0, "qw": 2.0, "latitude": 2.0, "x": 2.0, "north": 2.0}
+    return sum(heavy.get(role, 0.3) for role, signal in found.items() if signal.column.varies)
+
+
+def _onto(t: Array, own: Array, signal: Signal) -> Array:
+    """Values at other times: on lines, angles and letters those of the nearest."""
+    good = np.isfinite(own)
+    at, values = own[good], signal.values[good]
+    order = np.argsort(at, kind="stable")
+    at, values = at[order], values[order]
+    if signal.role not in _ANGLES and not signal.column.letters and not signal.role.startswith("q"):
+        return np.interp(t, at, values, left=np.nan, right=np.nan)
+    near = np.clip(np.searchsorted(at, t), 1, at.size - 1)
+    near -= (t - at[near - 1] < at[near] - t).astype(int)
+    return values[near]
