@@ -501,6 +501,6 @@ def earth_fixed(folder: Path) -> Expected:
     sheet = Sheet().put("t", log.t, 3).put("x0", log["x"], 4).put("y0", log["y"], 4).put("psi", np.degrees(log["psi"]), 3)
     sheet.put("u", log.north, 5).put("v", log.east, 5).put("r", np.degrees(log["r"]), 4).put("delta", -np.degrees(log["delta"]), 3)
     sheet.put("n", log["n_P"], 4)
-    path = sheet.write(folder / "zz_20_20.dat", "   ", above=["HSVA-like file"])
+    path = sheet.write(folder / "zz_20_20.dat", "   ", above=["Zigzag 20 20"])
     one = 1e-5 + 1e-3 * DEG
     return _only(path, log, {"x": 1e-4, "y": 1e-4, "psi": 1e-3 * DEG, "u": one, "v_m": one, "r": 1e-4 * DEG, "delta": 1e-3 * DEG, "n_P": 1e-4})

@@ -71,8 +71,8 @@ def _of(signal: Signal, **keys: str) -> dict[str, str]:
 
 
 def _told(verdict: Verdict, signal: Signal, *keys: str) -> str:
-    told = [said for key in keys if (said := verdict.told(key))]
-    return "; ".join([signal.column.said, *dict.fromkeys(told)])
+    told = verdict.told(*keys)
+    return f"{signal.column.said}; {told}" if told else signal.column.said
 
 
 def _heading(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:

@@ -12,7 +12,7 @@ from .. import Array
 from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
 from .cells import Column
 from .entries import Known, angle_form, control_entries, known_motion, motion_entries, other_entries
-from .logs import Log, Topic, find_log
+from .logs import Log, Topic, find_log, leap
 from .motion import Motion, Verdict
 from .readers import reader_of
 from .roles import Signal, signals, trial_column
@@ -68,9 +68,9 @@ def guess(src: str | Path) -> Guess:
 
 def _entries(log: Log) -> Iterator[Entry]:
     yield from _table_entries(log)
-    found = _in_degrees(log.found)
+    t, found = _once(log.t[log.piece], _in_degrees(log.found), log.piece)
     times = log.main.clock.units if log.main.clock else ()
-    found, verdict, exchanged = _judged(log.t, found, times)
+    found, verdict, exchanged = _judged(t, found, times)
     yield _time_entry(log, verdict)
     for entry in motion_entries(found, verdict):
         if exchanged and entry.table == "channels.psi":
@@ -78,11 +78,18 @@ def _entries(log: Log) -> Iterator[Entry]:
             entry = replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, doubt)))
         yield entry
     yield from _second_opinion(log, verdict, exchanged)
-    known = known_motion(verdict, _scaled(log.t, verdict), found)
+    known = known_motion(verdict, _scaled(t, verdict), found)
     angles = {verdict.best.choice[key] for key in ("unit of psi",) if key in verdict.best.choice}
     yield from control_entries(found, known, angles)
     yield from _wind_entries(found, known)
     yield from other_entries(found, known)
+
+
+def _once(t: Array, found: Mapping[str, Signal], piece: slice) -> tuple[Array, dict[str, Signal]]:
+    """Time and quantities of one trial, without rows that repeat or go back in time."""
+    high = np.maximum.accumulate(np.nan_to_num(t, nan=-np.inf))
+    rows = np.flatnonzero(np.isfinite(t) & np.concatenate([[True], t[1:] > high[:-1]]))
+    return t[rows], {role: one.rows(piece, rows) for role, one in found.items()}
 
 
 def _scaled(t: Array, verdict: Verdict) -> Array:
@@ -107,8 +114,8 @@ def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
     for other in log.others[:_OTHERS]:
         if other.clock is None:
             continue
-        found = _in_degrees(signals(other.columns, other.clock.heads))
-        _, its, exchanged = _judged(other.clock.t, found, other.clock.units, _FEW)
+        t, found = _once(other.clock.t, _in_degrees(signals(other.columns, other.clock.heads)), slice(None))
+        _, its, exchanged = _judged(t, found, other.clock.units, _FEW)
         differs = [key for key, said in its.best.choice.items() if verdict.best.choice.get(key, said) != said and its.measured(key)]
         if exchanged != ours or differs:
             what = f"{', '.join(differs)} differ there" if exchanged == ours else "heading and course are the other way round there"
@@ -154,7 +161,7 @@ def _table_entries(log: Log) -> Iterator[Entry]:
     column = trial_column(log.main.columns, log.t)
     if column is not None:
         yield Entry("split", {"column": quoted(column.head)}, Answer(f"{column.said} numbers the trials of one file"))
-    elif (gap := _gap(log.t)) is not None:
+    elif (gap := leap(log.t)) is not None:
         yield Entry("split", {"gap": f"{gap:g}"}, Answer("time leaps between the trials of one file [s]"))
 
 
@@ -170,17 +177,6 @@ def _repeats(log: Log) -> Iterator[Entry]:
     evidence = f"{repeats.size} rows repeat the time of the row before, " + ("all with its values" if same else "with other values")
     doubts = () if same else ('"mean" takes their mean; the clock may be coarser than the rows',)
     yield Entry("", {"duplicates": quoted("first" if same else "mean")}, Answer(evidence, doubts))
-
-
-def _gap(t: Array) -> float | None:
-    """A leap of time [s] that divides a file into trials; None where nothing does."""
-    steps = np.diff(t[np.isfinite(t)])
-    ahead = steps[steps > 0]
-    if ahead.size < 50:
-        return None
-    usual = float(np.median(ahead))
-    large = ahead[ahead > max(100.0 * usual, 30.0)]
-    return float(f"{0.5 * large.min():.2g}") if 1 <= large.size < ahead.size / 50 else None
 
 
 def _time_entry(log: Log, verdict: Verdict) -> Entry:

@@ -17,6 +17,9 @@ from ..table import existing
 from .naming import unit_of
 
 DELIMITERS = (";", "\t", ",", "|", "whitespace")
+NEUTRAL = ("", "nan", "na", "null", "n/a", "-", "--", "true", "false")
+"""Cells that are as likely in any layout."""
+
 ROWS = 20_000
 """Rows that are looked at, at most."""
 
@@ -160,7 +163,7 @@ def _share(lines: list[str], delimiter: str, mark: str) -> float:
     """How well a delimiter and a decimal mark make a table: share of cells that are values, in rows of one length."""
     rows = [split_line(line, delimiter) for line in lines]
     count, often = Counter(map(len, rows)).most_common(1)[0]
-    cells = [cell for row in rows for cell in row if len(row) == count and cell]
+    cells = [cell for row in rows for cell in row if len(row) == count and cell.lower() not in NEUTRAL]
     if count < 2 or not cells:
         return 0.0
     fine = sum(is_value(cell, mark) for cell in cells) / len(cells)
@@ -170,8 +173,8 @@ def _share(lines: list[str], delimiter: str, mark: str) -> float:
 
 
 def _is_row(cells: list[str], count: int, mark: str) -> bool:
-    filled = [cell for cell in cells if cell]
-    values = sum(is_value(cell, mark) and cell != "-" for cell in filled)
+    filled = [cell for cell in cells if cell.lower() not in NEUTRAL]
+    values = sum(is_value(cell, mark) for cell in filled)
     return len(cells) == count and values >= max(1, len(filled) // 3)
 
 

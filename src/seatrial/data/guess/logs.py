@@ -14,9 +14,10 @@ from .cells import Column, columns_of
 from .clock import Clock, clocks
 from .files import TABLES, read_table
 from .layout import Table
-from .roles import Signal, signals
+from .roles import Signal, signals, trial_column
 
 _ANGLES = ("heading", "yaw", "cog", "gamma_A", "gamma_T", "wind_direction", "alpha")
+_FEWEST = 20
 _PIECES = 20.0
 """Steps between two pieces of one log at most."""
 
@@ -45,6 +46,7 @@ class Log:
         main: the file whose times are the rows.
         topics: the others, where each has rows of its own.
         t: time of the rows [s].
+        piece: the rows of its longest trial, where the file holds several.
         found: quantities on these rows, by role.
         pattern: of the files of a trial; empty where a trial is one file.
         join: "rows" where files alike are pieces of one log, else "time".
@@ -55,6 +57,7 @@ class Log:
     main: Topic
     topics: tuple[Topic, ...]
     t: Array
+    piece: slice
     found: Mapping[str, Signal]
     pattern: str = ""
     join: str = "time"
@@ -119,7 +122,31 @@ def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
     t = clock.t if clock else np.arange(len(longest.columns[0]), dtype=float)
     found = signals(main.columns, clock.heads if clock else ())
     rest = tuple(one for one in others if one.name != main.name) if join == "time" else ()
-    return Log(main, (), t, found, pattern, join, tuple(notes), rest)
+    return Log(main, (), t, _longest(main.columns, t), found, pattern, join, tuple(notes), rest)
+
+
+def leap(t: Array) -> float | None:
+    """A leap of time [s] that divides a file into trials; None where nothing does."""
+    steps = np.diff(t[np.isfinite(t)])
+    ahead = steps[steps > 0]
+    if ahead.size < 50:
+        return None
+    large = ahead[ahead > max(100.0 * float(np.median(ahead)), 30.0)]
+    return float(f"{0.5 * large.min():.2g}") if 1 <= large.size < ahead.size / 50 else None
+
+
+def _longest(columns: Sequence[Column], t: Array) -> slice:
+    """Rows of the longest trial of a file."""
+    column, gap = trial_column(columns, t), leap(t)
+    if column is not None:
+        cells = np.array([cell.strip() for cell in column.cells])
+        cuts = np.flatnonzero(cells[1:] != cells[:-1]) + 1
+    elif gap is not None:
+        cuts = np.flatnonzero(np.diff(t) > gap) + 1
+    else:
+        return slice(None)
+    edges = [0, *cuts.tolist(), t.size]
+    return max((slice(a, b) for a, b in zip(edges, edges[1:], strict=False)), key=lambda one: one.stop - one.start)
 
 
 def _pieces(topics: Sequence[Topic]) -> bool:
@@ -172,10 +199,10 @@ def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) 
     t = main.clock.t if main.clock else np.zeros(0)
     found: dict[str, Signal] = {}
     used: list[Topic] = []
-    for one in sorted(timed, key=lambda one: one is not main):
+    for one in sorted(timed, key=lambda one: (one is not main, -len(one.table.columns[0]))):
         values = one.clock.t if one.clock else t
-        if one is not main and (values[-1] < t[0] or values[0] > t[-1]):
-            notes = [*notes, f"left out: {one.name}: its times are not those of {main.name}"]
+        if one is not main and (values.size < _FEWEST or values[-1] < t[0] or values[0] > t[-1]):
+            notes = [*notes, f"left out: {one.name}: {values.size} rows, or times that are not those of {main.name}"]
             continue
         for role, signal in said[one.name].items():
             kept = found.get(role)
@@ -183,13 +210,13 @@ def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) 
                 found[role] = signal if one is main else replace(signal, values=_onto(t, values, signal))
         used += [one] if one is not main and any(s.file == one.name for s in found.values()) else []
     pattern = main.name.replace(prefix, "{trial}", 1) if prefix else main.name
-    return Log(main, tuple(used), t, found, pattern, "time", tuple(notes))
+    return Log(main, tuple(used), t, slice(None), found, pattern, "time", tuple(notes))
 
 
 def _weight(found: Mapping[str, Signal]) -> float:
-    """How much of the motion a topic says."""
-    heavy = {"heading": 2.0, "yaw": 2.0, "qw": 2.0, "latitude": 2.0, "x": 2.0, "north": 2.0}
-    return sum(heavy.get(role, 0.3) for role, signal in found.items() if signal.column.varies)
+    """How much of the motion a topic says; of those with a heading the one with most rows has the rows of the trial."""
+    moving = {role for role, signal in found.items() if signal.column.varies}
+    return 2.0 if moving & {"heading", "yaw", "qw"} else 1.0 if moving & {"latitude", "x", "north"} else 0.0
 
 
 def _onto(t: Array, own: Array, signal: Signal) -> Array:

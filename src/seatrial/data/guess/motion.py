@@ -89,14 +89,17 @@ class Verdict:
         rival = self.alone.get(key)
         return rival is not None and not self._near(rival) and self.sure(key)
 
-    def told(self, key: str) -> str:
-        """The evidence for a choice in words; empty where the tests say nothing of it."""
-        rival = self.alone.get(key)
-        if rival is None or self._near(rival):
-            return ""
-        now, then = self.best.parts, rival.parts
-        shown = max(now, key=lambda name: then.get(name, 0.0) - now[name])
-        return f"{_TESTS[shown]} within {now[shown]:.0%}, with {key} {rival.choice[key]} it would be {then[shown]:.0%}"
+    def told(self, *keys: str) -> str:
+        """The evidence for some choices in words; empty where the tests say nothing of them."""
+        said: dict[str, list[str]] = {}
+        now = self.best.parts
+        for key in keys:
+            rival = self.alone.get(key)
+            if rival is None or self._near(rival):
+                continue
+            shown = max(now, key=lambda name: rival.parts.get(name, 0.0) - now[name])
+            said.setdefault(shown, []).append(f"{rival.parts[shown]:.0%} if {rival.choice[key]}")
+        return "; ".join(f"{_TESTS[shown]} within {now[shown]:.0%} ({', '.join(rest)})" for shown, rest in said.items())
 
 
 _TESTS = {"track": "the track follows the speeds", "turn": "the heading follows the rate of turn",

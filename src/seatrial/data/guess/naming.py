@@ -98,16 +98,17 @@ def meanings(name: str, around: str = "") -> list[Meaning]:
 
     Args:
         name: without its unit.
-        around: name of the file or topic, which says what a column called "data" is.
+        around: path of the file or topic, which says what a column called "data" is.
     """
-    found, context = _meanings(tokens(name)), tokens(around)
+    found = _meanings(tokens(name))
     if around and (not found or found[0].score < 0.5):
-        found += [replace(one, score=0.9 * one.score) for one in _meanings([*context, *tokens(name)])]
-    number = next((int(word) for word in context if word.isdigit() and len(word) == 1), 0)
-    found = [replace(one, number=one.number or number) for one in found]
+        stem = around.rpartition("/")[2]
+        for context, share in ((stem, 0.9), (around, 0.8)):
+            found += [replace(one, score=share * one.score) for one in _meanings([*tokens(context), *tokens(name)])]
+    number = next((int(word) for word in tokens(around) if word.isdigit() and len(word) == 1), 0)
     best: dict[str, Meaning] = {}
     for one in sorted(found, key=lambda m: -m.score):
-        best.setdefault(one.role, one)
+        best.setdefault(one.role, replace(one, number=one.number or number))
     return list(best.values())
 
 

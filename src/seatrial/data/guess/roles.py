@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import Array
 from .cells import Column
@@ -15,7 +16,9 @@ _LEAST = 0.45
 
 _NUMBERED = ("delta", "n_P", "alpha", "throttle")
 _COMMANDED = ("delta", "n_P")
-_TEXTS = ("trial",)
+_PAIRS = (("north", "east"), ("x", "y"), ("latitude", "longitude"), ("v_north", "v_east"), ("vx", "vy"))
+"""Quantities of which one alone is none: "n" without "e" is no northing."""
+
 _TIMES = ("time", "stamp", "date", "clock", "epoch", "week", "tow", "trial")
 
 _UNITS = {
@@ -47,6 +50,13 @@ class Signal:
     values: Array
     file: str = ""
 
+    def rows(self, piece: slice, rows: NDArray[np.intp]) -> Signal:
+        """Some rows of a piece, its cells with them where they are of the same rows."""
+        cells = tuple(self.column.cells)
+        own = len(cells) == self.values.size
+        column = replace(self.column, cells=tuple(np.array(cells, dtype=object)[piece][rows])) if own else self.column
+        return replace(self, values=self.values[piece][rows], column=column)
+
     @property
     def unit(self) -> str:
         """Unit that the log says; empty where it says none that can measure this."""
@@ -56,6 +66,13 @@ class Signal:
 
 def signals(columns: Sequence[Column], clock: Sequence[str], file: str = "") -> dict[str, Signal]:
     """The quantities of a table by role; columns of the clock are none."""
+    found = _assigned(columns, clock, file, frozenset())
+    alone = {role for two in _PAIRS for role in two if role in found and not set(two) <= set(found)}
+    return _sided(_assigned(columns, clock, file, frozenset(alone)) if alone else found)
+
+
+def _assigned(columns: Sequence[Column], clock: Sequence[str], file: str, never: frozenset[str]) -> dict[str, Signal]:
+    """Roles to columns, the best score first."""
     pairs: list[tuple[float, int, str]] = []
     for k, column in enumerate(columns):
         if column.head in clock or column.kind not in ("number", "letters", "minutes", "dms"):
@@ -63,7 +80,7 @@ def signals(columns: Sequence[Column], clock: Sequence[str], file: str = "") -> 
         for one in column.means:
             role = _role(column, one.role, one.words, one.number)
             score = one.score + (0.1 if _fits(column, one.role) else -0.3)
-            if role and one.score >= _LEAST:
+            if role and role not in never and one.score >= _LEAST:
                 pairs.append((score, -k, role))
     found: dict[str, Signal] = {}
     taken: set[int] = set()
@@ -71,7 +88,7 @@ def signals(columns: Sequence[Column], clock: Sequence[str], file: str = "") -> 
         if role not in found and -k not in taken:
             taken.add(-k)
             found[role] = Signal(role, columns[-k], columns[-k].values, file)
-    return _sided(found)
+    return found
 
 
 def _role(column: Column, role: str, words: frozenset[str], number: int) -> str:
