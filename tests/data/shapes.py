@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.data import Trial
 from seatrial.data.geodesy import Datum
 
 from workbooks import write_workbook
@@ -162,6 +163,26 @@ def ground_digits(log: Sailed, speed: float, course: float, heading: float) -> d
 
 def _only(path: Path, log: Sailed, digits: Mapping[str, float], edits: tuple[tuple[str, str], ...] = (), trap: str = "") -> Expected:
     return Expected({path.stem: (log, digits)}, edits, trap)
+
+
+def astray(trial: Trial, log: Sailed, digits: Mapping[str, float]) -> dict[str, float]:
+    """Channels that are not the truth within their last digits, with what they miss in these; empty where all are."""
+    if len(trial) != log.t.size:
+        return {"rows": float(len(trial))}
+    out: dict[str, float] = {}
+    for name, digit in digits.items():
+        if name not in trial:
+            out[name] = math.inf
+            continue
+        lost = trial[name] - log[name]
+        if name in ("x", "y"):  # from any datum
+            lost = lost - np.nanmedian(lost)
+        if name in ("psi", "gamma_A", "gamma_T"):
+            lost = np.arctan2(np.sin(lost), np.cos(lost))
+        good = np.isfinite(lost)
+        if good.mean() < 0.9 or np.abs(lost[good]).max() > digit:
+            out[name] = float(np.abs(lost[good]).max() / digit) if good.mean() >= 0.9 else math.inf
+    return out
 
 
 SHAPES: dict[str, Callable[[Path], Expected]] = {}
