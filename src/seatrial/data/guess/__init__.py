@@ -7,7 +7,7 @@ is a comment that begins with `DOUBT:`, and a value "?" asks what nothing in the
 file until a person has answered.
 """
 
-from .answers import ASK, DOUBT
+from .answers import ASK, DOUBT, refuse_open
 from .guessing import Guess, guess
 
-__all__ = ["ASK", "DOUBT", "Guess", "guess"]
+__all__ = ["ASK", "DOUBT", "Guess", "guess", "refuse_open"]

@@ -265,14 +265,19 @@ def other_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
     log = found.get("stw") or (None if covered else found.get("speed"))
     if log is not None and not covered:
         yield _log_entry(log, known)
-    for role, plain in (("phi", "deg"), ("depth", "m"), ("U_C", "m/s"), ("gamma_C", "deg")):
-        if role not in found:
-            continue
-        signal = found[role]
-        unit = signal.unit or (plain if plain != "deg" or np.nanmax(np.abs(signal.values), initial=0.0) > 1.0 else "rad")
-        doubts: list[str] = [] if signal.unit else [f"no unit is said; taken as {unit}"]
-        doubts += ["taken as positive to starboard; nothing tests it"] if role == "phi" else []
-        yield Entry(f"channels.{role}", _of(signal, unit=quoted(unit)), Answer(signal.column.said, tuple(doubts)))
+    for role in ("phi", "depth", "U_C", "gamma_C"):
+        if role in found:
+            yield _plain_entry(role, found[role])
+
+
+def _plain_entry(role: str, signal: Signal) -> Entry:
+    """A channel that no test reaches: what its header says, or a doubt."""
+    largest = float(np.nanmax(np.abs(signal.values), initial=0.0))
+    turns = role in ("phi", "gamma_C")
+    unit = signal.unit or ("m" if role == "depth" else "" if not turns or largest > 360.0 else "deg" if largest > 1.0 else "rad")
+    doubts = [] if signal.unit else [f"no unit is said; taken as {unit}" if unit else "nothing shows its unit; write it in place of ?"]
+    doubts += ["taken as positive to starboard; nothing tests it"] if role == "phi" else []
+    return Entry(f"channels.{role}", _of(signal, unit=quoted(unit or ASK)), Answer(signal.column.said, tuple(doubts)))
 
 
 def _log_entry(signal: Signal, known: Known) -> Entry:

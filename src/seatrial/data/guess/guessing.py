@@ -15,10 +15,11 @@ from .entries import Known, angle_form, control_entries, known_motion, motion_en
 from .logs import Log, Topic, find_log, leap
 from .motion import Motion, Verdict
 from .readers import reader_of
-from .roles import Signal, signals, trial_column
+from .roles import Signal, sided, signals, trial_column
 from .wind import WindReading, air, read_wind
 
 _OTHERS = 8
+_SHOWN = 12
 _ROWS, _FEW = 1200, 400
 """Rows that the tests look at, and those of other trials for a second opinion."""
 
@@ -114,7 +115,7 @@ def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
     for other in log.others[:_OTHERS]:
         if other.clock is None:
             continue
-        t, found = _once(other.clock.t, _in_degrees(signals(other.columns, other.clock.heads)), slice(None))
+        t, found = _once(other.clock.t, _in_degrees(sided(signals(other.columns, other.clock.heads))), slice(None))
         _, its, exchanged = _judged(t, found, other.clock.units, _FEW)
         differs = [key for key, said in its.best.choice.items() if verdict.best.choice.get(key, said) != said and its.measured(key)]
         if exchanged != ours or differs:
@@ -283,5 +284,5 @@ def _left_out(log: Log, entries: list[Entry]) -> list[str]:
     for topic in (log.main, *log.topics):
         rest = [column.head for column in topic.columns if quoted(column.head) not in text]
         if rest:
-            out.append(f"columns left out of {topic.name}: {', '.join(rest[:40])}")
+            out.append(f"columns left out of {topic.name}: {', '.join(rest[:_SHOWN])}" + f" and {len(rest) - _SHOWN} more" * (len(rest) > _SHOWN))
     return out

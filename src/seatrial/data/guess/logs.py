@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os.path import commonprefix
@@ -12,9 +13,9 @@ import numpy as np
 from .. import Array, DataError
 from .cells import Column, columns_of
 from .clock import Clock, clocks
-from .files import TABLES, read_table
+from .files import SHEETS, TABLES, read_table
 from .layout import Table
-from .roles import Signal, signals, trial_column
+from .roles import Signal, sided, signals, trial_column
 
 _ANGLES = ("heading", "yaw", "cog", "gamma_A", "gamma_T", "wind_direction", "alpha")
 _FEWEST = 20
@@ -120,7 +121,7 @@ def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
             notes = [*notes, f"{len(tables)} files with the same columns, each a trial; what is said here is of {main.name}"]
     clock = main.clock
     t = clock.t if clock else np.arange(len(longest.columns[0]), dtype=float)
-    found = signals(main.columns, clock.heads if clock else ())
+    found = sided(signals(main.columns, clock.heads if clock else ()))
     rest = tuple(one for one in others if one.name != main.name) if join == "time" else ()
     return Log(main, (), t, _longest(main.columns, t), found, pattern, join, tuple(notes), rest)
 
@@ -189,10 +190,13 @@ def _prefixes(kinds: Mapping[tuple[str, ...], list[Table]]) -> set[str]:
 
 def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) -> Log:
     """Topics with rows of their own, on the rows of the one that says most of the motion."""
-    topics = [_topic(base, table, True) for table in tables]
+    usual = Counter(_written(table) for table in tables).most_common(1)[0][0]
+    notes = [*notes, *(f"left out: {table.path.name}: written otherwise than the other files" for table in tables if _written(table) != usual)]
+    topics = [_topic(base, table, True) for table in tables if _written(table) == usual]
     timed = [one for one in topics if one.clock is not None]
     if not timed:
-        raise DataError(f"{base}: none of {len(topics)} tables has a time; topics are joined by it")
+        raise DataError(f"{base}: none of {len(topics)} tables has a time, by which files of one trial are joined; captive tests go to "
+                        "seatrial captive")
     said = {one.name: signals(one.columns, one.clock.heads if one.clock else (), one.name) for one in timed}
     main = max(timed, key=lambda one: (_weight(said[one.name]), len(one.table.columns[0])))
     said[main.name] = {role: replace(one, file="") for role, one in said[main.name].items()}
@@ -206,11 +210,17 @@ def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) 
             continue
         for role, signal in said[one.name].items():
             kept = found.get(role)
-            if kept is None or (not kept.column.varies and signal.column.varies):
+            if kept is None or (role[0] != "q" and not kept.column.varies and signal.column.varies):
                 found[role] = signal if one is main else replace(signal, values=_onto(t, values, signal))
         used += [one] if one is not main and any(s.file == one.name for s in found.values()) else []
     pattern = main.name.replace(prefix, "{trial}", 1) if prefix else main.name
-    return Log(main, tuple(used), t, slice(None), found, pattern, "time", tuple(notes))
+    return Log(main, tuple(used), t, slice(None), sided(found), pattern, "time", tuple(notes))
+
+
+def _written(table: Table) -> tuple[object, ...]:
+    """How a file is written; one mapping says it for all files of a trial."""
+    suffix = table.path.suffix.lower()
+    return (suffix == ".parquet" or suffix in SHEETS, table.layout)
 
 
 def _weight(found: Mapping[str, Signal]) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ _LEAST = 0.45
 """Score of a name below which it says nothing."""
 
 _NUMBERED = ("delta", "n_P", "alpha", "throttle")
-_COMMANDED = ("delta", "n_P")
+_COMMANDED = ("delta", "n_P", "alpha")
 _PAIRS = (("north", "east"), ("x", "y"), ("latitude", "longitude"), ("v_north", "v_east"), ("vx", "vy"))
 """Quantities of which one alone is none: "n" without "e" is no northing."""
 
@@ -68,7 +68,7 @@ def signals(columns: Sequence[Column], clock: Sequence[str], file: str = "") -> 
     """The quantities of a table by role; columns of the clock are none."""
     found = _assigned(columns, clock, file, frozenset())
     alone = {role for two in _PAIRS for role in two if role in found and not set(two) <= set(found)}
-    return _sided(_assigned(columns, clock, file, frozenset(alone)) if alone else found)
+    return _assigned(columns, clock, file, frozenset(alone)) if alone else found
 
 
 def _assigned(columns: Sequence[Column], clock: Sequence[str], file: str, never: frozenset[str]) -> dict[str, Signal]:
@@ -101,7 +101,7 @@ def _role(column: Column, role: str, words: frozenset[str], number: int) -> str:
     stem = role.removesuffix("_cmd")
     if stem in _NUMBERED:
         side = 1 if "port" in words else 2 if "starboard" in words else number
-        # "rudder port positive" is one rudder, and so is "rudder 1" alone: `_sided` takes its number off
+        # "rudder port positive" is one rudder, and so is "rudder 1" alone: `sided` takes its number off
         role = f"{stem}_{side}{role.removeprefix(stem)}" if side else role
     return role
 
@@ -111,8 +111,8 @@ def _fits(column: Column, role: str) -> bool:
     return not column.unit or column.unit in _UNITS.get(role, (column.unit,))
 
 
-def _sided(found: dict[str, Signal]) -> dict[str, Signal]:
-    """Numbers taken off where there is only one of a kind."""
+def sided(found: Mapping[str, Signal]) -> dict[str, Signal]:
+    """The quantities of a log, numbers taken off where there is only one of a kind."""
     out = dict(found)
     for stem in _NUMBERED[:2]:
         for tail in ("", "_cmd"):
