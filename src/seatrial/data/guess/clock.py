@@ -194,7 +194,8 @@ def _numbers(columns: Sequence[Column]) -> list[Clock]:
         if column.kind != "number" or name < 0.4 or not column.varies:
             continue
         middle = float(np.nanmedian(column.values))
-        epoch = next((unit for unit, size in _EPOCHS if 0.5 * size < middle < 5 * size), "")
+        epoch = next((unit for unit, size in _EPOCHS if 0.94 * size < middle < 2.5 * size), "")
+        epoch = epoch if column.unit in ("", epoch) else ""
         keys = {"column": quoted(column.head)}
         if epoch:
             factor = 1e9 / dict(_EPOCHS)[epoch]

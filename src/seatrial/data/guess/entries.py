@@ -12,7 +12,7 @@ from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, Entry, listed, quoted
 from .helm import read_revolutions, read_rudder
-from .motion import SPEEDS, Motion, Option, Verdict
+from .motion import SPEEDS, Motion, Option, Verdict, speeds_of
 from .roles import Signal
 
 _SPEED = "unit of speed"
@@ -35,11 +35,16 @@ class Known:
     r: Array | None
     speed: Array | None
 
+    @property
+    def turned(self) -> float:
+        """By how much the heading changed in all [rad]."""
+        return float(np.nanmax(self.psi) - np.nanmin(self.psi)) if self.psi is not None and self.psi.size else 0.0
 
-def motion_entries(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
-    """Entries of heading, position, speeds and rate by a verdict."""
+
+def motion_entries(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[str, str]) -> Iterator[Entry]:
+    """Entries of heading, position, speeds and rate by a verdict; letters of a latitude in columns of their own."""
     yield from _heading(found, verdict)
-    yield from _position(found, verdict)
+    yield from _position(found, verdict, letters)
     yield from _velocity(found, verdict)
     yield from _rate(found, verdict)
 
@@ -109,7 +114,7 @@ def _in_unit(signal: Signal, unit: str) -> str:
     return f", {unit} as its values go from {np.nanmin(signal.values):.4g} to {np.nanmax(signal.values):.4g}"
 
 
-def _position(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
+def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[str, str]) -> Iterator[Entry]:
     swapped = verdict.best.choice.get("axes") == "y, x"
     doubts = list(_doubts(verdict, axes="exchange the two columns then"))
     if {"latitude", "longitude"} <= set(found):
@@ -117,6 +122,7 @@ def _position(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
         if swapped:
             doubts.append("the names of the two columns are exchanged in the log")
         keys = {"latitude": quoted(first.column.head), "longitude": quoted(second.column.head), "format": quoted(angle_form(first))}
+        keys |= {} if first.file or swapped else {key: quoted(head) for key, head in letters.items()}
         evidence = f"{_told(verdict, first, 'axes')}; the antenna is taken to be midship: antenna = [forward, starboard] in m says where it is"
         yield Entry("position", keys | ({"file": quoted(first.file)} if first.file else {}), Answer(evidence, tuple(doubts)))
         return
@@ -146,10 +152,9 @@ def minutes_run_on(values: Array) -> bool:
 
 
 def _velocity(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
-    frame = verdict.best.choice.get("frame of speeds")
-    if frame is None:
+    frame, pair = verdict.best.choice.get("frame of speeds"), speeds_of(found)
+    if frame is None or pair is None:
         return
-    pair = next(two for two in (("u", "v"), ("v_north", "v_east"), ("vx", "vy"), ("sog", "cog"), ("speed", "cog")) if set(two) <= set(found))
     first, second = (found[name] for name in pair)
     unit, doubts = _speed_unit(first, verdict)
     doubts += list(_doubts(verdict, frame_of_speeds="change it here then", unit_of_course="write that"))
@@ -246,7 +251,7 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str])
         if stem == "delta":
             keys, answer = read_rudder(signal, known.t, known.r, angles)
         elif role.startswith("n_P"):
-            keys, answer = read_revolutions(signal, known.speed, known.r)
+            keys, answer = read_revolutions(signal, known.speed, known.r, known.turned)
             if any(one.startswith("alpha") for one in found):
                 role = role.replace("n_P", "n")
         elif stem == "alpha":

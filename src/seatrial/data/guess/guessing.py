@@ -16,10 +16,12 @@ from .logs import Log, Topic, find_log, leap
 from .motion import Motion, Verdict
 from .readers import reader_of
 from .roles import Signal, sided, signals, trial_column
-from .wind import WindReading, air, read_wind
+from .entries_of_wind import wind_entries
+from .wind import air, read_wind
 
 _OTHERS = 8
 _SHOWN = 12
+_SLOW = 5.0
 _ROWS, _FEW = 1200, 400
 """Rows that the tests look at, and those of other trials for a second opinion."""
 
@@ -57,14 +59,29 @@ def guess(src: str | Path) -> Guess:
     if known is not None and not known.tabular:
         return Guess(known.format, notes=(known.said,))
     log = find_log(here)
-    entries = list(_entries(log))
+    entries = [_once_named(log, one) for one in _entries(log)]
     notes = [*log.notes, *([known.said] if known else [])]
     head = ["A mapping for `seatrial import csv`, guessed; correct what is wrong.",
             f"A comment that begins with {DOUBT} names what the log does not show; a value \"{ASK}\" must be answered.",
             *notes, *_left_out(log, entries)]  # fmt: skip
-    doubts = tuple(doubt for one in entries for doubt in one.answer.doubts)
+    doubts = tuple(f"{_place(one)}: {doubt}" for one in entries for doubt in one.answer.doubts)
     asks = tuple(f"{one.table}.{key}" if one.table else key for one in entries for key, value in one.keys.items() if value == quoted(ASK))
     return Guess("csv", text_of(head, [Entry("", {"schema": quoted("seatrial-mapping/1")}), *entries]), doubts, asks, tuple(notes))
+
+
+def _once_named(log: Log, entry: Entry) -> Entry:
+    """The entry with a doubt where its column's name is that of another column too."""
+    heads = [head for topic in (log.main, *log.topics) for head in set(topic.table.heads) if topic.table.heads.count(head) > 1]
+    twice = [head for head in heads if quoted(head) in entry.keys.values()]
+    if not twice:
+        return entry
+    doubt = f"two columns are called {twice[0]}, and the import refuses that; rename one in the log"
+    return replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, doubt)))
+
+
+def _place(entry: Entry) -> str:
+    """Where in the mapping an entry stands."""
+    return entry.table or next(iter(entry.keys), "the folder")
 
 
 def _entries(log: Log) -> Iterator[Entry]:
@@ -73,7 +90,10 @@ def _entries(log: Log) -> Iterator[Entry]:
     times = log.main.clock.units if log.main.clock else ()
     found, verdict, exchanged = _judged(t, found, times)
     yield _time_entry(log, verdict)
-    for entry in motion_entries(found, verdict):
+    if verdict.lost:
+        doubt = f"track, heading and speeds fit together in no reading (within {verdict.lost:.0%} at best); names alone are followed"
+        yield Entry("", {}, Answer("", (doubt,)))
+    for entry in motion_entries(found, verdict, _letters(log)):
         if exchanged and entry.table == "channels.psi":
             doubt = "the columns of heading and course are exchanged: this one is where the ship points"
             entry = replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, doubt)))
@@ -108,6 +128,17 @@ def _judged(
         if other.best.miss < _EXCHANGED * verdict.best.miss - 0.01:
             return turned, other, True
     return found, verdict, False
+
+
+def _letters(log: Log) -> dict[str, str]:
+    """Columns of N and S, of E and W, beside latitude and longitude."""
+    out: dict[str, str] = {}
+    for column in log.main.columns:
+        held = {cell.strip().upper() for cell in column.cells} - {""}
+        for key, known in (("latitude_letter", {"N", "S"}), ("longitude_letter", {"E", "W"})):
+            if held and held <= known:
+                out.setdefault(key, column.head)
+    return out
 
 
 def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
@@ -170,14 +201,18 @@ def _repeats(log: Log) -> Iterator[Entry]:
     """What to do with rows of the same time."""
     if trial_column(log.main.columns, log.t) is not None:
         return
-    repeats = np.flatnonzero(np.diff(log.t) == 0.0)
+    order = np.argsort(log.t, kind="stable")
+    repeats = np.flatnonzero(np.diff(log.t[order]) == 0.0)
     if not repeats.size:
         return
     columns = [column for column in log.main.columns if column.kind in ("number", "letters")]
-    same = all(column.cells[k] == column.cells[k + 1] for column in columns for k in repeats.tolist()[:500])
-    evidence = f"{repeats.size} rows repeat the time of the row before, " + ("all with its values" if same else "with other values")
-    doubts = () if same else ('"mean" takes their mean; the clock may be coarser than the rows',)
-    yield Entry("", {"duplicates": quoted("first" if same else "mean")}, Answer(evidence, doubts))
+    pairs = [(order[k], order[k + 1]) for k in repeats.tolist()[:500]]
+    same = all(column.cells[a] == column.cells[b] for column in columns for a, b in pairs)
+    evidence = f"{repeats.size} rows repeat the time of another, " + ("all with its values" if same else "with other values")
+    often = repeats.size > 0.1 * log.t.size
+    doubts = () if same else ("the clock is coarser than the rows, or stepped back; \"first\", \"last\" and \"mean\" "
+                              "say which of them counts",)  # fmt: skip
+    yield Entry("", {"duplicates": quoted("mean" if often and not same else "first")}, Answer(evidence, doubts))
 
 
 def _time_entry(log: Log, verdict: Verdict) -> Entry:
@@ -190,7 +225,9 @@ def _time_entry(log: Log, verdict: Verdict) -> Entry:
     if unit is not None:
         keys["unit"] = quoted(unit)
         told = verdict.told("unit of time")
-        doubts = () if verdict.measured("unit of time") or unit == "s" else ("its unit is not said anywhere",)
+        step = float(np.nanmedian(np.diff(log.t[log.piece])))
+        unsaid = not verdict.measured("unit of time") and (unit != "s" or step > _SLOW)
+        doubts = (f"its unit is not said anywhere; in s the step would be {step:g} s",) if unsaid else ()
         answer = Answer(f"{answer.evidence}; {told}" if told else answer.evidence, (*answer.doubts, *doubts))
     rest = [other for other in _others(log.main) if other.head not in clock.heads]
     if rest:
@@ -209,16 +246,28 @@ def _others(topic: Topic) -> list[Column]:
 
 def _wind_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
     """Entries of the wind: where two instruments tell it, each is read as the other has it."""
-    pairs = [two for two in (("U_A", "gamma_A"), ("wind_speed", "wind_direction"), ("U_T", "gamma_T"))
-             if set(two) <= set(found) and any(found[role].column.varies for role in two)]  # fmt: skip
+    pairs = _wind_pairs(found)
     motion = None if known.psi is None or known.u is None or known.v is None else (known.psi, known.u, known.v)
     about = _by_the_other(found, pairs, motion)
     taken: set[bool] = set()
     for pair in pairs:
-        best, rival, decided = read_wind(found, pair, motion, about.get(pair))
+        best, rival, close = read_wind(found, pair, motion, about.get(pair))
         if best.relative not in taken:
             taken.add(best.relative)
-            yield from _wind(found, pair, best, rival, decided)
+            yield from wind_entries(found, pair, best, rival, close)
+
+
+def _wind_pairs(found: Mapping[str, Signal]) -> list[tuple[str, str]]:
+    """Speeds and directions of one wind each, of those that vary."""
+    out: list[tuple[str, str]] = []
+    for direction, speeds in _WINDS.items():
+        speed = next((one for one in speeds if one in found and all(one != two[0] for two in out)), None)
+        if speed and direction in found and (found[speed].column.varies or found[direction].column.varies):
+            out.append((speed, direction))
+    return out
+
+
+_WINDS = {"gamma_A": ("U_A", "wind_speed"), "gamma_T": ("U_T", "wind_speed"), "wind_direction": ("wind_speed", "U_A", "U_T")}
 
 
 def _by_the_other(
@@ -233,48 +282,6 @@ def _by_the_other(
     by_true = np.column_stack(air(first, found[true[0]].values, found[true[1]].values, motion))
     second = read_wind(found, rest, motion, by_true)[0]
     return {rest: by_true, true: np.column_stack(air(second, found[rest[0]].values, found[rest[1]].values, motion))}
-
-
-def _wind(
-    found: Mapping[str, Signal], pair: tuple[str, str], best: WindReading, rival: WindReading | None, decided: bool
-) -> Iterator[Entry]:  # fmt: skip
-    speed, direction = found[pair[0]], found[pair[1]]
-    kind = "apparent, from the bow" if best.relative else "true, from north"
-    evidence = f"{speed.column.said} and {direction.column.said}; {kind}, where it {'goes to' if best.towards else 'comes from'}"
-    doubts: list[str] = []
-    if rival is not None and np.isfinite(best.miss):
-        evidence += f"; the true wind would change by {best.miss:.0%} of itself, {_put(best, rival)} by {rival.miss:.0%}"
-    if not decided and rival is not None:
-        doubts.append(f"it may as well be {_put(best, rival)}; nothing in the log decides")
-    unit = best.unit
-    if not speed.unit and not decided:
-        unit = ASK
-        doubts.append("nothing shows the unit of its speed; write m/s or kn in place of ?")
-    file = {"file": quoted(speed.file)} if speed.file else {}
-    plain = best.relative and not best.towards and best.side > 0
-    letters = direction.column.letters
-    if plain:
-        keys = {"speed": quoted(speed.column.head), "direction": quoted(direction.column.head), "unit": quoted(unit),
-                "direction_unit": quoted(best.angle)}  # fmt: skip
-        if letters:
-            keys["letters"] = "{ " + ", ".join(f"{one} = {-1 if one[0] in 'PpLlBb' else 1}" for one in letters) + " }"
-        yield Entry("apparent", keys | file, Answer(evidence, tuple(doubts)))
-        return
-    names = ("U_A", "gamma_A") if best.relative else ("U_T", "gamma_T")
-    yield Entry(f"channels.{names[0]}", {"column": quoted(speed.column.head), "unit": quoted(unit), **file}, Answer(evidence, tuple(doubts)))
-    more = {"sign": "-1"} if best.side < 0 else {}
-    more |= {"offset": "180.0" if best.angle == "deg" else f"{np.pi:.12g}"} if best.towards else {}
-    yield Entry(f"channels.{names[1]}", {"column": quoted(direction.column.head), "unit": quoted(best.angle), **more, **file})
-
-
-def _put(best: WindReading, rival: WindReading) -> str:
-    differs = [
-        ("true" if not rival.relative else "apparent", best.relative != rival.relative),
-        ("where it goes to" if rival.towards else "where it comes from", best.towards != rival.towards),
-        ("positive to port" if rival.side < 0 else "positive to starboard", best.side != rival.side),
-        (f"in {rival.unit}", best.unit != rival.unit), (f"in {rival.angle}", best.angle != rival.angle),
-    ]  # fmt: skip
-    return "as " + " and ".join(said for said, is_so in differs if is_so)
 
 
 def _left_out(log: Log, entries: list[Entry]) -> list[str]:

@@ -17,6 +17,7 @@ from .roles import Signal
 
 _SURE = 6.0
 _ROWS = 4000
+_TURNED = 0.5
 _PITCH = 0.025
 """Advance of a ship in one turn of its propeller, in lengths; 0.008 to 0.08 of ships and models."""
 
@@ -67,7 +68,10 @@ def read_rudder(signal: Signal, t: Array, r: Array | None, logged: set[str]) -> 
     keys, doubts = {}, []
     largest = float(np.nanmax(np.abs(signal.values), initial=0.0))
     unit, told = _angle(signal, largest, logged)
-    if unit == ASK:
+    if unit == ASK and 0.15 < largest < 0.8 and not logged:
+        unit = "rad"
+        doubts.append(f"values up to {largest:.3g} are taken as radians; write deg if they are degrees")
+    elif unit == ASK:
         doubts.append(f"nothing shows whether it is in deg or rad (up to {largest:.3g}); write the unit in place of ?")
     elif signal.unit and signal.unit != unit:
         doubts.append(f"the {signal.column.where} says {signal.unit}, and its values go up to {largest:.3g}")
@@ -123,20 +127,28 @@ def _angle(signal: Signal, largest: float, logged: set[str]) -> tuple[str, str]:
         return ASK, f"values up to {largest:.3g}"
     if largest > 1.6:
         return "deg", f"values up to {largest:.3g} are degrees"
-    if logged == {"rad"} or 0.15 < largest:
-        return "rad", f"values up to {largest:.3g} are radians"
+    if logged == {"rad"}:
+        return "rad", f"values up to {largest:.3g}, in radians as the heading"
     return ASK, f"values up to {largest:.3g}"
 
 
-def read_revolutions(signal: Signal, speed: Array | None, r: Array | None) -> tuple[dict[str, str], Answer]:
-    """Unit of revolutions by the advance in one of them, where no header says it."""
+def read_revolutions(
+    signal: Signal, speed: Array | None, r: Array | None, turned: float
+) -> tuple[dict[str, str], Answer]:  # fmt: skip
+    """Unit of revolutions by the advance in one of them, where no header says it.
+
+    Args:
+        signal: the revolutions.
+        speed, r: size of the speed [m/s] and rate of turn [rad/s], None where they are unknown.
+        turned: by how much the heading changed in all [rad]; the length of the ship shows in turns only.
+    """
     values = np.abs(signal.values)
     largest = float(np.nanmax(values, initial=0.0))
     if signal.unit:
         return {"unit": f'"{signal.unit}"'}, Answer(f"{signal.column.said}, unit by its {signal.column.where}")
     evidence = f"{signal.column.said}, values up to {largest:.3g}"
     running = np.isfinite(values) & (values > 0.3 * largest)
-    if speed is None or running.sum() < 10 or r is None:
+    if speed is None or running.sum() < 10 or r is None or turned < _TURNED:
         unit = "rpm" if largest > 60.0 else ASK
         doubt = "nothing shows whether it is in rpm or 1/s; write it" if unit == ASK else f"up to {largest:.3g} is taken as rpm"
         return {"unit": f'"{unit}"'}, Answer(evidence, (doubt,))

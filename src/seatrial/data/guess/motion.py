@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 
@@ -23,7 +23,9 @@ from .roles import Signal
 
 SPEEDS = {"m/s": 1.0, "kn": 1852.0 / 3600.0, "km/h": 1.0 / 3.6}
 RATES = {"deg/s": np.pi / 180.0, "rad/s": 1.0, "deg/min": np.pi / 10800.0}
+_TIME_STRAIN = {"s": 0.0, "ms": 0.5, "us": 1.0, "min": 1.6}
 _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
+_LOST = 0.5
 _BAND, _FLOOR = 1.3, 0.03
 """Readings with a miss up to this factor and share above the best are as good as it."""
 
@@ -69,12 +71,14 @@ class Verdict:
         rivals: for each choice, the reading that answers it otherwise and is most to be feared, whatever else it changes.
         alone: for each choice, the reading that answers only this otherwise.
         smallest: the least miss of all.
+        lost: miss of the best reading where none fits, so that only names count; else 0.
     """
 
     best: Reading
     rivals: Mapping[str, Reading]
     alone: Mapping[str, Reading]
     smallest: float
+    lost: float = 0.0
 
     def _near(self, rival: Reading) -> bool:
         return rival.miss <= _BAND * self.smallest + _FLOOR
@@ -137,8 +141,9 @@ class Motion:
         x, y = (self.values.get(name, np.zeros(self.t.size)) for name in ("qx", "qy"))
         z, w = self.values["qz"], self.values["qw"]
         yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-        ned = Option({"frame of the quaternion": "ned"}, 0.0, (unwrapped(yaw),))
-        enu = Option({"frame of the quaternion": "enu"}, 0.5, (unwrapped(0.5 * np.pi - yaw),))
+        robotic = _robotic(self.found["qw"])
+        ned = Option({"frame of the quaternion": "ned"}, 0.3 * robotic, (unwrapped(yaw),))
+        enu = Option({"frame of the quaternion": "enu"}, 0.5 * (not robotic), (unwrapped(0.5 * np.pi - yaw),))
         return [ned, enu]
 
     @cached_property
@@ -146,12 +151,13 @@ class Motion:
         """Ways to read the position [m]."""
         if {"latitude", "longitude"} <= set(self.found):
             return self._fixes()
-        for pair, strain in ((("north", "east"), 2.0), (("x", "y"), 1.0)):
+        for pair, strain in ((("north", "east"), 3.0), (("x", "y"), 1.0)):
             if set(pair) <= set(self.found):
                 a, b = (self.values[role] for role in pair)
                 first, second = (self.found[role].column.said for role in pair)
-                strain = 0.5 if _robotic(self.found[pair[0]]) else strain
-                return [Option({"north": first, "axes": "x, y"}, 0.0, (a, b)),
+                robotic = pair == ("x", "y") and _robotic(self.found["x"])
+                strain = 0.0 if robotic else strain
+                return [Option({"north": first, "axes": "x, y"}, 0.3 * robotic, (a, b)),
                         Option({"north": second, "axes": "y, x"}, strain, (b, a))]  # fmt: skip
         return [Option({}, 0.0, ())]
 
@@ -166,8 +172,7 @@ class Motion:
     @cached_property
     def velocities(self) -> list[Option]:
         """Ways to read speeds: parts, and whether these are of the body or of the earth."""
-        pairs = ("u", "v"), ("v_north", "v_east"), ("vx", "vy"), ("sog", "cog"), ("speed", "cog")
-        pair = next((two for two in pairs if set(two) <= set(self.found)), None)
+        pair = speeds_of(self.found)
         if pair is None:
             return [Option({}, 0.0, ())]
         a, b = (self.values[role] for role in pair)
@@ -194,11 +199,12 @@ class Motion:
         if "r" not in self.found:
             return [Option({}, 0.0, ())]
         raw, said = self.values["r"], self.found["r"].unit
-        against = 0.3 if _robotic(self.found["r"]) else 1.0
+        robotic = _robotic(self.found["r"])
+        senses = ("to starboard", 1.0, 0.3 * robotic), ("to port", -1.0, 0.0 if robotic else 1.0)
         return [
-            Option({"unit of r": unit, "sense of r": sense}, unit_strain(unit, said) + (0.0 if sign > 0 else against) + 0.3 * k, (sign * size * raw,))
+            Option({"unit of r": unit, "sense of r": sense}, unit_strain(unit, said) + strain + 0.3 * k, (sign * size * raw,))
             for k, (unit, size) in enumerate(RATES.items())
-            for sense, sign in (("to starboard", 1.0), ("to port", -1.0))
+            for sense, sign, strain in senses
         ]
 
     def verdict(self) -> Verdict:
@@ -207,6 +213,10 @@ class Motion:
             one for time in self.times for heading in self.headings
             for one in self._with(time, heading)
         ]  # fmt: skip
+        lost = min(one.parts.get("track", 0.0) + one.parts.get("turn", 0.0) for one in readings)
+        if lost > _LOST:
+            # the sources contradict each other: they decide nothing
+            readings = [replace(one, miss=0.0, parts={}) for one in readings]
         smallest = min(one.miss for one in readings)
         near = [one for one in readings if one.miss <= _BAND * smallest + _FLOOR]
         best = min(near, key=lambda one: (round(one.strain, 3), one.miss))
@@ -220,12 +230,12 @@ class Motion:
             key: min(same, key=lambda one: one.miss) for key in best.choice
             if (same := [one for one in readings if _only(key, one.choice, best.choice)])
         }  # fmt: skip
-        return Verdict(best, rivals, alone, smallest)
+        return Verdict(best, rivals, alone, smallest, lost if lost > _LOST else 0.0)
 
     def _with(self, time: str, heading: Option) -> list[Reading]:
         """Readings with this unit of time and this heading: the rate that fits best with each, and tracks and speeds."""
         t = self.t * _TIMES[time]
-        strain = heading.strain + (0.5 if time != "s" else 0.0)
+        strain = heading.strain + _TIME_STRAIN[time]
         turned = [(rate, self._turn(t, heading, rate)) for rate in self.rates]
         moved = [(place, speed, self._track(t, heading, place, speed)) for place in self.positions for speed in self.velocities]
         out: list[Reading] = []
@@ -268,6 +278,12 @@ _FRAMES = {pair: {name.replace(", starboard of", " and starboard of").replace(",
            for pair, known in _FRAMES.items()}
 
 
+def speeds_of(found: Mapping[str, Signal]) -> tuple[str, str] | None:
+    """The two quantities that tell the velocity; "U" beside a course is the speed over ground."""
+    pairs = ("u", "v"), ("v_north", "v_east"), ("vx", "vy"), ("sog", "cog"), ("speed", "cog"), ("u", "cog")
+    return next((two for two in pairs if set(two) <= set(found)), None)
+
+
 def _only(key: str, one: Mapping[str, str], other: Mapping[str, str]) -> bool:
     """Whether two readings differ in one choice alone (the axes and the column that is north are one choice)."""
     differs = {name for name in one if one[name] != other.get(name)} - {"north"}
@@ -275,7 +291,7 @@ def _only(key: str, one: Mapping[str, str], other: Mapping[str, str]) -> bool:
 
 
 _SENSES = ("clockwise from north", "anticlockwise from east", "anticlockwise from north")
-_ROBOTIC = re.compile(r"pose|odom|twist|orientation|angular|yaw", re.IGNORECASE)
+_ROBOTIC = re.compile(r"pose|odom|twist|orientation|angular", re.IGNORECASE)
 
 
 def _robotic(signal: Signal) -> bool:
@@ -285,7 +301,7 @@ def _robotic(signal: Signal) -> bool:
 
 def _turned_strain(signal: Signal) -> float:
     """How far a heading that grows to port is from its name."""
-    return 2.5 if signal.role == "heading" else 0.7 if _robotic(signal) else 1.5
+    return 2.5 if signal.role == "heading" else 0.7 if "yaw" in signal.column.name.lower() else 1.5
 
 
 def unit_strain(unit: str, said: str) -> float:
@@ -297,7 +313,7 @@ def _size_strain(raw: Array, unit: str) -> float:
     """How odd the numbers would be in this unit of an angle."""
     largest = float(np.nanmax(np.abs(raw), initial=0.0))
     if unit == "rad":
-        return 4.0 if largest > 100.0 else 1.5 if largest > 7.0 else 0.0
+        return 4.0 if largest > 30.0 else 2.2 if largest > 7.0 else 0.0
     return 0.5 if largest < 6.5 else 0.0
 
 

@@ -55,7 +55,9 @@ def parted(head: str) -> tuple[str, str]:
     """A head as its name and what it says of a unit: ``"RUD [deg]"``, ``"Kurs (Grad)"``, ``"speed, kn"``."""
     found = _UNIT.match(head.strip())
     if found and found["name"]:
-        return found["name"].strip(), found["unit"].strip()
+        # "SPD(GND)" is a name, "RUD(deg)" has a unit
+        named = re.fullmatch(r"[A-Za-z ]{1,12}", found["unit"]) and not unit_of(found["unit"])
+        return (head.strip(), "") if named else (found["name"].strip(), found["unit"].strip())
     name, comma, last = head.strip().rpartition(",")
     if comma and unit_of(last):
         return name.strip(), last.strip()
@@ -81,7 +83,7 @@ def unit_in_name(name: str) -> str:
 
 def tokens(name: str) -> list[str]:
     """Words of a name in lower case without accents: ``"rudderAngle_PS"`` is rudder, angle, ps."""
-    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z]|[A-Z]{2,})|(?<=[A-Za-z]{3})(?=\d)", " ", name)
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z]|[A-Z]{2,})|(?<=[A-Za-z]{2})(?=\d)", " ", name)
     plain = _plain(split)
     return re.findall(r"[a-z]+\d*|\d+", plain.lower())
 
@@ -137,4 +139,4 @@ def _score(words: list[str], name: tuple[str, ...]) -> float:
     if strange and sum(map(len, name)) <= _SHORT:
         return 0.0
     weight = sum(map(len, name))
-    return (1.0 + 0.01 * weight) / (1.0 + strange) - 0.05 * len(rest)
+    return (1.0 + 0.01 * weight) / (1.0 + 0.7 * strange) - 0.05 * len(rest)

@@ -42,8 +42,8 @@ class WindReading:
 def read_wind(
     found: Mapping[str, Signal], pair: tuple[str, str], motion: tuple[Array, Array, Array] | None,
     other: Array | None = None,
-) -> tuple[WindReading, WindReading | None, bool]:  # fmt: skip
-    """The reading of a wind that fits and strains least, the best rival, and whether the log decides between them.
+) -> tuple[WindReading, WindReading | None, list[WindReading]]:  # fmt: skip
+    """The reading of a wind that fits and strains least, the best of the others, and those that fit about as well.
 
     Args:
         found: quantities of the log.
@@ -54,8 +54,7 @@ def read_wind(
     readings = _readings(found, pair)
     if motion is None:
         first = min(readings, key=lambda one: one.strain)
-        rivals = [one for one in readings if one is not first and one.strain < first.strain + _STRAINED]
-        return first, min(rivals, key=lambda one: one.strain) if rivals else None, False
+        return first, None, [one for one in readings if one is not first and one.strain < first.strain + _STRAINED]
     speed, direction = found[pair[0]].values, _signed(found[pair[1]])
     every = max(speed.size // _ROWS, 1)
     thin = motion[0][::every], motion[1][::every], motion[2][::every]
@@ -66,7 +65,18 @@ def read_wind(
     best = min(near, key=lambda one: (one.strain, one.miss))
     close = [one for one in near if one is not best and one.strain < best.strain + _STRAINED]
     others = [one for one in judged if one is not best]
-    return best, min(close, key=lambda one: one.strain) if close else min(others, key=lambda one: one.miss), not close
+    return best, min(others, key=lambda one: one.miss, default=None), close
+
+
+def differences(best: WindReading, rival: WindReading) -> list[str]:
+    """What another reading says otherwise, in words."""
+    said = [
+        ("apparent, from the bow" if rival.relative else "true, from north", best.relative != rival.relative),
+        ("where it goes to" if rival.towards else "where it comes from", best.towards != rival.towards),
+        ("positive to port" if rival.side < 0 else "positive to starboard", best.side != rival.side),
+        (f"in {rival.unit}", best.unit != rival.unit),
+    ]  # fmt: skip
+    return [words for words, is_so in said if is_so]
 
 
 def _signed(signal: Signal) -> Array:
