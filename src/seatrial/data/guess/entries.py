@@ -244,12 +244,14 @@ def _chosen(options: list[Option], verdict: Verdict) -> Option:
     return next((one for one in options if all(verdict.best.choice.get(key) == said for key, said in one.choice.items())), options[0])
 
 
-def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str]) -> Iterator[Entry]:
-    """Entries of rudders and revolutions, with their orders."""
+def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str], turned: bool) -> Iterator[Entry]:
+    """Entries of rudders and revolutions, with their orders; `turned` where the sense of the heading is a doubt."""
     for role, signal in found.items():
         stem = role.split("_cmd")[0].rstrip("_123456789")
         if stem == "delta":
             keys, answer = read_rudder(signal, known.t, known.r, angles)
+            doubts = ("turn its sign too if that of psi and r is turned",) if turned and known.r is not None else ()
+            answer = Answer(answer.evidence, (*answer.doubts, *doubts))
         elif role.startswith("n_P"):
             keys, answer = read_revolutions(signal, known.speed, known.r, known.turned)
             if any(one.startswith("alpha") for one in found):

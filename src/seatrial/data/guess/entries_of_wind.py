@@ -8,22 +8,20 @@ import numpy as np
 
 from .answers import ASK, Answer, Entry, quoted
 from .roles import Signal
-from .wind import WindReading, differences
+from .wind import WindVerdict, differences
 
 
 def wind_entries(
-    found: Mapping[str, Signal], pair: tuple[str, str], best: WindReading, rival: WindReading | None,
-    close: list[WindReading],
-) -> Iterator[Entry]:  # fmt: skip
+    found: Mapping[str, Signal], pair: tuple[str, str], verdict: WindVerdict
+) -> Iterator[Entry]:
     """Entries of one wind, with the evidence and a doubt for each reading that fits about as well.
 
     Args:
         found: quantities of the log.
         pair: roles of its speed and its direction.
-        best: the reading that was taken.
-        rival: the best of the others, None without a test.
-        close: readings that fit about as well.
+        verdict: how it is read.
     """
+    best, rival, close = verdict.best, verdict.rival, verdict.close
     speed, direction = found[pair[0]], found[pair[1]]
     evidence = f"{speed.column.said} and {direction.column.said}; {'apparent, from the bow' if best.relative else 'true, from north'}"
     evidence += f", where it {'goes to' if best.towards else 'comes from'}"

@@ -17,7 +17,7 @@ from .motion import Motion, Verdict
 from .readers import reader_of
 from .roles import Signal, sided, signals, trial_column
 from .entries_of_wind import wind_entries
-from .wind import air, read_wind
+from .wind import read_two_winds, read_wind
 
 _OTHERS = 8
 _SHOWN = 12
@@ -101,7 +101,8 @@ def _entries(log: Log) -> Iterator[Entry]:
     yield from _second_opinion(log, verdict, exchanged)
     known = known_motion(verdict, _scaled(t, verdict), found)
     angles = {verdict.best.choice[key] for key in ("unit of psi",) if key in verdict.best.choice}
-    yield from control_entries(found, known, angles)
+    turned = not (verdict.sure("sense of psi") and verdict.sure("sense of r") and verdict.sure("frame of the quaternion"))
+    yield from control_entries(found, known, angles, turned)
     yield from _wind_entries(found, known)
     yield from other_entries(found, known)
 
@@ -245,16 +246,21 @@ def _others(topic: Topic) -> list[Column]:
 
 
 def _wind_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
-    """Entries of the wind: where two instruments tell it, each is read as the other has it."""
+    """Entries of the wind: where two instruments tell it, both are read as one wind."""
     pairs = _wind_pairs(found)
     motion = None if known.psi is None or known.u is None or known.v is None else (known.psi, known.u, known.v)
-    about = _by_the_other(found, pairs, motion)
+    apparent = next((two for two in pairs if two[1] == "gamma_A"), None)
+    true = next((two for two in pairs if two != apparent), None)
+    if apparent and true and motion:
+        for pair, verdict in zip((apparent, true), read_two_winds(found, apparent, true, motion), strict=True):
+            yield from wind_entries(found, pair, verdict)
+        return
     taken: set[bool] = set()
     for pair in pairs:
-        best, rival, close = read_wind(found, pair, motion, about.get(pair))
-        if best.relative not in taken:
-            taken.add(best.relative)
-            yield from wind_entries(found, pair, best, rival, close)
+        verdict = read_wind(found, pair, motion)
+        if verdict.best.relative not in taken:
+            taken.add(verdict.best.relative)
+            yield from wind_entries(found, pair, verdict)
 
 
 def _wind_pairs(found: Mapping[str, Signal]) -> list[tuple[str, str]]:
@@ -268,20 +274,6 @@ def _wind_pairs(found: Mapping[str, Signal]) -> list[tuple[str, str]]:
 
 
 _WINDS = {"gamma_A": ("U_A", "wind_speed"), "gamma_T": ("U_T", "wind_speed"), "wind_direction": ("wind_speed", "U_A", "U_T")}
-
-
-def _by_the_other(
-    found: Mapping[str, Signal], pairs: list[tuple[str, str]], motion: tuple[Array, Array, Array] | None
-) -> dict[tuple[str, str], Array]:
-    """The wind over ground by each other instrument, read as its own name says, shape (samples, 2)."""
-    if len(pairs) != 2 or motion is None:
-        return {}
-    true = next((two for two in pairs if two[1] in ("gamma_T", "wind_direction")), pairs[1])
-    rest = next(two for two in pairs if two != true)
-    first = read_wind(found, true, None)[0]
-    by_true = np.column_stack(air(first, found[true[0]].values, found[true[1]].values, motion))
-    second = read_wind(found, rest, motion, by_true)[0]
-    return {rest: by_true, true: np.column_stack(air(second, found[rest[0]].values, found[rest[1]].values, motion))}
 
 
 def _left_out(log: Log, entries: list[Entry]) -> list[str]:

@@ -12,9 +12,12 @@ from .. import Array
 from .motion import SPEEDS
 from .roles import Signal
 
+Motions = tuple[Array, Array, Array]
+"""Heading [rad], speeds over ground ahead and to starboard [m/s]."""
+
 _CLEAR, _FLOOR = 1.2, 0.03
 _STRAINED = 1.5
-_ROWS = 1500
+_ROWS = 400
 
 
 @dataclass(frozen=True)
@@ -36,36 +39,83 @@ class WindReading:
     unit: str
     angle: str
     strain: float
-    miss: float = np.nan
+    miss: float = 0.0
 
 
-def read_wind(
-    found: Mapping[str, Signal], pair: tuple[str, str], motion: tuple[Array, Array, Array] | None,
-    other: Array | None = None,
-) -> tuple[WindReading, WindReading | None, list[WindReading]]:  # fmt: skip
-    """The reading of a wind that fits and strains least, the best of the others, and those that fit about as well.
+@dataclass(frozen=True)
+class WindVerdict:
+    """The reading of a wind that fits and strains least.
+
+    Attributes:
+        best: the reading.
+        rival: the best of the others; None without a test.
+        close: readings that fit about as well and strain the names little more.
+    """
+
+    best: WindReading
+    rival: WindReading | None
+    close: tuple[WindReading, ...]
+
+
+def read_wind(found: Mapping[str, Signal], pair: tuple[str, str], motion: Motions | None) -> WindVerdict:
+    """Read one wind: the true wind is the one that changes least.
 
     Args:
         found: quantities of the log.
         pair: roles of speed and direction.
         motion: heading and speeds over ground ahead and to starboard, None where they are unknown.
-        other: north and east parts of the wind by another instrument, shape (samples, 2).
     """
     readings = _readings(found, pair)
     if motion is None:
         first = min(readings, key=lambda one: one.strain)
-        return first, None, [one for one in readings if one is not first and one.strain < first.strain + _STRAINED]
-    speed, direction = found[pair[0]].values, _signed(found[pair[1]])
-    every = max(speed.size // _ROWS, 1)
+        near = tuple(one for one in readings if one is not first and one.strain < first.strain + _STRAINED)
+        return WindVerdict(first, None, near)
+    airs = _airs(found, pair, readings, motion)
+    return _chosen([(one, _share(air, np.nanmean(air, axis=0))) for one, air in zip(readings, airs, strict=True)])
+
+
+def read_two_winds(
+    found: Mapping[str, Signal], apparent: tuple[str, str], true: tuple[str, str], motion: Motions
+) -> tuple[WindVerdict, WindVerdict]:
+    """Read an apparent and a true wind together: both are one wind."""
+    first, second = ([one for one in _readings(found, pair) if one.relative is relative]
+                     for pair, relative in ((apparent, True), (true, False)))  # fmt: skip
+    airs, others = _airs(found, apparent, first, motion), _airs(found, true, second, motion)
+    table = np.array([[_share(b, a) for b in others] for a in airs])
+    strain = np.array([[a.strain + b.strain for b in second] for a in first])
+    near = table <= _CLEAR * table.min() + _FLOOR
+    i, j = np.unravel_index(np.argmin(np.where(near, strain, np.inf) + 1e-3 * table), table.shape)
+    return (_chosen(list(zip(first, table[:, j].tolist(), strict=True)), first[i]),
+            _chosen(list(zip(second, table[i].tolist(), strict=True)), second[j]))  # fmt: skip
+
+
+def _chosen(judged: list[tuple[WindReading, float]], best: WindReading | None = None) -> WindVerdict:
+    """The reading to take of those with their misses."""
+    readings = [replace(one, miss=min(miss, 9.0)) for one, miss in judged]
+    smallest = min(one.miss for one in readings)
+    near = [one for one in readings if one.miss <= _CLEAR * smallest + _FLOOR]
+    taken = min(near, key=lambda one: (one.strain, one.miss))
+    if best is not None:
+        taken = next(one for one in readings if replace(one, miss=best.miss) == best)
+    close = tuple(one for one in near if one is not taken and one.strain < taken.strain + _STRAINED)
+    others = [one for one in readings if one is not taken]
+    return WindVerdict(taken, min(others, key=lambda one: one.miss, default=None), close)
+
+
+def _share(air: Array, other: Array) -> float:
+    """How far a wind is from another, or from its mean, as a share of its size."""
+    lost, size = np.sqrt(np.nanmean(np.sum((air - other) ** 2, axis=1))), np.nanmean(np.hypot(*air.T))
+    return float(lost / max(float(size), 1e-6))
+
+
+def _airs(
+    found: Mapping[str, Signal], pair: tuple[str, str], readings: list[WindReading], motion: Motions
+) -> list[Array]:
+    """The wind over ground by each reading, some rows of it, north and east, shape (rows, 2)."""
+    every = max(motion[0].size // _ROWS, 1)
     thin = motion[0][::every], motion[1][::every], motion[2][::every]
-    about = None if other is None else other[::every]
-    judged = [_judged(one, speed[::every], direction[::every], thin, about) for one in readings]
-    smallest = min(one.miss for one in judged)
-    near = [one for one in judged if one.miss <= _CLEAR * smallest + _FLOOR]
-    best = min(near, key=lambda one: (one.strain, one.miss))
-    close = [one for one in near if one is not best and one.strain < best.strain + _STRAINED]
-    others = [one for one in judged if one is not best]
-    return best, min(others, key=lambda one: one.miss, default=None), close
+    speed, direction = found[pair[0]].values[::every], _signed(found[pair[1]])[::every]
+    return [_air(one, speed, direction, thin) for one in readings]
 
 
 def differences(best: WindReading, rival: WindReading) -> list[str]:
@@ -107,27 +157,13 @@ _KIND = {True: {"gamma_T": 2.0}, False: {"gamma_A": 2.0}}
 """How far apparent and true are from a name that says the other."""
 
 
-def _judged(
-    one: WindReading, speed: Array, direction: Array, motion: tuple[Array, Array, Array],
-    other: Array | None,
-) -> WindReading:  # fmt: skip
-    north, east = air(one, speed, direction, motion)
-    if other is not None:
-        lost = np.hypot(north - other[:, 0], east - other[:, 1])
-        size = np.nanmean(np.hypot(other[:, 0], other[:, 1]))
-    else:
-        lost = np.hypot(north - np.nanmean(north), east - np.nanmean(east))
-        size = np.nanmean(np.hypot(north, east))
-    miss = float(np.sqrt(np.nanmean(lost**2)) / max(float(size), 1e-6))
-    return replace(one, miss=min(miss, 9.0))
-
-
-def air(one: WindReading, speed: Array, direction: Array, motion: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-    """Velocity of the air over ground, north and east, where the wind comes from counted positive."""
+def _air(one: WindReading, speed: Array, direction: Array, motion: Motions) -> Array:
+    """Where the wind over ground comes from: its speed times north and east, shape (rows, 2)."""
     psi, u, v = motion
     size = speed * SPEEDS[one.unit]
     gamma = one.side * (np.radians(direction) if one.angle == "deg" else direction) + (np.pi if one.towards else 0.0)
     if not one.relative:
-        return size * np.cos(gamma), size * np.sin(gamma)
+        return np.column_stack([size * np.cos(gamma), size * np.sin(gamma)])
     ahead, aside = size * np.cos(gamma) - u, size * np.sin(gamma) - v
-    return ahead * np.cos(psi) - aside * np.sin(psi), ahead * np.sin(psi) + aside * np.cos(psi)
+    north, east = ahead * np.cos(psi) - aside * np.sin(psi), ahead * np.sin(psi) + aside * np.cos(psi)
+    return np.column_stack([north, east])
