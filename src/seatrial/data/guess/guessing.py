@@ -22,6 +22,9 @@ from .wind import read_two_winds, read_wind
 _OTHERS = 8
 _SHOWN = 12
 _SLOW = 5.0
+_REACH, _DELAY, _LONGEST = 2.5, 1.0, 30.0
+"""Steps of a topic that a line spans, the delay [s] that one may have, and how long an order holds [s]."""
+
 _ROWS, _FEW = 1200, 400
 """Rows that the tests look at, and those of other trials for a second opinion."""
 
@@ -59,7 +62,7 @@ def guess(src: str | Path) -> Guess:
     if known is not None and not known.tabular:
         return Guess(known.format, notes=(known.said,))
     log = find_log(here)
-    entries = [_once_named(log, one) for one in _entries(log)]
+    entries = [_reaching(log, _once_named(log, one)) for one in _entries(log)]
     notes = [*log.notes, *([known.said] if known else [])]
     head = ["A mapping for `seatrial import csv`, guessed; correct what is wrong.",
             f"A comment that begins with {DOUBT} names what the log does not show; a value \"{ASK}\" must be answered.",
@@ -77,6 +80,20 @@ def _once_named(log: Log, entry: Entry) -> Entry:
         return entry
     doubt = f"two columns are called {twice[0]}, and the import refuses that; rename one in the log"
     return replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, doubt)))
+
+
+def _reaching(log: Log, entry: Entry) -> Entry:
+    """The entry of a topic with how far its values reach: orders hold until the next, lines go over usual delays."""
+    topic = next((one for one in log.topics if quoted(one.name) == entry.keys.get("file")), None)
+    if topic is None or topic.clock is None:
+        return entry
+    steps = np.diff(np.sort(topic.clock.t[np.isfinite(topic.clock.t)]))
+    usual, most = float(np.median(steps)), float(np.max(steps))
+    held = entry.table.endswith("_cmd")
+    keys = {**entry.keys, **({"interpolate": quoted("hold")} if held else {})}
+    if held or most > _REACH * usual:
+        keys["limit"] = f"{min(most, _LONGEST if held else max(_REACH * usual, _DELAY)):.3g}"
+    return replace(entry, keys=keys)
 
 
 def _place(entry: Entry) -> str:
