@@ -292,6 +292,7 @@ def workbook(folder: Path) -> Expected:
     sheet.put("Longitude", log.longitude, 8).put("Heading (deg)", compass(log["psi"]), 2).put("SOG (m/s)", log.sog, 3)
     sheet.put("COG (deg)", np.degrees(log.cog), 2).put("Rudder (deg)", np.degrees(log["delta"]), 2)
     rows = [list(row) for row in zip(*sheet.cells, strict=True)]
+    folder.mkdir(parents=True, exist_ok=True)
     path = write_workbook(folder / "trial.xlsx", [["Sea trial of 14 May"], ["Ship: made"], sheet.heads, *rows])
     return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001, 0.01 * DEG, 0.01 * DEG),
                              "delta": 0.01 * DEG})  # fmt: skip

@@ -43,9 +43,9 @@ class Entry:
     answer: Answer = field(default_factory=lambda: Answer(""))
 
     @property
-    def asks(self) -> bool:
-        """Whether a person has to answer before the import can run."""
-        return quoted(ASK) in self.keys.values()
+    def asked(self) -> tuple[str, ...]:
+        """Keys that a person has to answer before the import can run."""
+        return tuple(key for key, value in self.keys.items() if quoted(ASK) in value)
 
 
 def quoted(text: str) -> str:

@@ -25,7 +25,7 @@ _SLOW = 5.0
 _REACH, _DELAY, _LONGEST = 2.5, 1.0, 30.0
 """Steps of a topic that a line spans, the delay [s] that one may have, and how long an order holds [s]."""
 
-_ROWS, _FEW = 1200, 400
+_ROWS, _FEW = 600, 400
 """Rows that the tests look at, and those of other trials for a second opinion."""
 
 _EXCHANGED = 0.6
@@ -68,7 +68,7 @@ def guess(src: str | Path) -> Guess:
             f"A comment that begins with {DOUBT} names what the log does not show; a value \"{ASK}\" must be answered.",
             *notes, *_left_out(log, entries)]  # fmt: skip
     doubts = tuple(f"{_place(one)}: {doubt}" for one in entries for doubt in one.answer.doubts)
-    asks = tuple(f"{one.table}.{key}" if one.table else key for one in entries for key, value in one.keys.items() if value == quoted(ASK))
+    asks = tuple(f"{one.table}.{key}" if one.table else key for one in entries for key in one.asked)
     return Guess("csv", text_of(head, [Entry("", {"schema": quoted("seatrial-mapping/1")}), *entries]), doubts, asks, tuple(notes))
 
 
@@ -143,7 +143,7 @@ def _judged(
     if {"heading", "cog"} <= set(found):
         turned = {**found, "heading": found["cog"], "cog": found["heading"]}
         other = Motion(t, turned, times, rows).verdict()
-        if other.best.miss < _EXCHANGED * verdict.best.miss - 0.01:
+        if not other.lost and other.best.miss < _EXCHANGED * (verdict.lost or verdict.best.miss) - 0.01:
             return turned, other, True
     return found, verdict, False
 

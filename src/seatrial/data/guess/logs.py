@@ -152,7 +152,8 @@ def _longest(columns: Sequence[Column], t: Array) -> slice:
 
 def _pieces(topics: Sequence[Topic]) -> bool:
     """Whether each file goes on where another ends."""
-    spans = sorted((float(np.nanmin(one.clock.t)), float(np.nanmax(one.clock.t)), one.clock.t) for one in topics if one.clock)
+    spans = [(float(np.nanmin(one.clock.t)), float(np.nanmax(one.clock.t)), one.clock.t) for one in topics if one.clock]
+    spans.sort(key=lambda one: one[0])
     if len(spans) < len(topics):
         return False
     step = float(np.nanmedian(np.diff(spans[0][2])))

@@ -25,7 +25,7 @@ SPEEDS = {"m/s": 1.0, "kn": 1852.0 / 3600.0, "km/h": 1.0 / 3.6}
 RATES = {"deg/s": np.pi / 180.0, "rad/s": 1.0, "deg/min": np.pi / 10800.0}
 _TIME_STRAIN = {"s": 0.0, "ms": 0.5, "us": 1.0, "min": 1.6}
 _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
-_LOST = 0.5
+_LOST = 0.25
 _BAND, _FLOOR = 1.3, 0.03
 """Readings with a miss up to this factor and share above the best are as good as it."""
 
@@ -213,7 +213,7 @@ class Motion:
             one for time in self.times for heading in self.headings
             for one in self._with(time, heading)
         ]  # fmt: skip
-        lost = min(one.parts.get("track", 0.0) + one.parts.get("turn", 0.0) for one in readings)
+        lost = min(max(one.parts.get("track", 0.0), one.parts.get("turn", 0.0)) for one in readings)
         if lost > _LOST:
             # the sources contradict each other: they decide nothing
             readings = [replace(one, miss=0.0, parts={}) for one in readings]
