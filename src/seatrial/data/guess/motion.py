@@ -26,6 +26,7 @@ RATES = {"deg/s": np.pi / 180.0, "rad/s": 1.0, "deg/min": np.pi / 10800.0}
 _TIME_STRAIN = {"s": 0.0, "ms": 0.5, "us": 1.0, "min": 1.6}
 _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
 _LOST = 0.25
+_ABSURD = 5.0
 _BAND, _FLOOR = 1.3, 0.03
 """Readings with a miss up to this factor and share above the best are as good as it."""
 
@@ -135,7 +136,7 @@ class Motion:
             psi = np.radians(raw) if unit == "deg" else raw
             psi = dict(zip(_SENSES, (psi, 0.5 * np.pi - psi, -psi), strict=True))[sense]
             out.append(Option({"unit of psi": unit, "sense of psi": sense}, strain, (unwrapped(psi),)))
-        return out
+        return [one for one in out if one.strain < _ABSURD]
 
     def _quaternions(self) -> list[Option]:
         x, y = (self.values.get(name, np.zeros(self.t.size)) for name in ("qx", "qy"))
