@@ -103,7 +103,7 @@ def _place(entry: Entry) -> str:
 
 def _entries(log: Log) -> Iterator[Entry]:
     yield from _table_entries(log)
-    t, found = _once(log.t[log.piece], _in_degrees(log.found), log.piece)
+    t, found = _once(log.t[log.piece], _in_degrees(_with_letters(log)), log.piece)
     times = log.main.clock.units if log.main.clock else ()
     found, verdict, exchanged = _judged(t, found, times)
     yield _time_entry(log, verdict)
@@ -122,6 +122,19 @@ def _entries(log: Log) -> Iterator[Entry]:
     yield from control_entries(found, known, angles, turned)
     yield from _wind_entries(found, known)
     yield from other_entries(found, known)
+
+
+def _with_letters(log: Log) -> dict[str, Signal]:
+    """The quantities of the log, with the letters that any of its files has beside their numbers."""
+    out = dict(log.found)
+    for role, signal in log.found.items():
+        letters = dict(signal.column.letters)
+        for topic in log.others:
+            for column in topic.columns:
+                letters |= column.letters if column.head == signal.column.head else {}
+        if letters != signal.column.letters:
+            out[role] = replace(signal, column=replace(signal.column, letters=letters))
+    return out
 
 
 def _once(t: Array, found: Mapping[str, Signal], piece: slice) -> tuple[Array, dict[str, Signal]]:
@@ -161,7 +174,7 @@ def _letters(log: Log) -> dict[str, str]:
 
 def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
     """Doubts where other trials of the folder, alike by their columns, are read better in another way."""
-    for other in log.others[:_OTHERS]:
+    for other in log.others[:_OTHERS] if log.join == "time" else ():
         if other.clock is None:
             continue
         t, found = _once(other.clock.t, _in_degrees(sided(signals(other.columns, other.clock.heads))), slice(None))
@@ -185,9 +198,12 @@ def _in_degrees(found: Mapping[str, Signal]) -> dict[str, Signal]:
 def _table_entries(log: Log) -> Iterator[Entry]:
     """Keys of the layout: those that differ from the defaults."""
     layout, keys, said = log.main.table.layout, {}, []
-    if layout.encoding != "utf-8-sig":
-        keys["encoding"] = quoted(layout.encoding)
-        said.append(f"the text is {layout.encoding}")
+    # a file of plain letters is in any encoding
+    encodings = [one.table.layout.encoding for one in (log.main, *log.others)]
+    encoding = next((one for one in encodings if one != "utf-8-sig"), "utf-8-sig")
+    if encoding not in ("utf-8-sig", "utf-16"):
+        keys["encoding"] = quoted(encoding)
+        said.append(f"the text is {encoding}")
     if layout.delimiter != ",":
         keys["delimiter"] = quoted(layout.delimiter)
     if layout.decimal != ".":
@@ -200,7 +216,8 @@ def _table_entries(log: Log) -> Iterator[Entry]:
         said.append("the row below it has units")
     if layout.sheet:
         keys["sheet"] = quoted(layout.sheet)
-    words = sorted({word for topic in (log.main, *log.topics) for column in topic.columns if column.kind != "text" for word in column.missing})
+    words = sorted({word for topic in (log.main, *log.topics, *log.others)
+                    for column in topic.columns if column.kind != "text" for word in column.missing})  # fmt: skip
     if words:
         keys["missing"] = listed(words)
         said.append("words among the numbers are taken as gaps")
@@ -216,18 +233,23 @@ def _table_entries(log: Log) -> Iterator[Entry]:
 
 
 def _repeats(log: Log) -> Iterator[Entry]:
-    """What to do with rows of the same time."""
+    """What to do with rows of the same time, in any of the files."""
     if trial_column(log.main.columns, log.t) is not None:
         return
-    order = np.argsort(log.t, kind="stable")
-    repeats = np.flatnonzero(np.diff(log.t[order]) == 0.0)
-    if not repeats.size:
+    count, same, often = 0, True, False
+    for topic in (log.main, *log.others):
+        if topic.clock is None:
+            continue
+        order = np.argsort(topic.clock.t, kind="stable")
+        repeats = np.flatnonzero(np.diff(topic.clock.t[order]) == 0.0)
+        columns = [column for column in topic.columns if column.kind in ("number", "letters")]
+        pairs = [(order[k], order[k + 1]) for k in repeats.tolist()[:500]]
+        same &= all(column.cells[a] == column.cells[b] for column in columns for a, b in pairs)
+        often |= repeats.size > 0.1 * order.size
+        count += repeats.size
+    if not count:
         return
-    columns = [column for column in log.main.columns if column.kind in ("number", "letters")]
-    pairs = [(order[k], order[k + 1]) for k in repeats.tolist()[:500]]
-    same = all(column.cells[a] == column.cells[b] for column in columns for a, b in pairs)
-    evidence = f"{repeats.size} rows repeat the time of another, " + ("all with its values" if same else "with other values")
-    often = repeats.size > 0.1 * log.t.size
+    evidence = f"{count} rows repeat the time of another, " + ("all with its values" if same else "with other values")
     doubts = () if same else ("the clock is coarser than the rows, or stepped back; \"first\", \"last\" and \"mean\" "
                               "say which of them counts",)  # fmt: skip
     yield Entry("", {"duplicates": quoted("mean" if often and not same else "first")}, Answer(evidence, doubts))

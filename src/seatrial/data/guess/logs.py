@@ -51,7 +51,7 @@ class Log:
         found: quantities on these rows, by role.
         pattern: of the files of a trial; empty where a trial is one file.
         join: "rows" where files alike are pieces of one log, else "time".
-        others: logs of other trials alike, for a second opinion.
+        others: the other files with the same columns.
         notes: what else is to be said, for the head of the mapping.
     """
 
@@ -108,22 +108,30 @@ def _topic(base: Path, table: Table, context: bool) -> Topic:
 
 
 def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
-    """Files with the same columns: each a trial, or pieces of one."""
-    longest = max(tables, key=lambda one: len(one.columns[0]))
-    main = _topic(base, longest, False)
-    pattern, join, others = "", "time", list[Topic]()
-    if len(tables) > 1:
-        others = [_topic(base, table, False) for table in tables]
-        if _pieces(others):
-            pattern, join = f"*{longest.path.suffix}", "rows"
-            notes = [*notes, f"{len(tables)} files follow each other in time: pieces of one log"]
-        else:
-            notes = [*notes, f"{len(tables)} files with the same columns, each a trial; what is said here is of {main.name}"]
+    """Files with the same columns: each a trial, or pieces of one; the one whose rudder moves most is looked at."""
+    topics = [_topic(base, table, False) for table in tables]
+    main = max(topics, key=lambda one: (_activity(one), len(one.table.columns[0])))
+    others = tuple(one for one in topics if one is not main)
+    pattern, join = "", "time"
+    if others and _pieces(topics):
+        pattern, join = f"*{main.table.path.suffix}", "rows"
+        notes = [*notes, f"{len(tables)} files follow each other in time: pieces of one log"]
+    elif others:
+        notes = [*notes, f"{len(tables)} files with the same columns, each a trial; what is said here is of {main.name}"]
     clock = main.clock
-    t = clock.t if clock else np.arange(len(longest.columns[0]), dtype=float)
+    t = clock.t if clock else np.arange(len(main.table.columns[0]), dtype=float)
     found = sided(signals(main.columns, clock.heads if clock else ()))
-    rest = tuple(one for one in others if one.name != main.name) if join == "time" else ()
-    return Log(main, (), t, _longest(main.columns, t), found, pattern, join, tuple(notes), rest)
+    return Log(main, (), t, _longest(main.columns, t), found, pattern, join, tuple(notes), others)
+
+
+def _activity(topic: Topic) -> int:
+    """How often the rudder, or else the heading, goes from end to end of its range."""
+    found = signals(topic.columns, topic.clock.heads if topic.clock else ())
+    values = next((found[role].values for role in ("delta", "heading", "yaw", "r") if role in found), np.zeros(2))
+    some = values[np.isfinite(values)]
+    some = some[:: max(some.size // 100, 1)]
+    span = float(np.ptp(some)) if some.size else 0.0
+    return round(float(np.abs(np.diff(some)).sum()) / span) if span > 0.0 else 0
 
 
 def leap(t: Array) -> float | None:
