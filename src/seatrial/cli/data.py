@@ -53,7 +53,7 @@ def _guess(folder: Path, out: Path | None, more: object, json: bool) -> None:
     for doubt in found.doubts:
         note(f"doubt: {doubt}")
     ask = f"answer {', '.join(found.asks)} in it, then" if found.asks else "read it, then"
-    say(f"{out}: {len(found.doubts)} doubts; {ask}: seatrial import csv {folder} --mapping {out} -o trials\n")
+    say(f"{out}: {len(found.doubts)} doubt{'s' * (len(found.doubts) != 1)}; {ask}: seatrial import csv {folder} --mapping {out} -o trials\n")
 
 
 def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: o.Json = False) -> None:
