@@ -47,7 +47,8 @@ def logged(trial: Trial, begins: datetime, rng: np.random.Generator) -> str:
         rudder = trial["delta"][k] / DEGREE
         when = begins + timedelta(seconds=round(t, 3))
         cells = (
-            when.strftime("%d.%m.%Y"), when.strftime("%H:%M:%S.%f")[:-3], minutes(latitude, "NS"), minutes(longitude, "EW"),
+            when.strftime("%d.%m.%Y"), when.strftime("%H:%M:%S.%f")[:-3],
+            minutes(latitude, "NS"), minutes(longitude, "EW"),
             f"{psi[k] / DEGREE % 360.0:.2f}", f"{speed[k] / KNOT:.3f}", f"{course[k] / DEGREE % 360.0:.2f}",
             f"{60.0 * trial['r'][k] / DEGREE:.2f}",
             "N/A" if rng.random() < 0.002 else f"{abs(rudder):.2f} {'SB' if rudder >= 0.0 else 'BB'}",

@@ -9,17 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime, timedelta, timezone
+from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from workbooks import write_workbook
 
 from seatrial.data import Trial
 from seatrial.data.geodesy import Datum
-
-from workbooks import write_workbook
 
 Array = NDArray[np.float64]
 KN, DEG = 1852.0 / 3600.0, math.pi / 180.0
@@ -62,11 +61,9 @@ class Sailed:
 
 @dataclass(frozen=True)
 class Expected:
-    """What an import of a shape must find, by the name of the trial's file: channels with the size of the last digit."""
+    """What an import of a shape must find, by the name of the trial's file: channels with their last digit."""
 
     trials: Mapping[str, tuple[Sailed, Mapping[str, float]]]
-    edits: tuple[tuple[str, str], ...] = ()
-    trap: str = ""
 
 
 def sailed(
@@ -77,7 +74,11 @@ def sailed(
     hand = np.random.default_rng(seed)
     t = np.arange(0.0, duration, dt)
     unit = L / U
-    orders = np.repeat(hand.choice([-1.0, -0.5, 0.0, 0.5, 1.0], t.size), max(round(1.5 * unit / dt), 1))[: t.size] * rudder * DEG
+    orders = (
+        np.repeat(hand.choice([-1.0, -0.5, 0.0, 0.5, 1.0], t.size), max(round(1.5 * unit / dt), 1))[: t.size]
+        * rudder
+        * DEG
+    )
     delta, r = np.zeros(t.size), np.zeros(t.size)
     for k in range(t.size - 1):
         delta[k + 1] = delta[k] + np.clip(orders[k] - delta[k], -0.05 * dt * 20 / unit * 3, 0.05 * dt * 20 / unit * 3)
@@ -131,7 +132,9 @@ class Sheet:
         rows = list(zip(*self.cells, strict=True))
         return [delimiter.join(row) for row in [self.heads, *([self.units] if units else []), *rows]]
 
-    def write(self, path: Path, delimiter: str = ",", encoding: str = "utf-8", above: Sequence[str] = (), units: bool = False) -> Path:
+    def write(
+        self, path: Path, delimiter: str = ",", encoding: str = "utf-8", above: Sequence[str] = (), units: bool = False
+    ) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("\n".join([*above, *self.lines(delimiter, units)]) + "\n", encoding=encoding)
         return path
@@ -144,7 +147,7 @@ def stamps(t: Array, form: str = "iso", start: datetime = START) -> list[str]:
         if form == "iso":
             out.append(when.isoformat(timespec="milliseconds"))
         elif form == "utc":
-            out.append(when.astimezone(timezone.utc).strftime("%Y-%m-%dT%H:%M:%S.%f")[:-3] + "Z")
+            out.append(when.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")[:-3] + "Z")
         else:
             out.append(when.strftime(form)[:-3] if form.endswith("%f") else when.strftime(form))
     return out
@@ -161,8 +164,13 @@ def ground_digits(log: Sailed, speed: float, course: float, heading: float) -> d
     return {"u": one, "v_m": one}
 
 
-def _only(path: Path, log: Sailed, digits: Mapping[str, float], edits: tuple[tuple[str, str], ...] = (), trap: str = "") -> Expected:
-    return Expected({path.stem: (log, digits)}, edits, trap)
+def bridge(log: Sailed, speed: float = 0.001 * KN) -> dict[str, float]:
+    """Last digits of a log with 1 cm of position, 0.01 deg of heading and course."""
+    return {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, speed, 0.01 * DEG, 0.01 * DEG)}
+
+
+def _only(path: Path, log: Sailed, digits: Mapping[str, float]) -> Expected:
+    return Expected({path.stem: (log, digits)})
 
 
 def astray(trial: Trial, log: Sailed, digits: Mapping[str, float]) -> dict[str, float]:
@@ -201,7 +209,7 @@ def iso_with_zone(folder: Path) -> Expected:
     sheet.put("HDG", compass(log["psi"]), 2).put("SOG", log.sog / KN, 3).put("COG", np.degrees(log.cog), 2)
     sheet.put("RUD", np.degrees(log["delta"]), 2).put("RPM", 60 * log["n_P"], 2)
     path = sheet.write(folder / "voyage.csv")
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001 * KN, 0.01 * DEG, 0.01 * DEG),
+    return _only(path, log, {**bridge(log),
                              "delta": 0.01 * DEG, "n_P": 0.01 / 60})  # fmt: skip
 
 
@@ -243,8 +251,7 @@ def gps_week(folder: Path) -> Expected:
     sheet.put("Heading", compass(log["psi"]), 2).put("Speed over ground (kn)", log.sog / KN, 3)
     sheet.put("Course over ground", np.degrees(log.cog), 2).put("Rudder angle", np.degrees(log["delta"]), 2)
     path = sheet.write(folder / "survey.csv")
-    return _only(path, log, {"x": 0.02, "y": 0.02, "psi": 0.01 * DEG, **ground_digits(log, 0.001 * KN, 0.01 * DEG, 0.01 * DEG),
-                             "delta": 0.01 * DEG})  # fmt: skip
+    return _only(path, log, {**bridge(log), "x": 0.02, "y": 0.02, "delta": 0.01 * DEG})
 
 
 @shape
@@ -256,7 +263,7 @@ def norwegian(folder: Path) -> Expected:
     sheet.put("Kurs over grunn [grader]", np.degrees(log.cog), 2).put("Rørvinkel", np.degrees(log["delta"]), 2)
     sheet.put("Turtall [o/min]", 60 * log["n_P"], 1).put("Girhastighet [grader/s]", np.degrees(log["r"]), 4)
     path = sheet.write(folder / "prøvetur.csv", ";", "cp1252")
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001 * KN, 0.01 * DEG, 0.01 * DEG),
+    return _only(path, log, {**bridge(log),
                              "delta": 0.01 * DEG, "n_P": 0.1 / 60, "r": 1e-4 * DEG})  # fmt: skip
 
 
@@ -266,10 +273,12 @@ def german(folder: Path) -> Expected:
     log = sailed(**COASTER, seed=5)
     sheet = Sheet(mark=",").put("Datum", stamps(log.t, "%d.%m.%Y")).put("Uhrzeit", stamps(log.t, "%H:%M:%S.%f"))
     sheet.put("Breite", log.latitude, 8).put("Länge", log.longitude, 8).put("Kompasskurs", compass(log["psi"]), 2)
-    sheet.put("FüG [kn]", log.sog / KN, 3).put("KüG", np.degrees(log.cog), 2).put("Ruderlage", np.degrees(log["delta"]), 2)
+    sheet.put("FüG [kn]", log.sog / KN, 3).put("KüG", np.degrees(log.cog), 2).put(
+        "Ruderlage", np.degrees(log["delta"]), 2
+    )
     sheet.put("Drehzahl [U/min]", 60 * log["n_P"], 2).put("Drehrate [°/min]", 60 * np.degrees(log["r"]), 2)
     path = sheet.write(folder / "fahrt.tsv", "\t")
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001 * KN, 0.01 * DEG, 0.01 * DEG),
+    return _only(path, log, {**bridge(log),
                              "delta": 0.01 * DEG, "n_P": 0.01 / 60, "r": 0.01 * DEG / 60})  # fmt: skip
 
 
@@ -277,11 +286,17 @@ def german(folder: Path) -> Expected:
 def utf_16(folder: Path) -> Expected:
     """UTF-16 with tabs, as spreadsheets save it."""
     log = sailed(**COASTER, seed=6)
-    sheet = Sheet().put("Time (s)", log.t, 2).put("Northing", log["x"] + 7034000, 2).put("Easting", log["y"] + 569000, 2)
+    sheet = (
+        Sheet().put("Time (s)", log.t, 2).put("Northing", log["x"] + 7034000, 2).put("Easting", log["y"] + 569000, 2)
+    )
     sheet.put("Gyro heading", compass(log["psi"]), 2).put("Surge speed", log["u"], 3).put("Sway speed", log["v_m"], 3)
     sheet.put("Yaw rate", np.degrees(log["r"]), 4).put("Rudder", np.degrees(log["delta"]), 2)
     path = sheet.write(folder / "mru.txt", "\t", "utf-16")
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, "u": 1e-3, "v_m": 1e-3, "r": 1e-4 * DEG, "delta": 0.01 * DEG})
+    return _only(
+        path,
+        log,
+        {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, "u": 1e-3, "v_m": 1e-3, "r": 1e-4 * DEG, "delta": 0.01 * DEG},
+    )
 
 
 @shape
@@ -294,7 +309,7 @@ def workbook(folder: Path) -> Expected:
     rows = [list(row) for row in zip(*sheet.cells, strict=True)]
     folder.mkdir(parents=True, exist_ok=True)
     path = write_workbook(folder / "trial.xlsx", [["Sea trial of 14 May"], ["Ship: made"], sheet.heads, *rows])
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001, 0.01 * DEG, 0.01 * DEG),
+    return _only(path, log, {**bridge(log, 0.001),
                              "delta": 0.01 * DEG})  # fmt: skip
 
 
@@ -311,7 +326,9 @@ def parquet(folder: Path) -> Expected:
     })  # fmt: skip
     folder.mkdir(parents=True, exist_ok=True)
     frame.write_parquet(folder / "drive.parquet")
-    return _only(folder / "drive.parquet", log, dict.fromkeys(("psi", "u", "v_m", "delta", "n_P"), 1e-8) | {"x": 0.01, "y": 0.01})
+    return _only(
+        folder / "drive.parquet", log, dict.fromkeys(("psi", "u", "v_m", "delta", "n_P"), 1e-8) | {"x": 0.01, "y": 0.01}
+    )
 
 
 @shape
@@ -320,11 +337,13 @@ def preamble_and_units(folder: Path) -> Expected:
     log = sailed(**MODEL, seed=9)
     sheet = Sheet().put("Time", log.t, 2, "s").put("X", log["x"], 4, "m").put("Y", log["y"], 4, "m")
     sheet.put("Psi", compass(log["psi"]), 3, "deg").put("U", log["u"], 4, "m/s").put("V", log["v_m"], 4, "m/s")
-    sheet.put("R", np.degrees(log["r"]), 4, "deg/s").put("Delta", np.degrees(log["delta"]), 3, "deg").put("N", 60 * log["n_P"], 2, "rpm")
+    sheet.put("R", np.degrees(log["r"]), 4, "deg/s").put("Delta", np.degrees(log["delta"]), 3, "deg").put(
+        "N", 60 * log["n_P"], 2, "rpm"
+    )
     above = ["Towing tank, free running", "Model: 123, 1:45", "Date: 14.05.2024", "Operator; NN", "", "Remarks: none"]
     path = sheet.write(folder / "run17.csv", ",", "utf-8", above, units=True)
-    return _only(path, log, {"x": 1e-4, "y": 1e-4, "psi": 1e-3 * DEG, "u": 1e-4, "v_m": 1e-4, "r": 1e-4 * DEG, "delta": 1e-3 * DEG,
-                             "n_P": 0.01 / 60})  # fmt: skip
+    angles = {"psi": 1e-3 * DEG, "r": 1e-4 * DEG, "delta": 1e-3 * DEG}
+    return _only(path, log, {**dict.fromkeys(("x", "y", "u", "v_m"), 1e-4), **angles, "n_P": 0.01 / 60})
 
 
 @shape
@@ -337,7 +356,7 @@ def port_and_starboard(folder: Path) -> Expected:
         sheet.put(head, [f"{abs(one):.2f} {'S' if one >= 0 else 'P'}" for one in values.tolist()])
     sheet.put("Apparent wind speed [m/s]", log["U_A"], 3)
     path = sheet.write(folder / "bridge.csv")
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001 * KN, 0.01 * DEG, 0.01 * DEG),
+    return _only(path, log, {**bridge(log),
                              "delta": 0.01 * DEG, "U_A": 1e-3, "gamma_A": 0.01 * DEG})  # fmt: skip
 
 
@@ -350,11 +369,13 @@ def words_of_gaps(folder: Path) -> Expected:
     cells = ["N/A" if gap else cell for gap, cell in zip(gone, cells, strict=True)]
     twice = np.sort(np.concatenate([np.arange(log.t.size), np.arange(40, log.t.size, 97)]))
     sheet = Sheet().put("Time", stamps(log.t)).put("Lat", log.latitude, 8).put("Lon", log.longitude, 8)
-    sheet.put("HDG", compass(log["psi"]), 2).put("SOG", log.sog / KN, 3).put("COG", np.degrees(log.cog), 2).put("Rudder", cells)
+    sheet.put("HDG", compass(log["psi"]), 2).put("SOG", log.sog / KN, 3).put("COG", np.degrees(log.cog), 2).put(
+        "Rudder", cells
+    )
     sheet.put("RPM", ["--" if k % 50 == 7 else f"{60 * one:.2f}" for k, one in enumerate(log["n_P"].tolist())])
     sheet.cells = [[column[k] for k in twice.tolist()] for column in sheet.cells]
     path = sheet.write(folder / "gappy.csv")
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001 * KN, 0.01 * DEG, 0.01 * DEG),
+    return _only(path, log, {**bridge(log),
                              "delta": 0.01 * DEG, "n_P": 0.01 / 60})  # fmt: skip
 
 
@@ -369,7 +390,14 @@ def degrees_and_minutes(folder: Path) -> Expected:
     sheet.put("Heading", compass(log["psi"]), 2).put("SOG", log.sog, 3).put("COG", np.degrees(log.cog), 2)
     sheet.put("Rudder order", np.degrees(log["delta"]), 2).put("Rudder", np.degrees(log["delta"]), 2)
     path = sheet.write(folder / "ecdis.csv")
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001, 0.01 * DEG, 0.01 * DEG), "delta": 0.01 * DEG})
+    return _only(
+        path,
+        log,
+        {
+            **bridge(log, 0.001),
+            "delta": 0.01 * DEG,
+        },
+    )
 
 
 @shape
@@ -378,9 +406,11 @@ def apparent_wind_only(folder: Path) -> Expected:
     log = sailed(**COASTER, seed=13)
     sheet = Sheet().put("time", stamps(log.t, "utc")).put("lat", log.latitude, 8).put("lon", log.longitude, 8)
     sheet.put("hdg", compass(log["psi"]), 2).put("sog", log.sog / KN, 3).put("cog", np.degrees(log.cog), 2)
-    sheet.put("awa", np.degrees(log["gamma_A"]) % 360.0, 2).put("aws", log["U_A"] / KN, 3).put("rudder", np.degrees(log["delta"]), 2)
+    sheet.put("awa", np.degrees(log["gamma_A"]) % 360.0, 2).put("aws", log["U_A"] / KN, 3).put(
+        "rudder", np.degrees(log["delta"]), 2
+    )
     path = sheet.write(folder / "yacht.csv")
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001 * KN, 0.01 * DEG, 0.01 * DEG),
+    return _only(path, log, {**bridge(log),
                              "delta": 0.01 * DEG, "U_A": 1e-3, "gamma_A": 0.01 * DEG})  # fmt: skip
 
 
@@ -389,13 +419,20 @@ def quaternion_enu(folder: Path) -> Expected:
     """A robot's odometry: east, north, up, and forward, port, up, the attitude as a quaternion, fixes beside it."""
     log = sailed(**MODEL, seed=14)
     half = 0.5 * (0.5 * math.pi - log["psi"])
-    sheet = Sheet().put("stamp", START.timestamp() + log.t, 4).put("latitude", log.latitude, 9).put("longitude", log.longitude, 9)
+    sheet = (
+        Sheet()
+        .put("stamp", START.timestamp() + log.t, 4)
+        .put("latitude", log.latitude, 9)
+        .put("longitude", log.longitude, 9)
+    )
     for name, values in (("x", 0 * half), ("y", 0 * half), ("z", np.sin(half)), ("w", np.cos(half))):
         sheet.put(f"pose.orientation.{name}", values, 7)
     sheet.put("twist.linear.x", log["u"], 5).put("twist.linear.y", -log["v_m"], 5).put("twist.angular.z", -log["r"], 6)
     sheet.put("rudder_angle", -log["delta"], 5).put("propeller_rps", log["n_P"], 4)
     path = sheet.write(folder / "odometry.csv")
-    return _only(path, log, {"x": 1e-3, "y": 1e-3, "psi": 1e-6, "u": 1e-5, "v_m": 1e-5, "r": 1e-6, "delta": 1e-5, "n_P": 1e-4})
+    return _only(
+        path, log, {"x": 1e-3, "y": 1e-3, "psi": 1e-6, "u": 1e-5, "v_m": 1e-5, "r": 1e-6, "delta": 1e-5, "n_P": 1e-4}
+    )
 
 
 @shape
@@ -404,24 +441,39 @@ def east_north_yaw(folder: Path) -> Expected:
     log = sailed(**MODEL, seed=15)
     yaw = np.arctan2(np.sin(0.5 * math.pi - log["psi"]), np.cos(0.5 * math.pi - log["psi"]))
     sheet = Sheet().put("t", log.t, 2).put("east", log["y"], 4).put("north", log["x"], 4).put("yaw", yaw, 5)
-    sheet.put("v_east", log.east, 5).put("v_north", log.north, 5).put("yaw_rate", -log["r"], 6).put("rudder", -np.degrees(log["delta"]), 3)
+    sheet.put("v_east", log.east, 5).put("v_north", log.north, 5).put("yaw_rate", -log["r"], 6).put(
+        "rudder", -np.degrees(log["delta"]), 3
+    )
     sheet.put("rpm", 60 * log["n_P"], 2)
     path = sheet.write(folder / "usv.csv")
     one = 1e-5 + 1e-5
-    return _only(path, log, {"x": 1e-4, "y": 1e-4, "psi": 1e-5, "u": one, "v_m": one, "r": 1e-6, "delta": 1e-3 * DEG, "n_P": 0.01 / 60})
+    return _only(
+        path,
+        log,
+        {"x": 1e-4, "y": 1e-4, "psi": 1e-5, "u": one, "v_m": one, "r": 1e-6, "delta": 1e-3 * DEG, "n_P": 0.01 / 60},
+    )
 
 
 @shape
 def rudder_to_port(folder: Path) -> Expected:
     """Rudder positive to port, sway positive to port, units in the header."""
     log = sailed(**COASTER, seed=16)
-    sheet = Sheet().put("t [s]", log.t, 2).put("x [m]", log["x"], 3).put("y [m]", log["y"], 3).put("heading [deg]", compass(log["psi"]), 3)
-    sheet.put("surge [m/s]", log["u"], 4).put("sway [m/s]", -log["v_m"], 4).put("rot [deg/min]", 60 * np.degrees(log["r"]), 3)
+    sheet = (
+        Sheet()
+        .put("t [s]", log.t, 2)
+        .put("x [m]", log["x"], 3)
+        .put("y [m]", log["y"], 3)
+        .put("heading [deg]", compass(log["psi"]), 3)
+    )
+    sheet.put("surge [m/s]", log["u"], 4).put("sway [m/s]", -log["v_m"], 4).put(
+        "rot [deg/min]", 60 * np.degrees(log["r"]), 3
+    )
     sheet.put("rudder [deg]", -np.degrees(log["delta"]), 3).put("n [rpm]", 60 * log["n_P"], 2)
     sheet.put("true wind speed [m/s]", log["U_T"], 3).put("true wind direction [deg]", compass(log["gamma_T"]), 2)
     path = sheet.write(folder / "report.csv")
-    return _only(path, log, {"x": 1e-3, "y": 1e-3, "psi": 1e-3 * DEG, "u": 1e-4, "v_m": 1e-4, "r": 1e-3 * DEG / 60, "delta": 1e-3 * DEG,
-                             "n_P": 0.01 / 60, "U_T": 1e-3, "gamma_T": 0.01 * DEG})  # fmt: skip
+    angles = {"psi": 1e-3 * DEG, "r": 1e-3 * DEG / 60, "delta": 1e-3 * DEG, "gamma_T": 0.01 * DEG}
+    lengths = {"x": 1e-3, "y": 1e-3, "u": 1e-4, "v_m": 1e-4, "U_T": 1e-3}
+    return _only(path, log, {**angles, **lengths, "n_P": 0.01 / 60})
 
 
 @shape
@@ -429,27 +481,48 @@ def no_units(folder: Path) -> Expected:
     """No unit anywhere: radians, revolutions per minute, milliseconds."""
     log = sailed(**MODEL, seed=17)
     sheet = Sheet().put("time", [f"{1000 * one:.0f}" for one in log.t]).put("x", log["x"], 4).put("y", log["y"], 4)
-    sheet.put("psi", np.arctan2(np.sin(log["psi"]), np.cos(log["psi"])), 5).put("u", log["u"], 5).put("v", log["v_m"], 5)
+    sheet.put("psi", np.arctan2(np.sin(log["psi"]), np.cos(log["psi"])), 5).put("u", log["u"], 5).put(
+        "v", log["v_m"], 5
+    )
     sheet.put("r", log["r"], 6).put("delta", log["delta"], 5).put("n", 60 * log["n_P"], 2)
     path = sheet.write(folder / "raw.csv")
-    return _only(path, log, {"x": 1e-4, "y": 1e-4, "psi": 1e-5, "u": 1e-5, "v_m": 1e-5, "r": 1e-6, "delta": 1e-5, "n_P": 0.01 / 60})
+    return _only(
+        path,
+        log,
+        {"x": 1e-4, "y": 1e-4, "psi": 1e-5, "u": 1e-5, "v_m": 1e-5, "r": 1e-6, "delta": 1e-5, "n_P": 0.01 / 60},
+    )
 
 
 @shape
 def topics(folder: Path) -> Expected:
     """Each topic in its own file at its own rate."""
     log = sailed(**{**MODEL, "duration": 120.0, "dt": 0.05, "noise": 0.0}, seed=18)
+
     def stamp(k: Any) -> list[str]:
         return stamps(log.t[k], "%Y-%m-%d %H:%M:%S.%f")
 
-    every = {"heading": slice(0, None, 2), "fix": slice(1, None, 4), "velocity": slice(0, None, 4), "rudder": slice(0, None, 5), "shaft": slice(3, None, 10)}
-    Sheet().put("time", stamp(every["heading"])).put("heading", np.degrees(log["psi"][every["heading"]]) % 360, 3).write(folder / "nav" / "heading.csv")
+    every = {
+        "heading": slice(0, None, 2),
+        "fix": slice(1, None, 4),
+        "velocity": slice(0, None, 4),
+        "rudder": slice(0, None, 5),
+        "shaft": slice(3, None, 10),
+    }
+    Sheet().put("time", stamp(every["heading"])).put(
+        "heading", np.degrees(log["psi"][every["heading"]]) % 360, 3
+    ).write(folder / "nav" / "heading.csv")
     k = every["fix"]
-    Sheet().put("time", stamp(k)).put("latitude", log.latitude[k], 9).put("longitude", log.longitude[k], 9).write(folder / "nav" / "fix.csv")
+    Sheet().put("time", stamp(k)).put("latitude", log.latitude[k], 9).put("longitude", log.longitude[k], 9).write(
+        folder / "nav" / "fix.csv"
+    )
     k = every["velocity"]
-    Sheet().put("time", stamp(k)).put("speed_over_ground", log.sog[k], 4).put("course_over_ground", np.degrees(log.cog[k]), 3).write(folder / "nav" / "velocity.csv")
+    Sheet().put("time", stamp(k)).put("speed_over_ground", log.sog[k], 4).put(
+        "course_over_ground", np.degrees(log.cog[k]), 3
+    ).write(folder / "nav" / "velocity.csv")
     k = every["rudder"]
-    Sheet().put("time", stamp(k)).put("data", np.degrees(log["delta"][k]), 3).write(folder / "steering" / "rudder_angle.csv")
+    Sheet().put("time", stamp(k)).put("data", np.degrees(log["delta"][k]), 3).write(
+        folder / "steering" / "rudder_angle.csv"
+    )
     k = every["shaft"]
     Sheet().put("time", stamp(k)).put("data", 60 * log["n_P"][k], 2).write(folder / "engine" / "shaft_rpm.csv")
     # on lines between samples: the revolutions leap by 2 1/s, the rudder moves at its rate
@@ -467,7 +540,7 @@ def two_files_of_one_trial(folder: Path) -> Expected:
         sheet = Sheet().put("Time", stamps(some.t)).put("Lat", some.latitude, 8).put("Lon", some.longitude, 8)
         sheet.put("HDG", compass(some["psi"]), 2).put("SOG", some.sog / KN, 3).put("COG", np.degrees(some.cog), 2)
         sheet.put("RUD", np.degrees(some["delta"]), 2).put("RPM", 60 * some["n_P"], 2).write(folder / f"part{k}.csv")
-    digits = {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001 * KN, 0.01 * DEG, 0.01 * DEG),
+    digits = {**bridge(log),
               "delta": 0.01 * DEG, "n_P": 0.01 / 60}  # fmt: skip
     return Expected({folder.name: (log, digits)})
 
@@ -476,12 +549,17 @@ def two_files_of_one_trial(folder: Path) -> Expected:
 def japanese(folder: Path) -> Expected:
     """Romanised Japanese names, the columns in another order, Shift-JIS free."""
     log = sailed(**COASTER, seed=20)
-    sheet = Sheet().put("dakaku(deg)", np.degrees(log["delta"]), 2).put("kaitensu(rpm)", 60 * log["n_P"], 2).put("jikoku", stamps(log.t, "%Y/%m/%d %H:%M:%S.%f"))
+    sheet = (
+        Sheet()
+        .put("dakaku(deg)", np.degrees(log["delta"]), 2)
+        .put("kaitensu(rpm)", 60 * log["n_P"], 2)
+        .put("jikoku", stamps(log.t, "%Y/%m/%d %H:%M:%S.%f"))
+    )
     sheet.put("keido", log.longitude, 8).put("ido", log.latitude, 8).put("taichi shinro", np.degrees(log.cog), 2)
     sheet.put("taichi sokuryoku(kt)", log.sog / KN, 3).put("senshu hoi", compass(log["psi"]), 2)
     sheet.put("sotai fuko", np.degrees(log["gamma_A"]) % 360, 2).put("sotai fusoku(m/s)", log["U_A"], 3)
     path = sheet.write(folder / "shiken.csv")
-    return _only(path, log, {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(log, 0.001 * KN, 0.01 * DEG, 0.01 * DEG),
+    return _only(path, log, {**bridge(log),
                              "delta": 0.01 * DEG, "n_P": 0.01 / 60, "U_A": 1e-3, "gamma_A": 0.01 * DEG})  # fmt: skip
 
 
@@ -492,8 +570,19 @@ def trials_by_a_column(folder: Path) -> Expected:
     sheet = Sheet()
     parts = list(logs.items())
     join: Callable[[str], Array] = lambda name: np.concatenate([log[name] for _, log in parts])  # noqa: E731
-    sheet.put("run", [name for name, log in parts for _ in log.t]).put("t [s]", np.concatenate([log.t for _, log in parts]), 2)
-    for name, unit in (("x", "m"), ("y", "m"), ("psi", "rad"), ("u", "m/s"), ("v", "m/s"), ("r", "rad/s"), ("delta", "rad"), ("n", "1/s")):
+    sheet.put("run", [name for name, log in parts for _ in log.t]).put(
+        "t [s]", np.concatenate([log.t for _, log in parts]), 2
+    )
+    for name, unit in (
+        ("x", "m"),
+        ("y", "m"),
+        ("psi", "rad"),
+        ("u", "m/s"),
+        ("v", "m/s"),
+        ("r", "rad/s"),
+        ("delta", "rad"),
+        ("n", "1/s"),
+    ):
         sheet.put(f"{name} [{unit}]", join({"v": "v_m", "n": "n_P"}.get(name, name)), 6)
     path = sheet.write(folder / "runs.csv")
     digits = dict.fromkeys(("x", "y", "psi", "u", "v_m", "r", "delta", "n_P"), 1e-6)
@@ -507,12 +596,20 @@ def trials_by_gaps(folder: Path) -> Expected:
     sheet = Sheet()
     starts = [START, START + timedelta(hours=1)]
     join: Callable[[Callable[[Sailed], Array]], Array] = lambda of: np.concatenate([of(log) for log in logs])  # noqa: E731
-    sheet.put("Time UTC", [one for log, start in zip(logs, starts, strict=True) for one in stamps(log.t, "%m/%d/%Y %H:%M:%S.%f", start)])
+    sheet.put(
+        "Time UTC",
+        [one for log, start in zip(logs, starts, strict=True) for one in stamps(log.t, "%m/%d/%Y %H:%M:%S.%f", start)],
+    )
     sheet.put("Latitude", join(lambda log: log.latitude), 8).put("Longitude", join(lambda log: log.longitude), 8)
     sheet.put("Heading", join(lambda log: compass(log["psi"])), 2).put("SOG", join(lambda log: log.sog / KN), 3)
-    sheet.put("COG", join(lambda log: np.degrees(log.cog)), 2).put("Rudder", join(lambda log: np.degrees(log["delta"])), 2)
+    sheet.put("COG", join(lambda log: np.degrees(log.cog)), 2).put(
+        "Rudder", join(lambda log: np.degrees(log["delta"])), 2
+    )
     path = sheet.write(folder / "day.csv")
-    digits = {"x": 0.01, "y": 0.01, "psi": 0.01 * DEG, **ground_digits(logs[0], 0.001 * KN, 0.01 * DEG, 0.01 * DEG), "delta": 0.01 * DEG}
+    digits = {
+        **bridge(logs[0]),
+        "delta": 0.01 * DEG,
+    }
     return Expected({f"{path.stem}_{k}": (log, digits) for k, log in enumerate(logs, 1)})
 
 
@@ -520,9 +617,26 @@ def trials_by_gaps(folder: Path) -> Expected:
 def earth_fixed(folder: Path) -> Expected:
     """White space, velocities north and east called u and v, rudder positive to port, the track in columns x and y."""
     log = sailed(**MODEL, seed=24)
-    sheet = Sheet().put("t", log.t, 3).put("x0", log["x"], 4).put("y0", log["y"], 4).put("psi", np.degrees(log["psi"]), 3)
-    sheet.put("u", log.north, 5).put("v", log.east, 5).put("r", np.degrees(log["r"]), 4).put("delta", -np.degrees(log["delta"]), 3)
+    sheet = (
+        Sheet().put("t", log.t, 3).put("x0", log["x"], 4).put("y0", log["y"], 4).put("psi", np.degrees(log["psi"]), 3)
+    )
+    sheet.put("u", log.north, 5).put("v", log.east, 5).put("r", np.degrees(log["r"]), 4).put(
+        "delta", -np.degrees(log["delta"]), 3
+    )
     sheet.put("n", log["n_P"], 4)
     path = sheet.write(folder / "zz_20_20.dat", "   ", above=["Zigzag 20 20"])
     one = 1e-5 + 1e-3 * DEG
-    return _only(path, log, {"x": 1e-4, "y": 1e-4, "psi": 1e-3 * DEG, "u": one, "v_m": one, "r": 1e-4 * DEG, "delta": 1e-3 * DEG, "n_P": 1e-4})
+    return _only(
+        path,
+        log,
+        {
+            "x": 1e-4,
+            "y": 1e-4,
+            "psi": 1e-3 * DEG,
+            "u": one,
+            "v_m": one,
+            "r": 1e-4 * DEG,
+            "delta": 1e-3 * DEG,
+            "n_P": 1e-4,
+        },
+    )

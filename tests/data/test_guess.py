@@ -120,7 +120,9 @@ def test_names_that_the_track_refutes_are_not_followed(tmp_path: Path) -> None:
     """Latitude called lon, knots called m/s, degrees called rad: read as they are, each with a doubt."""
     log = sailed(**COASTER, duration=300.0)
     sheet = Sheet().put("time", stamps(log.t)).put("lon", log.latitude, 8).put("lat", log.longitude, 8)
-    sheet.put("heading [rad]", compass(log["psi"]), 3).put("surge [m/s]", log["u"] / KN, 4).put("sway [m/s]", log["v_m"] / KN, 4)
+    sheet.put("heading [rad]", compass(log["psi"]), 3).put("surge [m/s]", log["u"] / KN, 4).put(
+        "sway [m/s]", log["v_m"] / KN, 4
+    )
     text, trials = imported(log_of(tmp_path, sheet), tmp_path)
     assert not astray(trials["log"], log, {"x": 0.01, "y": 0.01, "psi": 1e-3 * DEG, "u": 1e-4, "v_m": 1e-4})
     for table in ("position", "channels.psi", "channels.u"):
@@ -158,7 +160,9 @@ def test_wind_to_and_apparent_wind_to_port(tmp_path: Path) -> None:
 
 def test_a_true_wind_alone_is_a_doubt(tmp_path: Path) -> None:
     log = sailed(**COASTER, duration=200.0)
-    sheet = Sheet().put("t", log.t, 2).put("wind speed", log["U_T"], 2).put("wind direction", compass(log["gamma_T"]), 1)
+    sheet = (
+        Sheet().put("t", log.t, 2).put("wind speed", log["U_T"], 2).put("wind direction", compass(log["gamma_T"]), 1)
+    )
     said = " ".join(guess(log_of(tmp_path, sheet)).doubts)
     assert "where it goes to" in said
     assert "apparent" in said
@@ -169,13 +173,16 @@ def test_files_alike_are_asked_for_a_second_opinion(tmp_path: Path) -> None:
     """Two trials with the same columns, in one of which heading and course are the other way round."""
     for name, pair in (("a", ("heading", "course")), ("b", ("course", "heading"))):
         log = sailed(**COASTER, duration=300.0)
-        sheet = Sheet().put("t", log.t, 2).put("lat", log.latitude, 8).put("lon", log.longitude, 8).put("sog", log.sog, 3)
+        sheet = (
+            Sheet().put("t", log.t, 2).put("lat", log.latitude, 8).put("lon", log.longitude, 8).put("sog", log.sog, 3)
+        )
         sheet.put(pair[0], compass(log["psi"]), 2).put(pair[1], np.degrees(log.cog), 2).write(tmp_path / f"{name}.csv")
     assert any("the other way round there" in one for one in guess(tmp_path).doubts)
 
 
 @pytest.mark.parametrize(("rows", "about"), [
-    ("t,psi\n", "no rows of numbers"), ("", "the file is empty"), ("1,2\n2,3\n3,4\n4,5\n", "no header"), ("a text\nof no table\n", "no rows"),
+    ("t,psi\n", "no rows of numbers"), ("", "the file is empty"), ("1,2\n2,3\n3,4\n4,5\n", "no header"),
+    ("a text\nof no table\n", "no rows"),
 ])  # fmt: skip
 def test_what_is_no_table_is_refused(rows: str, about: str, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(rows, encoding="utf-8")
@@ -207,7 +214,9 @@ def test_a_mapping_is_never_written_over(tmp_path: Path) -> None:
 
 
 def test_sentences_and_robots_logs_have_readers_of_their_own(tmp_path: Path) -> None:
-    (tmp_path / "a.txt").write_text("$GPRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*6A\n" * 5, encoding="utf-8")
+    (tmp_path / "a.txt").write_text(
+        "$GPRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*6A\n" * 5, encoding="utf-8"
+    )
     assert guess(tmp_path).format == "nmea"
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "x.mcap").write_bytes(b"\x89MCAP0\r\n")
@@ -217,8 +226,9 @@ def test_sentences_and_robots_logs_have_readers_of_their_own(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(("head", "role", "unit"), [
-    ("Rørvinkel [grader]", "delta", "deg"), ("Drehzahl (U/min)", "n_P", "rpm"), ("FüG [kn]", "sog", "kn"), ("dakaku(deg)", "delta", "deg"),
-    ("HDG(T)", "heading", ""), ("SPD(GND)", "sog", ""), ("DGPS1_Latitude", "latitude", ""), ("yaw_rate_deg_s", "r", "deg/s"),
+    ("Rørvinkel [grader]", "delta", "deg"), ("Drehzahl (U/min)", "n_P", "rpm"), ("FüG [kn]", "sog", "kn"),
+    ("dakaku(deg)", "delta", "deg"), ("HDG(T)", "heading", ""), ("SPD(GND)", "sog", ""),
+    ("DGPS1_Latitude", "latitude", ""), ("yaw_rate_deg_s", "r", "deg/s"),
     ("field.twist.twist.angular.z", "r", ""), ("Wind Speed, kn", "wind_speed", "kn"), ("régime (tr/min)", "n_P", "rpm"),
 ])  # fmt: skip
 def test_names_and_units_of_several_languages(head: str, role: str, unit: str) -> None:
@@ -236,14 +246,20 @@ def test_orders_and_readings_are_told_apart() -> None:
 
 
 @pytest.mark.parametrize(("text", "delimiter", "mark", "units"), [
-    ("a;b\n1,5;2,5\n1,6;2,6\n", ";", ",", 0), ("a\tb\n1.5\t2\n1.6\t3\n", "\t", ".", 0), ("a,b\n[m],[s]\n1,2\n3,4\n", ",", ".", 1),
-    ("  a   b\n 1   2\n 3   4\n", "whitespace", ".", 0), ("title\n\na,b\n1,2\n3,4\n", ",", ".", 0), ("a|b\n1|2\n3|4\n", "|", ".", 0),
+    ("a;b\n1,5;2,5\n1,6;2,6\n", ";", ",", 0), ("a\tb\n1.5\t2\n1.6\t3\n", "\t", ".", 0),
+    ("a,b\n[m],[s]\n1,2\n3,4\n", ",", ".", 1), ("  a   b\n 1   2\n 3   4\n", "whitespace", ".", 0),
+    ("title\n\na,b\n1,2\n3,4\n", ",", ".", 0), ("a|b\n1|2\n3|4\n", "|", ".", 0),
 ])  # fmt: skip
 def test_layouts(text: str, delimiter: str, mark: str, units: int, tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
     path.write_text(text, encoding="utf-8")
     found = read_text(path)
-    assert (found.layout.delimiter, found.layout.decimal, found.layout.units_row, found.heads) == (delimiter, mark, units, ("a", "b"))
+    assert (found.layout.delimiter, found.layout.decimal, found.layout.units_row, found.heads) == (
+        delimiter,
+        mark,
+        units,
+        ("a", "b"),
+    )
 
 
 def real(*parts: str) -> Path:
@@ -289,7 +305,9 @@ def test_the_public_azimuth_ferry_comes_in_by_the_guess_alone(tmp_path: Path) ->
     assert 'north = "twist_linear_y"' in text
     assert not [one for one in check_folder(tuple(trials.values())) if one.severity == "error"]
     for trial in trials.values():
-        assert {"x", "y", "psi", "u", "v_m", *(f"{n}_{k}" for n in ("n", "alpha") for k in (1, 2, 3, 4))} <= set(trial.channels)
+        assert {"x", "y", "psi", "u", "v_m", *(f"{n}_{k}" for n in ("n", "alpha") for k in (1, 2, 3, 4))} <= set(
+            trial.channels
+        )
         moved = np.gradient(trial["x"], trial.t), np.gradient(trial["y"], trial.t)
         ahead = moved[0] * np.cos(trial["psi"]) + moved[1] * np.sin(trial["psi"])
         good = np.isfinite(ahead + trial["u"])

@@ -22,7 +22,7 @@ def import_(
     format: o.LogFormat = None, source: o.Source = None, out: o.Imports = None, mapping: o.Mapping = None,
     guess: o.GuessOf = None, json: o.Json = False,
 ) -> None:  # fmt: skip
-    """Import logs of other tools as trial files, or guess the mapping."""
+    """Import logs of other tools, or guess their mapping."""
     from ..workflow.data import import_logs, importing
 
     if guess is not None:
@@ -53,7 +53,8 @@ def _guess(folder: Path, out: Path | None, more: object, json: bool) -> None:
     for doubt in found.doubts:
         note(f"doubt: {doubt}")
     ask = f"answer {', '.join(found.asks)} in it, then" if found.asks else "read it, then"
-    say(f"{out}: {len(found.doubts)} doubt{'s' * (len(found.doubts) != 1)}; {ask}: seatrial import csv {folder} --mapping {out} -o trials\n")
+    count = f"{len(found.doubts)} doubt{'s' * (len(found.doubts) != 1)}"
+    say(f"{out}: {count}; {ask}: seatrial import csv {folder} --mapping {out} -o trials\n")
 
 
 def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: o.Json = False) -> None:

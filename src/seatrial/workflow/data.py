@@ -78,7 +78,7 @@ def guess_mapping(folder: Path, out: Path | None = None, more: object = None) ->
     if more is not None:
         raise RequestError(f"--guess {folder} stands alone: leave out {more}")
     if out is not None and out.exists():
-        raise RequestError(f"{out}: is there already, perhaps corrected by hand; remove it, or choose another file (-o)")
+        raise RequestError(f"{out}: is there already, perhaps corrected by hand; remove it, or choose another (-o)")
     found = guess(folder)
     if out is not None and found.text:
         write_whole(out, found.text)

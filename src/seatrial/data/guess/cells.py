@@ -18,12 +18,18 @@ Kind = Literal["number", "letters", "minutes", "dms", "iso", "stamp", "date", "c
 
 _LETTERS = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*°?\s*(?P<letters>[A-Za-z]{1,3})\.?")
 _BEFORE = re.compile(r"(?P<letters>[NSEW])\s*(?P<number>[\d.,]+)")
-_DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd-]\s*(?P<m>[\d.,]+)\s*['′m]?\s*(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|s)?)?\s*"
-                  r"(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
+_DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd-]\s*(?P<m>[\d.,]+)\s*['′m]?\s*"
+                  r"(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|s)?)?\s*(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?\s*(Z|UTC|[+-]\d\d:?\d\d)?")
 _STAMP = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}[T ]+\d{1,2}:\d\d(:\d\d([.,]\d+)?)?.*")
 _DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}|20\d{6}")
 _CLOCK = re.compile(r"\d{1,2}:\d\d(:\d\d([.,]\d+)?)?")
+_FORMS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
+    ("iso", _ISO),
+    ("stamp", _STAMP),
+    ("date", _DATE),
+    ("clock", _CLOCK),
+)
 _GAP = ("", "nan", "na", "null")
 """Words that every reader takes for a gap."""
 
@@ -100,8 +106,12 @@ def _read(cells: tuple[str, ...], mark: str) -> tuple[Kind, Array, dict[str, int
         return "empty", none, {}, ()
     numbers = np.array([math.nan if (found := number(cell, mark)) is None else found for cell in cells])
     counts = Counter(filled)
-    for kind, form in (("iso", _ISO), ("stamp", _STAMP), ("date", _DATE), ("clock", _CLOCK)):
-        if kind == "date" and np.isfinite(numbers).sum() > 0.5 * len(filled) and not all(c.startswith("20") and len(c) == 8 for c in filled):
+    for kind, form in _FORMS:
+        if (
+            kind == "date"
+            and np.isfinite(numbers).sum() > 0.5 * len(filled)
+            and not all(c.startswith("20") and len(c) == 8 for c in filled)
+        ):
             continue
         if sum(bool(form.fullmatch(cell.strip())) for cell in filled) > 0.9 * len(filled):
             return kind, none, {}, ()
@@ -110,7 +120,9 @@ def _read(cells: tuple[str, ...], mark: str) -> tuple[Kind, Array, dict[str, int
     for read in (_lettered, _minutes):
         kind, values, letters = read(cells, mark)
         if np.isfinite(values).sum() > 0.8 * len(filled):
-            gaps = {c for c, v in zip(cells, values, strict=True) if math.isnan(v)} - {c for c in cells if c.strip().lower() in _GAP}
+            gaps = {c for c, v in zip(cells, values, strict=True) if math.isnan(v)} - {
+                c for c in cells if c.strip().lower() in _GAP
+            }
             return kind, values, letters, tuple(sorted(gaps))[:12]
     return "text", none, {}, ()
 
@@ -141,5 +153,7 @@ def _minutes(cells: tuple[str, ...], mark: str) -> tuple[Kind, Array, dict[str, 
         seconds += found["s"] is not None
         letter = (found["h"] or found["e"] or "").upper()
         letters.update([letter] if letter else [])
-        values[k] = sum(float(part or 0.0) / 60.0**j for j, part in enumerate(parts)) * (-1.0 if letter in ("S", "W") else 1.0)
+        values[k] = sum(float(part or 0.0) / 60.0**j for j, part in enumerate(parts)) * (
+            -1.0 if letter in ("S", "W") else 1.0
+        )
     return "dms" if seconds else "minutes", values, dict(letters)

@@ -49,7 +49,9 @@ def clocks(columns: Sequence[Column]) -> list[Clock]:
     return sorted(found, key=lambda clock: -clock.rank)
 
 
-def _ranked(t: Array, base: float, keys: dict[str, str], answer: Answer, heads: tuple[str, ...], units: tuple[str, ...] = ()) -> list[Clock]:
+def _ranked(
+    t: Array, base: float, keys: dict[str, str], answer: Answer, heads: tuple[str, ...], units: tuple[str, ...] = ()
+) -> list[Clock]:
     """A clock, if it advances: most steps ahead, few repeats."""
     good = t[np.isfinite(t)]
     if good.size < 2 or np.isfinite(t).mean() < 0.8:
@@ -167,13 +169,19 @@ def _of_day(columns: Sequence[Column]) -> list[Clock]:
 
 def _of_clock(cell: str) -> float:
     try:
-        return float(sum(float(part.replace(",", ".")) * 60.0 ** (2 - k) for k, part in enumerate(cell.strip().split(":"))))
+        return float(
+            sum(float(part.replace(",", ".")) * 60.0 ** (2 - k) for k, part in enumerate(cell.strip().split(":")))
+        )
     except ValueError:
         return np.nan
 
 
 def _gps(columns: Sequence[Column]) -> list[Clock]:
-    weeks = [c for c in columns if c.kind == "number" and c.score("week") > 0.4 and 0 <= np.nanmin(c.values) <= np.nanmax(c.values) < 4000]
+    weeks = [
+        c
+        for c in columns
+        if c.kind == "number" and c.score("week") > 0.4 and 0 <= np.nanmin(c.values) <= np.nanmax(c.values) < 4000
+    ]
     tows = [c for c in columns if c.kind == "number" and c.score("tow") > 0.4]
     if not weeks or not tows:
         return []
@@ -190,7 +198,9 @@ def _numbers(columns: Sequence[Column]) -> list[Clock]:
     """Seconds since the start, or since 1970 by their size."""
     found: list[Clock] = []
     for column in columns:
-        name = max(column.score("time"), column.score("epoch"), 0.9 * column.score("stamp"), 0.9 * column.score("clock"))
+        name = max(
+            column.score("time"), column.score("epoch"), 0.9 * column.score("stamp"), 0.9 * column.score("clock")
+        )
         if column.kind != "number" or name < 0.4 or not column.varies:
             continue
         middle = float(np.nanmedian(column.values))
@@ -201,7 +211,11 @@ def _numbers(columns: Sequence[Column]) -> list[Clock]:
             factor = 1e9 / dict(_EPOCHS)[epoch]
             t = column.values * factor - _CENTURY
             keys |= {"unit": quoted(epoch), "format": quoted("epoch")}
-            nanos = [c for c in columns if c.kind == "number" and c.name.lower().endswith(("nsecs", "nsec", "nanosec"))] if epoch == "s" else []
+            nanos = (
+                [c for c in columns if c.kind == "number" and c.name.lower().endswith(("nsecs", "nsec", "nanosec"))]
+                if epoch == "s"
+                else []
+            )
             if nanos:
                 t, keys = t + 1e-9 * nanos[0].values, {**keys, "nanoseconds": quoted(nanos[0].head)}
             answer = Answer(f"since 1970, by the size of its numbers ({middle:.4g})")

@@ -16,6 +16,7 @@ from .motion import SPEEDS, Motion, Option, Verdict, speeds_of
 from .roles import Signal
 
 _SPEED = "unit of speed"
+_ANTENNA = "the antenna is taken to be midship: antenna = [forward, starboard] in m says where it is"
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,9 @@ def _heading(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
         evidence = _told(verdict, parts[-1], "frame of the quaternion")
         if not names:
             keys = {"quaternion": listed([one.column.head for one in parts]), "frame": quoted(frame)}
-            yield Entry("heading", keys | ({"file": quoted(parts[-1].file)} if parts[-1].file else {}), Answer(evidence, doubts))
+            yield Entry(
+                "heading", keys | ({"file": quoted(parts[-1].file)} if parts[-1].file else {}), Answer(evidence, doubts)
+            )
         return
     signal = next((found[name] for name in ("heading", "yaw") if name in found), None)
     if signal is None:
@@ -101,7 +104,10 @@ def _heading(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
         keys["sign"] = "-1"
         if "east" in sense:
             keys["offset"] = "90.0" if unit == "deg" else f"{math.pi / 2:.12g}"
-    doubts = [*_said(signal, unit), *_doubts(verdict, unit_of_psi="write that", sense_of_psi="turn sign (and offset) then")]
+    doubts = [
+        *_said(signal, unit),
+        *_doubts(verdict, unit_of_psi="write that", sense_of_psi="turn sign (and offset) then"),
+    ]
     if "mag" in signal.column.name.lower():
         doubts.append("magnetic by its name; its deviation and variation go under offset")
     evidence = f"{_told(verdict, signal, 'unit of psi', 'sense of psi')}; {sense}{_in_unit(signal, unit)}"
@@ -121,10 +127,16 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
         first, second = (found[name] for name in (("longitude", "latitude") if swapped else ("latitude", "longitude")))
         if swapped:
             doubts.append("the names of the two columns are exchanged in the log")
-        keys = {"latitude": quoted(first.column.head), "longitude": quoted(second.column.head), "format": quoted(angle_form(first))}
+        keys = {
+            "latitude": quoted(first.column.head),
+            "longitude": quoted(second.column.head),
+            "format": quoted(angle_form(first)),
+        }
         keys |= {} if first.file or swapped else {key: quoted(head) for key, head in letters.items()}
-        evidence = f"{_told(verdict, first, 'axes')}; the antenna is taken to be midship: antenna = [forward, starboard] in m says where it is"
-        yield Entry("position", keys | ({"file": quoted(first.file)} if first.file else {}), Answer(evidence, tuple(doubts)))
+        evidence = f"{_told(verdict, first, 'axes')}; {_ANTENNA}"
+        yield Entry(
+            "position", keys | ({"file": quoted(first.file)} if first.file else {}), Answer(evidence, tuple(doubts))
+        )
         return
     pair = next((two for two in (("north", "east"), ("x", "y")) if set(two) <= set(found)), None)
     if pair is None:
@@ -135,7 +147,9 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
     for name, signal, key in (("x", first, "north"), ("y", second, "east")):
         unit = signal.unit or "m"
         evidence = f"{_told(verdict, signal, 'axes')}; {key}"
-        yield Entry(f"channels.{name}", _of(signal, unit=quoted(unit)), Answer(evidence, tuple(doubts) if name == "x" else ()))
+        yield Entry(
+            f"channels.{name}", _of(signal, unit=quoted(unit)), Answer(evidence, tuple(doubts) if name == "x" else ())
+        )
 
 
 def angle_form(signal: Signal) -> str:
@@ -168,7 +182,7 @@ def _velocity(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
         yield Entry("ground", keys | file, Answer(f"{evidence}; over ground", tuple(doubts)))
     elif "," in frame:
         north, east = (second, first) if frame == "east, north" else (first, second)
-        if pair == ("v_north", "v_east") and north is second or pair == ("u", "v"):
+        if (pair == ("v_north", "v_east") and north is second) or pair == ("u", "v"):
             doubts.append(f"the names of the columns say otherwise, and the track says {frame}")
         keys = {"north": quoted(north.column.head), "east": quoted(east.column.head), "unit": quoted(unit)}
         yield Entry("ground", keys | file, Answer(f"{evidence}; velocities {frame}", tuple(doubts)))
@@ -241,7 +255,10 @@ def _calm(values: Array) -> Array:
 
 
 def _chosen(options: list[Option], verdict: Verdict) -> Option:
-    return next((one for one in options if all(verdict.best.choice.get(key) == said for key, said in one.choice.items())), options[0])
+    return next(
+        (one for one in options if all(verdict.best.choice.get(key) == said for key, said in one.choice.items())),
+        options[0],
+    )
 
 
 def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str], turned: bool) -> Iterator[Entry]:
@@ -259,7 +276,9 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str],
         elif stem == "alpha":
             unit = signal.unit or ("deg" if np.nanmax(np.abs(signal.values)) > 7.0 else "rad")
             keys = {"unit": quoted(unit)}
-            answer = Answer(signal.column.said, ("taken as zero for thrust ahead and positive clockwise; nothing tests it",))
+            answer = Answer(
+                signal.column.said, ("taken as zero for thrust ahead and positive clockwise; nothing tests it",)
+            )
         else:
             continue
         keys = {name: value for name, value in keys.items() if name != "despite"}
@@ -281,8 +300,14 @@ def _plain_entry(role: str, signal: Signal) -> Entry:
     """A channel that no test reaches: what its header says, or a doubt."""
     largest = float(np.nanmax(np.abs(signal.values), initial=0.0))
     turns = role in ("phi", "gamma_C")
-    unit = signal.unit or ("m" if role == "depth" else "" if not turns or largest > 360.0 else "deg" if largest > 1.0 else "rad")
-    doubts = [] if signal.unit else [f"no unit is said; taken as {unit}" if unit else "nothing shows its unit; write it in place of ?"]
+    unit = signal.unit or (
+        "m" if role == "depth" else "" if not turns or largest > 360.0 else "deg" if largest > 1.0 else "rad"
+    )
+    doubts = (
+        []
+        if signal.unit
+        else [f"no unit is said; taken as {unit}" if unit else "nothing shows its unit; write it in place of ?"]
+    )
     doubts += ["taken as positive to starboard; nothing tests it"] if role == "phi" else []
     return Entry(f"channels.{role}", _of(signal, unit=quoted(unit or ASK)), Answer(signal.column.said, tuple(doubts)))
 

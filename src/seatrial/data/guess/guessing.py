@@ -16,12 +16,12 @@ from .logs import Log, Topic, find_log, leap
 from .motion import Motion, Verdict
 from .readers import reader_of
 from .roles import Signal, sided, signals, trial_column
-from .entries_of_wind import wind_entries
-from .wind import read_two_winds, read_wind
+from .wind import read_two_winds, read_wind, wind_entries
 
 _OTHERS = 8
 _SHOWN = 12
 _SLOW = 5.0
+_BY_NAMES = "names alone are followed"
 _REACH, _DELAY, _LONGEST = 2.5, 1.0, 30.0
 """Steps of a topic that a line spans, the delay [s] that one may have, and how long an order holds [s]."""
 
@@ -69,12 +69,23 @@ def guess(src: str | Path) -> Guess:
             *notes, *_left_out(log, entries)]  # fmt: skip
     doubts = tuple(f"{_place(one)}: {doubt}" for one in entries for doubt in one.answer.doubts)
     asks = tuple(f"{one.table}.{key}" if one.table else key for one in entries for key in one.asked)
-    return Guess("csv", text_of(head, [Entry("", {"schema": quoted("seatrial-mapping/1")}), *entries]), doubts, asks, tuple(notes))
+    return Guess(
+        "csv",
+        text_of(head, [Entry("", {"schema": quoted("seatrial-mapping/1")}), *entries]),
+        doubts,
+        asks,
+        tuple(notes),
+    )
 
 
 def _once_named(log: Log, entry: Entry) -> Entry:
     """The entry with a doubt where its column's name is that of another column too."""
-    heads = [head for topic in (log.main, *log.topics) for head in set(topic.table.heads) if topic.table.heads.count(head) > 1]
+    heads = [
+        head
+        for topic in (log.main, *log.topics)
+        for head in set(topic.table.heads)
+        if topic.table.heads.count(head) > 1
+    ]
     twice = [head for head in heads if quoted(head) in entry.keys.values()]
     if not twice:
         return entry
@@ -108,7 +119,9 @@ def _entries(log: Log) -> Iterator[Entry]:
     found, verdict, exchanged = _judged(t, found, times)
     yield _time_entry(log, verdict)
     if verdict.lost:
-        doubt = f"track, heading and speeds fit together in no reading (within {verdict.lost:.0%} at best); names alone are followed"
+        doubt = (
+            f"track, heading and speeds fit together in no reading (within {verdict.lost:.0%} at best); " + _BY_NAMES
+        )
         yield Entry("", {}, Answer("", (doubt,)))
     for entry in motion_entries(found, verdict, _letters(log)):
         if exchanged and entry.table == "channels.psi":
@@ -118,7 +131,9 @@ def _entries(log: Log) -> Iterator[Entry]:
     yield from _second_opinion(log, verdict, exchanged)
     known = known_motion(verdict, _scaled(t, verdict), found)
     angles = {verdict.best.choice[key] for key in ("unit of psi",) if key in verdict.best.choice}
-    turned = not (verdict.sure("sense of psi") and verdict.sure("sense of r") and verdict.sure("frame of the quaternion"))
+    turned = not (
+        verdict.sure("sense of psi") and verdict.sure("sense of r") and verdict.sure("frame of the quaternion")
+    )
     yield from control_entries(found, known, angles, turned)
     yield from _wind_entries(found, known)
     yield from other_entries(found, known)
@@ -179,9 +194,17 @@ def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
             continue
         t, found = _once(other.clock.t, _in_degrees(sided(signals(other.columns, other.clock.heads))), slice(None))
         _, its, exchanged = _judged(t, found, other.clock.units, _FEW)
-        differs = [key for key, said in its.best.choice.items() if verdict.best.choice.get(key, said) != said and its.measured(key)]
+        differs = [
+            key
+            for key, said in its.best.choice.items()
+            if verdict.best.choice.get(key, said) != said and its.measured(key)
+        ]
         if exchanged != ours or differs:
-            what = f"{', '.join(differs)} differ there" if exchanged == ours else "heading and course are the other way round there"
+            what = (
+                f"{', '.join(differs)} differ there"
+                if exchanged == ours
+                else "heading and course are the other way round there"
+            )
             yield Entry("", {}, Answer("", (f"{other.name}: {what}; give it a mapping of its own",)))
 
 
@@ -196,40 +219,38 @@ def _in_degrees(found: Mapping[str, Signal]) -> dict[str, Signal]:
 
 
 def _table_entries(log: Log) -> Iterator[Entry]:
-    """Keys of the layout: those that differ from the defaults."""
-    layout, keys, said = log.main.table.layout, {}, []
-    # a file of plain letters is in any encoding
-    encodings = [one.table.layout.encoding for one in (log.main, *log.others)]
-    encoding = next((one for one in encodings if one != "utf-8-sig"), "utf-8-sig")
-    if encoding not in ("utf-8-sig", "utf-16"):
-        keys["encoding"] = quoted(encoding)
-        said.append(f"the text is {encoding}")
-    if layout.delimiter != ",":
-        keys["delimiter"] = quoted(layout.delimiter)
-    if layout.decimal != ".":
-        keys["decimal"] = quoted(layout.decimal)
-    if layout.skip:
-        keys["skip"] = str(layout.skip)
-        said.append(f"{layout.skip} lines before the header")
-    if layout.units_row:
-        keys["units_row"] = "true"
-        said.append("the row below it has units")
-    if layout.sheet:
-        keys["sheet"] = quoted(layout.sheet)
-    words = sorted({word for topic in (log.main, *log.topics, *log.others)
-                    for column in topic.columns if column.kind != "text" for word in column.missing})  # fmt: skip
-    if words:
-        keys["missing"] = listed(words)
-        said.append("words among the numbers are taken as gaps")
-    yield Entry("", keys, Answer("; ".join(said)))
+    """Keys of the layout, of repeated rows, of several files and of several trials."""
+    yield _layout_entry(log)
     yield from _repeats(log)
     if log.pattern:
-        yield Entry("files", {"pattern": quoted(log.pattern), "join": quoted(log.join)}, Answer("the files of one trial"))
+        keys = {"pattern": quoted(log.pattern), "join": quoted(log.join)}
+        yield Entry("files", keys, Answer("the files of one trial"))
     column = trial_column(log.main.columns, log.t)
     if column is not None:
         yield Entry("split", {"column": quoted(column.head)}, Answer(f"{column.said} numbers the trials of one file"))
     elif (gap := leap(log.t)) is not None:
         yield Entry("split", {"gap": f"{gap:g}"}, Answer("time leaps between the trials of one file [s]"))
+
+
+def _layout_entry(log: Log) -> Entry:
+    """Keys of the layout: those that differ from the defaults."""
+    layout = log.main.table.layout
+    # a file of plain letters is in any encoding
+    encodings = [one.table.layout.encoding for one in (log.main, *log.others)]
+    encoding = next((one for one in encodings if one not in ("utf-8-sig", "utf-16")), "")
+    words = sorted({word for topic in (log.main, *log.topics, *log.others)
+                    for column in topic.columns if column.kind != "text" for word in column.missing})  # fmt: skip
+    rows = (
+        ("encoding", encoding and quoted(encoding), f"the text is {encoding}"),
+        ("delimiter", layout.delimiter != "," and quoted(layout.delimiter), ""),
+        ("decimal", layout.decimal != "." and quoted(layout.decimal), ""),
+        ("skip", layout.skip and str(layout.skip), f"{layout.skip} lines before the header"),
+        ("units_row", layout.units_row and "true", "the row below the header has units"),
+        ("sheet", layout.sheet and quoted(layout.sheet), ""),
+        ("missing", words and listed(words), "words among the numbers are taken as gaps"),
+    )
+    keys = {key: value for key, value, _ in rows if isinstance(value, str) and value}
+    return Entry("", keys, Answer("; ".join(said for key, _, said in rows if key in keys and said)))
 
 
 def _repeats(log: Log) -> Iterator[Entry]:
@@ -277,11 +298,17 @@ def _time_entry(log: Log, verdict: Verdict) -> Entry:
         keys["sort"] = "true"
         answer = replace(answer, doubts=(*answer.doubts, f"{back} rows go back in time; sorted"))
     inside = ", ".join(f"{key} = {value}" for key, value in keys.items())
-    return Entry("", {"time": f"{{ {inside} }}"}, replace(answer, evidence=f"{', '.join(clock.heads)}: {answer.evidence}"))
+    return Entry(
+        "", {"time": f"{{ {inside} }}"}, replace(answer, evidence=f"{', '.join(clock.heads)}: {answer.evidence}")
+    )
 
 
 def _others(topic: Topic) -> list[Column]:
-    return [one for one in topic.columns if one.kind in ("iso", "stamp", "clock") or one.score("time") > 0.9 and one.varies]
+    return [
+        one
+        for one in topic.columns
+        if one.kind in ("iso", "stamp", "clock") or (one.score("time") > 0.9 and one.varies)
+    ]
 
 
 def _wind_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
@@ -312,7 +339,11 @@ def _wind_pairs(found: Mapping[str, Signal]) -> list[tuple[str, str]]:
     return out
 
 
-_WINDS = {"gamma_A": ("U_A", "wind_speed"), "gamma_T": ("U_T", "wind_speed"), "wind_direction": ("wind_speed", "U_A", "U_T")}
+_WINDS = {
+    "gamma_A": ("U_A", "wind_speed"),
+    "gamma_T": ("U_T", "wind_speed"),
+    "wind_direction": ("wind_speed", "U_A", "U_T"),
+}
 
 
 def _left_out(log: Log, entries: list[Entry]) -> list[str]:
@@ -322,5 +353,8 @@ def _left_out(log: Log, entries: list[Entry]) -> list[str]:
     for topic in (log.main, *log.topics):
         rest = [column.head for column in topic.columns if quoted(column.head) not in text]
         if rest:
-            out.append(f"columns left out of {topic.name}: {', '.join(rest[:_SHOWN])}" + f" and {len(rest) - _SHOWN} more" * (len(rest) > _SHOWN))
+            out.append(
+                f"columns left out of {topic.name}: {', '.join(rest[:_SHOWN])}"
+                + f" and {len(rest) - _SHOWN} more" * (len(rest) > _SHOWN)
+            )
     return out

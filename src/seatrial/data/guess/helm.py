@@ -1,8 +1,8 @@
 """Sign and unit of rudders, unit of revolutions: what the ship answers to them.
 
-A rudder is positive where the bow goes to starboard: in `dr/dt = a r + b delta + c` the sign of b, which also a helmsman
-who steers against the ship does not turn, since the rudder of one moment moves the ship of the next.  Revolutions are
-per second or per minute by the advance of the propeller in one of them, which is a few hundredths of a ship's length.
+A rudder is positive where the bow goes to starboard: in `dr/dt = a r + b delta + c` the sign of b, which also a
+helmsman who steers against the ship does not turn, since the rudder of one moment moves the ship of the next.
+Revolutions are per second or per minute by the advance of the propeller in one, a few hundredths of a ship's length.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from .. import Array
-from .answers import ASK, Answer
+from .answers import ASK, Answer, quoted
 from .roles import Signal
 
 _SURE = 6.0
@@ -65,41 +65,51 @@ def read_rudder(signal: Signal, t: Array, r: Array | None, logged: set[str]) -> 
         r: rate of turn to starboard [rad/s], None without one.
         logged: units of the other angles of the log.
     """
-    keys, doubts = {}, []
     largest = float(np.nanmax(np.abs(signal.values), initial=0.0))
+    unit, told, doubts = _unit(signal, largest, logged)
+    keys = {"unit": quoted(unit)}
+    sense, sure = rudder_sense(t, r, _lettered(signal)) if r is not None else (0.0, 0.0)
+    if signal.column.letters:
+        more, said, doubt = _sides(signal, sense, sure)
+    elif sure > _SURE:
+        side = "starboard" if sense > 0 else "port"
+        more, doubt = ({"sign": "-1"} if sense < 0 else {}), ""
+        said = f"the bow goes to {side} with it ({sure:.0f} standard errors)"
+    else:
+        more, said = {"sign": quoted(ASK)}, ""
+        doubt = ("nothing shows to which side it turns the ship; write sign = 1 if positive turns the bow to "
+                 "starboard, and -1 if to port")  # fmt: skip
+    evidence = f"{signal.column.said}, {told}" + (f"; {said}" if said else "")
+    return keys | more, Answer(evidence, (*doubts, *([doubt] if doubt else [])))
+
+
+def _unit(signal: Signal, largest: float, logged: set[str]) -> tuple[str, str, list[str]]:
+    """Unit of a rudder's angle, why, and doubts."""
     unit, told = _angle(signal, largest, logged)
     if unit == ASK and 0.15 < largest < 0.8 and not logged:
-        unit = "rad"
-        doubts.append(f"values up to {largest:.3g} are taken as radians; write deg if they are degrees")
-    elif unit == ASK:
-        doubts.append(f"nothing shows whether it is in deg or rad (up to {largest:.3g}); write the unit in place of ?")
-    elif signal.unit and signal.unit != unit:
-        doubts.append(f"the {signal.column.where} says {signal.unit}, and its values go up to {largest:.3g}")
-        keys["despite"] = f'"{signal.unit}"'
-    evidence = f"{signal.column.said}, {told}"
-    sense, sure = rudder_sense(t, r, _lettered(signal)) if r is not None else (0.0, 0.0)
+        return "rad", told, [f"values up to {largest:.3g} are taken as radians; write deg if they are degrees"]
+    if unit == ASK:
+        doubt = f"nothing shows whether it is in deg or rad (up to {largest:.3g}); write the unit in place of ?"
+        return unit, told, [doubt]
+    if signal.unit and signal.unit != unit:
+        return unit, told, [f"the {signal.column.where} says {signal.unit}, and its values go up to {largest:.3g}"]
+    return unit, told, []
+
+
+def _sides(signal: Signal, sense: float, sure: float) -> tuple[dict[str, str], str, str]:
+    """Letters of a rudder as signs, what they are, and the doubt about it."""
     letters = signal.column.letters
-    if letters:
-        port = {letter: -1 if letter.lower() in _PORT else 1 for letter in letters}
-        turned = sense < 0 and sure > _SURE
-        keys["letters"] = "{ " + ", ".join(f"{letter} = {-way if turned else way}" for letter, way in port.items()) + " }"
-        evidence += f"; letters {', '.join(letters)} are port and starboard"
-        if turned:
-            doubts.append("by its letters the ship would turn away from its rudder, so they are of the blade's edge and turned here")
-        elif sure < _SURE:
-            doubts.append("the ship turns too little to show that the letters are sides of the turn")
-        return {"unit": f'"{unit}"', **keys}, Answer(evidence, tuple(doubts))
-    if sure > _SURE:
-        evidence += f"; the bow goes to {'starboard' if sense > 0 else 'port'} with it ({sure:.0f} standard errors)"
-        if sense < 0:
-            keys["sign"] = "-1"
-    elif "starboard" in signal.column.head.lower() and "posit" in signal.column.head.lower():
-        evidence += "; starboard positive by its name"
-    else:
-        keys["sign"] = f'"{ASK}"'
-        doubts.append("nothing shows to which side it turns the ship; write sign = 1 if positive turns the bow to "
-                      "starboard, and -1 if to port")  # fmt: skip
-    return {"unit": f'"{unit}"', **keys}, Answer(evidence, tuple(doubts))
+    turned = sense < 0 and sure > _SURE
+    signs = {letter: (-1 if letter.lower() in _PORT else 1) * (-1 if turned else 1) for letter in letters}
+    keys = {"letters": f"{{ {', '.join(f'{letter} = {sign}' for letter, sign in signs.items())} }}"}
+    said = f"letters {', '.join(letters)} are port and starboard"
+    if turned:
+        doubt = (
+            "by its letters the ship would turn away from its rudder; they are those of the blade's edge, turned here"
+        )
+        return keys, said, doubt
+    doubt = "the ship turns too little to show that the letters are sides of the turn"
+    return keys, said, doubt if sure < _SURE else ""
 
 
 _PORT = ("p", "ps", "l", "bb", "bab", "port", "b", "hid")
@@ -150,7 +160,11 @@ def read_revolutions(
     running = np.isfinite(values) & (values > 0.3 * largest)
     if speed is None or running.sum() < 10 or r is None or turned < _TURNED:
         unit = "rpm" if largest > 60.0 else ASK
-        doubt = "nothing shows whether it is in rpm or 1/s; write it" if unit == ASK else f"up to {largest:.3g} is taken as rpm"
+        doubt = (
+            "nothing shows whether it is in rpm or 1/s; write it"
+            if unit == ASK
+            else f"up to {largest:.3g} is taken as rpm"
+        )
         return {"unit": f'"{unit}"'}, Answer(evidence, (doubt,))
     # a ship turns at most by about half a radian while it goes its length
     length = 0.5 * float(np.nanquantile(np.abs(speed), 0.9)) / max(float(np.nanquantile(np.abs(r), 0.98)), 1e-6)
@@ -159,8 +173,10 @@ def read_revolutions(
     far = {unit: abs(math.log(max(value, 1e-9) / _PITCH)) for unit, value in advance.items()}
     unit = min(far, key=far.__getitem__)
     other = "rpm" if unit == "1/s" else "1/s"
-    evidence += (f"; the ship goes about {advance[unit]:.2g} lengths in a turn of the propeller, in {other} it would be "
+    evidence += (f"; the ship goes about {advance[unit]:.2g} lengths in a turn of the propeller, if in {other} "
                  f"{advance[other]:.2g}")  # fmt: skip
     if far[other] - far[unit] > 1.5 or (unit == "rpm" and largest > 60.0):
         return {"unit": f'"{unit}"'}, Answer(evidence)
-    return {"unit": f'"{unit}"'}, Answer(evidence, (f"{unit} fits a little better than {other}; write {other} if it is that",))
+    return {"unit": f'"{unit}"'}, Answer(
+        evidence, (f"{unit} fits a little better than {other}; write {other} if it is that",)
+    )

@@ -28,7 +28,9 @@ _NUMBER = r"[+-]?(?:\d+(?:{mark}\d*)?|{mark}\d+)(?:[eE][+-]?\d+)?"
 _NUMBERS = {mark: re.compile(_NUMBER.format(mark=re.escape(mark))) for mark in ".,"}
 _LETTERED = {mark: re.compile(_NUMBER.format(mark=re.escape(mark)) + r"\s*°?\s*[A-Za-z]{1,3}") for mark in ".,"}
 _STAMP = re.compile(r"[\dTZ:./ +,-]*\d[\d:./-]*[\dZ]", re.IGNORECASE)
-_SEXAGESIMAL = re.compile(r"[NSEWO]?\s*\d+\s*[°ºd-]?\s*[\d.,]+\s*['′m]?\s*([\d.,]+\s*[\"″s]?)?\s*[NSEWO]?", re.IGNORECASE)
+_SEXAGESIMAL = re.compile(
+    r"[NSEWO]?\s*\d+\s*[°ºd-]?\s*[\d.,]+\s*['′m]?\s*([\d.,]+\s*[\"″s]?)?\s*[NSEWO]?", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -111,8 +113,8 @@ def is_value(cell: str, mark: str = ".") -> bool:
     plain = cell.strip()
     return bool(
         _NUMBERS[mark].fullmatch(plain) or _LETTERED[mark].fullmatch(plain)
-        or (":" in plain or plain.count("-") >= 2 or plain.count("/") >= 2 or plain.count(".") >= 2)
-        and _STAMP.fullmatch(plain) or any(c in plain for c in "°'′\"") and _SEXAGESIMAL.fullmatch(plain)
+        or ((":" in plain or plain.count("-") >= 2 or plain.count("/") >= 2 or plain.count(".") >= 2)
+        and _STAMP.fullmatch(plain)) or (any(c in plain for c in "°'′\"") and _SEXAGESIMAL.fullmatch(plain))
     )  # fmt: skip
 
 
@@ -178,9 +180,7 @@ def _is_row(cells: list[str], count: int, mark: str) -> bool:
     return len(cells) == count and values >= max(1, len(filled) // 3)
 
 
-def _header(
-    path: Path, lines: list[str], first: int, delimiter: str, count: int
-) -> tuple[list[str], int, list[str]]:
+def _header(path: Path, lines: list[str], first: int, delimiter: str, count: int) -> tuple[list[str], int, list[str]]:
     """Heads, the lines before them, and the row of units between them and the first row of numbers."""
     above = [k for k in range(first - 1, -1, -1) if lines[k].strip()][:2]
     rows = [split_line(lines[k], delimiter) for k in above]

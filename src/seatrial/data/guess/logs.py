@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from os.path import commonprefix
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -117,7 +117,10 @@ def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
         pattern, join = f"*{main.table.path.suffix}", "rows"
         notes = [*notes, f"{len(tables)} files follow each other in time: pieces of one log"]
     elif others:
-        notes = [*notes, f"{len(tables)} files with the same columns, each a trial; what is said here is of {main.name}"]
+        notes = [
+            *notes,
+            f"{len(tables)} files with the same columns, each a trial; what is said here is of {main.name}",
+        ]
     clock = main.clock
     t = clock.t if clock else np.arange(len(main.table.columns[0]), dtype=float)
     found = sided(signals(main.columns, clock.heads if clock else ()))
@@ -155,7 +158,7 @@ def _longest(columns: Sequence[Column], t: Array) -> slice:
     else:
         return slice(None)
     edges = [0, *cuts.tolist(), t.size]
-    return max((slice(a, b) for a, b in zip(edges, edges[1:], strict=False)), key=lambda one: one.stop - one.start)
+    return max((slice(a, b) for a, b in pairwise(edges)), key=lambda one: one.stop - one.start)
 
 
 def _pieces(topics: Sequence[Topic]) -> bool:
@@ -165,7 +168,7 @@ def _pieces(topics: Sequence[Topic]) -> bool:
     if len(spans) < len(topics):
         return False
     step = float(np.nanmedian(np.diff(spans[0][2])))
-    return all(0.0 < after[0] - before[1] <= _PIECES * step for before, after in zip(spans, spans[1:], strict=False))
+    return all(0.0 < after[0] - before[1] <= _PIECES * step for before, after in pairwise(spans))
 
 
 def _trial_of(base: Path, kinds: Mapping[tuple[str, ...], list[Table]]) -> tuple[Path, str, list[Table]]:
@@ -190,22 +193,37 @@ def _prefixes(kinds: Mapping[tuple[str, ...], list[Table]]) -> set[str]:
     found: list[set[str]] = []
     for same in kinds.values():
         names = [table.path.name for table in same]
-        tail = len(commonprefix([name[::-1] for name in names])) if len(names) > 1 else 0
-        if not tail:
+        tail = _shared_end(names)
+        if len(names) < 2 or not tail:
             return set()
-        found.append({name[:-tail] for name in names})
+        found.append({name[: -len(tail)] for name in names})
     return found[0] if all(one == found[0] for one in found) else set()
+
+
+def _shared_end(names: Sequence[str]) -> str:
+    """The letters in which all names end."""
+    first = min(names, key=len)
+    return next(first[k:] for k in range(len(first) + 1) if all(name.endswith(first[k:]) for name in names))
 
 
 def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) -> Log:
     """Topics with rows of their own, on the rows of the one that says most of the motion."""
     usual = Counter(_written(table) for table in tables).most_common(1)[0][0]
-    notes = [*notes, *(f"left out: {table.path.name}: written otherwise than the other files" for table in tables if _written(table) != usual)]
+    notes = [
+        *notes,
+        *(
+            f"left out: {table.path.name}: written otherwise than the other files"
+            for table in tables
+            if _written(table) != usual
+        ),
+    ]
     topics = [_topic(base, table, True) for table in tables if _written(table) == usual]
     timed = [one for one in topics if one.clock is not None]
     if not timed:
-        raise DataError(f"{base}: none of {len(topics)} tables has a time, by which files of one trial are joined; captive tests go to "
-                        "seatrial captive")
+        raise DataError(
+            f"{base}: none of {len(topics)} tables has a time, by which files of one trial are joined; captive "
+            "tests go to seatrial captive"
+        )
     said = {one.name: signals(one.columns, one.clock.heads if one.clock else (), one.name) for one in timed}
     main = max(timed, key=lambda one: (_weight(said[one.name]), len(one.table.columns[0])))
     said[main.name] = {role: replace(one, file="") for role, one in said[main.name].items()}

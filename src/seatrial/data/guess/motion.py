@@ -26,6 +26,7 @@ RATES = {"deg/s": np.pi / 180.0, "rad/s": 1.0, "deg/min": np.pi / 10800.0}
 _TIME_STRAIN = {"s": 0.0, "ms": 0.5, "us": 1.0, "min": 1.6}
 _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
 _LOST = 0.25
+_COURSE = 0.3  # weight of the angle between heading and course [rad]: drift and current are no fault
 _ABSURD = 5.0
 _BAND, _FLOOR = 1.3, 0.03
 """Readings with a miss up to this factor and share above the best are as good as it."""
@@ -69,7 +70,7 @@ class Verdict:
 
     Attributes:
         best: the reading.
-        rivals: for each choice, the reading that answers it otherwise and is most to be feared, whatever else it changes.
+        rivals: for each choice, the reading that answers it otherwise and is most to be feared, whatever it changes.
         alone: for each choice, the reading that answers only this otherwise.
         smallest: the least miss of all.
         lost: miss of the best reading where none fits, so that only names count; else 0.
@@ -102,9 +103,17 @@ class Verdict:
             rival = self.alone.get(key)
             if rival is None or self._near(rival):
                 continue
-            shown = max(now, key=lambda name: rival.parts.get(name, 0.0) - now[name])
-            said.setdefault(shown, []).append(f"{rival.parts[shown]:.0%} if {rival.choice[key]}")
-        return "; ".join(f"{_TESTS[shown]} within {now[shown]:.0%} ({', '.join(rest)})" for shown, rest in said.items())
+            shown = max(now, key=lambda name, then=rival.parts: then.get(name, 0.0) - now[name])
+            if shown in rival.parts:
+                said.setdefault(shown, []).append(f"{_size(shown, rival.parts[shown])} if {rival.choice[key]}")
+        return "; ".join(
+            f"{_TESTS[shown]} within {_size(shown, now[shown])} ({', '.join(rest)})" for shown, rest in said.items()
+        )
+
+
+def _size(test: str, miss: float) -> str:
+    """A miss in words: angles as such, others as a share of what was moved."""
+    return f"{np.degrees(miss / _COURSE):.0f} deg" if test == "course" else f"{miss:.0%}"
 
 
 _TESTS = {"track": "the track follows the speeds", "turn": "the heading follows the rate of turn",
@@ -117,7 +126,7 @@ class Motion:
     def __init__(self, t: Array, found: Mapping[str, Signal], times: Sequence[str] = (), rows: int = 10**9) -> None:
         every = max(len(t) // rows, 1)
         self.t, self.times = t[::every], ("s", *times)
-        self.found = {role: signal for role, signal in found.items()}
+        self.found = dict(found)
         self.values = {role: signal.values[::every] for role, signal in found.items()}
 
     @cached_property
@@ -132,7 +141,9 @@ class Motion:
         out: list[Option] = []
         for unit, sense in product(("deg", "rad"), _SENSES):
             strain = unit_strain(unit, said) + _size_strain(raw, unit)
-            strain += 0.0 if sense == _SENSES[0] else _turned_strain(self.found[role]) + (0.5 if sense == _SENSES[2] else 0.0)
+            strain += (
+                0.0 if sense == _SENSES[0] else _turned_strain(self.found[role]) + (0.5 if sense == _SENSES[2] else 0.0)
+            )
             psi = np.radians(raw) if unit == "deg" else raw
             psi = dict(zip(_SENSES, (psi, 0.5 * np.pi - psi, -psi), strict=True))[sense]
             out.append(Option({"unit of psi": unit, "sense of psi": sense}, strain, (unwrapped(psi),)))
@@ -186,12 +197,19 @@ class Motion:
                 for angle in ("deg", "rad"):
                     more = unit_strain(angle, self.found["cog"].unit) + _size_strain(b, angle)
                     course = np.radians(b) if angle == "deg" else b
-                    out.append(Option({"unit of speed": unit, "unit of course": angle, "frame of speeds": "north, east"}, strain + more,
-                                      (size * a * np.cos(course), size * a * np.sin(course))))
+                    out.append(
+                        Option(
+                            {"unit of speed": unit, "unit of course": angle, "frame of speeds": "north, east"},
+                            strain + more,
+                            (size * a * np.cos(course), size * a * np.sin(course)),
+                        )
+                    )
                 continue
             strains = _FRAMES[pair]
             for frame, more in strains.items():
-                out.append(Option({"unit of speed": unit, "frame of speeds": frame}, strain + more, (size * a, size * b)))
+                out.append(
+                    Option({"unit of speed": unit, "frame of speeds": frame}, strain + more, (size * a, size * b))
+                )
         return out
 
     @cached_property
@@ -203,7 +221,11 @@ class Motion:
         robotic = _robotic(self.found["r"])
         senses = ("to starboard", 1.0, 0.3 * robotic), ("to port", -1.0, 0.0 if robotic else 1.0)
         return [
-            Option({"unit of r": unit, "sense of r": sense}, unit_strain(unit, said) + strain + 0.3 * k, (sign * size * raw,))
+            Option(
+                {"unit of r": unit, "sense of r": sense},
+                unit_strain(unit, said) + strain + 0.3 * k,
+                (sign * size * raw,),
+            )
             for k, (unit, size) in enumerate(RATES.items())
             for sense, sign, strain in senses
         ]
@@ -234,15 +256,25 @@ class Motion:
         return Verdict(best, rivals, alone, smallest, lost if lost > _LOST else 0.0)
 
     def _with(self, time: str, heading: Option) -> list[Reading]:
-        """Readings with this unit of time and this heading: the rate that fits best with each, and tracks and speeds."""
+        """Readings with this unit of time and this heading, with every rate, position and velocity."""
         t = self.t * _TIMES[time]
         strain = heading.strain + _TIME_STRAIN[time]
         turned = [(rate, self._turn(t, heading, rate)) for rate in self.rates]
-        moved = [(place, speed, self._track(t, heading, place, speed)) for place in self.positions for speed in self.velocities]
+        moved = [
+            (place, speed, self._track(t, heading, place, speed))
+            for place in self.positions
+            for speed in self.velocities
+        ]
         out: list[Reading] = []
         for (rate, turn), (place, speed, track) in product(turned, moved):
             parts = {**turn, **track}
-            choice = {**({"unit of time": time} if len(self.times) > 1 else {}), **heading.choice, **rate.choice, **place.choice, **speed.choice}
+            choice = {
+                **({"unit of time": time} if len(self.times) > 1 else {}),
+                **heading.choice,
+                **rate.choice,
+                **place.choice,
+                **speed.choice,
+            }
             out.append(Reading(choice, strain + rate.strain + place.strain + speed.strain, sum(parts.values()), parts))
         return out
 
@@ -258,25 +290,39 @@ class Motion:
         psi = heading.values[0] if heading.values else np.zeros(t.size)
         if speed.values:
             frame = speed.choice["frame of speeds"]
-            north, east = _to_earth(frame, *speed.values, psi)
+            north, east = _to_earth(frame, speed.values[0], speed.values[1], psi)
             if place.values and (heading.values or "," in frame):
                 u, v = north * np.cos(psi) + east * np.sin(psi), east * np.cos(psi) - north * np.sin(psi)
-                miss = _missed(Trial("", t, {"x": place.values[0], "y": place.values[1], "psi": psi + 1e-9 * np.arange(t.size), "u": u, "v_m": v}))
+                miss = _missed(
+                    Trial(
+                        "",
+                        t,
+                        {
+                            "x": place.values[0],
+                            "y": place.values[1],
+                            "psi": psi + 1e-9 * np.arange(t.size),
+                            "u": u,
+                            "v_m": v,
+                        },
+                    )
+                )
                 out |= {} if miss is None else {"track": miss}
         if heading.values and (place.values or (north is not None and "," in speed.choice["frame of speeds"])):
-            gone = _gone(t, *place.values) if place.values else (north, east)
-            miss = _aside(*gone, psi)  # type: ignore[arg-type]
-            out |= {} if miss is None else {"course": 0.3 * miss}
+            went = _gone(t, *place.values) if place.values else speed.values
+            if not place.values:
+                went = _to_earth(speed.choice["frame of speeds"], went[0], went[1], psi)
+            miss = _aside(went[0], went[1], psi)
+            out |= {} if miss is None else {"course": _COURSE * miss}
         return out
 
 
+_BODY, _TO_PORT = "ahead and starboard of the ship", "ahead and port of the ship"
 _FRAMES = {
-    ("u", "v"): {"ahead, starboard of the ship": 0.0, "ahead, port of the ship": 1.0, "north, east": 1.2, "east, north": 2.0},
-    ("vx", "vy"): {"ahead, starboard of the ship": 0.3, "ahead, port of the ship": 1.0, "north, east": 0.3, "east, north": 1.0},
+    ("u", "v"): {_BODY: 0.0, _TO_PORT: 1.0, "north, east": 1.2, "east, north": 2.0},
+    ("vx", "vy"): {_BODY: 0.3, _TO_PORT: 1.0, "north, east": 0.3, "east, north": 1.0},
     ("v_north", "v_east"): {"north, east": 0.0, "east, north": 2.0},
 }
-_FRAMES = {pair: {name.replace(", starboard of", " and starboard of").replace(", port of", " and port of"): s for name, s in known.items()}
-           for pair, known in _FRAMES.items()}
+"""Axes of each pair of velocities, and how far they are from its names; those of the earth have a comma."""
 
 
 def speeds_of(found: Mapping[str, Signal]) -> tuple[str, str] | None:

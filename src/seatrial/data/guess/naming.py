@@ -12,7 +12,7 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 
 _UNIT = re.compile(r"^(?P<name>.*?)\s*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
 _SHORT = 2
@@ -45,7 +45,7 @@ class _Tables:
 
 @cache
 def _tables() -> _Tables:
-    said = tomllib.loads((files(__package__) / "words.toml").read_text(encoding="utf-8"))
+    said = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
     roles = {role: tuple(tuple(name.split()) for name in names) for role, names in said["roles"].items()}
     modifiers = {kind: frozenset(words) for kind, words in said["modifiers"].items()}
     return _Tables(roles, modifiers, {word: unit for unit, words in said["units"].items() for word in words})

@@ -59,5 +59,5 @@ def _sentences(path: Path) -> bool:
     """Whether most of the first lines are sentences of NMEA 0183."""
     with path.open("rb") as file:
         lines = [line for line in file.read(4000).splitlines()[:-1] if line.strip()]
-    marked = sum(b"$" in line[:40] and b"*" in line[-6:] or b"!AIVD" in line for line in lines)
+    marked = sum((b"$" in line[:40] and b"*" in line[-6:]) or b"!AIVD" in line for line in lines)
     return len(lines) > 1 and marked > 0.5 * len(lines)

@@ -1,14 +1,15 @@
-"""Wind: apparent or true, where it comes from or goes to, its units; the true wind is the one that does not turn with the ship."""
+"""Wind: apparent or true, from or towards, its side and units: the true wind does not turn with the ship."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
 from .. import Array
+from .answers import ASK, Answer, Entry, quoted
 from .motion import SPEEDS
 from .roles import Signal
 
@@ -167,3 +168,46 @@ def _air(one: WindReading, speed: Array, direction: Array, motion: Motions) -> A
     ahead, aside = size * np.cos(gamma) - u, size * np.sin(gamma) - v
     north, east = ahead * np.cos(psi) - aside * np.sin(psi), ahead * np.sin(psi) + aside * np.cos(psi)
     return np.column_stack([north, east])
+
+
+def wind_entries(found: Mapping[str, Signal], pair: tuple[str, str], verdict: WindVerdict) -> Iterator[Entry]:
+    """Entries of one wind, with the evidence and a doubt for each reading that fits about as well.
+
+    Args:
+        found: quantities of the log.
+        pair: roles of its speed and its direction.
+        verdict: how it is read.
+    """
+    best, rival, close = verdict.best, verdict.rival, verdict.close
+    speed, direction = found[pair[0]], found[pair[1]]
+    kind = "apparent, from the bow" if best.relative else "true, from north"
+    way = "goes to" if best.towards else "comes from"
+    evidence = f"{speed.column.said} and {direction.column.said}; {kind}, where it {way}"
+    if rival is not None and not close:
+        evidence += (f"; the true wind would change by {best.miss:.0%} of itself, and by {rival.miss:.0%} if "
+                     f"{' and '.join(differences(best, rival))}")  # fmt: skip
+    doubts = [
+        f"it may also be {said[0]}; nothing in the log decides"
+        for one in close
+        if len(said := differences(best, one)) == 1
+    ]
+    unit = best.unit
+    if not speed.unit and any(one.unit != unit for one in close):
+        unit = ASK
+        doubts.append("nothing shows the unit of its speed; write m/s or kn in place of ?")
+    answer = Answer(evidence, tuple(dict.fromkeys(doubts)))
+    file = {"file": quoted(speed.file)} if speed.file else {}
+    if best.relative and not best.towards and best.side > 0:
+        keys = {"speed": quoted(speed.column.head), "direction": quoted(direction.column.head), "unit": quoted(unit),
+                "direction_unit": quoted(best.angle)}  # fmt: skip
+        if direction.column.letters:
+            sides = (f"{one} = {-1 if one[0] in 'PpLlBb' else 1}" for one in direction.column.letters)
+            keys["letters"] = f"{{ {', '.join(sides)} }}"
+        yield Entry("apparent", keys | file, answer)
+        return
+    names = ("U_A", "gamma_A") if best.relative else ("U_T", "gamma_T")
+    yield Entry(f"channels.{names[0]}", {"column": quoted(speed.column.head), "unit": quoted(unit), **file}, answer)
+    more = {"sign": "-1"} if best.side < 0 else {}
+    more |= {"offset": "180.0" if best.angle == "deg" else f"{np.pi:.12g}"} if best.towards else {}
+    keys = {"column": quoted(direction.column.head), "unit": quoted(best.angle), **more, **file}
+    yield Entry(f"channels.{names[1]}", keys)
