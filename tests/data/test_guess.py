@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Callable
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from shapes import COASTER, DEG, KN, MODEL, SHAPES, Sailed, Sheet, astray, compass, sailed, stamps
 
+from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
 from seatrial.data.check import check_folder
 from seatrial.data.guess import ASK, DOUBT, guess
@@ -319,3 +321,17 @@ def test_the_public_container_ship_asks_for_what_is_not_there(tmp_path: Path) ->
     found = guess(real("hakusan"))
     assert {"channels.r.unit", "channels.delta.unit", "channels.delta.sign"} <= set(found.asks)
     assert re.search(rf'time = {{ column = "\{ASK}"', found.text)
+
+
+def test_the_command_prints_or_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = log_of(tmp_path, basin(straight(20.0)))
+    assert main(["import", "--guess", str(log)]) == 0
+    assert 'schema = "seatrial-mapping/1"' in capsys.readouterr().out
+    assert main(["import", "--guess", str(log), "-o", str(tmp_path / "m.toml")]) == 0
+    assert f"seatrial import csv {log} --mapping {tmp_path / 'm.toml'} -o trials" in capsys.readouterr().out
+    assert main(["import", "--guess", str(log), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["format"], said["file"]) == ("csv", None)
+    for wrong in (["csv"], ["csv", str(log)], ["csv", str(log), "--guess", str(log)], ["--guess", str(tmp_path / "no")]):
+        assert main(["import", *wrong]) == 2
+        assert len(capsys.readouterr().err.strip().splitlines()) == 1

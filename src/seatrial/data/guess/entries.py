@@ -12,7 +12,7 @@ from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, Entry, listed, quoted
 from .helm import read_revolutions, read_rudder
-from .motion import SPEEDS, Motion, Option, Verdict, speeds_of
+from .motion import SPEEDS, Motion, Option, Verdict, speed_unit_said, speeds_of
 from .roles import Signal
 
 _SPEED = "unit of speed"
@@ -170,7 +170,7 @@ def _velocity(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
     if frame is None or pair is None:
         return
     first, second = (found[name] for name in pair)
-    unit, doubts = _speed_unit(first, verdict)
+    unit, doubts = _speed_unit(first, speed_unit_said(found, pair), verdict)
     doubts += list(_doubts(verdict, frame_of_speeds="change it here then", unit_of_course="write that"))
     evidence = _told(verdict, first, _SPEED, "frame of speeds")
     file = {"file": quoted(first.file)} if first.file else {}
@@ -196,9 +196,9 @@ def _has_heading(found: Mapping[str, Signal]) -> bool:
     return bool({"heading", "yaw"} & set(found)) or {"qx", "qy", "qz", "qw"} <= set(found)
 
 
-def _speed_unit(signal: Signal, verdict: Verdict) -> tuple[str, list[str]]:
+def _speed_unit(signal: Signal, said: str, verdict: Verdict) -> tuple[str, list[str]]:
     unit = verdict.best.choice[_SPEED]
-    if signal.unit or verdict.measured(_SPEED):
+    if said or verdict.measured(_SPEED):
         return unit, list(_said(signal, unit))
     return ASK, ["nothing shows whether the speed is in m/s or kn; write the unit in place of ?"]
 
@@ -230,8 +230,8 @@ def known_motion(verdict: Verdict, t: Array, found: Mapping[str, Signal]) -> Kno
         r = np.gradient(psi, t) if t.size > 2 else None
     u = v = speed = None
     velocity = chosen[1]
-    open_unit = _SPEED in verdict.best.choice and not verdict.measured(_SPEED) and not any(
-        found[role].unit for role in ("u", "v_north", "vx", "sog", "speed") if role in found)  # fmt: skip
+    pair = speeds_of(found)
+    open_unit = pair is not None and not verdict.measured(_SPEED) and not speed_unit_said(found, pair)
     if velocity.values and not open_unit:
         a, b = velocity.values
         speed, frame = np.hypot(a, b), velocity.choice["frame of speeds"]

@@ -135,7 +135,9 @@ def _entries(log: Log) -> Iterator[Entry]:
         verdict.sure("sense of psi") and verdict.sure("sense of r") and verdict.sure("frame of the quaternion")
     )
     yield from control_entries(found, known, angles, turned)
-    yield from _wind_entries(found, known)
+    for entry in _wind_entries(found, known):
+        doubts = ("it is turned to the other side if the sense of psi is",) if turned and entry.answer.evidence else ()
+        yield replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, *doubts)))
     yield from other_entries(found, known)
 
 

@@ -188,7 +188,7 @@ class Motion:
         if pair is None:
             return [Option({}, 0.0, ())]
         a, b = (self.values[role] for role in pair)
-        said = self.found[pair[0]].unit
+        said = speed_unit_said(self.found, pair)
         units = [(unit, unit_strain(unit, said) + 0.3 * k) for k, unit in enumerate(SPEEDS)]
         out: list[Option] = []
         for unit, strain in units:
@@ -329,6 +329,11 @@ def speeds_of(found: Mapping[str, Signal]) -> tuple[str, str] | None:
     """The two quantities that tell the velocity; "U" beside a course is the speed over ground."""
     pairs = ("u", "v"), ("v_north", "v_east"), ("vx", "vy"), ("sog", "cog"), ("speed", "cog"), ("u", "cog")
     return next((two for two in pairs if set(two) <= set(found)), None)
+
+
+def speed_unit_said(found: Mapping[str, Signal], pair: tuple[str, str]) -> str:
+    """The unit that the log says of either part of a velocity."""
+    return found[pair[0]].unit or (found[pair[1]].unit if pair[1] != "cog" else "")
 
 
 def _only(key: str, one: Mapping[str, str], other: Mapping[str, str]) -> bool:
