@@ -71,9 +71,9 @@ def straight(rudder: float = 0.0, **more: float) -> Sailed:
     return sailed(**{**MODEL, "rudder": rudder, "noise": 0.0, "wind": 0.0, "duration": 60.0, **more})
 
 
-def basin(log: Sailed, **without: bool) -> Sheet:
-    """A log of a basin without a unit."""
-    sheet = Sheet().put("t", log.t, 2).put("x", log["x"], 4).put("y", log["y"], 4).put("psi", log["psi"], 5)
+def basin(log: Sailed) -> Sheet:
+    """A log of a basin without a unit but that of time."""
+    sheet = Sheet().put("t [s]", log.t, 2).put("x", log["x"], 4).put("y", log["y"], 4).put("psi", log["psi"], 5)
     sheet.put("u", log["u"], 5).put("v", log["v_m"], 5).put("r", log["r"], 6).put("delta", log["delta"], 5)
     return sheet.put("n", 60 * log["n_P"], 2)
 
@@ -332,6 +332,7 @@ def test_the_command_prints_or_writes(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(["import", "--guess", str(log), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert (said["format"], said["file"]) == ("csv", None)
-    for wrong in (["csv"], ["csv", str(log)], ["csv", str(log), "--guess", str(log)], ["--guess", str(tmp_path / "no")]):
+    alone = ["csv", str(log)]
+    for wrong in (["csv"], alone, [*alone, "--guess", str(log)], ["--guess", str(tmp_path / "no")]):
         assert main(["import", *wrong]) == 2
         assert len(capsys.readouterr().err.strip().splitlines()) == 1
