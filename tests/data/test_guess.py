@@ -103,6 +103,15 @@ def test_a_small_rudder_angle_is_not_taken_for_radians(tmp_path: Path) -> None:
     assert found.asks == ("channels.delta.unit", "channels.delta.sign")
 
 
+def test_a_rudder_held_over_shows_its_side(tmp_path: Path) -> None:
+    """A steady turn to port under +10 deg: positive is to port; within the loop of an unstable ship nothing is said."""
+    t = np.arange(0.0, 200.0, 0.5)
+    psi = np.degrees(-0.02 * t) % 360.0
+    for angle, sign in ((10.0, "sign = -1"), (4.0, f'sign = "{ASK}"')):
+        sheet = Sheet().put("t [s]", t, 1).put("heading", psi, 3).put("rudder", angle + 0.01 * np.sin(t), 3)
+        assert sign in guess(log_of(tmp_path / str(angle), sheet)).text
+
+
 def test_speeds_without_a_position_have_no_unit(tmp_path: Path) -> None:
     log = straight(20.0)
     sheet = Sheet().put("t", log.t, 2).put("heading", compass(log["psi"]), 2).put("speed", log["u"] / KN, 3)

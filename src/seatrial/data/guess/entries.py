@@ -268,6 +268,8 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str],
         if stem == "delta":
             keys, answer = read_rudder(signal, known.t, known.r, angles)
             doubts = ("turn its sign too if that of psi and r is turned",) if turned and known.r is not None else ()
+            if known.u is not None and np.nanmedian(known.u) < 0.0:
+                doubts += ("the ship goes astern most of the time, where a rudder turns it to the other side",)
             answer = Answer(answer.evidence, (*answer.doubts, *doubts))
         elif role.startswith("n_P"):
             keys, answer = read_revolutions(signal, known.speed, known.r, known.turned)

@@ -18,6 +18,9 @@ from .roles import Signal
 _SURE = 6.0
 _ROWS = 4000
 _TURNED = 0.5
+_WELL_OVER, _FAR = 0.12, 1.0
+"""Rudder beyond the loop of a ship that is unstable on course [rad], and how far it turns by it [rad]."""
+
 _PITCH = 0.025
 """Advance of a ship in one turn of its propeller, in lengths; 0.008 to 0.08 of ships and models."""
 
@@ -71,6 +74,9 @@ def read_rudder(signal: Signal, t: Array, r: Array | None, logged: set[str]) -> 
     sense, sure = rudder_sense(t, r, _lettered(signal)) if r is not None else (0.0, 0.0)
     if signal.column.letters:
         more, said, doubt = _sides(signal, sense, sure)
+    elif sure <= _SURE and r is not None and (held := _held(t, r, signal.values, unit)):
+        more, doubt = ({"sign": "-1"} if held < 0 else {}), ""
+        said = f"held, it turns the bow to {'starboard' if held > 0 else 'port'}"
     elif sure > _SURE:
         side = "starboard" if sense > 0 else "port"
         more, doubt = ({"sign": "-1"} if sense < 0 else {}), ""
@@ -81,6 +87,18 @@ def read_rudder(signal: Signal, t: Array, r: Array | None, logged: set[str]) -> 
                  "starboard, and -1 if to port")  # fmt: skip
     evidence = f"{signal.column.said}, {told}" + (f"; {said}" if said else "")
     return keys | more, Answer(evidence, (*doubts, *([doubt] if doubt else [])))
+
+
+def _held(t: Array, r: Array, delta: Array, unit: str) -> float:
+    """Sign of the turn by a rudder that is held well over: a ship turns to that side in the end; 0 where none shows."""
+    size = {"deg": math.pi / 180.0, "rad": 1.0}.get(unit, 0.0)
+    largest = float(np.nanmax(np.abs(delta), initial=0.0))
+    rows = np.flatnonzero(np.isfinite(delta + r) & (np.abs(delta) > 0.9 * largest))
+    if largest * size < _WELL_OVER or rows.size < 30:
+        return 0.0
+    turned = np.sign(delta[rows]) * r[rows] * np.gradient(t)[rows]
+    total = float(turned.sum())
+    return float(np.sign(total)) if abs(total) > max(_FAR, 0.9 * float(np.abs(turned).sum())) else 0.0
 
 
 def _unit(signal: Signal, largest: float, logged: set[str]) -> tuple[str, str, list[str]]:
