@@ -309,3 +309,13 @@ def test_a_heading_rounded_on_a_straight_course_is_no_slow_sensor():
     channels = {"x": np.cumsum(u) * np.cos(0.698), "y": np.cumsum(u) * np.sin(0.698), "psi": heading, "u": u}
     assert np.mean(np.diff(heading) == 0) > 0.25
     assert not [f for f in check(Trial("straight", t, channels)) if f.what == "repeated values"]
+
+
+def test_noise_of_fixes_is_no_distance(made: Trial) -> None:
+    """At 10 Hz the noise of a receiver is as large as what the ship moves; a clock that is wrong is still seen."""
+    hand = np.random.default_rng(1)
+    x, y = (made[name] + 0.03 * hand.standard_normal(len(made)) for name in ("x", "y"))
+    logged = made.having(x=x, y=y, U_G=np.hypot(made["u"], made["v_m"]))
+    assert not [one for one in check(logged) if one.key == "time_scale"]
+    slow = replace(logged, t=0.9 * logged.t).having(u=0.9 * logged["u"], v_m=0.9 * logged["v_m"])
+    assert [one for one in check(slow) if one.key in ("time_scale", "scale", "log_scale")]

@@ -10,6 +10,8 @@ from . import options as o
 from .render import emit, figure, note, say, say_lines, show_table
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ..identify.components.servo import ServoFit
     from ..identify.components.thrust_map import ThrustMap
 
@@ -17,16 +19,42 @@ _DEGREE = math.pi / 180.0
 
 
 def import_(
-    format: o.LogFormat, source: o.Source, out: o.TrialFolder, mapping: o.Mapping = None, json: o.Json = False
-) -> None:
-    """Import logs of other tools as trial files."""
-    from ..workflow.data import import_logs
+    format: o.LogFormat = None, source: o.Source = None, out: o.Imports = None, mapping: o.Mapping = None,
+    guess: o.GuessOf = None, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Import logs of other tools, or guess their mapping."""
+    from ..workflow.data import import_logs, importing
 
+    if guess is not None:
+        _guess(guess, out, format or source or mapping, json)
+        return
+    format, source, out = importing(format, source, out)
     made = import_logs(format, source, out, mapping, note)
     if json:
         emit({"format": format, **vars(made)})
     else:
         say(f"{len(made.written)} trial{'s' * (len(made.written) != 1)} in {out}; next: seatrial check {out}\n")
+
+
+def _guess(folder: Path, out: Path | None, more: object, json: bool) -> None:
+    from ..workflow.data import guess_mapping
+
+    found = guess_mapping(folder, out, more)
+    if json:
+        emit({**vars(found), "file": out if found.text else None})
+        return
+    for line in found.notes:
+        note(line)
+    if not found.text:
+        return
+    if out is None:
+        say(found.text)
+        return
+    for doubt in found.doubts:
+        note(f"doubt: {doubt}")
+    ask = f"answer {', '.join(found.asks)} in it, then" if found.asks else "read it, then"
+    count = f"{len(found.doubts)} doubt{'s' * (len(found.doubts) != 1)}"
+    say(f"{out}: {count}; {ask}: seatrial import csv {folder} --mapping {out} -o trials\n")
 
 
 def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: o.Json = False) -> None:

@@ -27,9 +27,16 @@ Pull = Annotated[Path, Argument(help="Name a bollard pull table with columns suc
 CaptiveTables = Annotated[
     list[Path], Argument(metavar="TABLE...", help="Name tables of captive tests (docs/captive.md).")
 ]  # fmt: skip
-Source = Annotated[Path, Argument(metavar="SRC", help="Name a log, or a folder of logs.")]
+Source = Annotated[Path | None, Argument(metavar="SRC", help="Name a log, or a folder of logs.")]
 LogFormat = Annotated[
-    str, Argument(help="Name frt-esso, simman, usv-asw, nmea, mcap, rosbag2, or csv with --mapping.")
+    str | None,
+    Argument(metavar="FORMAT", help="Name frt-esso, simman, usv-asw, nmea, mcap, rosbag2, or csv with --mapping."),
+]  # fmt: skip
+GuessOf = Annotated[
+    Path | None, Option("--guess", metavar="FOLDER", help="Write the mapping that the logs of this folder suggest.")
+]  # fmt: skip
+Imports = Annotated[
+    Path | None, Option("-o", "--out", help="Write the trial files to this folder (--guess: the mapping to this file).")
 ]  # fmt: skip
 Peers = Annotated[list[str] | None, Argument(metavar="[NAME]...", help="Name peers to measure; all unless given.")]
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..core.files import write_whole
 from ..core.parameters import unknown
 from ..data import DataError, Trial
+from ..data.guess import Guess, guess, refuse_open
 from ..data.importing import import_log
 from ..data.prepare import mended, read_steps
 from ..data.prepare import resample as resampled
@@ -40,6 +42,8 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None = Non
     Raises:
         DataError: a log that cannot be read; then nothing has been written.
     """
+    if mapping is not None and mapping.is_file() and format == "csv":
+        refuse_open(mapping)
     written = tuple(import_log(format, source, out, mapping))
     found = {path.stem: read_sidecar(path) for path in written}
     for path, meta in zip(written, found.values(), strict=True):
@@ -49,6 +53,36 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None = Non
         written, {name: meta["lines"] for name, meta in found.items() if "lines" in meta},
         {name: meta.get("processing", []) for name, meta in found.items()},
     )  # fmt: skip
+
+
+def importing(format: str | None, source: Path | None, out: Path | None) -> tuple[str, Path, Path]:
+    """What an import needs: a format, a source and a folder for the trials.
+
+    Raises:
+        RequestError: one of them is missing.
+    """
+    if format is None or source is None:
+        raise RequestError("give FORMAT and SRC, such as csv logs --mapping mapping.toml, or --guess FOLDER")
+    if out is None:
+        raise RequestError("give the folder for the trial files: -o trials")
+    return format, source, out
+
+
+def guess_mapping(folder: Path, out: Path | None = None, more: object = None) -> Guess:
+    """Write the mapping that the logs of a folder suggest; none where a reader takes them without.
+
+    Raises:
+        RequestError: other arguments of an import beside it, or a file that is there already.
+        DataError: nothing there that is a table or a known log.
+    """
+    if more is not None:
+        raise RequestError(f"--guess {folder} stands alone: leave out {more}")
+    if out is not None and out.exists():
+        raise RequestError(f"{out}: is there already, perhaps corrected by hand; remove it, or choose another (-o)")
+    found = guess(folder)
+    if out is not None and found.text:
+        write_whole(out, found.text)
+    return found
 
 
 def _damage(lines: Mapping[str, int]) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .. import Array, Trial, unwrapped
 from ..prepare import complete, integral
-from .relations import has, slides_unseen, window_of
+from .relations import has, noise_of, slides_unseen, window_of
 from .repairs import step
 from .sensors import Fault
 
@@ -23,6 +23,8 @@ _EITHER_WAY, _MOVING = 2, 0.3
 _BETTER, _CLEAR = 0.7, math.radians(0.5)
 # Stretches over which distances are compared [s], and by how much they may differ.
 _STRETCH, _CLOSE, _CLOCK = 5.0, 0.04, 1.34
+# Distances between fixes are this many times their noise, or they would be longer than the track.
+_ABOVE_NOISE = 20.0
 
 
 def fixes(trial: Trial) -> NDArray[np.intp]:
@@ -133,6 +135,12 @@ def _distance_ratio(trial: Trial) -> float:
     """Distance by positions over distance by speed, the median of stretches; NaN without enough of either."""
     rows = fixes(trial)
     rows = rows[np.isfinite(trial["U_G"][rows])]
+    if rows.size < 20:
+        return math.nan
+    # between neighbours the noise of fixes would be counted as distance
+    noise = max(noise_of(trial["x"][rows]), noise_of(trial["y"][rows]))
+    step = float(np.median(trial["U_G"][rows][1:] * np.diff(trial.t[rows])))
+    rows = rows[:: max(math.ceil(_ABOVE_NOISE * noise / max(step, 1e-9)), 1)] if step > 0.0 else rows
     if rows.size < 20:
         return math.nan
     t = trial.t[rows]

@@ -1,0 +1,159 @@
+"""Cells of a column: numbers, numbers with letters, angles in minutes, stamps, clocks; and the words of a gap."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from .. import Array
+from .layout import Table, number
+from .naming import Meaning, meanings, parted, unit_in_name, unit_of
+
+Kind = Literal["number", "letters", "minutes", "dms", "iso", "stamp", "date", "clock", "text", "empty"]
+
+_LETTERS = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*°?\s*(?P<letters>[A-Za-z]{1,3})\.?")
+_BEFORE = re.compile(r"(?P<letters>[NSEW])\s*(?P<number>[\d.,]+)")
+_DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd-]\s*(?P<m>[\d.,]+)\s*['′m]?\s*"
+                  r"(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|s)?)?\s*(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
+_ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?\s*(Z|UTC|[+-]\d\d:?\d\d)?")
+_STAMP = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}[T ]+\d{1,2}:\d\d(:\d\d([.,]\d+)?)?.*")
+_DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}|20\d{6}")
+_CLOCK = re.compile(r"\d{1,2}:\d\d(:\d\d([.,]\d+)?)?")
+_FORMS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
+    ("iso", _ISO),
+    ("stamp", _STAMP),
+    ("date", _DATE),
+    ("clock", _CLOCK),
+)
+_GAP = ("", "nan", "na", "null")
+"""Words that every reader takes for a gap."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a log.
+
+    Attributes:
+        table: it is from.
+        head: as it is in the file.
+        name: without its unit.
+        unit: symbol of `data.units`; empty where nothing says it.
+        where: what says the unit: "header", "row of units", "name".
+        kind: of its cells.
+        values: its numbers, NaN for a gap or where a cell is none; degrees for angles in minutes.
+        letters: after its numbers, with how often they occur.
+        missing: words that stand for a gap, beside the usual ones.
+        means: what its name may mean, best first.
+        cells: its text.
+    """
+
+    table: Table
+    head: str
+    name: str
+    unit: str
+    where: str
+    kind: Kind
+    values: Array
+    letters: dict[str, int]
+    missing: tuple[str, ...]
+    means: tuple[Meaning, ...]
+    cells: tuple[str, ...] = field(repr=False)
+
+    @property
+    def said(self) -> str:
+        """The column and where it is, for sentences."""
+        return f"'{self.head}'"
+
+    @property
+    def varies(self) -> bool:
+        """Whether its numbers are not all the same."""
+        good = self.values[np.isfinite(self.values)]
+        return good.size > 1 and bool(good.min() < good.max())
+
+    def score(self, role: str) -> float:
+        """How much its name says that it is this quantity."""
+        return next((one.score for one in self.means if one.role == role), 0.0)
+
+
+def columns_of(table: Table, around: str = "") -> list[Column]:
+    """The columns of a table, their names read together with that of the file where they say little alone."""
+    return [_column(table, k, around) for k in range(len(table.heads))]
+
+
+def _column(table: Table, k: int, around: str) -> Column:
+    head, cells = table.heads[k], table.columns[k]
+    name, bracket = parted(head)
+    unit, where = unit_of(bracket), "header"
+    if not unit and table.units[k]:
+        unit, where = unit_of(table.units[k]), "row of units"
+    if not unit:
+        unit, where = unit_in_name(name), "name"
+    kind, values, letters, missing = _read(cells, table.layout.decimal)
+    means = tuple(meanings(name, around))
+    return Column(table, head, name, unit, where if unit else "", kind, values, letters, missing, means, cells)
+
+
+def _read(cells: tuple[str, ...], mark: str) -> tuple[Kind, Array, dict[str, int], tuple[str, ...]]:
+    """Kind of the cells, their numbers, letters, and the words that stand for a gap."""
+    filled = [cell for cell in cells if cell.strip().lower() not in _GAP]
+    none = np.full(len(cells), math.nan)
+    if not filled:
+        return "empty", none, {}, ()
+    numbers = np.array([math.nan if (found := number(cell, mark)) is None else found for cell in cells])
+    counts = Counter(filled)
+    for kind, form in _FORMS:
+        if (
+            kind == "date"
+            and np.isfinite(numbers).sum() > 0.5 * len(filled)
+            and not all(c.startswith("20") and len(c) == 8 for c in filled)
+        ):
+            continue
+        if sum(bool(form.fullmatch(cell.strip())) for cell in filled) > 0.9 * len(filled):
+            return kind, none, {}, ()
+    if np.isfinite(numbers).sum() >= 0.5 * len(filled):
+        return "number", numbers, {}, tuple(word for word in counts if number(word, mark) is None)[:12]
+    for read in (_lettered, _minutes):
+        kind, values, letters = read(cells, mark)
+        if np.isfinite(values).sum() > 0.8 * len(filled):
+            gaps = {c for c, v in zip(cells, values, strict=True) if math.isnan(v)} - {
+                c for c in cells if c.strip().lower() in _GAP
+            }
+            return kind, values, letters, tuple(sorted(gaps))[:12]
+    return "text", none, {}, ()
+
+
+def _lettered(cells: tuple[str, ...], mark: str) -> tuple[Kind, Array, dict[str, int]]:
+    """Numbers with a letter after or before them, ``12.3 S``; letters sign nothing here."""
+    values, letters = np.full(len(cells), math.nan), Counter[str]()
+    for k, cell in enumerate(cells):
+        plain = cell.strip()
+        found = _LETTERS.fullmatch(plain) or _BEFORE.fullmatch(plain)
+        value = number(found["number"], mark) if found else number(plain, mark)
+        if value is not None:
+            values[k] = value
+            letters.update([found["letters"]] if found else [])
+    return "letters", values, dict(letters)
+
+
+def _minutes(cells: tuple[str, ...], mark: str) -> tuple[Kind, Array, dict[str, int]]:
+    """Degrees and minutes, ``63° 26.47' N``, or degrees, minutes and seconds, in degrees."""
+    values, letters, seconds = np.full(len(cells), math.nan), Counter[str](), 0
+    for k, cell in enumerate(cells):
+        found = _DMS.fullmatch(cell.strip())
+        if not found:
+            continue
+        parts = [number(found[key], mark) if found[key] else 0.0 for key in ("d", "m", "s")]
+        if any(part is None for part in parts):
+            continue
+        seconds += found["s"] is not None
+        letter = (found["h"] or found["e"] or "").upper()
+        letters.update([letter] if letter else [])
+        values[k] = sum(float(part or 0.0) / 60.0**j for j, part in enumerate(parts)) * (
+            -1.0 if letter in ("S", "W") else 1.0
+        )
+    return "dms" if seconds else "minutes", values, dict(letters)

@@ -1,0 +1,230 @@
+"""The clock of a table: stamps, date and time of day, Unix time, GPS weeks, or seconds since the start."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+
+import numpy as np
+
+from .. import Array
+from .answers import Answer, quoted
+from .cells import Column
+
+_EPOCHS = (("s", 1e9), ("ms", 1e12), ("us", 1e15), ("ns", 1e18))
+_ZONE = re.compile(r"(Z|UTC|[+-]\d\d:?\d\d)$", re.IGNORECASE)
+_DAY = 86400.0
+_CENTURY = 946684800.0
+"""The year 2000 in Unix time [s]: where the seconds of all clocks with a date begin here."""
+
+_WEEK = 7 * _DAY
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A clock of a table, as the mapping names it.
+
+    Attributes:
+        keys: of the table `time`, as TOML.
+        t: seconds of the rows, from any start.
+        answer: what the clock is, its evidence and doubts.
+        heads: columns it is read from.
+        rank: how good it is; the best clock of a table is taken.
+        units: other units that the numbers may have.
+    """
+
+    keys: dict[str, str]
+    t: Array
+    answer: Answer
+    heads: tuple[str, ...]
+    rank: float
+    units: tuple[str, ...] = field(default=())
+
+
+def clocks(columns: Sequence[Column]) -> list[Clock]:
+    """Every clock that a table may have, best first."""
+    found = [one for make in (_stamps, _dated, _of_day, _gps, _numbers) for one in make(columns)]
+    return sorted(found, key=lambda clock: -clock.rank)
+
+
+def _ranked(
+    t: Array, base: float, keys: dict[str, str], answer: Answer, heads: tuple[str, ...], units: tuple[str, ...] = ()
+) -> list[Clock]:
+    """A clock, if it advances: most steps ahead, few repeats."""
+    good = t[np.isfinite(t)]
+    if good.size < 2 or np.isfinite(t).mean() < 0.8:
+        return []
+    steps = np.diff(good)
+    ahead, still = float((steps > 0).mean()), float((steps == 0).mean())
+    if ahead < 0.05:
+        return []
+    return [Clock(keys, t, answer, heads, base + ahead - 2.0 * max(still - 0.02, 0.0), units)]
+
+
+def _stamps(columns: Sequence[Column]) -> list[Clock]:
+    found: list[Clock] = []
+    for column in columns:
+        if column.kind not in ("iso", "stamp"):
+            continue
+        first = next(cell for cell in column.cells if cell.strip()).strip()
+        pattern, doubt = ("iso", "") if re.match(r"\d{4}[-/]", first) else _pattern(column.cells)
+        keys = {"column": quoted(column.head), "format": quoted(pattern)}
+        found += _with_zone(column, keys, pattern, doubt, lambda c: c, first, (column.head,))
+    return found
+
+
+def _dated(columns: Sequence[Column]) -> list[Clock]:
+    """A column of dates with one of times of the day."""
+    days = [column for column in columns if column.kind == "date" and column.score("date") > 0.3]
+    times = [column for column in columns if column.kind == "clock"]
+    if not days or not times:
+        return []
+    day, time = days[0], max(times, key=lambda c: max(c.score("clock"), c.score("time")))
+    joined = tuple(f"{a.strip()} {b.strip()}" for a, b in zip(day.cells, time.cells, strict=True))
+    first = joined[0]
+    pattern, doubt = ("iso", "") if re.match(r"\d{4}-", first) else _pattern(joined)
+    keys = {"date": quoted(day.head), "column": quoted(time.head), "format": quoted(pattern)}
+    made = dict(enumerate(joined))
+    return _with_zone(time, keys, pattern, doubt, lambda _: "", first, (day.head, time.head), tuple(made.values()))
+
+
+def _with_zone(
+    column: Column, keys: dict[str, str], pattern: str, doubt: str, _: Callable[[str], str], first: str,
+    heads: tuple[str, ...], cells: tuple[str, ...] | None = None,
+) -> list[Clock]:  # fmt: skip
+    texts = column.cells if cells is None else cells
+    doubts = [doubt] if doubt else []
+    if _ZONE.search(first):
+        evidence = f"stamps with their zone, such as {first}"
+    else:
+        utc = any("utc" in head.lower() or "gmt" in head.lower() for head in heads)
+        keys = {**keys, "zone": quoted("UTC" if utc else "unknown")}
+        evidence = f"stamps such as {first}" + (", by its name in UTC" if utc else "")
+        if not utc:
+            doubts.append('the stamps have no zone; write "UTC", "+02:00" or "Europe/Oslo" where it is known')
+    t = np.array([_seconds(text, pattern) for text in texts])
+    if pattern == "iso" and (steps := np.diff(t[np.isfinite(t)])).size and (steps < 0).mean() > 0.005:
+        counted = np.array([_seconds(text, pattern, count=True) for text in texts])
+        if (np.diff(counted[np.isfinite(counted)]) < 0).mean() < 0.1 * (steps < 0).mean():
+            keys, t = {**keys, "fraction": quoted("ns")}, counted
+            evidence += f"; {(steps < 0).sum()} rows go back unless the digits after the dot count nanoseconds"
+    return _ranked(t, 3.0, keys, Answer(evidence, tuple(doubts)), heads)
+
+
+def _seconds(text: str, pattern: str, count: bool = False) -> float:
+    """A stamp as seconds; NaN where it is none."""
+    plain, fraction = text.strip().replace(",", "."), 0.0
+    if found := re.search(r"(:\d\d)\.(\d+)", plain):
+        fraction = int(found[2]) * 1e-9 if count else float(f"0.{found[2]}")
+        plain = plain.replace(found[0], found[1], 1)
+    try:
+        if pattern == "iso":
+            when = datetime.fromisoformat(re.sub(r"\s*UTC$", "Z", plain.replace("/", "-")))
+        else:
+            when = datetime.strptime(plain, re.sub(r"\.%f", "", pattern))
+    except ValueError:
+        return np.nan
+    start = datetime(2000, 1, 1, tzinfo=when.tzinfo)
+    return (when - start).total_seconds() + fraction - (when.utcoffset().total_seconds() if when.utcoffset() else 0.0)  # type: ignore[union-attr]
+
+
+def _pattern(cells: Sequence[str]) -> tuple[str, str]:
+    """Pattern of stamps whose date does not begin with the year, and the doubt about day and month."""
+    filled = [cell.strip() for cell in cells if cell.strip()]
+    first = re.match(r"(\d{1,4})([./-])(\d{1,2})[./-](\d{1,4})([T ]+)(.*)", filled[0])
+    if first is None:
+        return f"{'%Y%m%d' if filled[0][:2] == '20' else '%d%m%y'} %H:%M:%S", ""
+    mark, between, clock = first[2], first[5], first[6]
+    parts = [re.match(r"(\d+)[./-](\d+)", cell) for cell in filled[:: max(len(filled) // 500, 1)]]
+    a, b = (max(int(one[k]) for one in parts if one) for k in (1, 2))
+    year, doubt = ("%Y" if len(first[4]) == 4 else "%y"), ""
+    if len(first[1]) == 4:
+        days = f"%Y{mark}%m{mark}%d"
+    elif b > 12:
+        days = f"%m{mark}%d{mark}{year}"
+    else:
+        days = f"%d{mark}%m{mark}{year}"
+        if a <= 12 and a != b and mark != ".":
+            doubt = f"{first[1]}{mark}{first[3]} is read as day and month; if it is month and day write %m{mark}%d"
+    seconds = "%H:%M:%S" if clock.count(":") == 2 else "%H:%M"
+    return f"{days}{between}{seconds}" + (".%f" if re.search(r":\d\d[.,]\d", clock) else ""), doubt
+
+
+def _of_day(columns: Sequence[Column]) -> list[Clock]:
+    found: list[Clock] = []
+    for column in columns:
+        if column.kind != "clock":
+            continue
+        first = next(cell for cell in column.cells if cell.strip()).strip()
+        t = np.array([_of_clock(cell) for cell in column.cells])
+        steps = np.nan_to_num(np.diff(t), nan=0.0)
+        t = t + np.concatenate([[0.0], _DAY * np.cumsum(steps < -0.5 * _DAY)])
+        keys = {"column": quoted(column.head), "format": quoted("clock")}
+        answer = Answer(f"time of the day without a date, such as {first}")
+        found += _ranked(t, 2.0, keys, answer, (column.head,))
+    return found
+
+
+def _of_clock(cell: str) -> float:
+    try:
+        return float(
+            sum(float(part.replace(",", ".")) * 60.0 ** (2 - k) for k, part in enumerate(cell.strip().split(":")))
+        )
+    except ValueError:
+        return np.nan
+
+
+def _gps(columns: Sequence[Column]) -> list[Clock]:
+    weeks = [
+        c
+        for c in columns
+        if c.kind == "number" and c.score("week") > 0.4 and 0 <= np.nanmin(c.values) <= np.nanmax(c.values) < 4000
+    ]
+    tows = [c for c in columns if c.kind == "number" and c.score("tow") > 0.4]
+    if not weeks or not tows:
+        return []
+    week, tow = weeks[0], tows[0]
+    unit = "ms" if np.nanmax(tow.values) > _WEEK else "s"
+    t = week.values * _WEEK + tow.values * (1e-3 if unit == "ms" else 1.0)
+    keys = {"week": quoted(week.head), "column": quoted(tow.head), "format": quoted("gps")}
+    keys |= {"unit": quoted("ms")} if unit == "ms" else {}
+    answer = Answer(f"GPS week {np.nanmin(week.values):.0f} and its seconds")
+    return _ranked(t, 3.2, keys, answer, (week.head, tow.head))
+
+
+def _numbers(columns: Sequence[Column]) -> list[Clock]:
+    """Seconds since the start, or since 1970 by their size."""
+    found: list[Clock] = []
+    for column in columns:
+        name = max(
+            column.score("time"), column.score("epoch"), 0.9 * column.score("stamp"), 0.9 * column.score("clock")
+        )
+        if column.kind != "number" or name < 0.4 or not column.varies:
+            continue
+        middle = float(np.nanmedian(column.values))
+        epoch = next((unit for unit, size in _EPOCHS if 0.94 * size < middle < 2.5 * size), "")
+        epoch = epoch if column.unit in ("", epoch) else ""
+        keys = {"column": quoted(column.head)}
+        if epoch:
+            factor = 1e9 / dict(_EPOCHS)[epoch]
+            t = column.values * factor - _CENTURY
+            keys |= {"unit": quoted(epoch), "format": quoted("epoch")}
+            nanos = (
+                [c for c in columns if c.kind == "number" and c.name.lower().endswith(("nsecs", "nsec", "nanosec"))]
+                if epoch == "s"
+                else []
+            )
+            if nanos:
+                t, keys = t + 1e-9 * nanos[0].values, {**keys, "nanoseconds": quoted(nanos[0].head)}
+            answer = Answer(f"since 1970, by the size of its numbers ({middle:.4g})")
+            found += _ranked(t, 2.5 + 0.1 * name, keys, answer, (column.head, *(c.head for c in nanos[:1])))
+            continue
+        known = column.unit if column.unit in ("s", "ms", "us", "ns", "min", "h") else ""
+        unit = known or "s"
+        answer = Answer(f"unit by its {column.where}" if known else "numbers that rise from row to row")
+        t = column.values * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}[unit]
+        others = () if known else ("ms", "min", "us")
+        found += _ranked(t, 2.2 + 0.1 * name, {**keys, "unit": quoted(unit)}, answer, (column.head,), others)
+    return found

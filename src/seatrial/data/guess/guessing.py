@@ -1,0 +1,362 @@
+"""The guess: a folder of logs to the text of a mapping file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from .. import Array
+from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
+from .cells import Column
+from .entries import Known, angle_form, control_entries, known_motion, motion_entries, other_entries
+from .logs import Log, Topic, find_log, leap
+from .motion import Motion, Verdict
+from .readers import reader_of
+from .roles import Signal, sided, signals, trial_column
+from .wind import read_two_winds, read_wind, wind_entries
+
+_OTHERS = 8
+_SHOWN = 12
+_SLOW = 5.0
+_BY_NAMES = "names alone are followed"
+_REACH, _DELAY, _LONGEST = 2.5, 1.0, 30.0
+"""Steps of a topic that a line spans, the delay [s] that one may have, and how long an order holds [s]."""
+
+_ROWS, _FEW = 600, 400
+"""Rows that the tests look at, and those of other trials for a second opinion."""
+
+_EXCHANGED = 0.6
+"""The heading is in the column of the course where its misses are below this part of those as named."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What a folder holds.
+
+    Attributes:
+        format: name of the reader that takes it.
+        text: of the mapping file; empty where the reader needs none.
+        doubts: of the mapping.
+        asks: keys whose value is "?".
+        notes: on what was found, for the reader of a screen.
+    """
+
+    format: str
+    text: str = ""
+    doubts: tuple[str, ...] = ()
+    asks: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def guess(src: str | Path) -> Guess:
+    """Guess the mapping of a log or of a folder of logs.
+
+    Raises:
+        DataError: nothing there that is a table or a known log, or tables that cannot be told apart.
+    """
+    here = Path(src)
+    known = reader_of(here)
+    if known is not None and not known.tabular:
+        return Guess(known.format, notes=(known.said,))
+    log = find_log(here)
+    entries = [_reaching(log, _once_named(log, one)) for one in _entries(log)]
+    notes = [*log.notes, *([known.said] if known else [])]
+    head = ["A mapping for `seatrial import csv`, guessed; correct what is wrong.",
+            f"A comment that begins with {DOUBT} names what the log does not show; a value \"{ASK}\" must be answered.",
+            *notes, *_left_out(log, entries)]  # fmt: skip
+    doubts = tuple(f"{_place(one)}: {doubt}" for one in entries for doubt in one.answer.doubts)
+    asks = tuple(f"{one.table}.{key}" if one.table else key for one in entries for key in one.asked)
+    return Guess(
+        "csv",
+        text_of(head, [Entry("", {"schema": quoted("seatrial-mapping/1")}), *entries]),
+        doubts,
+        asks,
+        tuple(notes),
+    )
+
+
+def _once_named(log: Log, entry: Entry) -> Entry:
+    """The entry with a doubt where its column's name is that of another column too."""
+    heads = [
+        head
+        for topic in (log.main, *log.topics)
+        for head in set(topic.table.heads)
+        if topic.table.heads.count(head) > 1
+    ]
+    twice = [head for head in heads if quoted(head) in entry.keys.values()]
+    if not twice:
+        return entry
+    doubt = f"two columns are called {twice[0]}, and the import refuses that; rename one in the log"
+    return replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, doubt)))
+
+
+def _reaching(log: Log, entry: Entry) -> Entry:
+    """The entry of a topic with how far its values reach: orders hold until the next, lines go over usual delays."""
+    topic = next((one for one in log.topics if quoted(one.name) == entry.keys.get("file")), None)
+    if topic is None or topic.clock is None:
+        return entry
+    steps = np.diff(np.sort(topic.clock.t[np.isfinite(topic.clock.t)]))
+    usual, most = float(np.median(steps)), float(np.max(steps))
+    held = entry.table.endswith("_cmd")
+    keys = {**entry.keys, **({"interpolate": quoted("hold")} if held else {})}
+    if held or most > _REACH * usual:
+        keys["limit"] = f"{min(most, _LONGEST if held else max(_REACH * usual, _DELAY)):.3g}"
+    return replace(entry, keys=keys)
+
+
+def _place(entry: Entry) -> str:
+    """Where in the mapping an entry stands."""
+    return entry.table or next(iter(entry.keys), "the folder")
+
+
+def _entries(log: Log) -> Iterator[Entry]:
+    yield from _table_entries(log)
+    t, found = _once(log.t[log.piece], _in_degrees(_with_letters(log)), log.piece)
+    times = log.main.clock.units if log.main.clock else ()
+    found, verdict, exchanged = _judged(t, found, times)
+    yield _time_entry(log, verdict)
+    if verdict.lost:
+        doubt = (
+            f"track, heading and speeds fit together in no reading (within {verdict.lost:.0%} at best); " + _BY_NAMES
+        )
+        yield Entry("", {}, Answer("", (doubt,)))
+    for entry in motion_entries(found, verdict, _letters(log)):
+        if exchanged and entry.table == "channels.psi":
+            doubt = "the columns of heading and course are exchanged: this one is where the ship points"
+            entry = replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, doubt)))
+        yield entry
+    yield from _second_opinion(log, verdict, exchanged)
+    known = known_motion(verdict, _scaled(t, verdict), found)
+    angles = {verdict.best.choice[key] for key in ("unit of psi",) if key in verdict.best.choice}
+    turned = not (
+        verdict.sure("sense of psi") and verdict.sure("sense of r") and verdict.sure("frame of the quaternion")
+    )
+    yield from control_entries(found, known, angles, turned)
+    for entry in _wind_entries(found, known):
+        doubts = ("it is turned to the other side if the sense of psi is",) if turned and entry.answer.evidence else ()
+        yield replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, *doubts)))
+    yield from other_entries(found, known)
+
+
+def _with_letters(log: Log) -> dict[str, Signal]:
+    """The quantities of the log, with the letters that any of its files has beside their numbers."""
+    out = dict(log.found)
+    for role, signal in log.found.items():
+        letters = dict(signal.column.letters)
+        for topic in log.others:
+            for column in topic.columns:
+                letters |= column.letters if column.head == signal.column.head else {}
+        if letters != signal.column.letters:
+            out[role] = replace(signal, column=replace(signal.column, letters=letters))
+    return out
+
+
+def _once(t: Array, found: Mapping[str, Signal], piece: slice) -> tuple[Array, dict[str, Signal]]:
+    """Time and quantities of one trial, without rows that repeat or go back in time."""
+    high = np.maximum.accumulate(np.nan_to_num(t, nan=-np.inf))
+    rows = np.flatnonzero(np.isfinite(t) & np.concatenate([[True], t[1:] > high[:-1]]))
+    return t[rows], {role: one.rows(piece, rows) for role, one in found.items()}
+
+
+def _scaled(t: Array, verdict: Verdict) -> Array:
+    return t * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}[verdict.best.choice.get("unit of time", "s")]
+
+
+def _judged(
+    t: Array, found: Mapping[str, Signal], times: tuple[str, ...], rows: int = _ROWS
+) -> tuple[Mapping[str, Signal], Verdict, bool]:  # fmt: skip
+    """The verdict on the motion, also with heading and course exchanged where both are there."""
+    verdict = Motion(t, found, times, rows).verdict()
+    if {"heading", "cog"} <= set(found):
+        turned = {**found, "heading": found["cog"], "cog": found["heading"]}
+        other = Motion(t, turned, times, rows).verdict()
+        if not other.lost and other.best.miss < _EXCHANGED * (verdict.lost or verdict.best.miss) - 0.01:
+            return turned, other, True
+    return found, verdict, False
+
+
+def _letters(log: Log) -> dict[str, str]:
+    """Columns of N and S, of E and W, beside latitude and longitude."""
+    out: dict[str, str] = {}
+    for column in log.main.columns:
+        held = {cell.strip().upper() for cell in column.cells} - {""}
+        for key, known in (("latitude_letter", {"N", "S"}), ("longitude_letter", {"E", "W"})):
+            if held and held <= known:
+                out.setdefault(key, column.head)
+    return out
+
+
+def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
+    """Doubts where other trials of the folder, alike by their columns, are read better in another way."""
+    for other in log.others[:_OTHERS] if log.join == "time" else ():
+        if other.clock is None:
+            continue
+        t, found = _once(other.clock.t, _in_degrees(sided(signals(other.columns, other.clock.heads))), slice(None))
+        _, its, exchanged = _judged(t, found, other.clock.units, _FEW)
+        differs = [
+            key
+            for key, said in its.best.choice.items()
+            if verdict.best.choice.get(key, said) != said and its.measured(key)
+        ]
+        if exchanged != ours or differs:
+            what = (
+                f"{', '.join(differs)} differ there"
+                if exchanged == ours
+                else "heading and course are the other way round there"
+            )
+            yield Entry("", {}, Answer("", (f"{other.name}: {what}; give it a mapping of its own",)))
+
+
+def _in_degrees(found: Mapping[str, Signal]) -> dict[str, Signal]:
+    """Latitude and longitude as degrees, whatever way they are written."""
+    out = dict(found)
+    for role in ("latitude", "longitude"):
+        if role in out and angle_form(out[role]) == "ddmm.mmm":
+            raw = out[role].values
+            out[role] = replace(out[role], values=np.sign(raw) * (np.abs(raw) // 100 + np.abs(raw) % 100 / 60.0))
+    return out
+
+
+def _table_entries(log: Log) -> Iterator[Entry]:
+    """Keys of the layout, of repeated rows, of several files and of several trials."""
+    yield _layout_entry(log)
+    yield from _repeats(log)
+    if log.pattern:
+        keys = {"pattern": quoted(log.pattern), "join": quoted(log.join)}
+        yield Entry("files", keys, Answer("the files of one trial"))
+    column = trial_column(log.main.columns, log.t)
+    if column is not None:
+        yield Entry("split", {"column": quoted(column.head)}, Answer(f"{column.said} numbers the trials of one file"))
+    elif (gap := leap(log.t)) is not None:
+        yield Entry("split", {"gap": f"{gap:g}"}, Answer("time leaps between the trials of one file [s]"))
+
+
+def _layout_entry(log: Log) -> Entry:
+    """Keys of the layout: those that differ from the defaults."""
+    layout = log.main.table.layout
+    # a file of plain letters is in any encoding
+    encodings = [one.table.layout.encoding for one in (log.main, *log.others)]
+    encoding = next((one for one in encodings if one not in ("utf-8-sig", "utf-16")), "")
+    words = sorted({word for topic in (log.main, *log.topics, *log.others)
+                    for column in topic.columns if column.kind != "text" for word in column.missing})  # fmt: skip
+    rows = (
+        ("encoding", encoding and quoted(encoding), f"the text is {encoding}"),
+        ("delimiter", layout.delimiter != "," and quoted(layout.delimiter), ""),
+        ("decimal", layout.decimal != "." and quoted(layout.decimal), ""),
+        ("skip", layout.skip and str(layout.skip), f"{layout.skip} lines before the header"),
+        ("units_row", layout.units_row and "true", "the row below the header has units"),
+        ("sheet", layout.sheet and quoted(layout.sheet), ""),
+        ("missing", words and listed(words), "words among the numbers are taken as gaps"),
+    )
+    keys = {key: value for key, value, _ in rows if isinstance(value, str) and value}
+    return Entry("", keys, Answer("; ".join(said for key, _, said in rows if key in keys and said)))
+
+
+def _repeats(log: Log) -> Iterator[Entry]:
+    """What to do with rows of the same time, in any of the files."""
+    if trial_column(log.main.columns, log.t) is not None:
+        return
+    count, same, often = 0, True, False
+    for topic in (log.main, *log.others):
+        if topic.clock is None:
+            continue
+        order = np.argsort(topic.clock.t, kind="stable")
+        repeats = np.flatnonzero(np.diff(topic.clock.t[order]) == 0.0)
+        columns = [column for column in topic.columns if column.kind in ("number", "letters")]
+        pairs = [(order[k], order[k + 1]) for k in repeats.tolist()[:500]]
+        same &= all(column.cells[a] == column.cells[b] for column in columns for a, b in pairs)
+        often |= repeats.size > 0.1 * order.size
+        count += repeats.size
+    if not count:
+        return
+    evidence = f"{count} rows repeat the time of another, " + ("all with its values" if same else "with other values")
+    doubts = () if same else ("the clock is coarser than the rows, or stepped back; \"first\", \"last\" and \"mean\" "
+                              "say which of them counts",)  # fmt: skip
+    yield Entry("", {"duplicates": quoted("mean" if often and not same else "first")}, Answer(evidence, doubts))
+
+
+def _time_entry(log: Log, verdict: Verdict) -> Entry:
+    clock = log.main.clock
+    if clock is None:
+        doubt = "no column is a clock; write the name of the one that is, and its unit"
+        return Entry("", {"time": f'{{ column = "{ASK}", unit = "s" }}'}, Answer("", (doubt,)))
+    keys, answer = dict(clock.keys), clock.answer
+    unit = verdict.best.choice.get("unit of time")
+    if unit is not None:
+        keys["unit"] = quoted(unit)
+        told = verdict.told("unit of time")
+        step = float(np.nanmedian(np.diff(log.t[log.piece])))
+        unsaid = not verdict.measured("unit of time") and (unit != "s" or step > _SLOW)
+        doubts = (f"its unit is not said anywhere; in s the step would be {step:g} s",) if unsaid else ()
+        answer = Answer(f"{answer.evidence}; {told}" if told else answer.evidence, (*answer.doubts, *doubts))
+    rest = [other for other in _others(log.main) if other.head not in clock.heads]
+    if rest:
+        answer = replace(answer, evidence=f"{answer.evidence}; not {', '.join(one.said for one in rest)}")
+    back = int((np.diff(log.t) < 0).sum())
+    if back and trial_column(log.main.columns, log.t) is None:
+        keys["sort"] = "true"
+        answer = replace(answer, doubts=(*answer.doubts, f"{back} rows go back in time; sorted"))
+    inside = ", ".join(f"{key} = {value}" for key, value in keys.items())
+    return Entry(
+        "", {"time": f"{{ {inside} }}"}, replace(answer, evidence=f"{', '.join(clock.heads)}: {answer.evidence}")
+    )
+
+
+def _others(topic: Topic) -> list[Column]:
+    return [
+        one
+        for one in topic.columns
+        if one.kind in ("iso", "stamp", "clock") or (one.score("time") > 0.9 and one.varies)
+    ]
+
+
+def _wind_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
+    """Entries of the wind: where two instruments tell it, both are read as one wind."""
+    pairs = _wind_pairs(found)
+    motion = None if known.psi is None or known.u is None or known.v is None else (known.psi, known.u, known.v)
+    apparent = next((two for two in pairs if two[1] == "gamma_A"), None)
+    true = next((two for two in pairs if two != apparent), None)
+    if apparent and true and motion:
+        for pair, verdict in zip((apparent, true), read_two_winds(found, apparent, true, motion), strict=True):
+            yield from wind_entries(found, pair, verdict)
+        return
+    taken: set[bool] = set()
+    for pair in pairs:
+        verdict = read_wind(found, pair, motion)
+        if verdict.best.relative not in taken:
+            taken.add(verdict.best.relative)
+            yield from wind_entries(found, pair, verdict)
+
+
+def _wind_pairs(found: Mapping[str, Signal]) -> list[tuple[str, str]]:
+    """Speeds and directions of one wind each, of those that vary."""
+    out: list[tuple[str, str]] = []
+    for direction, speeds in _WINDS.items():
+        speed = next((one for one in speeds if one in found and all(one != two[0] for two in out)), None)
+        if speed and direction in found and (found[speed].column.varies or found[direction].column.varies):
+            out.append((speed, direction))
+    return out
+
+
+_WINDS = {
+    "gamma_A": ("U_A", "wind_speed"),
+    "gamma_T": ("U_T", "wind_speed"),
+    "wind_direction": ("wind_speed", "U_A", "U_T"),
+}
+
+
+def _left_out(log: Log, entries: list[Entry]) -> list[str]:
+    """The columns that no entry names."""
+    text = " ".join(value for one in entries for value in one.keys.values())
+    out: list[str] = []
+    for topic in (log.main, *log.topics):
+        rest = [column.head for column in topic.columns if quoted(column.head) not in text]
+        if rest:
+            out.append(
+                f"columns left out of {topic.name}: {', '.join(rest[:_SHOWN])}"
+                + f" and {len(rest) - _SHOWN} more" * (len(rest) > _SHOWN)
+            )
+    return out

@@ -1,0 +1,194 @@
+"""Layout of a table of text: its encoding, delimiter, decimal mark, lines before the header, row of units.
+
+Each choice is made by what makes most cells values: a wrong delimiter or decimal mark leaves cells that are none.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from .. import DataError
+from ..table import existing
+from .naming import unit_of
+
+DELIMITERS = (";", "\t", ",", "|", "whitespace")
+NEUTRAL = ("", "nan", "na", "null", "n/a", "-", "--", "true", "false")
+"""Cells that are as likely in any layout."""
+
+ROWS = 20_000
+"""Rows that are looked at, at most."""
+
+_PROBED = 200
+_NUMBER = r"[+-]?(?:\d+(?:{mark}\d*)?|{mark}\d+)(?:[eE][+-]?\d+)?"
+_NUMBERS = {mark: re.compile(_NUMBER.format(mark=re.escape(mark))) for mark in ".,"}
+_LETTERED = {mark: re.compile(_NUMBER.format(mark=re.escape(mark)) + r"\s*°?\s*[A-Za-z]{1,3}") for mark in ".,"}
+_STAMP = re.compile(r"[\dTZ:./ +,-]*\d[\d:./-]*[\dZ]", re.IGNORECASE)
+_SEXAGESIMAL = re.compile(
+    r"[NSEWO]?\s*\d+\s*[°ºd-]?\s*[\d.,]+\s*['′m]?\s*([\d.,]+\s*[\"″s]?)?\s*[NSEWO]?", re.IGNORECASE
+)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a table is written.
+
+    Attributes:
+        encoding: of the text.
+        delimiter: what separates cells; "whitespace" for any white space.
+        decimal: the decimal mark.
+        skip: lines before the header.
+        units_row: rows of units after the header.
+        sheet: of a workbook; empty for the first and for other files.
+    """
+
+    encoding: str = "utf-8-sig"
+    delimiter: str = ","
+    decimal: str = "."
+    skip: int = 0
+    units_row: int = 0
+    sheet: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table as text.
+
+    Attributes:
+        path: file.
+        layout: how it is written.
+        heads: of its columns.
+        units: what the row of units says of each; empty without one.
+        columns: cells of each column.
+        cut: whether the file has more rows.
+    """
+
+    path: Path
+    layout: Layout
+    heads: tuple[str, ...]
+    units: tuple[str, ...]
+    columns: tuple[tuple[str, ...], ...]
+    cut: bool = False
+
+
+def decoded(path: Path) -> tuple[str, str]:
+    """The text of a file and its encoding: by byte-order mark, zero bytes, or else UTF-8 and then Latin-1.
+
+    Raises:
+        DataError: no such file, an empty or a binary one.
+    """
+    raw = existing(path).read_bytes()
+    if not raw.strip(b"\0 \r\n\t"):
+        raise DataError(f"{path}: the file is empty; it should have a header and rows of numbers")
+    encoding = _encoding(raw)
+    try:
+        return raw.decode(encoding).removeprefix("\ufeff"), encoding
+    except UnicodeDecodeError:
+        raise DataError(f"{path}: a binary file, not text; expected rows of numbers") from None
+
+
+def _encoding(raw: bytes) -> str:
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    head = raw[:2000]
+    if head[1::2].count(0) > 0.4 * len(head) / 2:
+        return "utf-16-le"
+    if head[::2].count(0) > 0.4 * len(head) / 2:
+        return "utf-16-be"
+    if 0 in head:
+        return "utf-8"
+    try:
+        raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8-sig"
+
+
+def is_value(cell: str, mark: str = ".") -> bool:
+    """Whether a cell is a number with this decimal mark, with a letter, a time or an angle in minutes."""
+    plain = cell.strip()
+    return bool(
+        _NUMBERS[mark].fullmatch(plain) or _LETTERED[mark].fullmatch(plain)
+        or ((":" in plain or plain.count("-") >= 2 or plain.count("/") >= 2 or plain.count(".") >= 2)
+        and _STAMP.fullmatch(plain)) or (any(c in plain for c in "°'′\"") and _SEXAGESIMAL.fullmatch(plain))
+    )  # fmt: skip
+
+
+def number(cell: str, mark: str = ".") -> float | None:
+    """The number of a cell with this decimal mark; None where it is none."""
+    plain = cell.strip()
+    return float(plain.replace(mark, ".")) if _NUMBERS[mark].fullmatch(plain) else None
+
+
+def split_line(line: str, delimiter: str) -> list[str]:
+    """Cells of a line, quotes taken off."""
+    if delimiter == "whitespace":
+        return line.split()
+    return [cell.strip().strip('"').strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+
+
+def read_text(path: Path) -> Table:
+    """A table of text with the layout that makes most of its cells values.
+
+    Raises:
+        DataError: not text, no rows of numbers, or no header above them.
+    """
+    text, encoding = decoded(path)
+    lines = text.splitlines()
+    filled = [line for line in lines if line.strip()]
+    middle = filled[len(filled) // 3 :][:_PROBED]
+    ranked = sorted(
+        ((_share(middle, delimiter, mark), delimiter, mark) for delimiter in DELIMITERS for mark in ".,"
+         if (delimiter, mark) != (",", ",")), key=lambda one: -one[0])  # fmt: skip
+    share, delimiter, mark = ranked[0]
+    if share <= 0.0:
+        raise DataError(f"{path}: no rows of numbers found; is it a table?")
+    count = Counter(len(split_line(line, delimiter)) for line in middle).most_common(1)[0][0]
+    first = next((k for k, line in enumerate(lines) if _is_row(split_line(line, delimiter), count, mark)), None)
+    if first is None:
+        raise DataError(f"{path}: no rows of numbers found; is it a table?")
+    heads, skip, units = _header(path, lines, first, delimiter, count)
+    rows = [cells for line in lines[first : first + ROWS] if line.strip()
+            and len(cells := split_line(line, delimiter)) == count]  # fmt: skip
+    if len(rows) < 2:
+        raise DataError(f"{path}: {len(rows)} rows of numbers; a trial needs at least 2")
+    layout = Layout(encoding, delimiter, mark, skip, 1 if units else 0)
+    columns = tuple(zip(*rows, strict=True))
+    return Table(path, layout, tuple(heads), tuple(units) or ("",) * count, columns, len(lines) - first > ROWS)
+
+
+def _share(lines: list[str], delimiter: str, mark: str) -> float:
+    """How well a delimiter and a decimal mark make a table: share of cells that are values, in rows of one length."""
+    rows = [split_line(line, delimiter) for line in lines]
+    count, often = Counter(map(len, rows)).most_common(1)[0]
+    cells = [cell for row in rows for cell in row if len(row) == count and cell.lower() not in NEUTRAL]
+    if count < 2 or not cells:
+        return 0.0
+    fine = sum(is_value(cell, mark) for cell in cells) / len(cells)
+    plain = 0.001 * (mark == ".")  # where no cell has a decimal mark, the dot
+    # White space also splits dates from times, so that a true delimiter goes first.
+    return fine * often / len(rows) - (0.05 if delimiter == "whitespace" else 0.0) + plain
+
+
+def _is_row(cells: list[str], count: int, mark: str) -> bool:
+    filled = [cell for cell in cells if cell.lower() not in NEUTRAL]
+    values = sum(is_value(cell, mark) for cell in filled)
+    return len(cells) == count and values >= max(1, len(filled) // 3)
+
+
+def _header(path: Path, lines: list[str], first: int, delimiter: str, count: int) -> tuple[list[str], int, list[str]]:
+    """Heads, the lines before them, and the row of units between them and the first row of numbers."""
+    above = [k for k in range(first - 1, -1, -1) if lines[k].strip()][:2]
+    rows = [split_line(lines[k], delimiter) for k in above]
+    if not rows or len(rows[0]) != count:
+        raise DataError(f"{path}: line {first + 1}: no header with {count} names above the first row of numbers; "
+                        "write one, such as t [s],psi [deg],delta [deg]")  # fmt: skip
+    named = [cell for cell in rows[0] if cell]
+    said = sum(bool(unit_of(cell)) or cell.strip("[]()") in ("-", "") for cell in named)
+    if len(rows) == 2 and len(rows[1]) == count and said >= 0.6 * len(named):
+        return rows[1], above[1], rows[0]
+    return rows[0], above[0], []

@@ -1,0 +1,269 @@
+"""The files of a folder as logs: one file, files alike, topics of one trial, or pieces of one."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from .. import Array, DataError
+from .cells import Column, columns_of
+from .clock import Clock, clocks
+from .files import SHEETS, TABLES, read_table
+from .layout import Table
+from .roles import Signal, sided, signals, trial_column
+
+_ANGLES = ("heading", "yaw", "cog", "gamma_A", "gamma_T", "wind_direction", "alpha")
+_FEWEST = 20
+_PIECES = 20.0
+"""Steps between two pieces of one log at most."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One file of a log.
+
+    Attributes:
+        name: its path below the folder of the trial.
+        table, columns: of it.
+        clock: its time; None where nothing in it is one.
+    """
+
+    name: str
+    table: Table
+    columns: tuple[Column, ...]
+    clock: Clock | None
+
+
+@dataclass(frozen=True)
+class Log:
+    """One trial, as the guess sees it.
+
+    Attributes:
+        main: the file whose times are the rows.
+        topics: the others, where each has rows of its own.
+        t: time of the rows [s].
+        piece: the rows of its longest trial, where the file holds several.
+        found: quantities on these rows, by role.
+        pattern: of the files of a trial; empty where a trial is one file.
+        join: "rows" where files alike are pieces of one log, else "time".
+        others: the other files with the same columns.
+        notes: what else is to be said, for the head of the mapping.
+    """
+
+    main: Topic
+    topics: tuple[Topic, ...]
+    t: Array
+    piece: slice
+    found: Mapping[str, Signal]
+    pattern: str = ""
+    join: str = "time"
+    notes: tuple[str, ...] = ()
+    others: tuple[Topic, ...] = ()
+
+
+def find_log(src: Path) -> Log:
+    """The log of a file or a folder; of many trials alike the longest.
+
+    Raises:
+        DataError: no table, none that can be read, tables that have nothing to do with each other.
+    """
+    base = src if src.is_dir() else src.parent
+    paths = [src] if src.is_file() else sorted(p for p in src.rglob("*") if p.suffix.lower() in TABLES and p.is_file())
+    if not paths:
+        raise DataError(f"{src}: no table here; looked for *{', *'.join(TABLES)}")
+    tables, notes = _tables(paths)
+    kinds: dict[tuple[str, ...], list[Table]] = {}
+    for table in tables:
+        kinds.setdefault(tuple(sorted(table.heads)), []).append(table)
+    if len(kinds) == 1:
+        return _alike(base, tables, notes)
+    folder, pattern, chosen = _trial_of(base, kinds)
+    return _topics(folder, pattern, chosen, notes)
+
+
+def _tables(paths: Sequence[Path]) -> tuple[list[Table], list[str]]:
+    """The files that are tables, and a note on the others."""
+    tables: list[Table] = []
+    failed: list[str] = []
+    for path in paths:
+        try:
+            tables.append(read_table(path))
+        except DataError as error:
+            failed.append(str(error))
+    if not tables:
+        raise DataError(failed[0])
+    return tables, [f"left out: {said}" for said in failed]
+
+
+def _topic(base: Path, table: Table, context: bool) -> Topic:
+    name = table.path.relative_to(base).as_posix()
+    around = name.rpartition(".")[0] if context else ""
+    columns = tuple(columns_of(table, around))
+    return Topic(name, table, columns, next(iter(clocks(columns)), None))
+
+
+def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
+    """Files with the same columns: each a trial, or pieces of one; the one whose rudder moves most is looked at."""
+    topics = [_topic(base, table, False) for table in tables]
+    main = max(topics, key=lambda one: (_activity(one), len(one.table.columns[0])))
+    others = tuple(one for one in topics if one is not main)
+    pattern, join = "", "time"
+    if others and _pieces(topics):
+        pattern, join = f"*{main.table.path.suffix}", "rows"
+        notes = [*notes, f"{len(tables)} files follow each other in time: pieces of one log"]
+    elif others:
+        notes = [
+            *notes,
+            f"{len(tables)} files with the same columns, each a trial; what is said here is of {main.name}",
+        ]
+    clock = main.clock
+    t = clock.t if clock else np.arange(len(main.table.columns[0]), dtype=float)
+    found = sided(signals(main.columns, clock.heads if clock else ()))
+    return Log(main, (), t, _longest(main.columns, t), found, pattern, join, tuple(notes), others)
+
+
+def _activity(topic: Topic) -> int:
+    """How often the rudder, or else the heading, goes from end to end of its range."""
+    found = signals(topic.columns, topic.clock.heads if topic.clock else ())
+    values = next((found[role].values for role in ("delta", "heading", "yaw", "r") if role in found), np.zeros(2))
+    some = values[np.isfinite(values)]
+    some = some[:: max(some.size // 100, 1)]
+    span = float(np.ptp(some)) if some.size else 0.0
+    return round(float(np.abs(np.diff(some)).sum()) / span) if span > 0.0 else 0
+
+
+def leap(t: Array) -> float | None:
+    """A leap of time [s] that divides a file into trials; None where nothing does."""
+    steps = np.diff(t[np.isfinite(t)])
+    ahead = steps[steps > 0]
+    if ahead.size < 50:
+        return None
+    large = ahead[ahead > max(100.0 * float(np.median(ahead)), 30.0)]
+    return float(f"{0.5 * large.min():.2g}") if 1 <= large.size < ahead.size / 50 else None
+
+
+def _longest(columns: Sequence[Column], t: Array) -> slice:
+    """Rows of the longest trial of a file."""
+    column, gap = trial_column(columns, t), leap(t)
+    if column is not None:
+        cells = np.array([cell.strip() for cell in column.cells])
+        cuts = np.flatnonzero(cells[1:] != cells[:-1]) + 1
+    elif gap is not None:
+        cuts = np.flatnonzero(np.diff(t) > gap) + 1
+    else:
+        return slice(None)
+    edges = [0, *cuts.tolist(), t.size]
+    return max((slice(a, b) for a, b in pairwise(edges)), key=lambda one: one.stop - one.start)
+
+
+def _pieces(topics: Sequence[Topic]) -> bool:
+    """Whether each file goes on where another ends."""
+    spans = [(float(np.nanmin(one.clock.t)), float(np.nanmax(one.clock.t)), one.clock.t) for one in topics if one.clock]
+    spans.sort(key=lambda one: one[0])
+    if len(spans) < len(topics):
+        return False
+    step = float(np.nanmedian(np.diff(spans[0][2])))
+    return all(0.0 < after[0] - before[1] <= _PIECES * step for before, after in pairwise(spans))
+
+
+def _trial_of(base: Path, kinds: Mapping[tuple[str, ...], list[Table]]) -> tuple[Path, str, list[Table]]:
+    """The folder of one trial of topics, the form of its files' names, and its files; the trial with most rows."""
+    tables = [table for same in kinds.values() for table in same]
+    inside: dict[str, dict[str, Table]] = {}
+    for table in tables:
+        first, _, rest = table.path.relative_to(base).as_posix().partition("/")
+        inside.setdefault(first if rest else "", {})[rest or first] = table
+    shared = [set(files) for files in inside.values()]
+    if "" not in inside and len(inside) > 1 and set.intersection(*shared):
+        best = max(inside, key=lambda name: sum(len(one.columns[0]) for one in inside[name].values()))
+        return base / best, "", list(inside[best].values())
+    if (prefixes := _prefixes(kinds)) and len(prefixes) > 1:
+        first = max(prefixes, key=lambda one: sum(len(t.columns[0]) for t in tables if t.path.name.startswith(one)))
+        return base, first, [table for table in tables if table.path.name.startswith(first)]
+    return base, "", tables
+
+
+def _prefixes(kinds: Mapping[tuple[str, ...], list[Table]]) -> set[str]:
+    """What names of trials begin the names of files of every kind; empty where they do not."""
+    found: list[set[str]] = []
+    for same in kinds.values():
+        names = [table.path.name for table in same]
+        tail = _shared_end(names)
+        if len(names) < 2 or not tail:
+            return set()
+        found.append({name[: -len(tail)] for name in names})
+    return found[0] if all(one == found[0] for one in found) else set()
+
+
+def _shared_end(names: Sequence[str]) -> str:
+    """The letters in which all names end."""
+    first = min(names, key=len)
+    return next(first[k:] for k in range(len(first) + 1) if all(name.endswith(first[k:]) for name in names))
+
+
+def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) -> Log:
+    """Topics with rows of their own, on the rows of the one that says most of the motion."""
+    usual = Counter(_written(table) for table in tables).most_common(1)[0][0]
+    notes = [
+        *notes,
+        *(
+            f"left out: {table.path.name}: written otherwise than the other files"
+            for table in tables
+            if _written(table) != usual
+        ),
+    ]
+    topics = [_topic(base, table, True) for table in tables if _written(table) == usual]
+    timed = [one for one in topics if one.clock is not None]
+    if not timed:
+        raise DataError(
+            f"{base}: none of {len(topics)} tables has a time, by which files of one trial are joined; captive "
+            "tests go to seatrial captive"
+        )
+    said = {one.name: signals(one.columns, one.clock.heads if one.clock else (), one.name) for one in timed}
+    main = max(timed, key=lambda one: (_weight(said[one.name]), len(one.table.columns[0])))
+    said[main.name] = {role: replace(one, file="") for role, one in said[main.name].items()}
+    t = main.clock.t if main.clock else np.zeros(0)
+    found: dict[str, Signal] = {}
+    used: list[Topic] = []
+    for one in sorted(timed, key=lambda one: (one is not main, -len(one.table.columns[0]))):
+        values = one.clock.t if one.clock else t
+        if one is not main and (values.size < _FEWEST or values[-1] < t[0] or values[0] > t[-1]):
+            notes = [*notes, f"left out: {one.name}: {values.size} rows, or times that are not those of {main.name}"]
+            continue
+        for role, signal in said[one.name].items():
+            kept = found.get(role)
+            if kept is None or (role[0] != "q" and not kept.column.varies and signal.column.varies):
+                found[role] = signal if one is main else replace(signal, values=_onto(t, values, signal))
+        used += [one] if one is not main and any(s.file == one.name for s in found.values()) else []
+    pattern = main.name.replace(prefix, "{trial}", 1) if prefix else main.name
+    return Log(main, tuple(used), t, slice(None), sided(found), pattern, "time", tuple(notes))
+
+
+def _written(table: Table) -> tuple[object, ...]:
+    """How a file is written; one mapping says it for all files of a trial."""
+    suffix = table.path.suffix.lower()
+    return (suffix == ".parquet" or suffix in SHEETS, table.layout)
+
+
+def _weight(found: Mapping[str, Signal]) -> float:
+    """How much of the motion a topic says; of those with a heading the one with most rows has the rows of the trial."""
+    moving = {role for role, signal in found.items() if signal.column.varies}
+    return 2.0 if moving & {"heading", "yaw", "qw"} else 1.0 if moving & {"latitude", "x", "north"} else 0.0
+
+
+def _onto(t: Array, own: Array, signal: Signal) -> Array:
+    """Values at other times: on lines, angles and letters those of the nearest."""
+    good = np.isfinite(own)
+    at, values = own[good], signal.values[good]
+    order = np.argsort(at, kind="stable")
+    at, values = at[order], values[order]
+    if signal.role not in _ANGLES and not signal.column.letters and not signal.role.startswith("q"):
+        return np.interp(t, at, values, left=np.nan, right=np.nan)
+    near = np.clip(np.searchsorted(at, t), 1, at.size - 1)
+    near -= (t - at[near - 1] < at[near] - t).astype(int)
+    return values[near]

@@ -1,0 +1,142 @@
+"""Names of columns: what a name may mean, by a table of the field's usual names in several languages.
+
+`words.toml` holds the names; a new language is more words there.  A name never decides alone where a measurement can:
+what it says is where the tests of the values begin.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+_UNIT = re.compile(r"^(?P<name>.*?)\s*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
+_SHORT = 2
+"""Letters of a name that counts only where it is the whole name."""
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What the name of a column may mean.
+
+    Attributes:
+        role: the quantity, a key of [roles].
+        score: how much of the name says so; at most 1 and a little for a longer word.
+        words: modifiers in the name, such as "command", "port", "towards".
+        number: the number of a shaft, rudder or thruster in the name; 0 without one.
+    """
+
+    role: str
+    score: float
+    words: frozenset[str]
+    number: int = 0
+
+
+@dataclass(frozen=True)
+class _Tables:
+    roles: Mapping[str, tuple[tuple[str, ...], ...]]
+    modifiers: Mapping[str, frozenset[str]]
+    units: Mapping[str, str]
+
+
+@cache
+def _tables() -> _Tables:
+    said = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+    roles = {role: tuple(tuple(name.split()) for name in names) for role, names in said["roles"].items()}
+    modifiers = {kind: frozenset(words) for kind, words in said["modifiers"].items()}
+    return _Tables(roles, modifiers, {word: unit for unit, words in said["units"].items() for word in words})
+
+
+def parted(head: str) -> tuple[str, str]:
+    """A head as its name and what it says of a unit: ``"RUD [deg]"``, ``"Kurs (Grad)"``, ``"speed, kn"``."""
+    found = _UNIT.match(head.strip())
+    if found and found["name"]:
+        # "SPD(GND)" is a name, "RUD(deg)" has a unit
+        named = re.fullmatch(r"[A-Za-z ]{1,12}", found["unit"]) and not unit_of(found["unit"])
+        return (head.strip(), "") if named else (found["name"].strip(), found["unit"].strip())
+    name, comma, last = head.strip().rpartition(",")
+    if comma and unit_of(last):
+        return name.strip(), last.strip()
+    return head.strip(), ""
+
+
+def unit_of(text: str) -> str:
+    """The unit's symbol that a text means; empty where it means none."""
+    plain = re.sub(r"\s+", " ", _plain(text.strip().strip("[]()<>{}").lower().replace("º", "°"))).strip()
+    return _tables().units.get(plain, "") if plain else ""
+
+
+def unit_in_name(name: str) -> str:
+    """A unit as the last word of a name, ``"hdg_deg"`` or ``"speed kn"``, or a name that is one, ``"rpm"``."""
+    words = tokens(name)
+    for count in (2, 1):
+        tail = "/".join(words[-count:])
+        # Single letters are as often an axis as a unit.
+        if len(words) >= count and len(tail) > 1 and tail in _tables().units:
+            return _tables().units[tail]
+    return ""
+
+
+def tokens(name: str) -> list[str]:
+    """Words of a name in lower case without accents: ``"rudderAngle_PS"`` is rudder, angle, ps."""
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z]|[A-Z]{2,})|(?<=[A-Za-z]{2})(?=\d)", " ", name)
+    plain = _plain(split)
+    return re.findall(r"[a-z]+\d*|\d+", plain.lower())
+
+
+def _plain(text: str) -> str:
+    for accented, letters in (("ø", "o"), ("Ø", "O"), ("æ", "ae"), ("Æ", "Ae"), ("ß", "ss"), ("å", "a"), ("Å", "A")):
+        text = text.replace(accented, letters)
+    bare = unicodedata.normalize("NFKD", text)
+    return "".join(one for one in bare if not unicodedata.combining(one))
+
+
+def meanings(name: str, around: str = "") -> list[Meaning]:
+    """What the name of a column may mean, best first.
+
+    Args:
+        name: without its unit.
+        around: path of the file or topic, which says what a column called "data" is.
+    """
+    found = _meanings(tokens(name))
+    if around and (not found or found[0].score < 0.5):
+        stem = around.rpartition("/")[2]
+        for context, share in ((stem, 0.9), (around, 0.8)):
+            found += [replace(one, score=share * one.score) for one in _meanings([*tokens(context), *tokens(name)])]
+    number = next((int(word) for word in tokens(around) if word.isdigit() and len(word) == 1), 0)
+    best: dict[str, Meaning] = {}
+    for one in sorted(found, key=lambda m: -m.score):
+        best.setdefault(one.role, replace(one, number=one.number or number))
+    return list(best.values())
+
+
+def _meanings(words: list[str]) -> list[Meaning]:
+    tables = _tables()
+    said = frozenset(kind for kind, known in tables.modifiers.items() if kind != "neutral" and known & set(words))
+    number = next((int(word) for word in words if word.isdigit() and len(word) == 1), 0)
+    found: list[Meaning] = []
+    for role, names in tables.roles.items():
+        score = max((_score(words, name) for name in names), default=0.0)
+        if score > 0.0:
+            found.append(Meaning(role, score, said, number))
+    return sorted(found, key=lambda m: -m.score)
+
+
+def _score(words: list[str], name: tuple[str, ...]) -> float:
+    """How much of a column's words a name accounts for; 0 where it is not in them."""
+    count = len(name)
+    at = next((k for k in range(len(words) - count + 1) if tuple(words[k : k + count]) == name), None)
+    if at is None:
+        return 0.0
+    modifiers = _tables().modifiers
+    rest = words[:at] + words[at + count :]
+    known = set().union(*modifiers.values())
+    strange = sum(1 for word in rest if word not in known and not unit_of(word) and not word.isdigit())
+    if strange and sum(map(len, name)) <= _SHORT:
+        return 0.0
+    weight = sum(map(len, name))
+    return (1.0 + 0.01 * weight) / (1.0 + 0.7 * strange) - 0.05 * len(rest)

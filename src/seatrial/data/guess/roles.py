@@ -1,0 +1,135 @@
+"""Which column is which quantity: the best name wins, each column and each quantity once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import Array
+from .cells import Column
+
+_LEAST = 0.45
+"""Score of a name below which it says nothing."""
+
+_NUMBERED = ("delta", "n_P", "alpha", "throttle")
+_COMMANDED = ("delta", "n_P", "alpha")
+_PAIRS = (("north", "east"), ("x", "y"), ("latitude", "longitude"), ("v_north", "v_east"), ("vx", "vy"))
+"""Quantities of which one alone is none: "n" without "e" is no northing."""
+
+_TIMES = ("time", "stamp", "date", "clock", "epoch", "week", "tow", "trial")
+
+_UNITS = {
+    "heading": ("deg", "rad"), "yaw": ("deg", "rad"), "cog": ("deg", "rad"), "delta": ("deg", "rad"),
+    "phi": ("deg", "rad"), "gamma_A": ("deg", "rad"), "gamma_T": ("deg", "rad"), "wind_direction": ("deg", "rad"),
+    "gamma_C": ("deg", "rad"), "alpha": ("deg", "rad"), "latitude": ("deg", "rad"), "longitude": ("deg", "rad"),
+    "r": ("deg/s", "rad/s", "deg/min"), "n_P": ("1/s", "rpm"), "depth": ("m",), "throttle": ("-", "%", "us"),
+    **dict.fromkeys(("north", "east", "x", "y"), ("m", "km", "ft", "NM")),
+    **dict.fromkeys(("u", "v", "v_north", "v_east", "vx", "vy", "sog", "stw", "speed", "U_A", "U_T", "U_C",
+                     "wind_speed"), ("m/s", "kn", "km/h")),
+    **dict.fromkeys(("qx", "qy", "qz", "qw"), ("-",)),
+}  # fmt: skip
+"""Units that can measure each quantity."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A column as a quantity.
+
+    Attributes:
+        role: the quantity, with `_cmd` and a number where it has them.
+        column: it is from.
+        values: on the rows that all signals share.
+        file: topic it is in; empty where the log is one file.
+    """
+
+    role: str
+    column: Column
+    values: Array
+    file: str = ""
+
+    def rows(self, piece: slice, rows: NDArray[np.intp]) -> Signal:
+        """Some rows of a piece, its cells with them where they are of the same rows."""
+        cells = tuple(self.column.cells)
+        own = len(cells) == self.values.size
+        column = replace(self.column, cells=tuple(np.array(cells, dtype=object)[piece][rows])) if own else self.column
+        return replace(self, values=self.values[piece][rows], column=column)
+
+    @property
+    def unit(self) -> str:
+        """Unit that the log says; empty where it says none that can measure this."""
+        fitting = _UNITS.get(self.role.removesuffix("_cmd").rstrip("_123456789"), ())
+        return self.column.unit if self.column.unit in fitting else ""
+
+
+def signals(columns: Sequence[Column], clock: Sequence[str], file: str = "") -> dict[str, Signal]:
+    """The quantities of a table by role; columns of the clock are none."""
+    found = _assigned(columns, clock, file, frozenset())
+    alone = {role for two in _PAIRS for role in two if role in found and not set(two) <= set(found)}
+    return _assigned(columns, clock, file, frozenset(alone)) if alone else found
+
+
+def _assigned(columns: Sequence[Column], clock: Sequence[str], file: str, never: frozenset[str]) -> dict[str, Signal]:
+    """Roles to columns, the best score first."""
+    pairs: list[tuple[float, int, str]] = []
+    for k, column in enumerate(columns):
+        if column.head in clock or column.kind not in ("number", "letters", "minutes", "dms"):
+            continue
+        for one in column.means:
+            role = _role(column, one.role, one.words, one.number)
+            score = one.score + (0.1 if _fits(column, one.role) else -0.3)
+            if role and role not in never and one.score >= _LEAST:
+                pairs.append((score, -k, role))
+    found: dict[str, Signal] = {}
+    taken: set[int] = set()
+    for _, k, role in sorted(pairs, reverse=True):
+        if role not in found and -k not in taken:
+            taken.add(-k)
+            found[role] = Signal(role, columns[-k], columns[-k].values, file)
+    return found
+
+
+def _role(column: Column, role: str, words: frozenset[str], number: int) -> str:
+    if role in _TIMES:
+        return ""
+    if "command" in words:
+        if role not in _COMMANDED:
+            return ""
+        role += "_cmd"
+    stem = role.removesuffix("_cmd")
+    if stem in _NUMBERED:
+        side = 1 if "port" in words else 2 if "starboard" in words else number
+        # "rudder port positive" is one rudder, and so is "rudder 1" alone: `sided` takes its number off
+        role = f"{stem}_{side}{role.removeprefix(stem)}" if side else role
+    return role
+
+
+def _fits(column: Column, role: str) -> bool:
+    """Whether the column's unit can measure the quantity, or nothing is said of it."""
+    return not column.unit or column.unit in _UNITS.get(role, (column.unit,))
+
+
+def sided(found: Mapping[str, Signal]) -> dict[str, Signal]:
+    """The quantities of a log, numbers taken off where there is only one of a kind."""
+    out = dict(found)
+    for stem in _NUMBERED[:2]:
+        for tail in ("", "_cmd"):
+            numbered = [role for role in found if role.startswith(f"{stem}_") and role.endswith(tail)
+                        and role.removeprefix(f"{stem}_").removesuffix(tail).isdigit()]  # fmt: skip
+            if len(numbered) == 1 and f"{stem}{tail}" not in found:
+                out[f"{stem}{tail}"] = replace(out.pop(numbered[0]), role=f"{stem}{tail}")
+    return out
+
+
+def trial_column(columns: Sequence[Column], t: Array) -> Column | None:
+    """The column that numbers or names the trials of one file: few values, each in one piece."""
+    for column in columns:
+        if column.score("trial") < _LEAST or column.kind not in ("number", "text"):
+            continue
+        cells = np.array([cell.strip() for cell in column.cells])
+        changes = int((cells[1:] != cells[:-1]).sum())
+        if 1 <= changes == np.unique(cells).size - 1 and changes < t.size / 20:
+            return column
+    return None
