@@ -24,8 +24,8 @@ def simulate(
     ship: o.ShipOrRun, name: o.ManoeuvreOrNone = None, rudder: o.Rudder = None, heading: o.HeadingChange = None,
     steer: o.Steer = None, side: o.Side = None, seed: o.Seed = None, speed: o.ApproachSpeed = None, rps: o.Rps = None,
     throttle: o.Throttle = None, duration: o.Duration = None, dt: o.TimeStep = None, wind: o.Wind = None,
-    gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None, device: o.Device = "cpu",
-    out: o.TrialOut = None, of: o.FromCampaign = None, json: o.Json = False,
+    gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
+    device: o.Device = "cpu", out: o.TrialOut = None, of: o.FromCampaign = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Simulate a manoeuvre and print its indices."""
     if of is not None:

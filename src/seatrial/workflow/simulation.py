@@ -162,7 +162,9 @@ def simulate(
         raise RequestError(f"--seed is {seed}; it is zero or above")
     takes = manoeuvre.takes if isinstance(manoeuvre, Manoeuvre) else find(manoeuvre).takes
     vessel = ship_of(ship)
-    rudder, rps = helm_of(vessel, manoeuvre, rudder, steer), ahead_of(vessel, rps, throttle)
+    if isinstance(manoeuvre, str):
+        rudder = helm_of(vessel, manoeuvre, rudder, steer)
+    rps = ahead_of(vessel, rps, throttle)
     _check_revolutions(vessel, rps)
     for line in doubts(vessel):
         note(f"warning: {line}")
