@@ -23,7 +23,7 @@ from seatrial.core.errors import SeatrialError
 from seatrial.core.parameters import Free
 from seatrial.data import Array, Trial
 from seatrial.identify import Fit
-from seatrial.identify.filters.ahead import CONSTANT, MODEL, RIVALS, STAYING, Ahead, joined, looked_ahead
+from seatrial.identify.filters.ahead import MODEL, RIVALS, STAYING, Ahead, joined, looked_ahead
 from seatrial.identify.filters.filtering import Kalman
 from seatrial.identify.filters.measurement import Antenna, Heading
 from seatrial.report.figures import canvas, legend_below, svg
@@ -98,9 +98,7 @@ def numbers(found: Sequence[Fold]) -> dict[str, object]:
                 "heading": {who: some.rms(who)[1] for who in (MODEL, *RIVALS)},
                 "ratio": some.ratio(), "covered": some.covered(STATED),
             })  # fmt: skip
-    values = {
-        free.path: [float(one.fit.values[k]) for one in found] for k, free in enumerate(found[0].fit.free)
-    }
+    values = {free.path: [float(one.fit.values[k]) for one in found] for k, free in enumerate(found[0].fit.free)}
     return {"forecasts": rows, "folds": [list(one.left) for one in found], "parameters": values}
 
 
@@ -125,8 +123,9 @@ def page(study: Study, found: Sequence[Fold]) -> Page:
         "which the other folds need.  Parameters, disturbances and bands of a minute come from elsewhere; the place of "
         "the quay, the delay of the thrust and the antenna were read off both trials."
     )
-    drawings = gallery(*(figure(drawn(found, i, name), f"{name}, {horizon:g} s ahead: forecast and band of {STATED:.0%}, "
-                                "and what was measured") for i, horizon in enumerate(HORIZONS[1:], 1) for name in TRIALS))
+    caption = f"s ahead: errors and band of {STATED:.0%}, by the time at which the forecast ends"
+    shown = [(i, horizon, name) for i, horizon in enumerate(HORIZONS) if i for name in TRIALS]
+    drawings = gallery(*(figure(drawn(found, i, name), f"{name}, {horizon:g} {caption}") for i, horizon, name in shown))
     parameters = table(("parameter", *(f"fold {k + 1}" for k in range(FOLDS))), [
         [path, *(number(v) for v in values)] for path, values in said["parameters"].items()  # type: ignore[attr-defined]
     ], words=(0,))  # fmt: skip
@@ -143,18 +142,16 @@ def drawn(found: Sequence[Fold], i: int, name: str) -> str:
     """Forecast, band and measurement of north and heading over time, as changes since the start of each forecast."""
     some = banded(found, i).of(name)
     order = np.argsort(some.start)
-    t, plot = some.start[order] + some.horizon, canvas(2, (9.0, 5.2))
-    fig, axes = plot
+    t, (fig, axes) = some.start[order] + some.horizon, canvas(2, (9.0, 5.2))
     for ax, error, sigma, stay, factor, label in (
         (axes[0], some.north, some.sigma[:, 0], None, 1.0, "error north [m]"),
         (axes[1], some.heading[MODEL], some.sigma[:, 2], some.heading[STAYING], DEGREES, "error of heading [°]"),
     ):
-        rows = [k for k in order]
-        band = 1.645 * factor * sigma[rows]
+        band = 1.645 * factor * sigma[order]
         _gaps(ax, t, np.zeros_like(t), band)
-        ax.plot(t, factor * error[rows], ".", ms=4, label="model")
+        ax.plot(t, factor * error[order], ".", ms=4, label="model")
         if stay is not None:
-            ax.plot(t, factor * stay[rows], "_", ms=5, color="0.6", label=STAYING)
+            ax.plot(t, factor * stay[order], "_", ms=5, color="0.6", label=STAYING)
         ax.set_ylabel(label)
     axes[1].set_xlabel("time at the end of the forecast [s]")
     legend_below(fig, axes[1])
@@ -169,7 +166,7 @@ def _gaps(ax: object, t: Array, middle: Array, band: Array) -> None:
                         label="band" if part.size and part[0] == 0 else None)  # fmt: skip
 
 
-def main() -> int:
+def main() -> None:
     """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", dest="out", type=Path, required=True, help="folder for report.html and report.json")
@@ -178,12 +175,10 @@ def main() -> int:
         study = read_study(STUDY)
         made = page(study, folds(study))
     except SeatrialError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return error.exit_code if hasattr(error, "exit_code") else 2
+        sys.exit(f"error: {error}")
     given.out.mkdir(parents=True, exist_ok=True)
-    print(f"wrote {write(given.out / 'report.html', made)}")
-    return 0
+    sys.stdout.write(f"wrote {write(given.out / 'report.html', made)}\n")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -94,11 +94,15 @@ def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ..
     """Test, validation and training of one folder; a name in two lists is refused, a pattern yields to test first."""
     root = _root(path, where, data.root)
     sets = read_compositions(path.parent / data.sets) if data.sets else {}
-    read = _reader(path, where, data.format, data.mapping)
+    one_each = _reader(path, where, data.format, data.mapping)
     names = _recordings(path, where, root, data.format, data.mapping)
     several = _several(path, where, root, data)
     if several:
-        names, read = {name: Path(name) for name in several}, lambda one: several[one.name]
+        names = {name: Path(name) for name in several}
+
+    def read(file: Path) -> Trial:
+        return several[file.name] if several else one_each(file)
+
     lists = {key: expanded(f"{path}: {where}.{key}", getattr(data, key), sets) for key in (*_KINDS, "exclude")}
     taken = set(chosen(path, f"{where}.exclude", lists["exclude"], names))
     parts: list[tuple[Trial, ...]] = []

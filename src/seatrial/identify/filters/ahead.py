@@ -12,9 +12,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...data import Array, DataError, Trial, unwrapped
 from ...ships import Ship
+from .filtered import Filtered
 from .filtering import Kalman
 
 MODEL, STAYING, CONSTANT = "model", "staying put", "constant velocity"
@@ -70,9 +72,9 @@ class Ahead:
 
     def of(self, pattern: str) -> Ahead:
         """Those of the trials whose names begin with `pattern`."""
-        return self._where(np.array([name.startswith(pattern) for name in self.trial]))
+        return self._where(np.array([name.startswith(pattern) for name in self.trial], dtype=np.bool_))
 
-    def _where(self, kept: Array) -> Ahead:
+    def _where(self, kept: NDArray[np.bool_]) -> Ahead:
         return Ahead(
             self.horizon, tuple(n for n, k in zip(self.trial, kept, strict=True) if k), self.start[kept],
             {who: e[kept] for who, e in self.position.items()}, {who: e[kept] for who, e in self.heading.items()},
@@ -117,10 +119,11 @@ def looked_ahead(
             first, k = (int(np.searchsorted(trial.t, at - 1e-6)) for at in (start - warm, start))
             last = int(np.searchsorted(trial.t, start + max(horizons) + 1e-6, "right"))
             part = trial.rows(slice(first, last))
-            read = _read(part)
-            if np.isfinite(read[k - first]).all() and np.isfinite(read[[_row(part, start, h) for h in horizons]]).all():
-                found = tracker.run(_blind(part, k - first))
-                rows.append((trial.name, float(start), _errors(part, read, found, k - first, start, horizons, settings)))
+            read, begun = _read(part), k - first
+            held = [begun, *(_row(part, start, horizon) for horizon in horizons)]
+            if np.isfinite(read[held]).all():
+                found = tracker.run(_blind(part, begun))
+                rows.append((trial.name, float(start), _errors(part, read, found, begun, held[1:], settings)))
     if not rows:
         raise DataError(f"no trial leaves room for {warm:g} s of readings and {max(horizons):g} s of forecast")
     names, starts, errors = zip(*rows, strict=True)
@@ -139,20 +142,19 @@ def _read(part: Trial) -> Array:
 def _blind(part: Trial, k: int) -> Trial:
     """The log without the readings after row k."""
     later = np.arange(len(part)) > k
-    return part.having(**{name: np.where(later, np.nan, part[name]) for name in ("x", "y", "psi")})
+    x, y, psi = (np.where(later, np.nan, part[name]) for name in ("x", "y", "psi"))
+    return part.having(x=x, y=y, psi=psi)
 
 
-def _errors(part: Trial, read: Array, found: object, k: int, start: float, horizons: Sequence[float],
-            settings: Kalman) -> Array:  # fmt: skip
-    """Errors of model, staying put and constant velocity, and stated variances, shape (horizons, 4, 3)."""
-    states, covs = found.states[:, :3], found.covariances  # type: ignore[attr-defined]
-    last = slice(int(np.searchsorted(part.t, start - _LAST - 1e-6)), k + 1)
+def _errors(part: Trial, read: Array, found: Filtered, k: int, ends: Sequence[int], settings: Kalman) -> Array:
+    """Errors of model, staying put and constant velocity at rows `ends`, and variances, shape (horizons, 4, 3)."""
+    states, covs = found.states[:, :3], found.covariances
+    last = slice(int(np.searchsorted(part.t, part.t[k] - _LAST - 1e-6)), k + 1)
     good = np.isfinite(read[last]).all(axis=1)
     slope = np.polyfit(part.t[last][good] - part.t[k], read[last][good], 1)[0]
     noise = np.array([sensor.sd for sensor in settings.measurement.values() for _ in sensor.channels])
-    out = np.empty((len(horizons), 4, 3))
-    for i, h in enumerate(horizons):
-        row = _row(part, start, h)
+    out = np.empty((len(ends), 4, 3))
+    for i, row in enumerate(ends):
         truth = read[row]
         for j, forecast in enumerate((states[row], read[k], read[k] + slope * (part.t[row] - part.t[k]))):
             out[i, j] = forecast - truth
