@@ -4,7 +4,8 @@
 
 Fits studies/milliampere_real.toml four times, each without three minutes (two of nlp1 and one of qp1), and forecasts
 these from every other second on by a filter that has seen the 20 s before and nothing else.  Writes RUN/report.html and
-.json, in some two minutes.  The trials are in `$SEATRIAL_DATA`.
+.json, in some two minutes.  The trials are in `$SEATRIAL_DATA`.  With `--also FOLDER` a fit to all minutes forecasts
+the trials of that folder too, which are in the same files as these.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from seatrial import __version__
 from seatrial.core.errors import SeatrialError
 from seatrial.core.parameters import Free
 from seatrial.data import Array, Trial
+from seatrial.data.formats.csv import read_all, read_mapping, recordings
 from seatrial.identify import Fit
 from seatrial.identify.filters.ahead import MODEL, RIVALS, STAYING, Ahead, joined, looked_ahead
 from seatrial.identify.filters.filtering import Kalman
@@ -31,6 +34,7 @@ from seatrial.report.page import Page, Section, figure, gallery, lead, number, p
 from seatrial.study.study import Study, read_study
 
 STUDY = Path(__file__).parents[1] / "milliampere_real.toml"
+MAPPING = STUDY.parent / "mappings" / "milliampere.toml"
 DEGREES = math.degrees(1.0)
 HORIZONS, WARM, EVERY, STATED = (5.0, 10.0, 20.0), 20.0, 2.0, 0.9
 FOLDS, TRIALS = 4, ("nlp1", "qp1")
@@ -85,57 +89,79 @@ def banded(found: Sequence[Fold], i: int) -> Ahead:
     return joined(out)
 
 
-def numbers(found: Sequence[Fold]) -> dict[str, object]:
+def others(study: Study, found: Sequence[Fold], folder: Path, every: float = EVERY) -> tuple[Ahead, ...]:
+    """Forecasts of whole trials of a folder by a fit to all minutes of the study, one a horizon."""
+    mapping = replace(read_mapping(MAPPING), trial=())
+    trials = [trial for one in recordings(folder, mapping) for trial in read_all(one, mapping)]
+    ship = study.estimator.fit(study.problem).ship
+    ahead = looked_ahead(FILTER, ship, trials, HORIZONS, warm=WARM, every=every)
+    wide = (widths(found, i, -1) for i in range(len(HORIZONS)))
+    return tuple(replace(one, sigma=one.sigma * np.array([p, p, h])) for one, (p, h) in zip(ahead, wide, strict=True))
+
+
+def row(name: str, some: Ahead) -> dict[str, Any]:
+    """Errors of the forecasts of a trial."""
+    return {
+        "trial": name, "horizon": some.horizon, "forecasts": len(some.trial),
+        "position": {who: some.rms(who)[0] for who in (MODEL, *RIVALS)},
+        "heading": {who: some.rms(who)[1] for who in (MODEL, *RIVALS)},
+        "ratio": some.ratio(), "covered": some.covered(STATED),
+    }  # fmt: skip
+
+
+def errors(rows: Sequence[dict[str, Any]]) -> str:
+    """The table of some forecasts."""
+    whom = [f"{who} [{unit}]" for unit in ("m", "°") for who in ("model", "stays", "goes on")]
+    head = ("trial", "ahead [s]", "number", *whom[:3], "ratio", *whom[3:], "ratio", "covered", "covered, heading")
+    cells = [[one["trial"], number(one["horizon"]), str(one["forecasts"]),
+              *(number(one["position"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][0]),
+              *(number(DEGREES * one["heading"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][1]),
+              *(f"{100.0 * share:.0f} %" for share in one["covered"])] for one in rows]  # fmt: skip
+    return table(head, cells, words=(0,))
+
+
+def numbers(found: Sequence[Fold], more: Sequence[Ahead]) -> dict[str, Any]:
     """The numbers of the page."""
-    rows: list[dict[str, object]] = []
-    for i, horizon in enumerate(HORIZONS):
-        every = banded(found, i)
-        for name in TRIALS:
-            some = every.of(name)
-            rows.append({
-                "trial": name, "horizon": horizon, "forecasts": len(some.trial),
-                "position": {who: some.rms(who)[0] for who in (MODEL, *RIVALS)},
-                "heading": {who: some.rms(who)[1] for who in (MODEL, *RIVALS)},
-                "ratio": some.ratio(), "covered": some.covered(STATED),
-            })  # fmt: skip
+    every = [banded(found, i) for i in range(len(HORIZONS))]
+    names = dict.fromkeys(name for one in more for name in one.trial)
     values = {free.path: [float(one.fit.values[k]) for one in found] for k, free in enumerate(found[0].fit.free)}
-    return {"forecasts": rows, "folds": [list(one.left) for one in found], "parameters": values}
+    return {
+        "forecasts": [row(name, one.of(name)) for one in every for name in TRIALS],
+        "others": [row(name, one.of(name)) for one in more for name in names],
+        "folds": [list(one.left) for one in found], "parameters": values,
+    }  # fmt: skip
 
 
-def page(study: Study, found: Sequence[Fold]) -> Page:
+def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Page:
     """The page."""
-    said = numbers(found)
-    rows: list[dict] = said["forecasts"]  # type: ignore[assignment]
-    ten = {row["trial"]: row for row in rows if row["horizon"] == 10.0}
+    said = numbers(found, more)
     story = "; ".join(
-        f"{name} at 10 s: {number(row['position'][MODEL])} m and {number(DEGREES * row['heading'][MODEL])}°, "
-        f"{number(row['ratio'][0])} and {number(row['ratio'][1])} of the better of staying put and constant velocity"
-        for name, row in ten.items()
-    )
-    head = ("trial", "horizon [s]", "forecasts", *(f"{who} [m]" for who in (MODEL, *RIVALS)), "ratio",
-            *(f"{who} [°]" for who in (MODEL, *RIVALS)), "ratio", "covered: position", "heading")  # fmt: skip
-    cells = [[row["trial"], number(row["horizon"]), str(row["forecasts"]),
-              *(number(row["position"][who]) for who in (MODEL, *RIVALS)), number(row["ratio"][0]),
-              *(number(DEGREES * row["heading"][who]) for who in (MODEL, *RIVALS)), number(row["ratio"][1]),
-              *(f"{100.0 * share:.0f} %" for share in row["covered"])] for row in rows]  # fmt: skip
+        f"{one['trial']} at 10 s: {number(one['position'][MODEL])} m and {number(DEGREES * one['heading'][MODEL])}°, "
+        f"{number(one['ratio'][0], 2)} and {number(one['ratio'][1], 2)} of the better of staying put and going on"
+        for one in said["forecasts"] if one["horizon"] == 10.0
+    )  # fmt: skip
     told = soft(
-        f"Root mean square errors at the end of each forecast; bands state {100.0 * STATED:.0f} %, their width is that "
-        "which the other folds need.  Parameters, disturbances and bands of a minute come from elsewhere; the place of "
-        "the quay, the delay of the thrust and the antenna were read off both trials."
+        f"Root mean square errors at the end of each forecast, of the model, of who stays put, and of who goes on at "
+        f"constant velocity; ratio: to the better of the two.  Bands state {STATED:.0%}, their width is that which the "
+        "other folds need.  Parameters, disturbances and bands of a minute come from elsewhere; the place of the quay, "
+        "the delay of the thrust and the antenna were read off both trials, and the filter's noises are round numbers."
     )
     caption = f"s ahead: errors and band of {STATED:.0%}, by the time at which the forecast ends"
     shown = [(i, horizon, name) for i, horizon in enumerate(HORIZONS) if i for name in TRIALS]
     drawings = gallery(*(figure(drawn(found, i, name), f"{name}, {horizon:g} {caption}") for i, horizon, name in shown))
-    parameters = table(("parameter", *(f"fold {k + 1}" for k in range(FOLDS))), [
-        [path, *(number(v) for v in values)] for path, values in said["parameters"].items()  # type: ignore[attr-defined]
-    ], words=(0,))  # fmt: skip
-    return Page("milliAmpere: forecasts of minutes that the fit has not seen", (
+    parameters = table(
+        ("parameter", *(f"fold {k + 1}" for k in range(FOLDS))),
+        [[path, *(number(v) for v in values)] for path, values in said["parameters"].items()],
+    )
+    sections = (
         Section("", lead(story + "."), said),
-        Section("1. Forecasts", told + table(head, cells, words=(0,))),
-        Section("2. Drawn", drawings),
-        Section("3. Parameters of the folds", parameters),
+        Section("Forecasts of left-out minutes", told + errors(said["forecasts"])),
+        Section("Trials that were kept back", errors(said["others"]) if more else ""),
+        Section("Errors and bands", drawings),
+        Section("Parameters of the folds", parameters),
         provenance({"study": study.name, "digest": study.digest, "program": f"seatrial {__version__}"}),
-    ))  # fmt: skip
+    )
+    return Page("milliAmpere: forecasts of minutes that the fit has not seen", sections)
 
 
 def drawn(found: Sequence[Fold], i: int, name: str) -> str:
@@ -152,7 +178,8 @@ def drawn(found: Sequence[Fold], i: int, name: str) -> str:
         ax.plot(t, factor * error[order], ".", ms=4, label="model")
         if stay is not None:
             ax.plot(t, factor * stay[order], "_", ms=5, color="0.6", label=STAYING)
-        ax.set_ylabel(label)
+        most = 1.5 * float(np.quantile(np.append(np.abs(factor * error), band), 0.97))
+        ax.set(ylabel=label, ylim=(-most, most))
     axes[1].set_xlabel("time at the end of the forecast [s]")
     legend_below(fig, axes[1])
     return svg(fig, f"{name} {some.horizon:g}")
@@ -170,10 +197,12 @@ def main() -> None:
     """Write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", dest="out", type=Path, required=True, help="folder for report.html and report.json")
+    parser.add_argument("--also", type=Path, help="folder of trials that were kept back")
     given = parser.parse_args()
     try:
         study = read_study(STUDY)
-        made = page(study, folds(study))
+        found = folds(study)
+        made = page(study, found, others(study, found, given.also) if given.also else ())
     except SeatrialError as error:
         sys.exit(f"error: {error}")
     given.out.mkdir(parents=True, exist_ok=True)
