@@ -124,7 +124,7 @@ def test_the_real_ferry_is_forecast_better_than_by_staying_put_and_constant_velo
     if not root.is_dir():
         pytest.skip(f"{root} is not here: set SEATRIAL_DATA to the folder of the public data sets")
     script: Any = runpy.run_path(str(home / "studies" / "reports" / "milliampere_real.py"))
-    found = script["folds"](script["read_study"](script["STUDY"]), every=4.0)
+    found = script["folds"](script["read_study"](script["STUDY"]))
     five, ten, twenty = (script["banded"](found, i) for i in range(3))
     for ahead in (five, ten):
         for name in script["TRIALS"]:
