@@ -81,7 +81,7 @@ def test_a_wall_across_stops_the_stern_where_it_stands_and_nowhere_else() -> Non
     behind = corner.force((-1.0, 4.0, 0.0, 0.0, 0.0, 0.0), 5.0, 2.8)
     assert max(map(abs, (*beyond, *behind))) < 1.0
     open_end = QUAY.force((2.45, -1.0, 0.0, 0.0, 0.0, 0.0), 5.0, 2.8)
-    assert open_end.X == pytest.approx(0.0, abs=1e-6)
+    assert abs(open_end.X) < 1e-6
 
 
 def test_the_steady_force_is_one_in_ship_axes() -> None:
