@@ -112,7 +112,7 @@ def row(name: str, some: Ahead) -> dict[str, Any]:
 def errors(rows: Sequence[dict[str, Any]]) -> str:
     """The table of some forecasts."""
     whom = [f"{who} [{unit}]" for unit in ("m", "°") for who in ("model", "stays", "goes on")]
-    head = ("trial", "ahead [s]", "number", *whom[:3], "ratio", *whom[3:], "ratio", "covered", "covered, heading")
+    head = ("trial", "ahead [s]", "number", *whom[:3], "ratio", *whom[3:], "ratio", "within band", "°")
     cells = [[one["trial"], number(one["horizon"]), str(one["forecasts"]),
               *(number(one["position"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][0]),
               *(number(DEGREES * one["heading"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][1]),
@@ -156,7 +156,7 @@ def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Pag
     sections = (
         Section("", lead(story + "."), said),
         Section("Forecasts of left-out minutes", told + errors(said["forecasts"])),
-        Section("Trials that were kept back", errors(said["others"]) if more else ""),
+        Section("Other trials, by the fit to all minutes", errors(said["others"]) if more else ""),
         Section("Errors and bands", drawings),
         Section("Parameters of the folds", parameters),
         provenance({"study": study.name, "digest": study.digest, "program": f"seatrial {__version__}"}),

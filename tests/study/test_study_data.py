@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.data import DataError
 from seatrial.data.prepare import froude_scaled
 from seatrial.data.trialfile import write_trial
 from seatrial.exchange.robot_log import save_robot_log
