@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.data import DataError
 from seatrial.data.prepare import froude_scaled
 from seatrial.data.trialfile import write_trial
 from seatrial.exchange.robot_log import save_robot_log
@@ -144,7 +143,7 @@ def test_a_study_reads_what_import_reads(folder: Path) -> None:
 
 
 def test_a_study_reads_folders_of_topics_by_a_mapping(folder: Path, tmp_path: Path) -> None:
-    """Each folder is one trial of that name; a log that its mapping cuts into several is imported first."""
+    """Each folder is one trial of that name; where the mapping cuts the logs, the trials are those of the cuts."""
     run = simulate(load("kvlcc2_l7"), Turning(10.0, 0.3), duration=20, dt=0.1, name="run")
     columns = ("x", "y", "psi", "u", "v_m", "r", "n_P")
     for name in ("one", "two"):
@@ -161,8 +160,13 @@ def test_a_study_reads_folders_of_topics_by_a_mapping(folder: Path, tmp_path: Pa
     found = study(tmp_path, text)
     assert [one.name for one in found.problem.trials] == ["one"]
     assert found.test[0]["delta"] == pytest.approx(run["delta"])
-    (tmp_path / "m.toml").write_text(mapping + "".join(f'[[trial]]\nname = "{n}"\nfrom = 0\nto = 9\n' for n in "ab"))
-    with pytest.raises(DataError, match=r"2 trials by its mapping; import it first"):
+    cut = "[[trial]]\nname = '{}'\n{}from = 0\nto = 9\n"
+    (tmp_path / "m.toml").write_text(mapping + cut.format("a", "log = 'one'\n") + cut.format("b", "log = 'two'\n"))
+    found = study(tmp_path, text.replace('["two"]', '["b"]'))
+    assert [one.name for one in (*found.problem.trials, *found.test)] == ["a", "b"]
+    assert found.test[0].t[-1] == pytest.approx(9.0)
+    (tmp_path / "m.toml").write_text(mapping + cut.format("a", ""))
+    with pytest.raises(StudyError, match=r"two trials are called a; name them apart"):
         study(tmp_path, text)
 
 

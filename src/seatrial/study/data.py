@@ -20,7 +20,7 @@ from ..core.parameters import Free, ParameterError, read, specs, unknown
 from ..data import DataError, Trial
 from ..data.check.track import own_samples
 from ..data.documents import read_toml
-from ..data.formats import formats, reader, recordings
+from ..data.formats import formats, logs, reader, recordings
 from ..data.prepare import drop_trailing_gaps, froude_scaled
 from ..data.trialfile import SUFFIXES, read_trial
 from ..identify import StudyError
@@ -94,8 +94,15 @@ def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ..
     """Test, validation and training of one folder; a name in two lists is refused, a pattern yields to test first."""
     root = _root(path, where, data.root)
     sets = read_compositions(path.parent / data.sets) if data.sets else {}
-    read = _reader(path, where, data.format, data.mapping)
+    one_each = _reader(path, where, data.format, data.mapping)
     names = _recordings(path, where, root, data.format, data.mapping)
+    several = _several(path, where, root, data)
+    if several:
+        names = {name: Path(name) for name in several}
+
+    def read(file: Path) -> Trial:
+        return several[file.name] if several else one_each(file)
+
     lists = {key: expanded(f"{path}: {where}.{key}", getattr(data, key), sets) for key in (*_KINDS, "exclude")}
     taken = set(chosen(path, f"{where}.exclude", lists["exclude"], names))
     parts: list[tuple[Trial, ...]] = []
@@ -155,6 +162,23 @@ def _recordings(path: Path, where: str, root: Path, format: str | None, mapping:
     if not found:
         raise StudyError(f"{path}: {where}.root: {root} holds no trial file ({', '.join(SUFFIXES)}); set a format")
     return {f.relative_to(root).as_posix() if f != root else root.resolve().name: f for f in found}
+
+
+def _several(path: Path, where: str, root: Path, data: Any) -> dict[str, Trial]:
+    """Trials by name where a mapping cuts the recordings into several; else none."""
+    if data.mapping is None:
+        return {}
+    mapping = path.parent / data.mapping
+    said = read_toml(mapping)
+    if not any(key in said for key in ("trial", "split")):
+        return {}
+    found: dict[str, Trial] = {}
+    for _, trials in logs(data.format, root, mapping):
+        for trial in trials:
+            if trial.name in found:
+                raise StudyError(f"{path}: {where}.mapping: two trials are called {trial.name}; name them apart")
+            found[trial.name] = trial
+    return found
 
 
 def _prepared(path: Path, where: str, trial: Trial, data: Any, ship: Ship) -> Trial:

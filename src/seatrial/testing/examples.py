@@ -18,6 +18,7 @@ from ..forces.shallow import ShallowPolynomial
 from ..forces.thruster_fixed import Fixed
 from ..identify.posterior.freer import with_units
 from ..models.fossen import Fossen, Inertia, Particulars
+from ..models.harbour import Harbour, Quay
 from ..models.network import Network, initial
 from ..models.neural import Neural
 from ..ships import Ship
@@ -96,5 +97,12 @@ SHIPS: dict[str, Ship] = {
         inertia=Inertia(m_11=3330.0, m_22=5800.0, m_33=12000.0, m_23=800.0, m_32=800.0, coriolis="consistent"),
         damping=DRAG, propeller=L7.model.propeller, rudder=_of("Linear"), wind=_of("Blendermann"),
         waves=_of("HeadSea"),
+    )),
+    # the same family beside a quay without stiffness, which leaves a ship at rest where it is
+    "quayside": _ship("quayside", Harbour(
+        body=Particulars(rho=1000.0, L_pp=7.0, B=1.27, d=0.46),
+        inertia=Inertia(m_11=3330.0, m_22=5800.0, m_33=12000.0, m_23=800.0, m_32=800.0, coriolis="consistent"),
+        damping=DRAG, propeller=L7.model.propeller, rudder=_of("Linear"),
+        quay=Quay(north=0.0, east=-5.0, direction=0.1, reach=5.0, mu=0.1, flat=2.5, half=0.3),
     )),
 }  # fmt: skip

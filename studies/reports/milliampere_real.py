@@ -1,0 +1,213 @@
+"""Page of the real milliAmpere: forecasts over 5, 10 and 20 s of whole minutes that the fit has not seen, with bands.
+
+    python studies/reports/milliampere_real.py -o RUN
+
+Fits studies/milliampere_real.toml four times, each without three minutes (two of nlp1 and one of qp1), and forecasts
+these from every other second on by a filter that has seen the 20 s before and nothing else.  Writes RUN/report.html and
+.json, in some two minutes.  The trials are in `$SEATRIAL_DATA`.  With `--also FOLDER` a fit to all minutes forecasts
+the trials of that folder too, which are in the same files as these.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatrial import __version__
+from seatrial.core.errors import SeatrialError
+from seatrial.core.parameters import Free
+from seatrial.data import Array, Trial
+from seatrial.data.formats.csv import read_all, read_mapping, recordings
+from seatrial.identify import Fit
+from seatrial.identify.filters.ahead import MODEL, RIVALS, STAYING, Ahead, joined, looked_ahead
+from seatrial.identify.filters.filtering import Kalman
+from seatrial.identify.filters.measurement import Antenna, Heading
+from seatrial.report.figures import canvas, legend_below, svg
+from seatrial.report.page import Page, Section, figure, gallery, lead, number, provenance, soft, table, write
+from seatrial.study.study import Study, read_study
+
+STUDY = Path(__file__).parents[1] / "milliampere_real.toml"
+MAPPING = STUDY.parent / "mappings" / "milliampere.toml"
+DEGREES = math.degrees(1.0)
+HORIZONS, WARM, EVERY, STATED = (5.0, 10.0, 20.0), 20.0, 2.0, 0.9
+FOLDS, TRIALS = 4, ("nlp1", "qp1")
+# Disturbances: random accelerations [m/s^2/sqrt(Hz), rad/s^2/sqrt(Hz)], current and yaw moment that wander.
+WALK = {"u": 0.06, "v_m": 0.06, "r": 0.03, "current": 0.003, "steady.N_0": 1.0}
+FILTER = Kalman(
+    measurement={"gnss": Antenna(0.01), "compass": Heading(0.003)}, process=WALK, current=True,
+    parameters=(Free("steady.N_0", 0.0, prior=0.0, sigma=30.0),),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Fold:
+    """A fit without some minutes, and its forecasts of them, one a horizon."""
+
+    fit: Fit
+    left: tuple[str, ...]
+    ahead: tuple[Ahead, ...]
+
+
+def folds(study: Study, every: float = EVERY) -> tuple[Fold, ...]:
+    """The cross-validation: minutes k and k + 4 of nlp1 and minute k of qp1 are left out at a time."""
+    found: list[Fold] = []
+    for k in range(FOLDS):
+        left = [t for t in study.problem.trials if (int(t.name.rpartition("_")[2]) - 1) % FOLDS == k]
+        kept: tuple[Trial, ...] = tuple(t for t in study.problem.trials if t not in left)
+        fit = study.estimator.fit(replace(study.problem, trials=kept))
+        ahead = looked_ahead(FILTER, fit.ship, left, HORIZONS, warm=WARM, every=every)
+        found.append(Fold(fit, tuple(t.name for t in left), ahead))
+    return tuple(found)
+
+
+def widths(found: Sequence[Fold], i: int, fold: int) -> tuple[float, float]:
+    """Factors of the bands of position and heading of a fold, such that those of the other folds hold what they state.
+
+    The filter's noises are round numbers; the left-out minutes of the other folds say by how much its bands are off.
+    """
+    from scipy.special import ndtri
+
+    others = joined([one.ahead[i] for k, one in enumerate(found) if k != fold])
+    z = np.abs(np.column_stack([others.north, others.east, others.heading[MODEL]])) / others.sigma
+    usual = float(ndtri(0.5 + 0.5 * STATED))
+    return float(np.quantile(z[:, :2], STATED)) / usual, float(np.quantile(z[:, 2], STATED)) / usual
+
+
+def banded(found: Sequence[Fold], i: int) -> Ahead:
+    """All forecasts of a horizon, bands as wide as the other folds make them."""
+    out: list[Ahead] = []
+    for k, one in enumerate(found):
+        position, heading = widths(found, i, k)
+        out.append(replace(one.ahead[i], sigma=one.ahead[i].sigma * np.array([position, position, heading])))
+    return joined(out)
+
+
+def others(study: Study, found: Sequence[Fold], folder: Path, every: float = EVERY) -> tuple[Ahead, ...]:
+    """Forecasts of whole trials of a folder by a fit to all minutes of the study, one a horizon."""
+    mapping = replace(read_mapping(MAPPING), trial=())
+    trials = [trial for one in recordings(folder, mapping) for trial in read_all(one, mapping)]
+    ship = study.estimator.fit(study.problem).ship
+    ahead = looked_ahead(FILTER, ship, trials, HORIZONS, warm=WARM, every=every)
+    wide = (widths(found, i, -1) for i in range(len(HORIZONS)))
+    return tuple(replace(one, sigma=one.sigma * np.array([p, p, h])) for one, (p, h) in zip(ahead, wide, strict=True))
+
+
+def row(name: str, some: Ahead) -> dict[str, Any]:
+    """Errors of the forecasts of a trial."""
+    return {
+        "trial": name, "horizon": some.horizon, "forecasts": len(some.trial),
+        "position": {who: some.rms(who)[0] for who in (MODEL, *RIVALS)},
+        "heading": {who: some.rms(who)[1] for who in (MODEL, *RIVALS)},
+        "ratio": some.ratio(), "covered": some.covered(STATED),
+    }  # fmt: skip
+
+
+def errors(rows: Sequence[dict[str, Any]]) -> str:
+    """The table of some forecasts."""
+    whom = [f"{who} [{unit}]" for unit in ("m", "°") for who in ("model", "stays", "goes on")]
+    head = ("trial", "ahead [s]", "number", *whom[:3], "ratio", *whom[3:], "ratio", "within band", "°")
+    cells = [[one["trial"], number(one["horizon"]), str(one["forecasts"]),
+              *(number(one["position"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][0]),
+              *(number(DEGREES * one["heading"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][1]),
+              *(f"{100.0 * share:.0f} %" for share in one["covered"])] for one in rows]  # fmt: skip
+    return table(head, cells, words=(0,))
+
+
+def numbers(found: Sequence[Fold], more: Sequence[Ahead]) -> dict[str, Any]:
+    """The numbers of the page."""
+    every = [banded(found, i) for i in range(len(HORIZONS))]
+    names = dict.fromkeys(name for one in more for name in one.trial)
+    values = {free.path: [float(one.fit.values[k]) for one in found] for k, free in enumerate(found[0].fit.free)}
+    return {
+        "forecasts": [row(name, one.of(name)) for one in every for name in TRIALS],
+        "others": [row(name, one.of(name)) for one in more for name in names],
+        "folds": [list(one.left) for one in found], "parameters": values,
+    }  # fmt: skip
+
+
+def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Page:
+    """The page."""
+    said = numbers(found, more)
+    story = "; ".join(
+        f"{one['trial']} at 10 s: {number(one['position'][MODEL])} m and {number(DEGREES * one['heading'][MODEL])}°, "
+        f"{number(one['ratio'][0], 2)} and {number(one['ratio'][1], 2)} of the better of staying put and going on"
+        for one in said["forecasts"] if one["horizon"] == 10.0
+    )  # fmt: skip
+    told = soft(
+        f"Root mean square errors at the end of each forecast, of the model, of who stays put, and of who goes on at "
+        f"constant velocity; ratio: to the better of the two.  Bands state {STATED:.0%}, their width is that which the "
+        "other folds need.  Parameters, disturbances and bands of a minute come from elsewhere; the place of the quay, "
+        "the delay of the thrust and the antenna were read off both trials, and the filter's noises are round numbers."
+    )
+    caption = f"s ahead: errors and band of {STATED:.0%}, by the time at which the forecast ends"
+    shown = [(i, horizon, name) for i, horizon in enumerate(HORIZONS) if i for name in TRIALS]
+    drawings = gallery(*(figure(drawn(found, i, name), f"{name}, {horizon:g} {caption}") for i, horizon, name in shown))
+    parameters = table(
+        ("parameter", *(f"fold {k + 1}" for k in range(FOLDS))),
+        [[path, *(number(v) for v in values)] for path, values in said["parameters"].items()],
+    )
+    sections = (
+        Section("", lead(story + "."), said),
+        Section("Forecasts of left-out minutes", told + errors(said["forecasts"])),
+        Section("Other trials, by the fit to all minutes", errors(said["others"]) if more else ""),
+        Section("Errors and bands", drawings),
+        Section("Parameters of the folds", parameters),
+        provenance({"study": study.name, "digest": study.digest, "program": f"seatrial {__version__}"}),
+    )
+    return Page("milliAmpere: forecasts of minutes that the fit has not seen", sections)
+
+
+def drawn(found: Sequence[Fold], i: int, name: str) -> str:
+    """Forecast, band and measurement of north and heading over time, as changes since the start of each forecast."""
+    some = banded(found, i).of(name)
+    order = np.argsort(some.start)
+    t, (fig, axes) = some.start[order] + some.horizon, canvas(2, (9.0, 5.2))
+    for ax, error, sigma, stay, factor, label in (
+        (axes[0], some.north, some.sigma[:, 0], None, 1.0, "error north [m]"),
+        (axes[1], some.heading[MODEL], some.sigma[:, 2], some.heading[STAYING], DEGREES, "error of heading [°]"),
+    ):
+        band = 1.645 * factor * sigma[order]
+        _gaps(ax, t, np.zeros_like(t), band)
+        ax.plot(t, factor * error[order], ".", ms=4, label="model")
+        if stay is not None:
+            ax.plot(t, factor * stay[order], "_", ms=5, color="0.6", label=STAYING)
+        most = 1.5 * float(np.quantile(np.append(np.abs(factor * error), band), 0.97))
+        ax.set(ylabel=label, ylim=(-most, most))
+    axes[1].set_xlabel("time at the end of the forecast [s]")
+    legend_below(fig, axes[1])
+    return svg(fig, f"{name} {some.horizon:g}")
+
+
+def _gaps(ax: object, t: Array, middle: Array, band: Array) -> None:
+    """A band that is broken where forecasts are missing."""
+    breaks = np.flatnonzero(np.diff(t) > 2.5 * EVERY) + 1
+    for part in np.split(np.arange(t.size), breaks):
+        ax.fill_between(t[part], (middle - band)[part], (middle + band)[part], alpha=0.2, lw=0, color="C0",  # type: ignore[attr-defined]
+                        label="band" if part.size and part[0] == 0 else None)  # fmt: skip
+
+
+def main() -> None:
+    """Write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", dest="out", type=Path, required=True, help="folder for report.html and report.json")
+    parser.add_argument("--also", type=Path, help="folder of trials that were kept back")
+    given = parser.parse_args()
+    try:
+        study = read_study(STUDY)
+        found = folds(study)
+        made = page(study, found, others(study, found, given.also) if given.also else ())
+    except SeatrialError as error:
+        sys.exit(f"error: {error}")
+    given.out.mkdir(parents=True, exist_ok=True)
+    sys.stdout.write(f"wrote {write(given.out / 'report.html', made)}\n")
+
+
+if __name__ == "__main__":
+    main()
