@@ -18,7 +18,8 @@ from killed import CAMPAIGN, finished, started
 
 from seatrial.campaign.folder import open_folder
 from seatrial.core.errors import RequestError
-from seatrial.core.executors import ClusterError, Pool, dask
+from seatrial.core.errors import ClusterError
+from seatrial.core.executors import Pool, dask
 
 
 class LostError(Exception):
