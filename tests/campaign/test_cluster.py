@@ -17,8 +17,7 @@ import pytest
 from killed import CAMPAIGN, finished, started
 
 from seatrial.campaign.folder import open_folder
-from seatrial.core.errors import RequestError
-from seatrial.core.errors import ClusterError
+from seatrial.core.errors import ClusterError, RequestError
 from seatrial.core.executors import Pool, dask
 
 
