@@ -38,6 +38,7 @@ def test_other_columns_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not (ROOT / "hakusan").is_dir(), reason="HAKUSAN absent: set SEATRIAL_DATA (R package TSSS)")
 def test_forecasts_beat_persistence_and_the_mean_on_rows_left_out(tmp_path: Path) -> None:
     module = script()

@@ -108,6 +108,13 @@ def test_tests_do_not_import_from_tests() -> None:
     assert not wrong, "\n".join(wrong)
 
 
+def test_files_of_tests_have_names_of_their_own() -> None:
+    """Two of one name in two folders pass alone and cannot be collected together."""
+    names = Counter(path.name for path in (REPOSITORY / "tests").rglob("*.py"))
+    wrong = {name for name, count in names.items() if count > 1} - {"conftest.py", "__init__.py"}
+    assert not wrong, f"rename all but one of each: {', '.join(sorted(wrong))}"
+
+
 def test_no_rule_of_lint_is_both_selected_and_ignored() -> None:
     lint = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["ruff"]["lint"]
     assert not set(lint["select"]) & set(lint["ignore"])

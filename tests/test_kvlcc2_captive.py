@@ -92,6 +92,7 @@ def test_the_wider_the_drift_the_smaller_the_cubic_term_and_sigma_covers_it(test
     assert abs(a[0] - b[0]) < 3.0 * math.hypot(a[1], b[1])
 
 
+@pytest.mark.long
 def test_why_x_h_is_not_the_published_one(tests: CaptiveFit) -> None:
     """The point of reference of N takes a third of the difference and more; rudder angles above 10 deg the rest."""
     found = arm.fits(tests)
@@ -116,6 +117,7 @@ def test_the_ship_files_of_the_studies_are_those_of_the_tests(name: str, ship: s
     assert priors(there) == pytest.approx(priors(here), rel=1e-4)
 
 
+@pytest.mark.long
 def test_captive_tests_predict_the_speed_of_zigzags_better_than_the_published_set(study: Study) -> None:
     trials = (*study.problem.trials, *study.test)
     assert lint(study.problem, study.test) == ()
@@ -123,7 +125,8 @@ def test_captive_tests_predict_the_speed_of_zigzags_better_than_the_published_se
     assert now[1] < 0.5 * before[1]
 
 
-@pytest.mark.parametrize("name", ["kvlcc2_captive", pytest.param("kvlcc2_captive_abkowitz", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["kvlcc2_captive", "kvlcc2_captive_abkowitz"])
 def test_tuned_from_there_unseen_zigzags_are_predicted_with_half_the_error(name: str) -> None:
     study = read_study(STUDIES / f"{name}.toml")
     fit = study.estimator.fit(study.problem)

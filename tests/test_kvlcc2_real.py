@@ -78,6 +78,7 @@ def test_the_study_is_sound_and_its_sets_are_apart(study: Study) -> None:
 
 
 @data
+@pytest.mark.long
 @pytest.mark.parametrize("restart", [None, 30.0])
 def test_unseen_zigzags_are_predicted_with_half_the_error(study: Study, tuned: Ship, restart: float | None) -> None:
     assert (ratios([(tuned, trial) for trial in study.test], restart) <= 0.5).all()
@@ -102,6 +103,7 @@ def without(problem: Problem, trials, trial) -> Problem:
 
 
 @data
+@pytest.mark.long
 @pytest.mark.parametrize("side", [1, -1])
 def test_the_turning_circle_stays_sensible(tuned: Ship, side: int) -> None:
     """No circle was fitted; a zigzag that bends the cubic terms would show here."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
+import seatrial
 from house import REPOSITORY, ROOT
 
 NOTEBOOKS = sorted((REPOSITORY / "docs" / "notebooks").glob("*.ipynb"))
@@ -30,6 +32,7 @@ def words(cell: Any) -> set[str]:
     return set(re.findall(r"[A-Za-z_]{3,}", "\n".join(text for text in texts if "Figure" not in text)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
 def test_a_notebook_runs_and_prints_what_it_shows(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(ROOT.parent))  # the package under test, from whichever folder
@@ -51,6 +54,18 @@ def test_a_notebook_is_kept_as_it_ran(path: Path) -> None:
     source = "\n".join(cell.source for cell in cells)
     assert "SEATRIAL_DATA" not in source
     assert not re.search(r"read_trials?\(", source)  # a log that others may not redistribute
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+def test_a_notebook_names_what_there_is(path: Path) -> None:
+    """What running it in the long tier would find first: a public name that was changed."""
+    source = "\n".join(cell.source for cell in code(read(path)))
+    named = [
+        node.attr for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "st"
+    ]  # fmt: skip
+    assert len(set(named)) > 1
+    assert not [name for name in named if not hasattr(seatrial, name)]
 
 
 def test_there_are_three() -> None:

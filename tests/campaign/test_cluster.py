@@ -17,8 +17,8 @@ import pytest
 from killed import CAMPAIGN, finished, started
 
 from seatrial.campaign.folder import open_folder
-from seatrial.core.errors import RequestError
-from seatrial.core.executors import ClusterError, Pool, dask
+from seatrial.core.errors import ClusterError, RequestError
+from seatrial.core.executors import Pool, dask
 
 
 class LostError(Exception):

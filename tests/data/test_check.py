@@ -233,6 +233,7 @@ def test_values_beyond_everything_and_a_clock_of_years_do_no_harm(made):
         resample(years, 0.1)
 
 
+@pytest.mark.long
 def test_esso_has_no_errors(data_file):
     trials = [frt_esso.read(p) for p in sorted(data_file("esso_osaka_frt", "data").glob("*/*.csv"))]
     errors = [str(f) for trial in trials for f in check(trial) if f.severity == "error"]
@@ -243,6 +244,7 @@ def test_esso_has_no_errors(data_file):
     assert overlap.where.startswith("turn_14-Sep-2020_15_58_08")
 
 
+@pytest.mark.long
 def test_simman_read_rightly_has_no_errors_and_raw_has(data_file):
     for folder in ("kvlcc2_hsva_simman2008", "kvlcc2_marin_simman2008"):
         for path in sorted(data_file(folder, "raw").glob("*.dat")):

@@ -14,6 +14,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
+from seatrial.engine import rollout
 from seatrial.environment import CALM
 from seatrial.envs import IDS, Berth, Course, ShipEnv, ShipVectorEnv, TaskError, Track
 from seatrial.envs.episodes import Settings, uniform
@@ -358,6 +359,7 @@ def test_threads_and_the_virtual_machine_give_the_same(monkeypatch: pytest.Monke
     plain = run()
     assert np.array_equal(run(3), plain)
     monkeypatch.setenv("SEATRIAL_CC", "none")
+    rollout._notice.cache_clear()  # it is said once a process, perhaps to an earlier test
     with pytest.warns(UserWarning, match="virtual machine"):
         slow = run()
     np.testing.assert_allclose(slow, plain, atol=1e-6)

@@ -90,28 +90,32 @@ def _spike(channels: Channels) -> None:
     channels["psi"][200] += 0.8
 
 
-def test_a_clean_log_passes() -> None:
-    fit = Trajectory().fit(_problem(_logs()))
-    assert fit.diagnosis is not None
-    assert not fit.diagnosis.lacking
-    assert fit.diagnosis.lines[0] == "the residuals look like sensor noise"
-    assert "takes the fixed numbers as right" in fit.diagnosis.lines[1]
-    assert {verdict.status for verdict in fit.verdicts if verdict.subject in PATHS} == {"identified"}
-    assert np.abs(_z(fit)).max() < 3.5
-    assert all(channel.size == pytest.approx(1.0, abs=0.15) for channel in fit.diagnosis.channels.values())
+@pytest.fixture(scope="module")
+def clean() -> Fit:
+    return Trajectory().fit(_problem(_logs()))
+
+
+def test_a_clean_log_passes(clean: Fit) -> None:
+    assert clean.diagnosis is not None
+    assert not clean.diagnosis.lacking
+    assert clean.diagnosis.lines[0] == "the residuals look like sensor noise"
+    assert "takes the fixed numbers as right" in clean.diagnosis.lines[1]
+    assert {verdict.status for verdict in clean.verdicts if verdict.subject in PATHS} == {"identified"}
+    assert np.abs(_z(clean)).max() < 3.5
+    assert all(channel.size == pytest.approx(1.0, abs=0.15) for channel in clean.diagnosis.channels.values())
 
 
 PLANTED = [
-    ("offset.delta", _shifted("delta", 1.5 * DEG), 1.5, 0.15),
-    ("bias.psi", _shifted("psi", 3.0 * DEG), 3.0, 0.6),
-    ("bias.r", _shifted("r", 0.05 * DEG), 0.05, 0.005),
-    ("scale.n_P", _scaled("n_P", 1.03), 3.0, 0.6),
-    ("scale.u", _scaled("u", 1.03), 3.0, 0.3),
-    ("antenna.ahead", _aft, -100.0, 10.0),
+    pytest.param("offset.delta", _shifted("delta", 1.5 * DEG), 1.5, 0.15, id="offset.delta"),
+    pytest.param("bias.psi", _shifted("psi", 3.0 * DEG), 3.0, 0.6, id="bias.psi", marks=pytest.mark.long),
+    pytest.param("bias.r", _shifted("r", 0.05 * DEG), 0.05, 0.005, id="bias.r", marks=pytest.mark.long),
+    pytest.param("scale.n_P", _scaled("n_P", 1.03), 3.0, 0.6, id="scale.n_P", marks=pytest.mark.long),
+    pytest.param("scale.u", _scaled("u", 1.03), 3.0, 0.3, id="scale.u"),
+    pytest.param("antenna.ahead", _aft, -100.0, 10.0, id="antenna.ahead"),
 ]
 
 
-@pytest.mark.parametrize(("name", "plant", "size", "within"), PLANTED, ids=[row[0] for row in PLANTED])
+@pytest.mark.parametrize(("name", "plant", "size", "within"), PLANTED)
 def test_a_planted_error_is_named_first_and_nothing_is_identified(
     name: str, plant: Callable[[Channels], None], size: float, within: float
 ) -> None:
@@ -158,6 +162,7 @@ def test_an_outlier_is_left_out_and_listed() -> None:
     assert np.abs(_z(fit)).max() < 3.5
 
 
+@pytest.mark.long
 def test_an_estimator_by_population_is_tested_as_well() -> None:
     problem = _problem(_logs(_shifted("psi", 3.0 * DEG)))
     fit = Evolution(population=8, largest=8, agree=1, threads=1, every=10, window=100.0).fit(
@@ -167,6 +172,7 @@ def test_an_estimator_by_population_is_tested_as_well() -> None:
     assert fit.diagnosis.causes[0].name == "bias.psi"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("estimator", [MultiStart(starts=1), Shooting()], ids=["starts", "shooting"])
 def test_whole_trajectories_name_the_planted_error_first(estimator: Estimator) -> None:
     """A step from a poor optimum of long predictions ranks the suspects wrongly; shorter windows do not."""
@@ -200,6 +206,7 @@ def _lacking(model: str, trials: tuple[Trial, ...]) -> Problem:
     return replace(problem, ship=ship, free=tuple(free))
 
 
+@pytest.mark.long
 def test_a_wrong_mass_is_no_result_of_multiple_shooting() -> None:
     fit = Shooting().fit(_lacking("mass", _logs()))
     assert fit.diagnosis is not None
@@ -235,9 +242,8 @@ def test_unknown_suspects_are_refused(nuisance: Nuisance, words: str) -> None:
         Trajectory().fit(_problem(_logs(), nuisance))
 
 
-def test_a_fixed_parameter_counts_by_the_sigma_of_the_ship_file() -> None:
-    problem = _problem(_logs())
-    plain = Trajectory().fit(problem).diagnosis
+def test_a_fixed_parameter_counts_by_the_sigma_of_the_ship_file(clean: Fit) -> None:
+    problem, plain = _problem(_logs()), clean.diagnosis
     assert plain is not None
     assert set(plain.shares.values()) == {0.1}
     assert not plain.carried
@@ -251,14 +257,14 @@ def test_a_fixed_parameter_counts_by_the_sigma_of_the_ship_file() -> None:
     assert stated.carried[free] == pytest.approx(abs(2.0 * moved), rel=1e-6)
 
 
-def test_residuals_stand_beside_the_rudder() -> None:
-    fit = Trajectory().fit(_problem(_logs()))
-    assert fit.diagnosis is not None
-    assert fit.diagnosis.control == ("delta", "rad")
-    most = max(float(np.abs(one.control).max()) for one in fit.diagnosis.residuals.values())
+def test_residuals_stand_beside_the_rudder(clean: Fit) -> None:
+    assert clean.diagnosis is not None
+    assert clean.diagnosis.control == ("delta", "rad")
+    most = max(float(np.abs(one.control).max()) for one in clean.diagnosis.residuals.values())
     assert most == pytest.approx(35.0 * DEG)
 
 
+@pytest.mark.long
 def test_a_trial_of_another_ship_is_named_before_its_residuals_show() -> None:
     """The parameters adapt to all five, so that the residuals look like noise; the trials disagree."""
     logs, tanker = list(_logs()), load("kvlcc2")

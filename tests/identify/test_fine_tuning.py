@@ -78,7 +78,7 @@ def test_both_methods_agree_and_a_wider_range_fits_better(tuning):
     assert costs == sorted(costs, reverse=True)
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_the_methods_agree_from_other_seeds(read_, seed):
     one = replace(read_.problem, free=within(read_.problem, 0.4))
     gradient = replace(SMALL, seed=seed).gradient(150.0).fit(one)

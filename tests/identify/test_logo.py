@@ -79,6 +79,7 @@ def test_trials_added_by_groups_end_at_the_same_optimum(told, fit):
     assert Shooting(growth=6).fit(told).objective == pytest.approx(fit.objective, rel=1e-8)
 
 
+@pytest.mark.long
 def test_lo_alone_is_near_and_needs_no_start(told):
     lo = Shooting(schedule="lo")
     values = lo.fit(told).values
@@ -123,6 +124,7 @@ def four(told, start):
     return replace(told, ship=TRUTH.having(values), free=free, trials=tuple(told.trials[k] for k in (1, 5, 8, 11)))
 
 
+@pytest.mark.long
 def test_a_ridge_about_zero_is_that_of_equation_13(told):
     """lambda |P|^2 in SI units is part of the objective and shrinks the parameters; one about the start does not."""
     part = four(told, 1.0)
@@ -271,7 +273,10 @@ def test_short_predictions_walk_back_a_start_that_blows_up_in_a_step(told, fit, 
     assert cold.objective == pytest.approx(fit.objective, rel=1e-6)
 
 
-@pytest.mark.parametrize("compared", [("u", "v_m", "r"), ("x", "y", "psi"), ("x", "y"), ("psi", "u")])
+@pytest.mark.parametrize("compared", [
+    ("u", "v_m", "r"), ("x", "y"), pytest.param(("x", "y", "psi"), marks=pytest.mark.long),
+    pytest.param(("psi", "u"), marks=pytest.mark.long),
+])  # fmt: skip
 def test_first_states_that_no_reading_tells_do_no_harm(told, compared):
     """Four runs and four parameters, by some channels only; positions start as measured where they are not compared."""
     few = ("inertia.m_11", "inertia.m_33", "damping.X_u", "damping.N_r")

@@ -54,6 +54,7 @@ def test_slopes_with_nuisances_are_those_of_the_objective(freed, linked):
     np.testing.assert_allclose(up[1], (1 - t) * linear.gaps, atol=1e-7)
 
 
+@pytest.mark.long
 def test_a_current_that_nobody_recorded_does_no_harm_once_it_is_estimated():
     """Few parameters of four runs; without the nuisance they are many sigma off."""
     recorded = drifted((1, 5, 8, 11), np.random.default_rng(1))

@@ -60,6 +60,7 @@ def _problem(trials: tuple[Trial, ...], nuisance: Nuisance, *more: Free) -> Prob
     return Problem(ship, trials, (*(Free(path, 1.1 * known[path]) for path in PATHS), *more), nuisance=nuisance)
 
 
+@pytest.mark.long
 def test_biases_and_currents_that_differ_between_trials_come_back_within_their_sigma() -> None:
     names = {"bias_psi": "psi", "bias_u": "u", "current_x": "north", "current_y": "east"}
     known, z, own = values(load(str(NEUTRAL)).model), list[float](), list[float]()

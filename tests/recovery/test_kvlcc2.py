@@ -63,6 +63,7 @@ def test_the_identifiable_come_back_within_three_sigma_and_the_rest_is_disowned(
             assert status[path] in ("weak", "not identified"), path
 
 
+@pytest.mark.long
 def test_over_several_seas_the_stated_sigma_is_the_true_one(clean):
     """Six noise seeds and starts: errors in units of sigma have a root mean square near one."""
     errors = []

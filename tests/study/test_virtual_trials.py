@@ -121,6 +121,7 @@ def test_wind_needs_a_force(tmp_path):
         read_study(path)
 
 
+@pytest.mark.long
 def test_two_studies_share_the_trials_of_one(tmp_path):
     folder = STUDY.parent
     both = [read_study(folder / f"you2023{name}.toml") for name in ("", "_as_printed")]

@@ -12,8 +12,8 @@ import tomllib
 from typing import Literal
 
 __all__ = [
-    "BusyError", "CampaignError", "CommandError", "CompilerError", "DataError", "DeviceError", "FitError",
-    "LoopError", "NmeaError", "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError",
+    "BusyError", "CampaignError", "ClusterError", "CommandError", "CompilerError", "DataError", "DeviceError",
+    "FitError", "LoopError", "NmeaError", "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError",
     "RequestError", "ResumeError", "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError",
     "StudyError", "TaskError", "TomlError", "UsageError", "WeatherError", "WireError",
 ]  # fmt: skip
@@ -142,6 +142,10 @@ class SimulationError(RunError):
     def __init__(self, text: str, time: float | None = None) -> None:
         super().__init__(text)
         self.time = time
+
+
+class ClusterError(RunError):
+    """The cluster was lost while it worked; what it had finished is kept."""
 
 
 class FitError(RunError):

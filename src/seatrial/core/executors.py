@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
-from .errors import RequestError, RunError
+from .errors import ClusterError, RequestError
 
 Result = TypeVar("Result")
 
@@ -34,10 +34,6 @@ class Submits(Protocol):
     def submit(self, fn: Callable[..., Any], /, *args: Any) -> Future[Any]:
         """Compute `fn(*args)` somewhere."""
         ...
-
-
-class ClusterError(RunError):
-    """The cluster was lost while it worked; what it had finished is kept."""
 
 
 @dataclass(frozen=True)

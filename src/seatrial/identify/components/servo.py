@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from ...actuators import Actuator, Azimuth
 from ...data import Array, DataError, Trial
@@ -186,7 +186,7 @@ def _needed(fit: _Found, less: _Found, floor: float) -> bool:
     if spare < 1:
         return False
     F = (less.cost - fit.cost) / more / (max(fit.cost, floor) / spare)
-    return float(f_distribution.sf(F, more, spare)) < _DOUBT
+    return float(fdtrc(more, spare, max(F, 0.0))) < _DOUBT
 
 
 def _log(trial: Trial, control: str) -> _Log:
