@@ -10,7 +10,7 @@ from typing import Any
 from ..core.files import write_whole
 from ..core.parameters import unknown
 from ..data import DataError, Trial
-from ..data.guess import Guess, guess, refuse_open
+from ..data.guess import Guess, guess
 from ..data.importing import import_log
 from ..data.prepare import mended, read_steps
 from ..data.prepare import resample as resampled
@@ -42,8 +42,6 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None = Non
     Raises:
         DataError: a log that cannot be read; then nothing has been written.
     """
-    if mapping is not None and mapping.is_file() and format == "csv":
-        refuse_open(mapping)
     written = tuple(import_log(format, source, out, mapping))
     found = {path.stem: read_sidecar(path) for path in written}
     for path, meta in zip(written, found.values(), strict=True):

@@ -260,7 +260,7 @@ def _repeats(log: Log) -> Iterator[Entry]:
     if trial_column(log.main.columns, log.t) is not None:
         return
     count, same, often = 0, True, False
-    for topic in (log.main, *log.others):
+    for topic in (log.main, *log.topics, *log.others):
         if topic.clock is None:
             continue
         order = np.argsort(topic.clock.t, kind="stable")

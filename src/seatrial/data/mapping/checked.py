@@ -12,6 +12,7 @@ from ..geodesy import Datum
 from ..sidecar import check_meta, read_described
 from ..table import within
 from ..units import KNOWN, conversion, of_thruster, standard_unit
+from .asked import refuse_open
 from .clocks.calendar import EPOCHS, offset_of
 from .schema import Channel, Clock, Ground, Mapping, Sensor
 from .uses import uses
@@ -26,6 +27,7 @@ def read_mapping(path: Path) -> Mapping:
     Raises:
         DataError: what is wrong with it, and at which key.
     """
+    refuse_open(path)
     found = read_described(path, Mapping, "seatrial-mapping/1")
     with within(path):
         _check_table(found)
@@ -181,6 +183,8 @@ def _check_sources(found: Mapping) -> None:
         raise DataError("heading gives psi, which channels gives too; keep one of them")
     if found.apparent is not None and {"U_A", "gamma_A"} & set(found.channels):
         raise DataError("apparent gives U_A and gamma_A, which channels gives too; keep one of them")
+    if found.apparent is not None and found.apparent.sign not in (1.0, -1.0):
+        raise DataError(f"apparent.sign is {found.apparent.sign:g}; it must be 1 or -1")
     if found.apparent is not None and found.apparent.letter is not None and not found.apparent.letters:
         raise DataError("apparent.letters is missing; apparent.letter names a column of letters")
 

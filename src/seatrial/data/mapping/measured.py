@@ -55,10 +55,12 @@ def measured(table: Table, place: str, sensor: Sensor) -> dict[str, Array]:
             found if sensor.course is None else {**found, "gamma_w": _turned(table, sensor.course, sensor.course_unit)}
         )
     if isinstance(sensor, Apparent):
-        direction = Channel(sensor.direction, sensor.direction_unit, letters=sensor.letters, letter=sensor.letter)
+        direction = Channel(sensor.direction, sensor.direction_unit, sensor.offset, sensor.sign, letters=sensor.letters,
+                            letter=sensor.letter)  # fmt: skip
+        turned = math.pi if sensor.towards else 0.0
         return {
             "U_A": _speed(table, sensor.speed, "U_A", sensor.unit),
-            "gamma_A": _channel(table, "gamma_A", direction),
+            "gamma_A": _channel(table, "gamma_A", direction) + turned,
         }
     if isinstance(sensor, Heading):
         return {"psi": _of_quaternion(table, sensor)}

@@ -166,6 +166,9 @@ class Apparent(Sensor):
     Attributes:
         speed, direction: columns; the direction is where it comes from, from the bow to starboard.
         unit, direction_unit: of both.
+        sign: of the direction; -1 where it grows to port.
+        towards: whether the direction is where the wind goes to.
+        offset: added to the direction, in its unit: of a vane that is not mounted straight ahead.
         letters, letter: of the direction, as those of a channel: `{ P = -1, S = 1 }`.
         mast: place of the anemometer.
     """
@@ -174,6 +177,9 @@ class Apparent(Sensor):
     direction: str
     unit: str = "m/s"
     direction_unit: Angle = "deg"
+    sign: float = 1.0
+    towards: bool = False
+    offset: float = 0.0
     letters: dict[str, float] = field(default_factory=dict[str, float])
     letter: str | None = None
     mast: Offset = ()
