@@ -17,6 +17,7 @@ from .. import DataError
 from ..table import existing, once
 from ..units import KNOWN
 from .schema import Mapping
+from .spoken import unspoken
 from .text import Layout, laid_out, texts_of, typed
 from .uses import Use
 
@@ -37,7 +38,7 @@ class Table:
         lines: number of each row in the file, from 1, shape (rows,).
         width: number of columns of the file.
         word: what a row of the file is called, "line" or "row".
-        stated: unit that the file gives for a column, in its header or in a row of units, and that row's number.
+        stated: unit that the file gives for a column, in its header, a row of units or its cells, and that row's number.
         decimal: the decimal mark of texts.
         missing: words of a missing value, in lower case.
         pieces: files of which it is made one after the other, and the rows of each; empty for one.
@@ -85,7 +86,7 @@ class Table:
             return
         if line == self.header and KNOWN[said][0] != KNOWN[unit][0]:
             return  # a word in brackets that is no unit here: the wind (t) is no mass
-        way = f'despite = "{said}" where the file is wrong' if channel else "mend the header of the file"
+        way = f'despite = "{said}" where the file is wrong' if channel else "mend the file"
         about = f"in {said}, and the mapping says {unit}; give {said}, or {way}"
         raise DataError(f"{self.path}: column '{column}', {self.word} {line}: {about}")
 
@@ -105,7 +106,7 @@ def opened(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
     else:
         found = _of_text(path, mapping, wanted)
     words = frozenset(("", "nan", "na", "null", *(word.strip().lower() for word in mapping.missing)))
-    return replace(found, decimal=mapping.decimal, missing=words)
+    return unspoken(replace(found, decimal=mapping.decimal, missing=words), wanted)
 
 
 def stacked(tables: Sequence[Table]) -> Table:
