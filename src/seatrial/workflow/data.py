@@ -11,6 +11,7 @@ from ..core.files import write_whole
 from ..core.parameters import unknown
 from ..data import DataError, Trial
 from ..data.guess import Guess, guess
+from ..data.guess.trying import tried
 from ..data.importing import import_log
 from ..data.prepare import mended, read_steps
 from ..data.prepare import resample as resampled
@@ -67,7 +68,7 @@ def importing(format: str | None, source: Path | None, out: Path | None) -> tupl
 
 
 def guess_mapping(folder: Path, out: Path | None = None, more: object = None) -> Guess:
-    """Write the mapping that the logs of a folder suggest; none where a reader takes them without.
+    """Write the mapping that the logs of a folder suggest, tried on them; none where a reader takes them without.
 
     Raises:
         RequestError: other arguments of an import beside it, or a file that is there already.
@@ -77,7 +78,7 @@ def guess_mapping(folder: Path, out: Path | None = None, more: object = None) ->
         raise RequestError(f"--guess {folder} stands alone: leave out {more}")
     if out is not None and out.exists():
         raise RequestError(f"{out}: is there already, perhaps corrected by hand; remove it, or choose another (-o)")
-    found = guess(folder)
+    found = tried(guess(folder), folder)
     if out is not None and found.text:
         write_whole(out, found.text)
     return found

@@ -56,6 +56,9 @@ def instruments(mapping: Mapping) -> Iterator[tuple[str, Sensor]]:
 def _check_table(found: Mapping) -> None:
     if not any(True for _ in instruments(found)) or not found.delimiter or found.skip < 0 or found.units_row < 0:
         raise DataError("give one channel at least, a delimiter, and skip and units_row of 0 or more")
+    twice = next((name for k, name in enumerate(found.columns) if name and name in found.columns[:k]), None)
+    if twice is not None:
+        raise DataError(f"columns: '{twice}' is there twice; give each column a name of its own")
     if found.delimiter == found.decimal:
         raise DataError(f"delimiter and decimal are both '{found.decimal}'; a table with decimal commas has another "
                         'delimiter, such as ";"')  # fmt: skip

@@ -261,6 +261,7 @@ class Mapping(Described):
         decimal: the decimal mark.
         encoding: of the text; None for that of the byte-order mark, else UTF-8.
         skip: lines before the header.
+        columns: names of the columns of a table without a header, in their order; "" for one that is not read.
         units_row: rows of units after the header; true is 1.
         sheet: of a workbook; None for the first.
         missing: words of a missing value, beside the empty cell, nan, na and null.
@@ -282,6 +283,7 @@ class Mapping(Described):
     decimal: Literal[".", ","] = "."
     encoding: str | None = None
     skip: int = 0
+    columns: Words = ()
     units_row: bool | int = False
     sheet: str | None = None
     missing: Words = ()

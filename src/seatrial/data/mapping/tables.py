@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import polars as pl
 
 WORKBOOKS, PARQUET = (".xlsx", ".xls", ".ods"), ".parquet"
+_NUMBER = re.compile(r"[-+]?[0-9]*[.,]?[0-9]")
 _BRACKETED = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 
 
@@ -126,8 +127,8 @@ def stacked(tables: Sequence[Table]) -> Table:
 
 def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
     raw = texts_of(path, mapping.encoding)
-    layout = laid_out(path, raw, mapping.separator, mapping.skip, int(mapping.units_row))
-    index = _places(path, "line", mapping.skip + 1, layout.heads, wanted)
+    layout = laid_out(path, raw, mapping.separator, mapping.skip, int(mapping.units_row), mapping.columns)
+    index = _places(path, *_header(mapping, "line"), layout.heads, wanted)
     plain = mapping.decimal == "."
     numbers = {one.column for one in wanted if one.number and plain}
     frame = typed(path, layout, {name: (k, name in numbers) for name, k in index.items()}, mapping.missing)
@@ -138,15 +139,19 @@ def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
 def _of_frame(path: Path, mapping: Mapping, wanted: Sequence[Use], frame: pl.DataFrame, skip: int | None) -> Table:
     """The wanted columns of a frame, whose own names are the header, or the row after those that are skipped."""
     if skip is None:
+        if mapping.columns:
+            raise DataError(f"{path}: Parquet names its own columns; leave columns out of the mapping")
         index = _places(path, "column names, row", 0, frame.columns, wanted)
         first, units, heads = 0, 0, frame.columns
     else:
         if frame.height <= skip:
             raise DataError(f"{path}: {frame.height} rows, and the mapping skips {skip}")
-        heads = ["" if cell is None else str(cell).strip() for cell in frame.row(skip)]
-        index = _places(path, "row", skip + 1, heads, wanted)
+        heads = mapping.columns or ["" if cell is None else str(cell).strip() for cell in frame.row(skip)]
+        if len(heads) != frame.width:
+            raise DataError(f"{path}: {frame.width} columns, and columns of the mapping has {len(heads)}")
+        index = _places(path, *_header(mapping, "row"), heads, wanted)
         units = int(mapping.units_row)
-        first = skip + 1 + units
+        first = skip + (not mapping.columns) + units
     rows = [["" if cell is None else str(cell).strip() for cell in frame.row(k)] for k in range(first - units, first)]
     body = frame[first:].select([frame.columns[k] for k in index.values()])
     body.columns = list(index)
@@ -163,10 +168,18 @@ def _every_null(frame: pl.DataFrame) -> Any:
     return pl.all_horizontal(pl.all().is_null())
 
 
+def _header(mapping: Mapping, word: str) -> tuple[str, int]:
+    """Where the names of the columns are, in words; row 0 where the mapping gives them."""
+    return ("columns of the mapping, row", 0) if mapping.columns else (word, mapping.skip + 1)
+
+
 def _places(path: Path, word: str, line: int, heads: Sequence[str], wanted: Sequence[Use]) -> dict[str, int]:
     """Where each wanted column is in the header."""
     names = list(dict.fromkeys(one.column for one in wanted))
     for name in names:
+        if name not in heads and sum(_NUMBER.match(head) is not None for head in heads) > len(heads) / 2:
+            raise DataError(f"{path}: {word} {line} holds numbers, not names of columns; name them in the mapping: "
+                            'columns = ["t", "psi", ...]')  # fmt: skip
         if name not in heads:
             raise DataError(f"{path}: {word} {line}: {unknown(name, heads, 'column')}")
     once(path, line, heads, names)
