@@ -18,7 +18,7 @@ export class Strips {
     const rudder = hello.orders.find(o => o.kind === "rudder"), [unit, factor] = shown(rudder?.unit ?? "rad");
     this.rudder = rudder?.name;
     const size = (rudder?.per ?? 1) * factor, least = unit === "°" ? 20 : (rudder?.high ?? 1) * size / 2;
-    this.rows = [{ name: rudder?.label ?? "Rudder", unit, read: s => s.rudder * size, asked: s => s.asked * size, least, even: true }, ...ROWS];
+    this.rows = [...(rudder ? [{ name: rudder.label, unit, read: s => s.rudder * size, asked: s => s.asked * size, least, even: true }] : []), ...ROWS];
     this.span = 10 * hello.ship.L / Math.max(hello.speed, 1e-3);
     this.samples = hello.trail.map(([t, , , psi, u, v, r, angle]) => ({ t, psi, U: Math.hypot(u, v), r, rudder: angle ?? NaN, asked: NaN }));
   }
