@@ -88,8 +88,8 @@ class Conning:
             fittings: which of its controls are rudders and shafts.
             hold: longest silence of a commander [simulated s].
             full: revolutions that count as full, within the limits of the gear [1/s]; by default those of the approach.
-            steers: whether compass and rate gyro exist for a steering control; without them, or without a rudder, headings
-                are unfit.
+            steers: whether compass and rate gyro exist for a steering control; without them, or without a rudder,
+                headings are unfit.
             authority: senders that may have command.
         """
         self.ship, self.hold, self._authority = ship, hold, authority

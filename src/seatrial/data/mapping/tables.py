@@ -39,7 +39,7 @@ class Table:
         lines: number of each row in the file, from 1, shape (rows,).
         width: number of columns of the file.
         word: what a row of the file is called, "line" or "row".
-        stated: unit that the file gives for a column, in its header, a row of units or its cells, and that row's number.
+        stated: unit that the file gives for a column, in its header, a row of units or its cells, and the row's number.
         decimal: the decimal mark of texts.
         missing: words of a missing value, in lower case.
         pieces: files of which it is made one after the other, and the rows of each; empty for one.
