@@ -108,7 +108,8 @@ def _column(table: Table, k: int, around: str) -> Column:
 def spoken(cells: tuple[str, ...], mark: str) -> tuple[str, tuple[str, ...]]:
     """The unit that stands beside the numbers of a column, ``5.2 kn``, and the cells without it; empty without one."""
     filled = [cell.strip() for cell in cells if cell.strip().lower() not in _GAP][:_PROBED]
-    pairs = [found for cell in filled if (found := _SPOKEN.fullmatch(cell)) and number(found["number"], mark) is not None]
+    matches = [found for cell in filled if (found := _SPOKEN.fullmatch(cell))]
+    pairs = [one for one in matches if number(one["number"], mark) is not None]
     units = {unit_of(one["unit"]) for one in pairs if one["unit"] not in _SIDES}
     if len(pairs) < 0.5 * len(filled) or len(units) != 1 or not (unit := units.pop()):
         return "", cells

@@ -187,7 +187,7 @@ def _header(path: Path, lines: list[str], first: int, delimiter: str, count: int
     rows = [split_line(lines[k], delimiter) for k in above]
     if not rows or len(rows[0]) != count:
         raise DataError(f"{path}: line {first + 1}: no header with {count} names above the first row of numbers; "
-                        'write one, such as t [s],psi [deg], or a mapping with columns = ["t", "psi", ...]')  # fmt: skip
+                        'write one, or a mapping with columns = ["t [s]", "psi [deg]", ...]')  # fmt: skip
     named = [cell for cell in rows[0] if cell]
     said = sum(bool(unit_of(cell)) or cell.strip("[]()") in ("-", "") for cell in named)
     if len(rows) == 2 and len(rows[1]) == count and said >= 0.6 * len(named):

@@ -120,7 +120,8 @@ def laid_out(
     rows = [tuple(_cells(line.decode(), separator)) for line in heading]
     heads, *rest = [tuple(named), *rows] if named else rows
     first = skip + above + 1
-    blank, count, quoted = _counted(path, body, separator, len(heads), first, "columns of the mapping" if named else "the header")
+    source = "columns of the mapping" if named else "the header"
+    blank, count, quoted = _counted(path, body, separator, len(heads), first, source)
     lines = np.delete(np.arange(count, dtype=np.int64), blank) + first
     return Layout(body, separator, heads, lines, tuple(rest), quoted, tuple(blank))
 
