@@ -18,10 +18,9 @@ from seatrial.data.check import check_folder
 from seatrial.data.guess import ASK, DOUBT, guess
 from seatrial.data.guess.layout import read_text
 from seatrial.data.guess.naming import meanings, parted, unit_of
-from seatrial.data.guess.trying import tried
 from seatrial.data.trialfile import read_trial
 from seatrial.workflow import RequestError
-from seatrial.workflow.data import guess_mapping, import_logs
+from seatrial.workflow.data import guess_mapping, import_logs, tried
 
 QUICK = ("norwegian", "words_of_gaps", "two_files_of_one_trial")
 
@@ -183,6 +182,25 @@ def test_units_in_the_cells(tmp_path: Path) -> None:
     found, trials = imported(path, tmp_path)
     assert DOUBT not in found.partition("schema")[2]
     assert not astray(trials["log"], log, {"psi": 0.01 * DEG, "u": 0.002, "v_m": 0.002})
+
+
+def test_a_header_that_lies_about_speeds(tmp_path: Path) -> None:
+    """Knots under a head of m/s, degrees under one of rad: said as doubts, and the import runs with the truth."""
+    log = sailed(**COASTER, duration=300.0)
+    sheet = Sheet().put("t [s]", log.t, 2).put("lat", log.latitude, 8).put("lon", log.longitude, 8)
+    sheet.put("heading [rad]", compass(log["psi"]), 2).put("sog [m/s]", log.sog / KN, 3)
+    found, trials = imported(log_of(tmp_path, sheet.put("cog [deg]", np.degrees(log.cog), 2)), tmp_path)
+    assert any("header says m/s" in one for one in doubts(found, "ground"))
+    assert any("header says rad" in one for one in doubts(found, "channels.psi"))
+    assert not astray(trials["log"], log, {"psi": 0.01 * DEG, "u": 0.002, "v_m": 0.002})
+
+
+def test_stamps_with_letters_of_a_zone_are_named(tmp_path: Path) -> None:
+    log = sailed(**COASTER, duration=60.0)
+    sheet = Sheet().put("when", [f"2025-10-26T02:{k // 120:02d}:{k / 2 % 60:04.1f} CEST" for k in range(log.t.size)])
+    asked = guess(log_of(tmp_path, sheet.put("heading [deg]", compass(log["psi"]), 2)))
+    assert asked.asks
+    assert any("'when' has times that are not read" in one and "zone" in one for one in asked.doubts)
 
 
 def test_a_guess_is_tried(tmp_path: Path) -> None:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from ..core.files import write_whole
 from ..core.parameters import unknown
 from ..data import DataError, Trial
-from ..data.guess import Guess, guess
-from ..data.guess.trying import tried
+from ..data.check import check_folder
+from ..data.formats import logs
+from ..data.guess import DOUBT, Guess, guess
 from ..data.importing import import_log
 from ..data.prepare import mended, read_steps
 from ..data.prepare import resample as resampled
@@ -82,6 +84,38 @@ def guess_mapping(folder: Path, out: Path | None = None, more: object = None) ->
     if out is not None and found.text:
         write_whole(out, found.text)
     return found
+
+
+def tried(found: Guess, src: Path) -> Guess:
+    """The guess with a doubt for a refusal of the import, or for each error that `check` finds in its trials.
+
+    A guess that still asks, or that has no mapping, is left as it is.  Warnings of the check are counted in a note.
+
+    Args:
+        found: the guess.
+        src: the log or folder that it is of.
+    """
+    if not found.text or found.asks:
+        return found
+    with TemporaryDirectory() as folder:
+        mapping = Path(folder) / "mapping.toml"
+        mapping.write_text(found.text, encoding="utf-8")
+        try:
+            trials = [trial for _, some in logs("csv", src, mapping) for trial in some]
+        except DataError as error:
+            return _doubting(found, [f"the import refuses it: {str(error).replace(str(mapping), 'the mapping')}"])
+    findings = check_folder(trials)
+    errors = [f"seatrial check: {one}" for one in findings if one.severity == "error"]
+    warned = sum(one.severity == "warning" for one in findings)
+    note = f"its trials have {warned} warning{'s' * (warned != 1)} by seatrial check, see there"
+    return _doubting(replace(found, notes=(*found.notes, note)) if warned else found, errors)
+
+
+def _doubting(found: Guess, doubts: list[str]) -> Guess:
+    """The guess with more doubts, at the head of its text."""
+    head, gap, rest = found.text.partition("\n\n")
+    lines = [f"# {DOUBT} {doubt}" for doubt in doubts]
+    return replace(found, text="\n".join([head, *lines]) + gap + rest, doubts=(*doubts, *found.doubts))
 
 
 def _damage(lines: Mapping[str, int]) -> str:

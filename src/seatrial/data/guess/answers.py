@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ..mapping.asked import ASK
+from ..mapping.checked import ASK
 
 DOUBT = "DOUBT:"
 """Begins every doubt in the comments of a guessed mapping; nothing else there does."""

@@ -12,11 +12,14 @@ from ..geodesy import Datum
 from ..sidecar import check_meta, read_described
 from ..table import within
 from ..units import KNOWN, conversion, of_thruster, standard_unit
-from .asked import refuse_open
 from .clocks.calendar import EPOCHS, offset_of
 from .schema import Channel, Clock, Ground, Mapping, Sensor
 from .uses import uses
 
+ASK = "?"
+"""Value of a key that nothing in the log decides; whoever reads the mapping refuses it until a person has answered."""
+
+_ASKED = re.compile(r"""(\w+)\s*=\s*["']\?["']""")
 FORMATS = ("iso", "clock", "epoch", "gps")
 _DIRECTIVES = "YymdHMSfpbBjz%I"
 
@@ -27,7 +30,7 @@ def read_mapping(path: Path) -> Mapping:
     Raises:
         DataError: what is wrong with it, and at which key.
     """
-    refuse_open(path)
+    _refuse_open(path)
     found = read_described(path, Mapping, "seatrial-mapping/1")
     with within(path):
         _check_table(found)
@@ -42,6 +45,24 @@ def read_mapping(path: Path) -> Mapping:
             check_meta(Path(f"trial '{one.name}'"), {"kind": one.kind, "set_points": dict(one.set_points)})
         _refuse_twice(found)
     return found
+
+
+def _refuse_open(path: Path) -> None:
+    """Refuse a mapping file that still asks.
+
+    Raises:
+        DataError: naming the line and its key.
+    """
+    table = ""
+    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    for number, line in enumerate(text.splitlines(), 1):
+        plain = line.partition("#")[0].strip()
+        table = plain.strip("[]") if plain.startswith("[") else table
+        found = _ASKED.search(plain)
+        if found is not None:
+            outer = table or (plain.partition("=")[0].strip() if "{" in plain else "")
+            place = ".".join(part for part in (outer, found[1]) if part)
+            raise DataError(f'{path}: line {number}: {place} is "{ASK}"; write the answer to the doubt above it')
 
 
 def instruments(mapping: Mapping) -> Iterator[tuple[str, Sensor]]:

@@ -130,6 +130,7 @@ class Ground(Sensor):
         speed, course: columns.
         north, east: columns, in their place.
         unit, course_unit: of the speeds, and of the course.
+        despite: unit of the speeds that the table gives, where it is wrong.
         antenna: its place aboard.
     """
 
@@ -139,6 +140,7 @@ class Ground(Sensor):
     east: str | None = None
     unit: str = "m/s"
     course_unit: Angle = "deg"
+    despite: str | None = None
     antenna: Offset = ()
 
 
@@ -149,6 +151,7 @@ class Log(Sensor):
     Attributes:
         speed, course: columns.
         unit, course_unit: of the speed, and of the course.
+        despite: as of `Ground`.
         place: of the log aboard.
     """
 
@@ -156,6 +159,7 @@ class Log(Sensor):
     course: str | None = None
     unit: str = "m/s"
     course_unit: Angle = "deg"
+    despite: str | None = None
     place: Offset = ()
 
 
@@ -166,6 +170,7 @@ class Apparent(Sensor):
     Attributes:
         speed, direction: columns; the direction is where it comes from, from the bow to starboard.
         unit, direction_unit: of both.
+        despite: as of `Ground`.
         sign: of the direction; -1 where it grows to port.
         towards: whether the direction is where the wind goes to.
         offset: added to the direction, in its unit: of a vane that is not mounted straight ahead.
@@ -177,6 +182,7 @@ class Apparent(Sensor):
     direction: str
     unit: str = "m/s"
     direction_unit: Angle = "deg"
+    despite: str | None = None
     sign: float = 1.0
     towards: bool = False
     offset: float = 0.0
