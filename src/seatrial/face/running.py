@@ -22,8 +22,8 @@ from .tables import Cell, Table, Tabular
 from .trials import Trial
 
 _OPTIONS = {"--rudder": "rudder_deg", "--steer": "steer_percent", "--heading": "heading_deg", "--rps": "n_P",
-            "--waves": "waves", "--wind": "wind", "--current": "current", "--gusts": "gusts", "--depth": "depth", "--side": "side",
-            "--seed": "seed", "--speed": "speed", "--duration": "duration", "--dt": "dt"}  # fmt: skip
+            "--waves": "waves", "--wind": "wind", "--current": "current", "--gusts": "gusts", "--depth": "depth",
+            "--side": "side", "--seed": "seed", "--speed": "speed", "--duration": "duration", "--dt": "dt"}  # fmt: skip
 """Options of the command line, which messages name, and what they are called here."""
 
 

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     import polars as pl
 
 WORKBOOKS, PARQUET = (".xlsx", ".xls", ".ods"), ".parquet"
+_ANGLES = ("position", "split")
+"""Keys of columns that have no unit in their cells, or a reader of their own."""
+
 _NUMBER = re.compile(r"[-+]?[0-9]*[.,]?[0-9]")
 _BRACKETED = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 
@@ -107,7 +110,29 @@ def opened(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
     else:
         found = _of_text(path, mapping, wanted)
     words = frozenset(("", "nan", "na", "null", *(word.strip().lower() for word in mapping.missing)))
-    return unspoken(replace(found, decimal=mapping.decimal, missing=words), wanted)
+    return _unspoken(replace(found, decimal=mapping.decimal, missing=words), wanted)
+
+
+def _unspoken(table: Table, wanted: Sequence[Use]) -> Table:
+    """The table with the units taken off its cells of numbers, and stated for their columns.
+
+    Raises:
+        DataError: two units in one column, naming file, column and row.
+    """
+    import polars as pl
+
+    frame, stated = table.frame, dict(table.stated)
+    for name in dict.fromkeys(one.column for one in wanted if one.number and not one.key.startswith(_ANGLES)):
+        if frame[name].dtype != pl.String:
+            continue
+        plain, units = unspoken(frame[name])
+        for unit, row in units.items():
+            first, line = stated.setdefault(name, (unit, int(table.lines[row])))
+            if KNOWN.get(first) != KNOWN[unit]:
+                about = f"in {unit}, and {table.word} {line} says {first}; a column has one unit"
+                raise DataError(f"{table.at(name, row)}: {about}")
+        frame = frame.with_columns(plain) if units else frame
+    return replace(table, frame=frame, stated=stated)
 
 
 def stacked(tables: Sequence[Table]) -> Table:
