@@ -41,7 +41,7 @@ export class Strips {
     if (!this.canvas.clientWidth || !this.canvas.clientHeight) return;
     const { g, width, height } = fitted(this.canvas), c = this.colours();
     g.clearRect(0, 0, width, height);
-    const columns = [1, 2, 4].find(n => height * n / 4 >= 88 && (n > 1 || width < 560)) ?? (width > 560 ? 4 : 2), rows = this.rows.length / columns;
+    const columns = [1, 2, 4].find(n => height * n / 4 >= 88 && (n > 1 || width < 560)) ?? (width > 560 ? 4 : 2), rows = Math.ceil(this.rows.length / columns);
     const seen = this.samples.filter(s => s.t >= t - this.span && s.t <= t + 1e-6);
     this.rows.forEach((row, k) => {
       const w = width / columns, h = height / rows;
