@@ -32,7 +32,7 @@ def test_other_columns_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert "no such file" in capsys.readouterr().err
     file = tmp_path / module.FILE
     file.parent.mkdir()
-    file.write_text("Rolling YawRate Pitching Rudder\n1 2 3 4\n")
+    file.write_text("YawRate Rolling Pitch Rudder\n1 2 3 4\n")
     assert module.main(["-o", str(tmp_path / "run")]) == 2
     assert "line 1" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()

@@ -10,7 +10,6 @@ import argparse
 import json
 import os
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +27,6 @@ from seatrial.report.page import Page, Section, bullets, figure, gallery, lead, 
 HOME = Path(__file__).parents[1]
 MAPPING = HOME / "hakusan_mapping.toml"
 FILE = Path("hakusan") / "hakusan_first_500.txt"
-COLUMNS = ("YawRate", "Rolling", "Pitching", "Rudder")
 
 TRAIN, STEPS, MOST = 350, 15, 15
 REHEARSAL = 250
@@ -62,22 +60,14 @@ RIVALS = (
 
 
 def read_rows(path: Path) -> Trial:
-    """The rows through the mapping; hundredths become degrees before, and rows are numbered.
+    """The rows through the mapping.
 
     Raises:
         DataError: no such file, or other columns.
     """
     if not path.is_file():
         raise DataError(f"{path}: no such file; save the first 500 rows of HAKUSAN (R package TSSS) there")
-    lines = path.read_text(encoding="utf-8").splitlines()
-    if tuple(lines[0].split()) != COLUMNS:
-        raise DataError(f"{path}: line 1: '{lines[0].strip()}'; the columns should be {', '.join(COLUMNS)}")
-    rows = [[int(cell) / 100.0 for cell in line.split()] for line in lines[1:] if line.strip()]
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "hakusan.csv"
-        text = [",".join(("row", *COLUMNS)), *(",".join(map(repr, (k, *row))) for k, row in enumerate(rows))]
-        file.write_text("\n".join(text) + "\n", encoding="utf-8")
-        return reader("csv", MAPPING)(file)
+    return reader("csv", MAPPING)(path)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from seatrial.data.guess.layout import read_text
 from seatrial.data.guess.naming import meanings, parted, unit_of
 from seatrial.data.trialfile import read_trial
 from seatrial.workflow import RequestError
-from seatrial.workflow.data import guess_mapping, import_logs
+from seatrial.workflow.data import guess_mapping, import_logs, tried
 
 QUICK = ("norwegian", "words_of_gaps", "two_files_of_one_trial")
 
@@ -165,8 +165,55 @@ def test_wind_to_and_apparent_wind_to_port(tmp_path: Path) -> None:
     sheet = Sheet().put("time", stamps(log.t)).put("lat", log.latitude, 8).put("lon", log.longitude, 8)
     sheet.put("heading", compass(log["psi"]), 2).put("sog", log.sog, 3).put("cog", np.degrees(log.cog), 2)
     sheet.put("wind speed", log["U_A"] / KN, 3).put("wind angle", (180.0 - np.degrees(log["gamma_A"])) % 360.0, 2)
-    _, trials = imported(log_of(tmp_path, sheet), tmp_path)
+    found, trials = imported(log_of(tmp_path, sheet), tmp_path)
+    assert "sign = -1\ntowards = true" in found.partition("[apparent]")[2]
     assert not astray(trials["log"], log, {"U_A": 1e-3, "gamma_A": 0.01 * DEG})
+    assert not astray(trials["log"], log, {"U_T": 1.5, "gamma_T": 0.3})  # the instruments' noise
+
+
+def test_units_in_the_cells(tmp_path: Path) -> None:
+    """A heading and speeds such as "5.2 kn": the unit is read, and no doubt is left about it."""
+    log = sailed(**COASTER, duration=200.0)
+    rows = zip(log.t, np.degrees(log["psi"]) % 360.0, log.sog / KN, np.degrees(log.cog), strict=True)
+    lines = [f"{t:.1f} s,{psi:.2f}°,{U:.3f} kn,{course:.2f} deg" for t, psi, U, course in rows]
+    (tmp_path / "logs").mkdir()
+    path = tmp_path / "logs" / "log.csv"
+    path.write_text("\n".join(["time,heading,sog,cog", *lines]) + "\n")
+    found, trials = imported(path, tmp_path)
+    assert DOUBT not in found.partition("schema")[2]
+    assert not astray(trials["log"], log, {"psi": 0.01 * DEG, "u": 0.002, "v_m": 0.002})
+
+
+def test_a_header_that_lies_about_speeds(tmp_path: Path) -> None:
+    """Knots under a head of m/s, degrees under one of rad: said as doubts, and the import runs with the truth."""
+    log = sailed(**COASTER, duration=300.0)
+    sheet = Sheet().put("t [s]", log.t, 2).put("lat", log.latitude, 8).put("lon", log.longitude, 8)
+    sheet.put("heading [rad]", compass(log["psi"]), 2).put("sog [m/s]", log.sog / KN, 3)
+    found, trials = imported(log_of(tmp_path, sheet.put("cog [deg]", np.degrees(log.cog), 2)), tmp_path)
+    assert any("header says m/s" in one for one in doubts(found, "ground"))
+    assert any("header says rad" in one for one in doubts(found, "channels.psi"))
+    assert not astray(trials["log"], log, {"psi": 0.01 * DEG, "u": 0.002, "v_m": 0.002})
+
+
+def test_stamps_with_letters_of_a_zone_are_named(tmp_path: Path) -> None:
+    log = sailed(**COASTER, duration=60.0)
+    sheet = Sheet().put("when", [f"2025-10-26T02:{k // 120:02d}:{k / 2 % 60:04.1f} CEST" for k in range(log.t.size)])
+    asked = guess(log_of(tmp_path, sheet.put("heading [deg]", compass(log["psi"]), 2)))
+    assert asked.asks
+    assert any("'when' has times that are not read" in one and "zone" in one for one in asked.doubts)
+
+
+def test_a_guess_is_tried(tmp_path: Path) -> None:
+    """A row that is too short in one file, of which the guess makes nothing, is a doubt with its line."""
+    log = sailed(**COASTER, duration=100.0)
+    sheet = Sheet().put("t [s]", log.t, 2).put("heading [deg]", compass(log["psi"]), 2)
+    path = log_of(tmp_path, sheet.put("sog [kn]", log.sog / KN, 3).put("cog [deg]", compass(log.cog), 2)) / "log.csv"
+    fine = tried(guess(path), path)
+    assert not any("refuses" in doubt for doubt in fine.doubts)
+    path.write_text(path.read_text() + "3000,1\n")
+    found = tried(guess(path), path)
+    assert any("the import refuses it" in doubt and "has 2 cells" in doubt for doubt in found.doubts)
+    assert "# DOUBT: the import refuses it" in found.text.partition("schema")[0]
 
 
 def test_a_true_wind_alone_is_a_doubt(tmp_path: Path) -> None:

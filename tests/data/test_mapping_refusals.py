@@ -10,6 +10,8 @@ from turning_log import DATUM, SCHEMA, fixes, table, trials, truth
 from workbooks import write_workbook
 
 from seatrial.data import DataError
+from seatrial.data.folder import read_folder
+from seatrial.data.formats import reader
 from seatrial.data.importing import import_log
 from seatrial.data.mapping.checked import read_mapping
 
@@ -59,6 +61,14 @@ PLACE = '[position]\nlatitude = "lat"\nlongitude = "lon"\n'
     ("Time,HDG\n0,1\n1,1\n", HEADING + '[[trial]]\nname = "a"\nfrom = 5\nto = 9\n', r"no rows between 5 and 9 s"),
     ("Time,HDG\n0,1\n1,1\n", HEADING + '[[trial]]\nname = "a"\nfrom = "10:00:00"\nto = 9\n',
      r"trial\[0\]: '10:00:00' is no number; the time of this log is seconds"),
+    ("Time,HDG\n0,1 rad\n1,2 rad\n", HEADING, r"column 'HDG', line 2: in rad, and the mapping says deg"),
+    ("Time,HDG\n0,1 deg\n1,2 rad\n", HEADING, r"column 'HDG', line 3: in rad, and line 2 says deg; a column has one"),
+    ("Time,HDG [rad]\n0,1 deg\n1,2 deg\n", HEADING.replace("HDG", "HDG [rad]"),
+     r"column 'HDG \[rad\]', line 2: in deg, and line 1 says rad"),
+    ("Time,HDG\n0 ms,1\n1 ms,2\n", HEADING, r"column 'Time', line 2: in ms, and the mapping says s"),
+    ("0,1\n1,2\n", HEADING, r'line 1 holds numbers, not names of columns; .*columns = \["t", "psi", ...\]'),
+    ("0,1\n1,2\n", 'columns = ["Time", "HDG", "RUD"]\n' + HEADING,
+     r"line 1 has 2 cells, columns of the mapping has 3"),
     ("Time,HDG\n0,\xe6\n1,1\n", HEADING, r'not readable as utf-8 text, line 2 .*encoding = "latin-1"'),
 ])  # fmt: skip
 def test_a_wrong_log_is_refused_in_one_line_and_nothing_is_written(
@@ -94,6 +104,10 @@ def test_a_wrong_log_is_refused_in_one_line_and_nothing_is_written(
     (HEADING + '[heading]\nquaternion = ["a", "b", "c", "d"]\n', "heading gives psi, which channels gives too"),
     (HEADING + '[files]\npattern = "../a.csv"\n', "files: '../a.csv' must be a path below the folder"),
     (HEADING + '[files]\npattern = "a.csv"\njoin = "rows"\nstep = 1.0\n', "files.join = \"rows\" joins pieces"),
+    (HEADING + '[apparent]\nspeed = "AWS"\ndirection = "AWA"\nsign = 2\n', "apparent.sign is 2; it must be 1 or -1"),
+    ('columns = ["a", "a", "", ""]\n' + HEADING, "columns: 'a' is there twice"),
+    (HEADING.replace("deg", "?"), r'line 5: channels.psi.unit is "\?"; write the answer to the doubt above it'),
+    (HEADING + "sign='?' # to starboard?\n", r'line 6: channels.psi.sign is "\?"'),
     (HEADING + '[split]\ngap = 0.0\n', "split.gap is 0"),
     (HEADING + '[[trial]]\nname = "a/b"\nfrom = 0\nto = 1\n', "trial.0..name is 'a/b'"),
     (HEADING + '[[trial]]\nname = "a"\nfrom = 2\nto = 1\n', "trial.0. .'a'.: from 2 to 1; 'to' must be later"),
@@ -158,3 +172,12 @@ def test_a_log_in_the_folder_of_the_trials_is_not_written_over(tmp_path: Path) -
     with pytest.raises(DataError, match=r"a\.csv: a log would be written over"):
         import_log("csv", path, tmp_path, tmp_path / "m.toml")
     assert path.read_bytes() == before
+
+
+def test_whoever_reads_logs_by_a_mapping_refuses_its_questions(tmp_path: Path) -> None:
+    """Not only the import: studies, trials and check open logs by `reader` and `recordings`."""
+    (tmp_path / "log.csv").write_text("Time,HDG\n0,1\n1,2\n")
+    (tmp_path / "m.toml").write_text(SCHEMA + 'time = { column = "Time", unit = "?" }\n' + HEADING)
+    for opened in (reader, lambda name, mapping: read_folder(tmp_path, name, mapping)):
+        with pytest.raises(DataError, match=r'm\.toml: line 2: time\.unit is "\?"; write the answer'):
+            opened("csv", tmp_path / "m.toml")

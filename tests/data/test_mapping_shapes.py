@@ -161,6 +161,50 @@ def test_speeds_of_an_antenna_and_an_apparent_wind(tmp_path: Path) -> None:
     assert "no true wind" in found.meta["processing"][-1]
 
 
+@pytest.mark.parametrize(("extra", "factor", "added"), [
+    ("sign = -1\n", -1.0, 0.0), ("towards = true\n", 1.0, 180.0), ("sign = -1\ntowards = true\n", -1.0, 180.0),
+    ("offset = -7.5\n", 1.0, 7.5), ("sign = -1\noffset = -7.5\n", -1.0, -7.5),
+])  # fmt: skip
+def test_an_apparent_wind_to_port_towards_and_of_a_turned_vane(
+    tmp_path: Path, extra: str, factor: float, added: float
+) -> None:
+    """However the direction is logged, apparent and true wind are those of the ship."""
+    true = truth()
+    said = {**plain(true), "AWS": true["U_A"].tolist(), "SOG": np.hypot(true["u"], true["v_m"]).tolist(),
+            "COG": np.degrees(true["psi"] + np.arctan2(true["v_m"], true["u"])).tolist(),
+            "AWA": ((factor * np.degrees(true["gamma_A"]) + added) % 360.0).tolist()}  # fmt: skip
+    path = table(tmp_path / "turn.csv", said)
+    wind = '[ground]\nspeed = "SOG"\ncourse = "COG"\n[apparent]\nspeed = "AWS"\ndirection = "AWA"\n'
+    [found] = trials(path, TIME + HEADING + wind + extra)
+    same(found, true, "U_A gamma_A U_T gamma_T", 1e-6)
+    assert np.abs(found["gamma_A"]).max() <= math.pi + 1e-9
+    [wrong] = trials(path, TIME + HEADING + wind)
+    assert np.ptp(wrong["U_T"]) > 0.1
+
+
+def test_units_beside_the_numbers(tmp_path: Path) -> None:
+    """Degrees as a sign or a word, with a blank or none, decimal commas; gaps stay gaps."""
+    path = tmp_path / "a.csv"
+    path.write_text("Time;HDG;RUD\n0 s;1,5°;3 Deg\n1 s;--;\n2 s;2,5 deg;-5,0 deg\n")
+    [found] = trials(path, f'delimiter = ";"\ndecimal = ","\nmissing = ["--"]\n{TIME}{HEADING}{RUDDER}')
+    assert found.t.tolist() == [0.0, 1.0, 2.0]
+    assert np.degrees(found["psi"]) == pytest.approx([1.5, math.nan, 2.5], nan_ok=True)
+    assert np.degrees(found["delta"]) == pytest.approx([3.0, math.nan, -5.0], nan_ok=True)
+
+
+def test_a_table_without_a_header(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("logger 7\n0,1,x,2\n1,2,y,3\n")
+    named = 'skip = 1\ncolumns = ["Time", "HDG", "", "RUD"]\n'
+    [found] = trials(path, named + TIME + HEADING + RUDDER)
+    assert np.degrees(found["psi"]) == pytest.approx([1.0, 2.0])
+    assert np.degrees(found["delta"]) == pytest.approx([2.0, 3.0])
+    book = tmp_path / "b.xlsx"
+    write_workbook(book, [["logger 7"], ["0", "1", "x", "2"], ["1", "2", "y", "3"]])
+    [again] = trials(book, named + TIME + HEADING + RUDDER)
+    assert again["delta"] == pytest.approx(found["delta"])
+
+
 def test_a_speed_through_the_water_is_the_surge_where_there_is_no_other(tmp_path: Path) -> None:
     true = truth()
     said = {**plain(true), "STW": [2.0] * len(true), "CTW": (np.degrees(true["psi"]) + 30.0).tolist()}

@@ -118,3 +118,16 @@ def test_what_cannot_be_drawn_is_told() -> None:
         st.Trial("dry", trial.t, {"u": trial["u"]}).plot()
     with pytest.raises(DataError, match="no row has a position"):
         trial.having(x=np.full(101, np.nan)).plot()
+
+
+def test_a_prediction_is_drawn_with_a_gap_at_each_restart() -> None:
+    """No line joins where one prediction ends and the measured state from which the next begins."""
+    t = np.arange(0.0, 10.0, 0.5)
+    leap = np.where(t < 4.0, t, t + 50.0)
+    trial = st.Trial("a", t, {"x": leap, "y": 0.0 * t, "psi": 0.0 * t}, meta={"restart": 4.0})
+    drawn = trial.plot(outlines=0).lines[0].get_xydata()
+    broken = np.flatnonzero(np.isnan(drawn[:, 1]))
+    assert broken.tolist() == [8, 17]
+    assert np.nanmax(np.abs(np.diff(drawn[:, 1]))) == pytest.approx(0.5)
+    [ax] = trial.plot_series("x")
+    assert np.nanmax(np.abs(np.diff(ax.lines[0].get_ydata()))) == pytest.approx(0.5)

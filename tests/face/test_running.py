@@ -11,6 +11,7 @@ import pytest
 import seatrial as st
 from seatrial.core.errors import RequestError
 from seatrial.core.parameters import ParameterError
+from seatrial.data import DataError
 from seatrial.face import orders
 from seatrial.face.orders import Order
 from seatrial.manoeuvres import Given
@@ -42,7 +43,9 @@ def test_there_is_an_order_for_every_manoeuvre_with_the_options_that_it_takes() 
     assert set(classes()) == set(known())
     for kind, manoeuvre in known().items():
         cls = classes()[kind]
-        assert {f.name.removesuffix("_deg") for f in fields(cls)} == set(manoeuvre.takes), kind
+        given = {f.name.removesuffix("_deg") for f in fields(cls)}
+        assert given - {"steer_percent"} == set(manoeuvre.takes), kind
+        assert ("steer_percent" in given) == ("rudder" in manoeuvre.takes), kind
         assert getattr(st, cls.__name__) is cls
         assert cls.__name__ == manoeuvre.__name__
 
@@ -157,3 +160,20 @@ def test_plant_equations_and_linear_model_are_one_ship(ship: st.Ship) -> None:
     slope = (np.array(rates(state, [n_P, h], np.zeros(8))) - np.array(rates(state, [n_P, -h], np.zeros(8)))) / (2 * h)
     linear = ship.linear()
     assert linear.input("delta")[linear.states.index("r")] == pytest.approx(float(slope[5, 0]), rel=1e-5)
+
+
+def test_a_craft_without_a_rudder_is_steered_by_a_demand() -> None:
+    """As on the command line, and messages name what is given here."""
+    otter = st.load("otter")
+    run = otter.simulate(st.Zigzag(steer_percent=30, heading_deg=20))
+    assert run.complete
+    assert np.array_equal(run["y"], simulate("otter", "zigzag", steer=30.0, heading=20.0).trial["y"])
+    with pytest.raises(RequestError, match="rudder_deg: otter has no rudder; give steer_percent, a demand in percent"):
+        otter.simulate(st.Zigzag(rudder_deg=20))
+    with pytest.raises(RequestError, match="steer_percent: kvlcc2_l7 is steered by an angle; give rudder_deg"):
+        st.load("kvlcc2_l7").simulate(st.Zigzag(steer_percent=20))
+
+
+def test_a_restart_of_no_length_is_refused(ship: st.Ship, zigzag: st.Run) -> None:
+    with pytest.raises(DataError, match="restart is 0 s; it must be above zero"):
+        ship.predict(zigzag, restart=0.0)

@@ -280,3 +280,13 @@ def test_steering_control_holds_against_a_steady_moment():
     assert psi == pytest.approx(20.0 * DEG, abs=0.1 * DEG)
     control.let_go()
     assert control.rudder(psi, r, dt) == 0.0
+
+
+def test_a_craft_without_a_rudder_takes_no_heading():
+    """Nothing would carry it out: it is unfit, not taken, and the engines are obeyed."""
+    con = conning("otter")
+    assert con.take(heading(40.0), "a", 0.0) == {}
+    assert con.counts == {"unfit": 1}
+    assert con.mode == "none"
+    assert set(con.take(said("ETL", engtelposind="05", enginenum=None, msgtype="O"), "a", 0.0)) == {
+        "n_port", "n_starboard"}  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,6 +53,25 @@ def test_the_table_is_for_people(folder: Path, capsys) -> None:
     assert "zigzag 10/10 starboard" in told
     assert "c: told as spiral, recognised as straight" in told
     assert "4 recordings: 2 zigzag, 1 turning, 1 straight" in told
+
+
+def test_an_unreadable_file_is_a_row_with_the_reason(folder: Path, tmp_path: Path, capsys) -> None:
+    """The others are told, and the exit status says that something failed."""
+    here = tmp_path / "logs"
+    shutil.copytree(folder, here)
+    (here / "bad.csv").write_text("t [s],psi [rad]\n0,1\n1,x\n")
+    assert main(["trials", str(here), "-o", str(tmp_path / "trials.html")]) == 1
+    told = capsys.readouterr()
+    assert "1 of 5 recordings cannot be read" in told.err
+    assert "5 recordings: 2 zigzag, 1 turning, 1 straight, and 1 unreadable" in told.out
+    assert "line 3" in (tmp_path / "trials.html").read_text()
+    assert main(["trials", str(here), "--json"]) == 1
+    said = json.loads(capsys.readouterr().out)
+    assert list(said["unread"]) == ["bad"]
+    assert "line 3" in said["unread"]["bad"]
+    study = tmp_path / "study.toml"
+    assert main(["study", "new", "kvlcc2_l7", str(here), "-o", str(study)]) == 0
+    assert "# left out: bad.csv: " in study.read_text()
 
 
 def test_the_page_draws_every_recording_north_up(folder: Path, tmp_path: Path) -> None:

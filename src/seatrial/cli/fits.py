@@ -77,7 +77,7 @@ def predict(
     positive(restart=restart, smooth_start=smooth_start)
     outcome = run(model, trials, out, restart=restart, smooth_start=smooth_start, current=current,
                   fit_first=fit_first, instruments=instruments, sink=Terminal())  # fmt: skip
-    _end(outcome, json)
+    end(outcome, json)
 
 
 def validate(
@@ -95,7 +95,7 @@ def validate(
     outcome = run(model, trials, out=out, restart=restart, smooth_start=smooth_start, scale=scale, current=current,
                   fit_first=fit_first, instruments=instruments, purpose=purpose, limits=limit,
                   sink=Terminal())  # fmt: skip
-    _end(outcome, json)
+    end(outcome, json)
     if outcome.result.fitness is not None:
         raise typer.Exit(STATUS[outcome.result.fitness.verdict])
 
@@ -112,7 +112,7 @@ def show(outcome: Outcome[Any], json: bool) -> None:
             say(f"{block}\n")
 
 
-def _end(outcome: Outcome[Any], json: bool) -> None:
+def end(outcome: Outcome[Any], json: bool) -> None:
     """Print the outcome and what failed; exit 1 where something did."""
     for error in outcome.errors:
         note(f"error: {error}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from . import options as o
-from .fits import Terminal, show
+from .fits import Terminal, end, show
 
 _STUDY = Path("study.toml")
 
@@ -17,7 +17,7 @@ def trials(
     """Show what is in a folder of trials: kinds, ranges, tracks."""
     from ..workflow.folders.survey import trials as run
 
-    show(run(folder, format=format, mapping=mapping, out=out, sink=Terminal()), json)
+    end(run(folder, format=format, mapping=mapping, out=out, sink=Terminal()), json)
 
 
 def study(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..core.parameters import unknown
@@ -26,12 +26,14 @@ class Folder:
         format: of its logs; empty for trial files.
         files: of the recordings, by their names: their places below the root, without suffix.
         trials: as they were read, by the same names.
+        unread: why, of the recordings that could not be read.
     """
 
     root: Path
     format: str
     files: Mapping[str, Path]
     trials: Mapping[str, Trial]
+    unread: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 def read_folder(folder: str | Path, format: str | None = None, mapping: str | Path | None = None) -> Folder:
@@ -43,7 +45,8 @@ def read_folder(folder: str | Path, format: str | None = None, mapping: str | Pa
         mapping: a mapping file for `format`.
 
     Raises:
-        DataError: no folder, nothing in it, files of several formats, or what a reader raises.
+        DataError: no folder, nothing in it, files of several formats, a wrong mapping file, or no recording that can be
+            read.
     """
     root = existing(folder)
     if not root.is_dir():
@@ -65,7 +68,16 @@ def read_folder(folder: str | Path, format: str | None = None, mapping: str | Pa
         if name in files:
             raise DataError(f"{path}: a second recording of this name, after {files[name]}; rename one")
         files[name] = path
-    return Folder(root, format, files, {name: replace(read(path), name=name) for name, path in files.items()})
+    trials: dict[str, Trial] = {}
+    unread: dict[str, str] = {}
+    for name, path in files.items():
+        try:
+            trials[name] = replace(read(path), name=name)
+        except DataError as error:
+            unread[name] = str(error)
+    if not trials:
+        raise DataError(next(iter(unread.values())))
+    return Folder(root, format, files, trials, unread)
 
 
 def overlaps(trials: Mapping[str, Trial]) -> tuple[Finding, ...]:

@@ -91,7 +91,8 @@ def write_trial(trial: Trial, path: str | Path) -> None:
 def _files_in(folder: Path) -> list[Path]:
     found = sorted(f for f in folder.iterdir() if f.suffix.lower() in SUFFIXES and not f.name.startswith("."))
     if not found:
-        raise DataError(f"{folder}: no trial file (*.csv, *.parquet) in this folder")
+        raise DataError(f"{folder}: no trial file (*.csv, *.parquet) in this folder; "
+                        f"logs are imported first: seatrial import --guess {folder} -o mapping.toml")
     return found
 
 

@@ -23,7 +23,7 @@ KNOWN: Mapping[str, tuple[str, float]] = MappingProxyType({
     "nmi": ("m", 1852.0), "ft": ("m", 0.3048),
     "rad": ("rad", 1.0), "deg": ("rad", _DEG), "°": ("rad", _DEG),
     "m/s": ("m/s", 1.0), "cm/s": ("m/s", 1e-2), "km/h": ("m/s", 1 / 3.6), "kn": ("m/s", _KNOT),
-    "kt": ("m/s", _KNOT), "knot": ("m/s", _KNOT), "knots": ("m/s", _KNOT),
+    "kt": ("m/s", _KNOT), "kts": ("m/s", _KNOT), "knot": ("m/s", _KNOT), "knots": ("m/s", _KNOT),
     "rad/s": ("rad/s", 1.0), "deg/s": ("rad/s", _DEG), "°/s": ("rad/s", _DEG),
     "deg/min": ("rad/s", _DEG / 60.0), "rad/min": ("rad/s", 1 / 60.0),
     "1/s": ("1/s", 1.0), "rps": ("1/s", 1.0), "Hz": ("1/s", 1.0), "rpm": ("1/s", 1 / 60.0),

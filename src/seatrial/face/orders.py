@@ -30,9 +30,10 @@ class _Sided(Order):
 
 @dataclass(frozen=True, kw_only=True)
 class _Steered(_Sided):
-    """With a rudder angle, a magnitude [deg]."""
+    """With a rudder angle, a magnitude [deg], or of a craft without a rudder a steering demand [% of its greatest]."""
 
     rudder_deg: float | None = None
+    steer_percent: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,6 +16,7 @@ from ..data import Array, DataError, Trial, unwrapped
 from ..identify.diagnosis.findings import Diagnosis
 from ..models import unit
 from ..report.figures import GREY, GRID, LINES, RULE, STYLE
+from ..validate.metrics import segments
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,7 +53,7 @@ def track(
         raise DataError(f"{trial.name}: no row has a position; plot_series draws channels over time")
     new = ax is None
     ax = _made(1, _shape(x[known], y[known]))[0] if ax is None else ax
-    (line,) = ax.plot(y, x, label=trial.name if label is None else label)
+    (line,) = ax.plot(_broken(trial, y), _broken(trial, x), label=trial.name if label is None else label)
     colour = line.get_color()
     ax.plot(y[known[:1]], x[known[:1]], "o", ms=6, mfc="white", color=colour, label="start" if new else None, zorder=3)
     if outlines > 0 and "psi" in trial:
@@ -81,7 +82,7 @@ def series(
             raise DataError(f"{trial.name}: {told} in one row; a row has one unit")
         for name in names:
             named = label if len(names) == 1 else f"{label} {name}" if label else name
-            ax.plot(trial.t, _in_degrees(trial, name), label=named)
+            ax.plot(_broken(trial, trial.t), _broken(trial, _in_degrees(trial, name)), label=named)
         symbol = symbols.pop().replace("rad", "deg")
         ax.set_ylabel(f"{', '.join(names)} [{symbol}]")
         if len(names) > 1 or (label and ax is drawn[0]):
@@ -180,6 +181,14 @@ def _usual(trial: Trial) -> list[tuple[str, ...]]:
 def _in_degrees(trial: Trial, name: str) -> Array:
     given = unwrapped(trial[name]) if name == "psi" else trial[name]
     return np.degrees(given) if trial.unit(name).startswith("rad") else given
+
+
+def _broken(trial: Trial, values: Array) -> Array:
+    """Values with a gap before each restart of a prediction, where its state leaps to the measured one."""
+    restart = trial.meta.get("restart")
+    if not isinstance(restart, int | float) or not len(trial):
+        return values
+    return np.insert(values, np.flatnonzero(np.diff(segments(trial.t, restart))) + 1, np.nan)
 
 
 def _outlines(

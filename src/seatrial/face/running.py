@@ -21,9 +21,9 @@ from .orders import Order, Weather
 from .tables import Cell, Table, Tabular
 from .trials import Trial
 
-_OPTIONS = {"--rudder": "rudder_deg", "--heading": "heading_deg", "--rps": "n_P", "--waves": "waves",
-            "--wind": "wind", "--current": "current", "--gusts": "gusts", "--depth": "depth", "--side": "side",
-            "--seed": "seed", "--speed": "speed", "--duration": "duration", "--dt": "dt"}  # fmt: skip
+_OPTIONS = {"--rudder": "rudder_deg", "--steer": "steer_percent", "--heading": "heading_deg", "--rps": "n_P",
+            "--waves": "waves", "--wind": "wind", "--current": "current", "--gusts": "gusts", "--depth": "depth",
+            "--side": "side", "--seed": "seed", "--speed": "speed", "--duration": "duration", "--dt": "dt"}  # fmt: skip
 """Options of the command line, which messages name, and what they are called here."""
 
 
@@ -183,7 +183,7 @@ def _parts(trial: data.Trial) -> tuple[Any, ...]:
 
 def _options(order: Order) -> dict[str, Any]:
     """The settings of an order as the workflow takes them; those that are not given are left to the manoeuvre."""
-    given = {f.name.removesuffix("_deg"): vars(order)[f.name] for f in fields(order)}
+    given = {f.name.removesuffix("_deg").removesuffix("_percent"): vars(order)[f.name] for f in fields(order)}
     return {name: value for name, value in given.items() if value is not None}
 
 

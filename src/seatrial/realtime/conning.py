@@ -88,7 +88,8 @@ class Conning:
             fittings: which of its controls are rudders and shafts.
             hold: longest silence of a commander [simulated s].
             full: revolutions that count as full, within the limits of the gear [1/s]; by default those of the approach.
-            steers: whether compass and rate gyro exist for a steering control; without them headings are unfit.
+            steers: whether compass and rate gyro exist for a steering control; without them, or without a rudder,
+                headings are unfit.
             authority: senders that may have command.
         """
         self.ship, self.hold, self._authority = ship, hold, authority
@@ -98,7 +99,7 @@ class Conning:
         self._limits = {name: limits(ship, name) for name in ship.model.controls}
         self.control = SteeringControl.of(ship, self._ranges["delta"].high if "delta" in self._ranges else 35.0 * _RAD)
         self.counts: Counter[str] = Counter()
-        self._steers = steers
+        self._steers = steers and bool(self._rudders or "delta" in self._known)
         self.reset()
         self._answers: Mapping[str, Callable[[Sentence], Ordered | None]] = {
             "ROR": self._rudder, "HTC": self._heading_track, "TRC": self._thruster, "PRC": self._propulsion,

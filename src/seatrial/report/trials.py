@@ -29,6 +29,7 @@ def page(found: Survey) -> Page:
     hours = sum(entry.trial.duration for _, entry in some) / 3600.0
     counted = ", ".join(f"{count} {name}" for name, count in found.counts.items())
     first = lead(f"{len(some)} recordings, {number(hours)} h: {counted}.") + note("", warnings(found))
+    first += note("Unreadable, and on no other place of this page:", list(found.folder.unread.values()))
     legend = "Told: by the sidecar or the reader (✓ agrees, ≈ one is part of the other, ✗ differs). "
     legend += "Ranges: 1st to 99th percentile. New: samples unlike any of the other recordings "
     legend += f"({found.uncovered})." if found.uncovered else "(1 % is usual for more of the same)."
@@ -67,6 +68,7 @@ def numbers(found: Survey) -> dict[str, object]:
             "doubts": list(entry.kind.doubts), "told": entry.told or None, "compared": entry.verdict or None,
             "ranges": {channel: list(pair) for channel, pair in entry.ranges.items()}, "new": entry.new,
         } for name, entry in found.entries.items()},
+        "unread": dict(found.folder.unread),
         "overlaps": [{"trials": list(one.trials), "evidence": one.evidence} for one in found.overlaps],
     }  # fmt: skip
 

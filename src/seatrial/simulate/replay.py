@@ -196,6 +196,8 @@ def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float)
     """Rows of the restarts: the first, then the first complete one of each interval."""
     if restart is None:
         return [0]
+    if not restart > 0.0:
+        raise DataError(f"restart is {restart:g} s; it must be above zero")
     number = np.floor((t - t[0] + 1e-6 * dt) / restart)
     edges = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist()]
     found: list[int] = []

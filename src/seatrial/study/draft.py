@@ -95,7 +95,7 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         first, why = next(iter(left_out.items()))
         more = f" (and {len(left_out) - 1} more)" if len(left_out) > 1 else ""
         raise StudyError(f"{folder.root}: no recording that {ship.name} can be fitted to: {first}: {why}{more}")
-    left_out |= copies(usable)
+    left_out |= {**copies(usable), **folder.unread}
     usable = {one: trial for one, trial in usable.items() if one not in left_out}
     parts: tuple[Trial, ...] = ()
     if len(usable) == 1:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from ..core.files import write_whole
 from ..core.parameters import unknown
 from ..data import DataError, Trial
-from ..data.guess import Guess, guess, refuse_open
+from ..data.check import check_folder
+from ..data.formats import logs
+from ..data.guess import DOUBT, Guess, guess
 from ..data.importing import import_log
 from ..data.prepare import mended, read_steps
 from ..data.prepare import resample as resampled
@@ -42,8 +45,6 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None = Non
     Raises:
         DataError: a log that cannot be read; then nothing has been written.
     """
-    if mapping is not None and mapping.is_file() and format == "csv":
-        refuse_open(mapping)
     written = tuple(import_log(format, source, out, mapping))
     found = {path.stem: read_sidecar(path) for path in written}
     for path, meta in zip(written, found.values(), strict=True):
@@ -69,7 +70,7 @@ def importing(format: str | None, source: Path | None, out: Path | None) -> tupl
 
 
 def guess_mapping(folder: Path, out: Path | None = None, more: object = None) -> Guess:
-    """Write the mapping that the logs of a folder suggest; none where a reader takes them without.
+    """Write the mapping that the logs of a folder suggest, tried on them; none where a reader takes them without.
 
     Raises:
         RequestError: other arguments of an import beside it, or a file that is there already.
@@ -79,10 +80,42 @@ def guess_mapping(folder: Path, out: Path | None = None, more: object = None) ->
         raise RequestError(f"--guess {folder} stands alone: leave out {more}")
     if out is not None and out.exists():
         raise RequestError(f"{out}: is there already, perhaps corrected by hand; remove it, or choose another (-o)")
-    found = guess(folder)
+    found = tried(guess(folder), folder)
     if out is not None and found.text:
         write_whole(out, found.text)
     return found
+
+
+def tried(found: Guess, src: Path) -> Guess:
+    """The guess with a doubt for a refusal of the import, or for each error that `check` finds in its trials.
+
+    A guess that still asks, or that has no mapping, is left as it is.  Warnings of the check are counted in a note.
+
+    Args:
+        found: the guess.
+        src: the log or folder that it is of.
+    """
+    if not found.text or found.asks:
+        return found
+    with TemporaryDirectory() as folder:
+        mapping = Path(folder) / "mapping.toml"
+        mapping.write_text(found.text, encoding="utf-8")
+        try:
+            trials = [trial for _, some in logs("csv", src, mapping) for trial in some]
+        except DataError as error:
+            return _doubting(found, [f"the import refuses it: {str(error).replace(str(mapping), 'the mapping')}"])
+    findings = check_folder(trials)
+    errors = [f"seatrial check: {one}" for one in findings if one.severity == "error"]
+    warned = sum(one.severity == "warning" for one in findings)
+    note = f"its trials have {warned} warning{'s' * (warned != 1)} by seatrial check, see there"
+    return _doubting(replace(found, notes=(*found.notes, note)) if warned else found, errors)
+
+
+def _doubting(found: Guess, doubts: list[str]) -> Guess:
+    """The guess with more doubts, at the head of its text."""
+    head, gap, rest = found.text.partition("\n\n")
+    lines = [f"# {DOUBT} {doubt}" for doubt in doubts]
+    return replace(found, text="\n".join([head, *lines]) + gap + rest, doubts=(*doubts, *found.doubts))
 
 
 def _damage(lines: Mapping[str, int]) -> str:

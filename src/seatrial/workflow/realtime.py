@@ -256,7 +256,8 @@ def cannot(ship: Ship) -> dict[str, str]:
     found: dict[str, str] = {}
     for text, (kind, _) in _BUTTONS.items():
         drill = known()[kind]
-        why = lacks(ship, drill) if drill.by_engine or turns else f"{ship.name} has nothing that is steered by an angle"
+        unsteered = f"{ship.name} has nothing here that is steered by an angle; its thrusters turn it"
+        why = lacks(ship, drill) if drill.by_engine or turns else unsteered
         if why is not None:
             found[text] = why
     return found

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
-from .. import DataError
+from ..mapping.checked import ASK
 
 DOUBT = "DOUBT:"
 """Begins every doubt in the comments of a guessed mapping; nothing else there does."""
-
-ASK = "?"
-"""Value of a key that nothing in the log decides; the import refuses it until a person writes the answer."""
 
 
 @dataclass(frozen=True)
@@ -71,19 +67,3 @@ def text_of(head: Sequence[str], entries: Sequence[Entry]) -> str:
             lines.append(f"[{entry.table}]")
         lines += [f"{key} = {value}" for key, value in entry.keys.items()]
     return "\n".join(lines) + "\n"
-
-
-def refuse_open(path: Path) -> None:
-    """Refuse a mapping file that still asks: a value "?".
-
-    Raises:
-        DataError: naming the line and its key.
-    """
-    table = ""
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-        plain = line.partition("#")[0].strip()
-        table = plain.strip("[]") if plain.startswith("[") else table
-        if f"= {quoted(ASK)}" in plain:
-            key = plain.partition(quoted(ASK))[0].rstrip("= ").rpartition(" ")[2].lstrip("{, ")
-            place = ".".join(part for part in (table or plain.partition(" ")[0], key) if part)
-            raise DataError(f"{path}: line {number}: {place} is {quoted(ASK)}; write the answer to the doubt above it")

@@ -17,6 +17,9 @@ from .naming import Meaning, meanings, parted, unit_in_name, unit_of
 Kind = Literal["number", "letters", "minutes", "dms", "iso", "stamp", "date", "clock", "text", "empty"]
 
 _LETTERS = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*°?\s*(?P<letters>[A-Za-z]{1,3})\.?")
+_SPOKEN = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(?P<unit>[^\d\s.,:-].{0,11}|1/\w+)")
+_SIDES = frozenset("NSEWPOLB")
+_PROBED = 200
 _BEFORE = re.compile(r"(?P<letters>[NSEW])\s*(?P<number>[\d.,]+)")
 _DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd-]\s*(?P<m>[\d.,]+)\s*['′m]?\s*"
                   r"(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|s)?)?\s*(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
@@ -43,7 +46,7 @@ class Column:
         head: as it is in the file.
         name: without its unit.
         unit: symbol of `data.units`; empty where nothing says it.
-        where: what says the unit: "header", "row of units", "name".
+        where: what says the unit: "header", "row of units", "name", "cells".
         kind: of its cells.
         values: its numbers, NaN for a gap or where a cell is none; degrees for angles in minutes.
         letters: after its numbers, with how often they occur.
@@ -93,9 +96,25 @@ def _column(table: Table, k: int, around: str) -> Column:
         unit, where = unit_of(table.units[k]), "row of units"
     if not unit:
         unit, where = unit_in_name(name), "name"
+    beside, bare = spoken(cells, table.layout.decimal)
+    if beside:
+        cells = bare
+        unit, where = (unit, where) if unit else (beside, "cells")
     kind, values, letters, missing = _read(cells, table.layout.decimal)
     means = tuple(meanings(name, around))
     return Column(table, head, name, unit, where if unit else "", kind, values, letters, missing, means, cells)
+
+
+def spoken(cells: tuple[str, ...], mark: str) -> tuple[str, tuple[str, ...]]:
+    """The unit that stands beside the numbers of a column, ``5.2 kn``, and the cells without it; empty without one."""
+    filled = [cell.strip() for cell in cells if cell.strip().lower() not in _GAP][:_PROBED]
+    matches = [found for cell in filled if (found := _SPOKEN.fullmatch(cell))]
+    pairs = [one for one in matches if number(one["number"], mark) is not None]
+    units = {unit_of(one["unit"]) for one in pairs if one["unit"] not in _SIDES}
+    if len(pairs) < 0.5 * len(filled) or len(units) != 1 or not (unit := units.pop()):
+        return "", cells
+    parted = ((cell, _SPOKEN.fullmatch(cell.strip())) for cell in cells)
+    return unit, tuple(cell if one is None or unit_of(one["unit"]) != unit else one["number"] for cell, one in parted)
 
 
 def _read(cells: tuple[str, ...], mark: str) -> tuple[Kind, Array, dict[str, int], tuple[str, ...]]:

@@ -70,10 +70,15 @@ def _said(signal: Signal, unit: str) -> tuple[str, ...]:
 def _of(signal: Signal, **keys: str) -> dict[str, str]:
     """Keys of a channel, its file among them, and the unit that the log wrongly gives."""
     out = {"column": quoted(signal.column.head), **keys}
-    unit = keys.get("unit", "").strip('"')
-    if signal.column.where in ("header", "row of units") and unit in KNOWN and KNOWN[unit] != KNOWN[signal.column.unit]:
-        out["despite"] = quoted(signal.column.unit)
+    out |= _despite(signal, keys.get("unit", "").strip('"'))
     return out | ({"file": quoted(signal.file)} if signal.file else {})
+
+
+def _despite(signal: Signal, unit: str) -> dict[str, str]:
+    """The key for a unit that the table gives wrongly."""
+    written = signal.column.where in ("header", "row of units", "cells")
+    wrong = written and unit in KNOWN and KNOWN[unit] != KNOWN[signal.column.unit]
+    return {"despite": quoted(signal.column.unit)} if wrong else {}
 
 
 def _told(verdict: Verdict, signal: Signal, *keys: str) -> str:
@@ -179,12 +184,13 @@ def _velocity(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
     if pair[1] == "cog":
         keys = {"speed": quoted(first.column.head), "course": quoted(second.column.head), "unit": quoted(unit),
                 "course_unit": quoted(verdict.best.choice["unit of course"])}  # fmt: skip
-        yield Entry("ground", keys | file, Answer(f"{evidence}; over ground", tuple(doubts)))
+        yield Entry("ground", keys | _despite(first, unit) | file, Answer(f"{evidence}; over ground", tuple(doubts)))
     elif "," in frame:
         north, east = (second, first) if frame == "east, north" else (first, second)
         if (pair == ("v_north", "v_east") and north is second) or pair == ("u", "v"):
             doubts.append(f"the names of the columns say otherwise, and the track says {frame}")
         keys = {"north": quoted(north.column.head), "east": quoted(east.column.head), "unit": quoted(unit)}
+        keys |= _despite(first, unit)
         yield Entry("ground", keys | file, Answer(f"{evidence}; velocities {frame}", tuple(doubts)))
     else:
         yield Entry("channels.u", _of(first, unit=quoted(unit)), Answer(evidence, tuple(doubts)))

@@ -260,7 +260,7 @@ def _repeats(log: Log) -> Iterator[Entry]:
     if trial_column(log.main.columns, log.t) is not None:
         return
     count, same, often = 0, True, False
-    for topic in (log.main, *log.others):
+    for topic in (log.main, *log.topics, *log.others):
         if topic.clock is None:
             continue
         order = np.argsort(topic.clock.t, kind="stable")
@@ -282,6 +282,12 @@ def _time_entry(log: Log, verdict: Verdict) -> Entry:
     clock = log.main.clock
     if clock is None:
         doubt = "no column is a clock; write the name of the one that is, and its unit"
+        near = next((one for one in log.main.columns if one.kind in ("iso", "stamp", "clock")), None)
+        if near is not None:
+            cell = next(cell for cell in near.cells if cell.strip())
+            doubt = (f"{near.said} has times that are not read, such as '{cell}'; "
+                     f"write column = {quoted(near.head)} and "
+                     'their pattern, such as format = "%Y-%m-%dT%H:%M:%S CEST" with zone = "+02:00", in place of unit')
         return Entry("", {"time": f'{{ column = "{ASK}", unit = "s" }}'}, Answer("", (doubt,)))
     keys, answer = dict(clock.keys), clock.answer
     unit = verdict.best.choice.get("unit of time")

@@ -26,7 +26,8 @@ ROWS = 20_000
 _PROBED = 200
 _NUMBER = r"[+-]?(?:\d+(?:{mark}\d*)?|{mark}\d+)(?:[eE][+-]?\d+)?"
 _NUMBERS = {mark: re.compile(_NUMBER.format(mark=re.escape(mark))) for mark in ".,"}
-_LETTERED = {mark: re.compile(_NUMBER.format(mark=re.escape(mark)) + r"\s*°?\s*[A-Za-z]{1,3}") for mark in ".,"}
+_BESIDE = r"\s*(?:°?\s*[A-Za-z]{1,5}|%|(?:°|[A-Za-z]{1,3}|1)/[A-Za-z]{1,3}|°)"
+_LETTERED = {mark: re.compile(_NUMBER.format(mark=re.escape(mark)) + _BESIDE) for mark in ".,"}
 _STAMP = re.compile(r"[\dTZ:./ +,-]*\d[\d:./-]*[\dZ]", re.IGNORECASE)
 _SEXAGESIMAL = re.compile(
     r"[NSEWO]?\s*\d+\s*[°ºd-]?\s*[\d.,]+\s*['′m]?\s*([\d.,]+\s*[\"″s]?)?\s*[NSEWO]?", re.IGNORECASE
@@ -186,7 +187,7 @@ def _header(path: Path, lines: list[str], first: int, delimiter: str, count: int
     rows = [split_line(lines[k], delimiter) for k in above]
     if not rows or len(rows[0]) != count:
         raise DataError(f"{path}: line {first + 1}: no header with {count} names above the first row of numbers; "
-                        "write one, such as t [s],psi [deg],delta [deg]")  # fmt: skip
+                        'write one, or a mapping with columns = ["t [s]", "psi [deg]", ...]')  # fmt: skip
     named = [cell for cell in rows[0] if cell]
     said = sum(bool(unit_of(cell)) or cell.strip("[]()") in ("-", "") for cell in named)
     if len(rows) == 2 and len(rows[1]) == count and said >= 0.6 * len(named):

@@ -197,17 +197,17 @@ def wind_entries(found: Mapping[str, Signal], pair: tuple[str, str], verdict: Wi
         doubts.append("nothing shows the unit of its speed; write m/s or kn in place of ?")
     answer = Answer(evidence, tuple(dict.fromkeys(doubts)))
     file = {"file": quoted(speed.file)} if speed.file else {}
-    if best.relative and not best.towards and best.side > 0:
+    if best.relative:
         keys = {"speed": quoted(speed.column.head), "direction": quoted(direction.column.head), "unit": quoted(unit),
                 "direction_unit": quoted(best.angle)}  # fmt: skip
+        keys |= {"sign": "-1"} if best.side < 0 else {}
+        keys |= {"towards": "true"} if best.towards else {}
         if direction.column.letters:
             sides = (f"{one} = {-1 if one[0] in 'PpLlBb' else 1}" for one in direction.column.letters)
             keys["letters"] = f"{{ {', '.join(sides)} }}"
         yield Entry("apparent", keys | file, answer)
         return
-    names = ("U_A", "gamma_A") if best.relative else ("U_T", "gamma_T")
-    yield Entry(f"channels.{names[0]}", {"column": quoted(speed.column.head), "unit": quoted(unit), **file}, answer)
-    more = {"sign": "-1"} if best.side < 0 else {}
-    more |= {"offset": "180.0" if best.angle == "deg" else f"{np.pi:.12g}"} if best.towards else {}
+    yield Entry("channels.U_T", {"column": quoted(speed.column.head), "unit": quoted(unit), **file}, answer)
+    more = {"offset": "180.0" if best.angle == "deg" else f"{np.pi:.12g}"} if best.towards else {}
     keys = {"column": quoted(direction.column.head), "unit": quoted(best.angle), **more, **file}
-    yield Entry(f"channels.{names[1]}", keys)
+    yield Entry("channels.gamma_T", keys)

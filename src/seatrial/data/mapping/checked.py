@@ -16,6 +16,10 @@ from .clocks.calendar import EPOCHS, offset_of
 from .schema import Channel, Clock, Ground, Mapping, Sensor
 from .uses import uses
 
+ASK = "?"
+"""Value of a key that nothing in the log decides; whoever reads the mapping refuses it until a person has answered."""
+
+_ASKED = re.compile(r"""(\w+)\s*=\s*["']\?["']""")
 FORMATS = ("iso", "clock", "epoch", "gps")
 _DIRECTIVES = "YymdHMSfpbBjz%I"
 
@@ -26,6 +30,7 @@ def read_mapping(path: Path) -> Mapping:
     Raises:
         DataError: what is wrong with it, and at which key.
     """
+    _refuse_open(path)
     found = read_described(path, Mapping, "seatrial-mapping/1")
     with within(path):
         _check_table(found)
@@ -42,6 +47,24 @@ def read_mapping(path: Path) -> Mapping:
     return found
 
 
+def _refuse_open(path: Path) -> None:
+    """Refuse a mapping file that still asks.
+
+    Raises:
+        DataError: naming the line and its key.
+    """
+    table = ""
+    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    for number, line in enumerate(text.splitlines(), 1):
+        plain = line.partition("#")[0].strip()
+        table = plain.strip("[]") if plain.startswith("[") else table
+        found = _ASKED.search(plain)
+        if found is not None:
+            outer = table or (plain.partition("=")[0].strip() if "{" in plain else "")
+            place = ".".join(part for part in (outer, found[1]) if part)
+            raise DataError(f'{path}: line {number}: {place} is "{ASK}"; write the answer to the doubt above it')
+
+
 def instruments(mapping: Mapping) -> Iterator[tuple[str, Sensor]]:
     """Every instrument of a mapping by its key."""
     yield from ((f"channels.{name}", one) for name, one in mapping.channels.items())
@@ -54,6 +77,9 @@ def instruments(mapping: Mapping) -> Iterator[tuple[str, Sensor]]:
 def _check_table(found: Mapping) -> None:
     if not any(True for _ in instruments(found)) or not found.delimiter or found.skip < 0 or found.units_row < 0:
         raise DataError("give one channel at least, a delimiter, and skip and units_row of 0 or more")
+    twice = next((name for k, name in enumerate(found.columns) if name and name in found.columns[:k]), None)
+    if twice is not None:
+        raise DataError(f"columns: '{twice}' is there twice; give each column a name of its own")
     if found.delimiter == found.decimal:
         raise DataError(f"delimiter and decimal are both '{found.decimal}'; a table with decimal commas has another "
                         'delimiter, such as ";"')  # fmt: skip
@@ -181,6 +207,8 @@ def _check_sources(found: Mapping) -> None:
         raise DataError("heading gives psi, which channels gives too; keep one of them")
     if found.apparent is not None and {"U_A", "gamma_A"} & set(found.channels):
         raise DataError("apparent gives U_A and gamma_A, which channels gives too; keep one of them")
+    if found.apparent is not None and found.apparent.sign not in (1.0, -1.0):
+        raise DataError(f"apparent.sign is {found.apparent.sign:g}; it must be 1 or -1")
     if found.apparent is not None and found.apparent.letter is not None and not found.apparent.letters:
         raise DataError("apparent.letters is missing; apparent.letter names a column of letters")
 

@@ -50,15 +50,17 @@ def measured(table: Table, place: str, sensor: Sensor) -> dict[str, Array]:
     if isinstance(sensor, Ground):
         return _ground(table, sensor)
     if isinstance(sensor, Log):
-        found = {"u_w": _speed(table, sensor.speed, "u", sensor.unit)}
+        found = {"u_w": _speed(table, sensor.speed, "u", sensor)}
         return (
             found if sensor.course is None else {**found, "gamma_w": _turned(table, sensor.course, sensor.course_unit)}
         )
     if isinstance(sensor, Apparent):
-        direction = Channel(sensor.direction, sensor.direction_unit, letters=sensor.letters, letter=sensor.letter)
+        direction = Channel(sensor.direction, sensor.direction_unit, sensor.offset, sensor.sign, letters=sensor.letters,
+                            letter=sensor.letter)  # fmt: skip
+        turned = math.pi if sensor.towards else 0.0
         return {
-            "U_A": _speed(table, sensor.speed, "U_A", sensor.unit),
-            "gamma_A": _channel(table, "gamma_A", direction),
+            "U_A": _speed(table, sensor.speed, "U_A", sensor),
+            "gamma_A": _channel(table, "gamma_A", direction) + turned,
         }
     if isinstance(sensor, Heading):
         return {"psi": _of_quaternion(table, sensor)}
@@ -91,8 +93,9 @@ def _refuse_impossible(table: Table, name: str, column: Channel, raw: Array, fou
         raise DataError(f"{table.at(column.column, row)}: {about}")
 
 
-def _speed(table: Table, column: str, name: str, unit: str) -> Array:
-    return _channel(table, name, Channel(column, unit))
+def _speed(table: Table, column: str, name: str, one: Ground | Log | Apparent) -> Array:
+    table.agree(column, one.unit, one.despite, channel=True)
+    return _channel(table, name, Channel(column, one.unit, despite=one.despite))
 
 
 def _turned(table: Table, column: str, unit: str) -> Array:
@@ -101,9 +104,9 @@ def _turned(table: Table, column: str, unit: str) -> Array:
 
 def _ground(table: Table, ground: Ground) -> dict[str, Array]:
     if ground.north is not None and ground.east is not None:
-        return {"north": _speed(table, ground.north, "u", ground.unit),
-                "east": _speed(table, ground.east, "u", ground.unit)}  # fmt: skip
-    speed = _speed(table, str(ground.speed), "U_G", ground.unit)
+        return {"north": _speed(table, ground.north, "u", ground),
+                "east": _speed(table, ground.east, "u", ground)}  # fmt: skip
+    speed = _speed(table, str(ground.speed), "U_G", ground)
     course = _turned(table, str(ground.course), ground.course_unit)
     return {"U_G": speed, "gamma_G": course, "north": speed * np.cos(course), "east": speed * np.sin(course)}
 

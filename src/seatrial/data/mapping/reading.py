@@ -109,6 +109,9 @@ def _trial(source: Path, mapping: Mapping, name: str, table: Table) -> tuple[Tri
         meta["datum"] = asdict(datum[0])
     how = f"imported by a mapping: {_count(mapping, table, others)}"
     turned = [f"{n}: sign turned" for n, c in mapping.channels.items() if c.sign == -1.0]
+    if mapping.apparent is not None:
+        turned += ["gamma_A: sign turned"] * (mapping.apparent.sign == -1.0)
+        turned += ["gamma_A: turned from where the wind goes to"] * mapping.apparent.towards
     trial = Trial(name, t, ship.channels, units, meta)
     return trial.noting(how, *turned, *steps, *ship.steps, *_zero_words(marks, zero), *main.steps), (marks, zero)
 

@@ -130,6 +130,7 @@ class Ground(Sensor):
         speed, course: columns.
         north, east: columns, in their place.
         unit, course_unit: of the speeds, and of the course.
+        despite: unit of the speeds that the table gives, where it is wrong.
         antenna: its place aboard.
     """
 
@@ -139,6 +140,7 @@ class Ground(Sensor):
     east: str | None = None
     unit: str = "m/s"
     course_unit: Angle = "deg"
+    despite: str | None = None
     antenna: Offset = ()
 
 
@@ -149,6 +151,7 @@ class Log(Sensor):
     Attributes:
         speed, course: columns.
         unit, course_unit: of the speed, and of the course.
+        despite: as of `Ground`.
         place: of the log aboard.
     """
 
@@ -156,6 +159,7 @@ class Log(Sensor):
     course: str | None = None
     unit: str = "m/s"
     course_unit: Angle = "deg"
+    despite: str | None = None
     place: Offset = ()
 
 
@@ -166,6 +170,10 @@ class Apparent(Sensor):
     Attributes:
         speed, direction: columns; the direction is where it comes from, from the bow to starboard.
         unit, direction_unit: of both.
+        despite: as of `Ground`.
+        sign: of the direction; -1 where it grows to port.
+        towards: whether the direction is where the wind goes to.
+        offset: added to the direction, in its unit: of a vane that is not mounted straight ahead.
         letters, letter: of the direction, as those of a channel: `{ P = -1, S = 1 }`.
         mast: place of the anemometer.
     """
@@ -174,6 +182,10 @@ class Apparent(Sensor):
     direction: str
     unit: str = "m/s"
     direction_unit: Angle = "deg"
+    despite: str | None = None
+    sign: float = 1.0
+    towards: bool = False
+    offset: float = 0.0
     letters: dict[str, float] = field(default_factory=dict[str, float])
     letter: str | None = None
     mast: Offset = ()
@@ -255,6 +267,7 @@ class Mapping(Described):
         decimal: the decimal mark.
         encoding: of the text; None for that of the byte-order mark, else UTF-8.
         skip: lines before the header.
+        columns: names of the columns of a table without a header, in their order; "" for one that is not read.
         units_row: rows of units after the header; true is 1.
         sheet: of a workbook; None for the first.
         missing: words of a missing value, beside the empty cell, nan, na and null.
@@ -276,6 +289,7 @@ class Mapping(Described):
     decimal: Literal[".", ","] = "."
     encoding: str | None = None
     skip: int = 0
+    columns: Words = ()
     units_row: bool | int = False
     sheet: str | None = None
     missing: Words = ()

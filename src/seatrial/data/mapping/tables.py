@@ -17,6 +17,7 @@ from .. import DataError
 from ..table import existing, once
 from ..units import KNOWN
 from .schema import Mapping
+from .spoken import unspoken
 from .text import Layout, laid_out, texts_of, typed
 from .uses import Use
 
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
     import polars as pl
 
 WORKBOOKS, PARQUET = (".xlsx", ".xls", ".ods"), ".parquet"
+_ANGLES = ("position", "split")
+"""Keys of columns that have no unit in their cells, or a reader of their own."""
+
+_NUMBER = re.compile(r"[-+]?[0-9]*[.,]?[0-9]")
 _BRACKETED = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 
 
@@ -37,7 +42,7 @@ class Table:
         lines: number of each row in the file, from 1, shape (rows,).
         width: number of columns of the file.
         word: what a row of the file is called, "line" or "row".
-        stated: unit that the file gives for a column, in its header or in a row of units, and that row's number.
+        stated: unit that the file gives for a column, in its header, a row of units or its cells, and the row's number.
         decimal: the decimal mark of texts.
         missing: words of a missing value, in lower case.
         pieces: files of which it is made one after the other, and the rows of each; empty for one.
@@ -85,7 +90,7 @@ class Table:
             return
         if line == self.header and KNOWN[said][0] != KNOWN[unit][0]:
             return  # a word in brackets that is no unit here: the wind (t) is no mass
-        way = f'despite = "{said}" where the file is wrong' if channel else "mend the header of the file"
+        way = f'despite = "{said}" where the file is wrong' if channel else "mend the file"
         about = f"in {said}, and the mapping says {unit}; give {said}, or {way}"
         raise DataError(f"{self.path}: column '{column}', {self.word} {line}: {about}")
 
@@ -105,7 +110,29 @@ def opened(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
     else:
         found = _of_text(path, mapping, wanted)
     words = frozenset(("", "nan", "na", "null", *(word.strip().lower() for word in mapping.missing)))
-    return replace(found, decimal=mapping.decimal, missing=words)
+    return _unspoken(replace(found, decimal=mapping.decimal, missing=words), wanted)
+
+
+def _unspoken(table: Table, wanted: Sequence[Use]) -> Table:
+    """The table with the units taken off its cells of numbers, and stated for their columns.
+
+    Raises:
+        DataError: two units in one column, naming file, column and row.
+    """
+    import polars as pl
+
+    frame, stated = table.frame, dict(table.stated)
+    for name in dict.fromkeys(one.column for one in wanted if one.number and not one.key.startswith(_ANGLES)):
+        if frame[name].dtype != pl.String:
+            continue
+        plain, units = unspoken(frame[name])
+        for unit, row in units.items():
+            first, line = stated.setdefault(name, (unit, int(table.lines[row])))
+            if KNOWN.get(first) != KNOWN[unit]:
+                about = f"in {unit}, and {table.word} {line} says {first}; a column has one unit"
+                raise DataError(f"{table.at(name, row)}: {about}")
+        frame = frame.with_columns(plain) if units else frame
+    return replace(table, frame=frame, stated=stated)
 
 
 def stacked(tables: Sequence[Table]) -> Table:
@@ -125,8 +152,8 @@ def stacked(tables: Sequence[Table]) -> Table:
 
 def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
     raw = texts_of(path, mapping.encoding)
-    layout = laid_out(path, raw, mapping.separator, mapping.skip, int(mapping.units_row))
-    index = _places(path, "line", mapping.skip + 1, layout.heads, wanted)
+    layout = laid_out(path, raw, mapping.separator, mapping.skip, int(mapping.units_row), mapping.columns)
+    index = _places(path, *_header(mapping, "line"), layout.heads, wanted)
     plain = mapping.decimal == "."
     numbers = {one.column for one in wanted if one.number and plain}
     frame = typed(path, layout, {name: (k, name in numbers) for name, k in index.items()}, mapping.missing)
@@ -137,15 +164,19 @@ def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
 def _of_frame(path: Path, mapping: Mapping, wanted: Sequence[Use], frame: pl.DataFrame, skip: int | None) -> Table:
     """The wanted columns of a frame, whose own names are the header, or the row after those that are skipped."""
     if skip is None:
+        if mapping.columns:
+            raise DataError(f"{path}: Parquet names its own columns; leave columns out of the mapping")
         index = _places(path, "column names, row", 0, frame.columns, wanted)
         first, units, heads = 0, 0, frame.columns
     else:
         if frame.height <= skip:
             raise DataError(f"{path}: {frame.height} rows, and the mapping skips {skip}")
-        heads = ["" if cell is None else str(cell).strip() for cell in frame.row(skip)]
-        index = _places(path, "row", skip + 1, heads, wanted)
+        heads = mapping.columns or ["" if cell is None else str(cell).strip() for cell in frame.row(skip)]
+        if len(heads) != frame.width:
+            raise DataError(f"{path}: {frame.width} columns, and columns of the mapping has {len(heads)}")
+        index = _places(path, *_header(mapping, "row"), heads, wanted)
         units = int(mapping.units_row)
-        first = skip + 1 + units
+        first = skip + (not mapping.columns) + units
     rows = [["" if cell is None else str(cell).strip() for cell in frame.row(k)] for k in range(first - units, first)]
     body = frame[first:].select([frame.columns[k] for k in index.values()])
     body.columns = list(index)
@@ -162,10 +193,18 @@ def _every_null(frame: pl.DataFrame) -> Any:
     return pl.all_horizontal(pl.all().is_null())
 
 
+def _header(mapping: Mapping, word: str) -> tuple[str, int]:
+    """Where the names of the columns are, in words; row 0 where the mapping gives them."""
+    return ("columns of the mapping, row", 0) if mapping.columns else (word, mapping.skip + 1)
+
+
 def _places(path: Path, word: str, line: int, heads: Sequence[str], wanted: Sequence[Use]) -> dict[str, int]:
     """Where each wanted column is in the header."""
     names = list(dict.fromkeys(one.column for one in wanted))
     for name in names:
+        if name not in heads and sum(_NUMBER.match(head) is not None for head in heads) > len(heads) / 2:
+            raise DataError(f"{path}: {word} {line} holds numbers, not names of columns; name them in the mapping: "
+                            'columns = ["t", "psi", ...]')  # fmt: skip
         if name not in heads:
             raise DataError(f"{path}: {word} {line}: {unknown(name, heads, 'column')}")
     once(path, line, heads, names)

@@ -83,7 +83,9 @@ def texts_of(path: Path, encoding: str | None) -> bytes:
     return raw if b"\r" not in raw else raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
-def laid_out(path: Path, raw: bytes, separator: str | None, skip: int, units: int) -> Layout:
+def laid_out(
+    path: Path, raw: bytes, separator: str | None, skip: int, units: int, named: Sequence[str] = ()
+) -> Layout:  # fmt: skip
     """The header, the rows of units and the rows of a text, each as long as the header.
 
     Args:
@@ -92,13 +94,15 @@ def laid_out(path: Path, raw: bytes, separator: str | None, skip: int, units: in
         separator: what separates cells; None for white space.
         skip: lines before the header.
         units: rows of units after it.
+        named: names of the columns of a table without a header.
 
     Raises:
         DataError: no header, a row with more or fewer cells than the header, naming its line.
     """
     start, found = 0, 0
     heading: list[bytes] = []
-    for found in range(skip + 1 + units):
+    above = units + (not named)
+    for found in range(skip + above):
         if start >= len(raw):
             raise DataError(f"{path}: {found} lines, and the mapping skips {skip}")
         stop = raw.find(b"\n", start)
@@ -113,9 +117,12 @@ def laid_out(path: Path, raw: bytes, separator: str | None, skip: int, units: in
             b"\n".join(_put(line, separator) for line in body.split(b"\n")),
         )
         separator = _UNIT
-    heads, *rest = (tuple(_cells(line.decode(), separator)) for line in heading)
-    blank, count, quoted = _counted(path, body, separator, len(heads), skip + 2 + units)
-    lines = np.delete(np.arange(count, dtype=np.int64), blank) + (skip + 2 + units)
+    rows = [tuple(_cells(line.decode(), separator)) for line in heading]
+    heads, *rest = [tuple(named), *rows] if named else rows
+    first = skip + above + 1
+    source = "columns of the mapping" if named else "the header"
+    blank, count, quoted = _counted(path, body, separator, len(heads), first, source)
+    lines = np.delete(np.arange(count, dtype=np.int64), blank) + first
     return Layout(body, separator, heads, lines, tuple(rest), quoted, tuple(blank))
 
 
@@ -174,7 +181,9 @@ def _whole(path: Path, read: Callable[[], pl.DataFrame]) -> pl.DataFrame:
         raise DataError(f"{path}: not readable as a table: {about[:200]}") from None
 
 
-def _counted(path: Path, body: bytes, separator: str, width: int, first: int) -> tuple[list[int], int, bool]:
+def _counted(
+    path: Path, body: bytes, separator: str, width: int, first: int, names: str
+) -> tuple[list[int], int, bool]:  # fmt: skip
     """Blank lines, the number of lines, and whether a separator is within quotes, of the rows of a table."""
     comma, blank, quoted, k = separator.encode(), list[int](), False, -1
     for k, line in enumerate(io.BytesIO(body)):
@@ -187,7 +196,7 @@ def _counted(path: Path, body: bytes, separator: str, width: int, first: int) ->
         if count != width and b'"' in line:
             count, quoted = len(next(csv.reader([line.decode()], delimiter=separator))), True
         if count != width:
-            about = f"has {count} cells, the header has {width}; complete or remove the line"
+            about = f"has {count} cells, {names} has {width}; complete or remove the line"
             raise DataError(f"{path}: line {first + k} {about}")
     return blank, k + 1, quoted
 

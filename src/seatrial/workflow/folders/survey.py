@@ -19,7 +19,7 @@ def trials(
 
     Raises:
         RequestError: a page that is no .html.
-        DataError: no folder, or a recording that cannot be read.
+        DataError: no folder, or no recording that can be read; one that cannot is a row with the reason.
     """
     from ...report.trials import numbers, page, warnings
 
@@ -31,10 +31,15 @@ def trials(
         write(out, page(found))
         sink.note(f"wrote {out}")
     head = ("recording", "recognised", "told", "s", "u [m/s]", "rudder [deg]", "revs [1/s]", "new", "doubts")
-    table = Table(head, tuple(_row(name, entry) for name, entry in found.entries.items()), (3, 4, 5, 6, 7))
+    unread = found.folder.unread
+    failed = (f"{folder}: {len(unread)} of {len(found.folder.files)} recordings cannot be read",) if unread else ()
+    rows = [(name, _row(name, entry)) for name, entry in found.entries.items()]
+    rows += [(name, (name, "unreadable", *"–" * 6, why)) for name, why in unread.items()]
+    table = Table(head, tuple(row for _, row in sorted(rows)), (3, 4, 5, 6, 7))
     counted = ", ".join(f"{count} {name}" for name, count in found.counts.items())
-    shown = (table, *warnings(found), f"{len(found.entries)} recordings: {counted}")
-    return Outcome(found, numbers(found), shown)
+    counted += f", and {len(unread)} unreadable" if unread else ""
+    shown = (table, *warnings(found), f"{len(rows)} recordings: {counted}")
+    return Outcome(found, numbers(found), shown, errors=failed)
 
 
 def _row(name: str, entry: Entry) -> tuple[str, ...]:

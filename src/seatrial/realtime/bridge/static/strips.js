@@ -18,7 +18,7 @@ export class Strips {
     const rudder = hello.orders.find(o => o.kind === "rudder"), [unit, factor] = shown(rudder?.unit ?? "rad");
     this.rudder = rudder?.name;
     const size = (rudder?.per ?? 1) * factor, least = unit === "°" ? 20 : (rudder?.high ?? 1) * size / 2;
-    this.rows = [{ name: rudder?.label ?? "Rudder", unit, read: s => s.rudder * size, asked: s => s.asked * size, least, even: true }, ...ROWS];
+    this.rows = [...(rudder ? [{ name: rudder.label, unit, read: s => s.rudder * size, asked: s => s.asked * size, least, even: true }] : []), ...ROWS];
     this.span = 10 * hello.ship.L / Math.max(hello.speed, 1e-3);
     this.samples = hello.trail.map(([t, , , psi, u, v, r, angle]) => ({ t, psi, U: Math.hypot(u, v), r, rudder: angle ?? NaN, asked: NaN }));
   }
@@ -41,7 +41,7 @@ export class Strips {
     if (!this.canvas.clientWidth || !this.canvas.clientHeight) return;
     const { g, width, height } = fitted(this.canvas), c = this.colours();
     g.clearRect(0, 0, width, height);
-    const columns = [1, 2, 4].find(n => height * n / 4 >= 88 && (n > 1 || width < 560)) ?? (width > 560 ? 4 : 2), rows = this.rows.length / columns;
+    const columns = [1, 2, 4].find(n => height * n / 4 >= 88 && (n > 1 || width < 560)) ?? (width > 560 ? 4 : 2), rows = Math.ceil(this.rows.length / columns);
     const seen = this.samples.filter(s => s.t >= t - this.span && s.t <= t + 1e-6);
     this.rows.forEach((row, k) => {
       const w = width / columns, h = height / rows;
