@@ -39,6 +39,8 @@ def pytest_configure() -> None:
     gc.disable()
     # The command line is built once, not for each of some 700 commands that tests run in this process.
     typer.main.get_command = cache(typer.main.get_command)
+    # Nobody cuts the power: that files are synced, and what follows where they cannot be, tests see by their own.
+    os.fsync = lambda fd: None
 
 
 def pytest_collection_finish() -> None:

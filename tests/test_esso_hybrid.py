@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import spearmanr
 
 from esso_osaka import COPY, KINDS, ROOT, by_kind
 from seatrial.data import Trial
@@ -78,6 +77,8 @@ def test_few_trials_leave_the_residual_out(trials):
 
 def test_members_part_on_a_kind_that_no_trial_showed(trials):
     """Without zigzags, the members' spread on them is larger than on what was seen, and goes with the error."""
+    from scipy.stats import spearmanr
+
     study = read_study(STUDY)
     problem = replace(study.problem, trials=tuple(t for k in KINDS for t in trials[k] if k != "zigzag"))
     estimator = replace(study.estimator, widths=(1.0,))

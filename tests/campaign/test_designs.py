@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from seatrial.campaign.designs import DESIGNS, Design, check_runs, points, uniform
 from seatrial.campaign.inputs import Input, Kind
@@ -34,6 +33,8 @@ def test_a_point_depends_on_its_number_alone(design: Design) -> None:
 
 
 def test_random_points_are_uniform_and_independent() -> None:
+    from scipy import stats
+
     found = uniform(3, 5, 0, 20000)
     assert min(stats.kstest(column, "uniform").pvalue for column in found.T) > 1e-3
     assert np.abs(np.corrcoef(found.T) - np.eye(5)).max() < 0.03
@@ -59,16 +60,19 @@ SHARE = (np.arange(20001) + 0.5) / 20001
 @pytest.mark.parametrize(
     ("one", "law"),
     [
-        (Input("uniform", (2.0, 5.0)), stats.uniform(2, 3)),
-        (Input("normal", (1.0, 0.3)), stats.norm(1, 0.3)),
-        (Input("lognormal", (2.0, 0.5)), stats.lognorm(0.5, scale=2)),
-        (Input("triangular", (1.0, 2.0, 4.0)), stats.triang(1 / 3, 1, 3)),
-        (Input("normal", (0.0, 1.0), within=(-0.5, 2.0)), stats.truncnorm(-0.5, 2.0)),
-        (Input("normal", (0.0, 1.0), within=(9.0, 10.0)), stats.truncnorm(9.0, 10.0)),
+        (Input("uniform", (2.0, 5.0)), ("uniform", 2, 3)),
+        (Input("normal", (1.0, 0.3)), ("norm", 1, 0.3)),
+        (Input("lognormal", (2.0, 0.5)), ("lognorm", 0.5, 0, 2)),
+        (Input("triangular", (1.0, 2.0, 4.0)), ("triang", 1 / 3, 1, 3)),
+        (Input("normal", (0.0, 1.0), within=(-0.5, 2.0)), ("truncnorm", -0.5, 2.0)),
+        (Input("normal", (0.0, 1.0), within=(9.0, 10.0)), ("truncnorm", 9.0, 10.0)),
     ],
 )
-def test_quantiles(one: Input, law: stats.rv_continuous) -> None:
-    np.testing.assert_allclose(one.of(SHARE), law.ppf(SHARE), rtol=1e-9, atol=1e-12)
+def test_quantiles(one: Input, law: tuple[str, *tuple[float, ...]]) -> None:
+    from scipy import stats
+
+    name, *numbers = law
+    np.testing.assert_allclose(one.of(SHARE), getattr(stats, name)(*numbers).ppf(SHARE), rtol=1e-9, atol=1e-12)
 
 
 def test_a_choice_has_its_weights() -> None:

@@ -234,7 +234,7 @@ def printed(single: bool) -> dict[str, str]:
             "sensitivity": lanes.sensitivity_code(system, part, (), single)}  # fmt: skip
 
 
-@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("single", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_nvrtc_compiles_what_it_is_given(single: bool) -> None:
     """To machine code of an H100, where a closed loop stays in its registers."""
     core = pytest.importorskip("cuda.core")

@@ -111,7 +111,7 @@ def test_names_of_trials_give_way_to_numbers_where_they_have_no_room(fit: st.Fit
 
     assert named(2, "turn") == ["turn0", "turn1"]
     assert named(12, "a long name ") == [str(k + 1) for k in range(12)]
-    assert named(90, "a") == []
+    assert named(41, "a") == []
 
 
 def test_a_study_of_the_command_line_has_verbs(tmp_path: Path, trials: tuple[st.Trial, ...]) -> None:

@@ -110,7 +110,7 @@ PLANTED = [
     pytest.param("bias.psi", _shifted("psi", 3.0 * DEG), 3.0, 0.6, id="bias.psi", marks=pytest.mark.long),
     pytest.param("bias.r", _shifted("r", 0.05 * DEG), 0.05, 0.005, id="bias.r", marks=pytest.mark.long),
     pytest.param("scale.n_P", _scaled("n_P", 1.03), 3.0, 0.6, id="scale.n_P", marks=pytest.mark.long),
-    pytest.param("scale.u", _scaled("u", 1.03), 3.0, 0.3, id="scale.u"),
+    pytest.param("scale.u", _scaled("u", 1.03), 3.0, 0.3, id="scale.u", marks=pytest.mark.long),
     pytest.param("antenna.ahead", _aft, -100.0, 10.0, id="antenna.ahead"),
 ]
 

@@ -128,7 +128,7 @@ class KilledError(Exception):
 @pytest.mark.parametrize("generation", [pytest.param(1, marks=pytest.mark.long), 17,
                                         pytest.param(31, marks=pytest.mark.long)])  # fmt: skip
 def test_it_goes_on_from_its_record(problem: Problem, tmp_path: Path, generation: int) -> None:
-    quick, path = Evolution(runs=2, agree=2, generations=25), tmp_path / "checkpoint.npz"
+    quick, path = Evolution(runs=2, agree=2, generations=25, population=6), tmp_path / "checkpoint.npz"
 
     def stop(number: int, objective: float, validation: float) -> None:
         if number == generation:

@@ -5,7 +5,6 @@ import math
 import casadi as ca
 import numpy as np
 import pytest
-from scipy.stats import binom, chi2
 
 from seatrial.core.parameters import Free, read
 from seatrial.data import Trial
@@ -121,6 +120,8 @@ def test_velocities_are_at_least_three_times_better_than_differences(policy, kin
 @pytest.mark.long
 def test_nees_and_nis_lie_in_their_bands(sea, truth, kind):
     """Random accelerations, random starts: errors and innovations are as large as the filter says."""
+    from scipy.stats import chi2
+
     rng = np.random.default_rng(5)
     tracker = Kalman(SENSORS, WALK, kind=kind, start=sea.prior()).prepared(TUG)
     nees, late, nis = [], [], []
@@ -178,6 +179,8 @@ def test_K_and_T_of_a_nomoto_ship_come_back_within_three_sigma(kind):
 @pytest.mark.long
 def test_the_innovation_test_is_silent_on_the_right_model_as_designed(sea, truth):
     """At a false alarm in ten trials it rings as often as a binomial of 0.1 does (central 98 %)."""
+    from scipy.stats import binom
+
     rng = np.random.default_rng(8)
     tracker = Kalman(SENSORS, WALK, start=sea.prior(), false_alarm=0.1).prepared(TUG)
     rung = sum(not tracker.run(sea.measured(states, rng)).consistency.fits for states in truth)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
-from scipy.stats import chi2
 from tug_trials import NAMES, NOISE, TRUE, problem, sailed, trials
 
 from seatrial.environment import Uniform
@@ -45,6 +44,8 @@ def test_parameters_are_within_three_sigma(fits):
 def test_over_several_seeds_the_stated_covariance_is_the_true_one(fits):
     """Squared errors in the metric of the covariance are chi-squared with 22 degrees of freedom a seed."""
     total = sum(float((f.values - TRUE) @ np.linalg.solve(f.covariance, f.values - TRUE)) for f in fits)
+    from scipy.stats import chi2
+
     low, high = chi2.ppf([0.005, 0.995], 22 * len(fits))
     assert low < total < high
 
