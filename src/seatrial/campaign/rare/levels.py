@@ -1,6 +1,6 @@
 """The folder of a search for a rare event: a manifest, and each level as a Parquet file, complete or absent.
 
-    DIR/rare.json                  campaign, criterion, number of runs of a level
+    DIR/search.json                campaign, criterion, number of runs of a level
     DIR/levels/case-0-level-03.parquet  a run a row: inputs, indices, margin, and `z_...`, its point in normal space
 """
 
@@ -26,7 +26,7 @@ from ..chunk import sailed_at
 from .subset import Level, Limit
 
 SCHEMA = "seatrial-campaign-rare/1"
-MANIFEST = "rare.json"
+MANIFEST = "search.json"
 
 # Cumulated probabilities stay off 0 and 1, whose quantiles may be infinite.
 _EDGE = 2.0**-53
