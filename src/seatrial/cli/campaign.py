@@ -88,8 +88,10 @@ def _rare(source: Path, criterion: str, out: Path, runs: int | None, threads: in
             say_lines(f"{one.case}: no tenth of a level violates {criterion} down to {at.probability:.1e}, "
                       f"{one.runs} runs")  # fmt: skip
             continue
-        say_lines(f"{one.case}: {criterion} is violated with probability {at.probability:.3g} ({low:.2g} to {high:.2g}, "
-                  f"95 %; coefficient of variation {at.variation:.2g}), {one.runs} runs")  # fmt: skip
+        say_lines(
+            f"{one.case}: {criterion} is violated with probability {at.probability:.3g} "
+            f"({low:.2g} to {high:.2g}, 95 %; coefficient of variation {at.variation:.2g}), {one.runs} runs"
+        )
         if one.unknown:
             note(f"note: {one.unknown:.1%} of the last level did not reach the index; they count as no violation")
 
@@ -129,5 +131,3 @@ class _Progress:
         elif time.monotonic() - self._last > _EVERY:
             self._last = time.monotonic()
             note(text)
-
-

@@ -183,7 +183,9 @@ Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the s
 
 # Campaigns.
 CampaignSource = Annotated[Path, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]
-CampaignFolder = Annotated[Path | None, Option("-o", "--out", help="Write here: a folder, or the file of --merge, --report.")]
+CampaignFolder = Annotated[
+    Path | None, Option("-o", "--out", help="Write to this folder, or --merge or --report to this file.")
+]  # fmt: skip
 FromCampaign = Annotated[
     Path | None, Option("--from", metavar="DIR", help="Replay a run of the campaign in this folder.")
 ]  # fmt: skip

@@ -1,8 +1,8 @@
 """What a campaign shows: distributions, probabilities, sensitivities, and the runs worth looking at, by number.
 
-`analyse` reads the table of a folder column by column, so that ten million runs fit the memory.  Numbers are in SI units
-and radians.  With design saltelli, only runs A and B of each block are counted as independent; the runs between them
-share all inputs but one with A, and would make every interval too narrow.
+`analyse` reads the table of a folder column by column, so that ten million runs fit the memory.  Numbers are in SI
+units and radians.  With design saltelli, only runs A and B of each block are counted as independent; the runs between
+them share all inputs but one with A, and would make every interval too narrow.
 """
 
 from __future__ import annotations
@@ -237,7 +237,7 @@ def _sensitivity(rows: _Rows, runs: Array, values: Array) -> Sensitivity | None:
 def _lost(rows: _Rows, runs: Array) -> Lost:
     failed, complete = rows.column("failed"), rows.column("complete")
     over, short = np.isfinite(failed), complete == 0.0
-    counted = [Proportion(int(np.count_nonzero(rows.single(one, runs))), len(rows.single(one, runs)))
-               for one in (over, short)]  # fmt: skip
+    failed_, short_ = (Proportion(int(np.count_nonzero(one)), len(one))
+                       for one in (rows.single(over, runs), rows.single(short, runs)))  # fmt: skip
     first = runs[short & ~over][:_NAMED]
-    return Lost(rows.case, *counted, _most(runs, -failed, -1.0), tuple(int(run) for run in first))
+    return Lost(rows.case, failed_, short_, _most(runs, -failed, -1.0), tuple(int(run) for run in first))

@@ -19,6 +19,8 @@ LEVEL = 0.95
 _BARS = 40
 # The drawn range holds this share of the runs; the rest is counted beside it, so that no outlier hides the others.
 _DRAWN = 0.998
+# So many values tell whether all are multiples of a step.
+_LOOK = 10_000
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ def spread(values: Array) -> Spread:
     there = np.sort(values[np.isfinite(values)])
     n = len(there)
     if not n:
-        return Spread(0, len(values), *[math.nan] * 4, ())
+        return Spread(0, len(values), math.nan, math.nan, math.nan, math.nan, ())
     sigma = float(there.std(ddof=1)) if n > 1 else math.nan
     return Spread(n, len(values) - n, float(there.mean()), sigma, float(there[0]), float(there[-1]),
                   tuple(_quantile(there, share) for share in SHARES))  # fmt: skip
@@ -76,8 +78,9 @@ def _quantile(rising: Array, share: float) -> Quantile:
 
     n, tail = len(rising), 0.5 * (1.0 - LEVEL)
     low, high = int(binom.ppf(tail, n, share)) - 1, int(binom.ppf(1.0 - tail, n, share))
-    return Quantile(share, float(np.quantile(rising, share)),
-                    float(rising[low]) if low >= 0 else math.nan, float(rising[high]) if high < n else math.nan)  # fmt: skip
+    under, over = low >= 0, high < n
+    return Quantile(share, float(np.quantile(rising, share)), float(rising[low]) if under else math.nan,
+                    float(rising[high]) if over else math.nan)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -103,8 +106,19 @@ def histogram(groups: Sequence[Array]) -> Histogram | None:
     low, high = np.quantile(there, [0.5 - 0.5 * _DRAWN, 0.5 + 0.5 * _DRAWN])
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         return None
-    margin = 0.02 * (high - low)
-    edges = np.linspace(low - margin, high + margin, _BARS + 1)
+    edges = _edges(float(low), float(high), np.unique(there[:_LOOK].round(9)))
     counts = np.stack([np.histogram(group, edges)[0] / max(len(group), 1) for group in groups])
     return Histogram(edges, counts, tuple(float(1.0 - row.sum()) if len(group) else 0.0
                                           for row, group in zip(counts, groups, strict=True)))  # fmt: skip
+
+
+def _edges(low: float, high: float, levels: Array) -> Array:
+    """Edges of bars; times that are multiples of a step fall in the middle of equal numbers of steps."""
+    step = float(np.diff(levels).min()) if 1 < len(levels) < _LOOK // 10 else 0.0
+    if high - low < 2 * len(levels) * step:
+        width = max(round((high - low) / step / _BARS), 1) * step
+        first = low - 0.5 * step
+        bars = max(math.ceil((high + 0.5 * step - first) / width - 1e-6), 1)
+        return np.asarray(first + width * np.arange(bars + 1), dtype=np.float64)
+    margin = 0.02 * (high - low)
+    return np.linspace(low - margin, high + margin, _BARS + 1, dtype=np.float64)

@@ -83,8 +83,10 @@ def _check(campaign: Campaign, criterion: str, runs: int) -> None:
     if runs < 10 * SHARE or runs % SHARE:
         raise CampaignError(f"--runs is {runs}; give a multiple of {SHARE} from {10 * SHARE} on, such as {RUNS}")
     if campaign.gusts is not None:
-        raise CampaignError(f"{campaign.name}: gusts differ from run to run at the same inputs, which a search for rare "
-                            "events cannot follow; leave weather.gusts out, or count violations of many runs")  # fmt: skip
+        raise CampaignError(
+            f"{campaign.name}: gusts differ from run to run at the same inputs, which a search for rare events cannot "
+            "follow; leave weather.gusts out, or count the violations of many runs"
+        )
     if not campaign.dims:
         raise CampaignError(f"{campaign.name}: no input varies; every run is the same")
 

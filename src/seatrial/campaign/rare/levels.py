@@ -1,7 +1,9 @@
 """The folder of a search for a rare event: a manifest, and each level as a Parquet file, complete or absent.
 
-    DIR/search.json                campaign, criterion, number of runs of a level
+    DIR/search.json                     campaign, criterion, number of runs of a level
     DIR/levels/case-0-level-03.parquet  a run a row: inputs, indices, margin, and `z_...`, its point in normal space
+
+A level names its search, so that one of another cannot be taken for it.
 """
 
 from __future__ import annotations
@@ -114,8 +116,8 @@ def write_level(sought: Sought, case: int, level: Level, path: Path) -> None:
     import polars as pl
 
     sailed = sought.sail(case, level.points)
-    columns = {**{name: np.asarray(column, dtype=np.float64) for name, column in sailed.items()},
-               "margin": level.margins, **{f"z_{k}": column.copy() for k, column in enumerate(level.points.T)}}  # fmt: skip
+    columns = {name: np.asarray(column, dtype=np.float64) for name, column in sailed.items()}
+    columns |= {"margin": level.margins, **{f"z_{k}": column.copy() for k, column in enumerate(level.points.T)}}
     about = {"seatrial.rare": sought.digest, "bound": repr(level.bound), "accepted": repr(level.accepted),
              "factor": repr(level.factor)}  # fmt: skip
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -136,7 +138,8 @@ def read_level(sought: Sought, path: Path) -> tuple[Level, Mapping[str, Array]]:
         points = np.column_stack([table[name].to_numpy() for name in table.columns if name.startswith("z_")])
         margins = table["margin"].to_numpy()
     except (OSError, KeyError, ValueError, pl.exceptions.PolarsError) as error:
-        raise CampaignError(f"{path}: cannot be read ({str(error).splitlines()[0]}); delete it and search again") from None
+        why = str(error).splitlines()[0]
+        raise CampaignError(f"{path}: cannot be read ({why}); delete it and search again") from None
     if about.get("seatrial.rare") != sought.digest or len(margins) != sought.runs or math.isnan(sum(numbers)):
         raise CampaignError(f"{path}: is of another search; delete it and search again")
     rows = {name: table[name].to_numpy() for name in table.columns if name != "margin" and not name.startswith("z_")}

@@ -101,7 +101,8 @@ def next_level(limit: Limit, seed: int, number: int, above: Level) -> Level:
         margins.append(np.where(stays, there, margins[-1]))
         moved.append(float(stays.mean()))
         factor *= math.exp(moved[-1] - _WANTED)
-    return Level(np.concatenate(points), np.concatenate(margins), bound, float(np.mean(moved)), factor)
+    return Level(np.concatenate(points), np.concatenate(margins), bound=bound, accepted=float(np.mean(moved)),
+                 factor=factor)  # fmt: skip
 
 
 def _normal(seed: int, runs: int, dims: int, level: int, step: int) -> Array:

@@ -19,6 +19,11 @@ SCHEMA = "seatrial-campaign-report/1"
 _CHARTS = 4
 """Cases whose sensitivities are drawn; the JSON has all."""
 
+_PRINTED = (0.05, 0.5, 0.95)
+
+_CUT = 0.01
+"""Share of runs without an index from which its distribution is that of a selection."""
+
 
 def page(analysis: Analysis, units: Mapping[str, str], provenance: Mapping[str, str]) -> Page:
     """The whole page.
@@ -78,6 +83,11 @@ def _warnings(analysis: Analysis) -> Iterator[str]:
     if dropped and about["design"] == "saltelli":
         yield (f"Up to {dropped} blocks hold a run that did not reach an index, and are left out of its "
                "sensitivities.")  # fmt: skip
+    cut = {worded(one.index) for one in analysis.figures
+           if one.spread.missing > _CUT * (one.spread.missing + one.spread.count)}  # fmt: skip
+    if cut:
+        yield (f"More than {_CUT:.0%} of the runs did not reach: {', '.join(sorted(cut))}. What is shown of these is a "
+               "selection of the quicker runs; a longer duration may show all.")  # fmt: skip
     for one in analysis.judged:
         if one.missing:
             yield (f"{one.missing} runs{_of(analysis, one.case)} did not reach the {worded(one.index)}: its criterion "
@@ -87,15 +97,15 @@ def _warnings(analysis: Analysis) -> Iterator[str]:
 def _criteria(analysis: Analysis, units: Units) -> str:
     rows = [
         [worded(one.name), analysis.cases[one.case], bound(one, units), str(one.violated.runs), str(one.violated.hits),
-         share(one.violated), str(one.missing), ("> " if not one.violated.hits else "") + f"{one.violated.needed():.2g}"]
+         share(one.violated), str(one.missing), "> " * (not one.violated.hits) + number(one.violated.needed(), 2)]
         for one in analysis.judged
     ]  # fmt: skip
     if not rows:
         return ""
     head = ["criterion", "case", "bound", "runs", "violate it", "probability (95 %)", "not reached", "runs for ±10 %"]
-    remark = ("Intervals of Clopper and Pearson. Runs for ±10 %: how many a 95 % interval of a tenth of the probability "
-              f"takes. Without a violation, {runs_to_exclude(1e-3)} runs show a probability below 0.001, "
-              f"{runs_to_exclude(1e-6):.2g} one below 1e-6; seatrial campaign --rare needs 1e4.")  # fmt: skip
+    remark = ("Intervals of Clopper and Pearson. Runs for ±10 %: how many a 95 % interval of a tenth of the "
+              f"probability takes. Without a violation, {runs_to_exclude(1e-3)} runs show a probability below 0.001, "
+              f"{number(runs_to_exclude(1e-6), 2)} one below 1e-6; seatrial campaign --rare needs 1e4.")  # fmt: skip
     return table(head, rows, words=(1, 2)) + soft(remark)
 
 
@@ -107,18 +117,17 @@ def _distributions(analysis: Analysis, units: Units) -> str:
         caption = worded(name).capitalize() + (f"; {100 * beyond:.2g} % lie beyond" if beyond > 0 else "")
         drawn.append(figure(distribution(common, analysis.cases, unit(units, name), name, edges), caption))
     rows = [_row(one, analysis, units) for one in analysis.figures if one.spread.count]
-    shares_ = [f"{100 * q.share:g} %" for q in next((f.spread.quantiles for f in analysis.figures if f.spread.count), ())]
-    head = ["index", "case", "runs", "not reached", "mean", "std. dev.", "least", *shares_, "greatest"]
-    remark = ("Quantiles of the runs that reached an index; those of 5, 50 and 95 % with a 95 % interval that assumes no "
-              "distribution. Dashed lines in the figures: bounds of criteria.")  # fmt: skip
+    head = ["index", "case", "runs", "mean", "std. dev.", "least", *(f"{100 * q:g} %" for q in _PRINTED), "greatest"]
+    remark = ("Quantiles of the runs that reached an index, with a 95 % interval that assumes no distribution; the "
+              "JSON has more of them. Dashed lines in the figures: bounds of criteria.")  # fmt: skip
     return gallery(*drawn) + table(head, rows, words=(1,)) + soft(remark) if rows else ""
 
 
 def _row(one: Figure, analysis: Analysis, units: Units) -> list[str]:
     own, found = unit(units, one.index), one.spread
-    quantiles = [own.write(q.value) + (f" ({own.write(q.low)} to {own.write(q.high)})" if q.share in (0.05, 0.5, 0.95)
-                                       else "") for q in found.quantiles]  # fmt: skip
-    return [own.label(one.index), analysis.cases[one.case], str(found.count), str(found.missing), own.write(found.mean),
+    quantiles = [f"{own.write(q.value)} ({own.write(q.low)} to {own.write(q.high)})"
+                 for q in found.quantiles if q.share in _PRINTED]  # fmt: skip
+    return [own.label(one.index), analysis.cases[one.case], str(found.count), own.write(found.mean),
             own.write(found.sigma, 3), own.write(found.least), *quantiles, own.write(found.most)]  # fmt: skip
 
 

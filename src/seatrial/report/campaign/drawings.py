@@ -13,6 +13,7 @@ from .shown import Unit
 
 _WIDTH, _HEIGHT = 460, 250
 _ROW, _LEFT, _BAR = 24, 150, 270
+_TICKS = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 def distribution(drawn: Histogram, cases: Sequence[str], unit: Unit, name: str, bounds: Sequence[float]) -> str:
@@ -41,7 +42,7 @@ def shares(found: Sensitivity) -> str:
     effects = sorted(found.effects, key=lambda one: -(one.total if math.isfinite(one.total) else one.first))
     low = len(effects) * _ROW + 8
     parts = [f'<line x1="{_x(v):.1f}" x2="{_x(v):.1f}" y1="8" y2="{low}" stroke="{GRID}"/>'
-             + label(_x(v), low + 13, f"{v:g}", SOFT, anchor="middle") for v in (0.0, 0.25, 0.5, 0.75, 1.0)]  # fmt: skip
+             + label(_x(v), low + 13, f"{v:g}", SOFT, anchor="middle") for v in _TICKS]  # fmt: skip
     for k, one in enumerate(effects):
         top = 8 + k * _ROW
         parts.append(label(_LEFT - 8, top + 15, one.name, INK, anchor="end"))
@@ -52,10 +53,10 @@ def shares(found: Sensitivity) -> str:
             parts.append(f'<rect x="{_x(0):.1f}" y="{top + 13}" width="{_x(one.total) - _x(0):.1f}" height="7" '
                          f'fill="none" stroke="{VERMILION}"/>')  # fmt: skip
             parts.append(_whisker(one.total, one.total_error, top + 16.5))
-    words = "share of the variance: alone"
+    words = "share of variance: alone"
     parts.append(label(_LEFT, low + 30, words, BLUE, weight=600))
     if any(math.isfinite(one.total) for one in effects):
-        parts.append(label(_LEFT + 150, low + 30, "with interactions", VERMILION, weight=600))
+        parts.append(label(_LEFT + 160, low + 30, "with interactions", VERMILION, weight=600))
     return whole(_WIDTH, low + 40, parts)
 
 
