@@ -119,7 +119,7 @@ def write_level(sought: Sought, case: int, level: Level, path: Path) -> None:
     columns = {name: np.asarray(column, dtype=np.float64) for name, column in sailed.items()}
     columns |= {"margin": level.margins, **{f"z_{k}": column.copy() for k, column in enumerate(level.points.T)}}
     about = {"seatrial.rare": sought.digest, "bound": repr(level.bound), "accepted": repr(level.accepted),
-             "factor": repr(level.factor)}  # fmt: skip
+             "step": repr(level.step)}  # fmt: skip
     path.parent.mkdir(parents=True, exist_ok=True)
     write_together({path: lambda scratch: pl.DataFrame(columns).write_parquet(scratch, metadata=about)})
 
@@ -134,7 +134,7 @@ def read_level(sought: Sought, path: Path) -> tuple[Level, Mapping[str, Array]]:
 
     try:
         about, table = pl.read_parquet_metadata(path), pl.read_parquet(path)
-        numbers = [float(about[key]) for key in ("bound", "accepted", "factor")]
+        numbers = [float(about[key]) for key in ("bound", "accepted", "step")]
         points = np.column_stack([table[name].to_numpy() for name in table.columns if name.startswith("z_")])
         margins = table["margin"].to_numpy()
     except (OSError, KeyError, ValueError, pl.exceptions.PolarsError) as error:

@@ -2,9 +2,9 @@
 
 A rare event is reached in levels: each keeps the tenth of its points nearest to the event, and the next level samples
 the normal distribution inside the bound that they set, by Markov chains that start from them.  The probability is the
-product of the shares.  Chains move by conditional sampling with a step that is adapted to the rate of acceptance
-(Papaioannou et al. 2015, Probabilistic Engineering Mechanics 41), which does not degrade with the number of inputs; a
-level goes on with the step that the one above found, as the rates of the first moves would be lost otherwise.
+product of the shares.  Chains move by conditional sampling (Papaioannou et al. 2015, Probabilistic Engineering Mechanics 41), which does not
+degrade with the number of inputs.  Their step is adapted from level to level, to the rate of acceptance; a step that is
+adapted to the points of its own level biases the probability by some per cent.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Limit = Callable[[Array], Array]
 
 # Streams of the Philox counters: beside those of a campaign's points and gusts.
 _STREAM = 2**32
-_WANTED, _START = 0.44, 0.6  # rate of acceptance; first factor on the scatter of the seeds (both Papaioannou 2015)
+_WANTED, _START, _GAIN = 0.44, 0.6, 2.0  # rate of acceptance (Papaioannou 2015), first step, its adaptation
 
 
 @dataclass(frozen=True)
@@ -42,14 +42,14 @@ class Level:
         margins: shape (runs,), infinite where unknown.
         bound: margins of the level are at or below it; infinite for the first level.
         accepted: share of the moves that stayed inside; 1 for the first level.
-        factor: size of the moves over the scatter of the seeds, as adapted by the end of the level.
+        step: size of the moves of the next level, 1 for independent points.
     """
 
     points: Array
     margins: Array
     bound: float = math.inf
     accepted: float = 1.0
-    factor: float = _START
+    step: float = _START
 
     @property
     def next_bound(self) -> float:
@@ -90,25 +90,23 @@ def next_level(limit: Limit, seed: int, number: int, above: Level) -> Level:
     bound, members = above.next_bound, np.flatnonzero(above.inside)
     chains = len(above.margins) // SHARE
     chosen = members[np.arange(chains) * len(members) // chains]  # all, unless margins are equal
-    points, margins = [above.points[chosen]], [above.margins[chosen]]
-    scatter, factor, moved = points[0].std(axis=0), above.factor, list[float]()
-    for step in range(1, SHARE):
-        sigma = np.minimum(factor * scatter, 1.0)
-        proposed = np.sqrt(1.0 - sigma**2) * points[-1] + sigma * _normal(seed, *points[0].shape, number, step)
+    points, margins, sigma, moved = [above.points[chosen]], [above.margins[chosen]], above.step, list[float]()
+    for move in range(1, SHARE):
+        proposed = math.sqrt(1.0 - sigma**2) * points[-1] + sigma * _normal(seed, *points[0].shape, number, move)
         there = _known(limit(proposed))
         stays = there <= bound
         points.append(np.where(stays[:, None], proposed, points[-1]))
         margins.append(np.where(stays, there, margins[-1]))
         moved.append(float(stays.mean()))
-        factor *= math.exp(moved[-1] - _WANTED)
-    return Level(np.concatenate(points), np.concatenate(margins), bound=bound, accepted=float(np.mean(moved)),
-                 factor=factor)  # fmt: skip
+    accepted = float(np.mean(moved))
+    step = min(sigma * math.exp(_GAIN * (accepted - _WANTED)), 1.0)
+    return Level(np.concatenate(points), np.concatenate(margins), bound, accepted, step)
 
 
-def _normal(seed: int, runs: int, dims: int, level: int, step: int) -> Array:
+def _normal(seed: int, runs: int, dims: int, level: int, move: int) -> Array:
     from scipy.special import ndtri
 
-    return ndtri(uniform(seed, dims, 0, runs, _STREAM + level * SHARE + step))
+    return ndtri(uniform(seed, dims, 0, runs, _STREAM + level * SHARE + move))
 
 
 def _known(margins: Array) -> Array:
