@@ -40,8 +40,9 @@ REPEATS = 2
 def document(runs: int, chunk: int, duration: float) -> str:
     """Zigzags of a random tanker."""
     inputs = "\n".join(f'"ship.hull.{name}" = {{ uniform = [0.9, 1.1], factor = true }}' for name in INPUTS)
-    return (f'schema = "seatrial-campaign/1"\nships = ["kvlcc2_l7"]\nruns = {runs}\nchunk = {chunk}\n[manoeuvre]\n'
-            f'kind = "zigzag"\nrudder = 20.0\nheading = 20.0\nduration = {duration}\ndt = {DT}\n[inputs]\n{inputs}\n')  # fmt: skip
+    ordered = f'kind = "zigzag"\nrudder = 20.0\nheading = 20.0\nduration = {duration}\ndt = {DT}'
+    drawn = f'schema = "seatrial-campaign/1"\nships = ["kvlcc2_l7"]\nruns = {runs}\nchunk = {chunk}'
+    return f"{drawn}\n[manoeuvre]\n{ordered}\n[inputs]\n{inputs}\n"
 
 
 def spent(runs: int, chunk: int, duration: float) -> tuple[float, float]:
@@ -126,13 +127,15 @@ def main() -> None:
     """Measure, fit, predict and publish."""
     spent(1000, CHUNK, 80.0)  # kernels are compiled and cached
     found = [spent(*one) for one in FITTED]
-    fit, _ = nnls(np.array([terms(*one) for one in FITTED]) / np.array([[one[0]] for one in found]), np.ones(len(found)))
+    cost = np.array([one[0] for one in found])
+    fit, _ = nnls(np.array([terms(*one) for one in FITTED]) / cost[:, None], np.ones(len(cost)))
     measured, size = spent(*PREDICTED)
     table = rows(fit, size, (measured, float(np.dot(terms(*PREDICTED), fit))))
+    few = PLACES[:2]
     laws = {
         "listing the parts that are missing": (FILES, listing()),
         "entering a Sobol sequence of 10 inputs": (PLACES, power(PLACES, lambda n: _draw("sobol", n, n + 1, 2**30))),
-        "drawing a Latin hypercube of 5 inputs": (PLACES[:2], power(PLACES[:2], lambda n: _draw("latin-hypercube", 0, 1, n))),
+        "drawing a Latin hypercube of 5 inputs": (few, power(few, lambda n: _draw("latin-hypercube", 0, 1, n))),
     }  # fmt: skip
     for what, (sizes, (taken, factor, exponent)) in laws.items():
         table.append((f"{what}: {sizes[-1]}", taken[-1], "s", "-"))

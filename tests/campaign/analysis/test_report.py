@@ -8,7 +8,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import polars as pl
 import pytest
 
@@ -62,7 +61,7 @@ def test_the_numbers_are_those_of_the_table(saltelli: Folder) -> None:
     said = reported(folder)
     own = table.filter((pl.col("case") == 0) & (pl.col("run") % 80 % 4).is_in([0, 3]))  # runs A and B of each block
     (judged,) = [one for one in said["criteria"] if one["case"] == 0]
-    assert (judged["violated"]["hits"], judged["violated"]["runs"]) == (int((own["first_overshoot_met"] == 0).sum()), 40)
+    assert judged["violated"] == {"hits": int((own["first_overshoot_met"] == 0).sum()), "runs": 40}
     figure = next(one for one in said["figures"] if (one["case"], one["index"]) == (0, "first_overshoot"))
     assert figure["spread"]["count"] == 40
     assert figure["spread"]["mean"] == pytest.approx(own["first_overshoot"].mean())
@@ -103,18 +102,25 @@ def test_missing_parts_are_named_and_cut_no_block(saltelli: Folder, tmp_path: Pa
 
 def test_failed_and_incomplete_runs_are_counted_and_named(tmp_path: Path) -> None:
     """A current far beyond the validity of the ship ends some runs; short ones lack their later indices."""
-    text = FILE.replace('"saltelli"', '"random"').replace('["kvlcc2_l7", "esso_osaka_3m"]', '["kvlcc2_l7"]')
+    text = (
+        FILE.replace('"saltelli"', '"random"')
+        .replace('["kvlcc2_l7", "esso_osaka_3m"]', '["kvlcc2_l7"]')
+        .replace("runs = 80", "runs = 300")
+    )
     folder, table = computed(tmp_path, text.replace('"policy.delta"', 'u = { uniform = [0.1, 4.0] }\n"policy.delta"'))
     said = reported(folder)
     (lost,) = said["lost"]
     failed = table.filter(table["failed"].is_finite())
-    assert lost["failed"] == {"hits": failed.height, "runs": 80}
+    assert failed.height > 0
+    assert lost["failed"] == {"hits": failed.height, "runs": 300}
     assert lost["incomplete"]["hits"] == int((table["complete"] == 0).sum()) > 0
     first = failed.sort("failed", "run")
     assert [one["run"] for one in lost["first_failed"]] == first["run"][:5].to_list()
     page = (folder / "report.html").read_text()
     assert "selection of the quicker runs" in page
-    assert np.all([one["sensitivity"] is None or "given data" in one["sensitivity"]["method"] for one in said["figures"]])
+    methods = [one["sensitivity"]["method"] for one in said["figures"] if one["sensitivity"]]
+    assert methods
+    assert all("given data" in one for one in methods)
 
 
 @pytest.mark.parametrize(
@@ -125,9 +131,7 @@ def test_failed_and_incomplete_runs_are_counted_and_named(tmp_path: Path) -> Non
         (["--report", "--merge"], "give one of them"),
     ],
 )
-def test_wrong_requests(
-    saltelli: Folder, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str
-) -> None:
+def test_wrong_requests(saltelli: Folder, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str) -> None:
     folder, before = saltelli[0], (saltelli[0] / "campaign.json").read_bytes()
     assert main(["campaign", str(folder), *(one.format(folder) for one in arguments)]) == 2
     lines = capsys.readouterr().err.strip().splitlines()

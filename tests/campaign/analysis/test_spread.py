@@ -13,7 +13,7 @@ from seatrial.campaign.designs import uniform
 
 
 def test_intervals_of_quantiles_hold_the_truth() -> None:
-    held = {share: 0 for share in SHARES[1:-1]}
+    held = dict.fromkeys(SHARES[1:-1], 0)
     for seed in range(400):
         found = spread(-np.log(uniform(seed, 1, 0, 200)[:, 0]))
         for q in found.quantiles:

@@ -2,9 +2,9 @@
 
 A rare event is reached in levels: each keeps the tenth of its points nearest to the event, and the next level samples
 the normal distribution inside the bound that they set, by Markov chains that start from them.  The probability is the
-product of the shares.  Chains move by conditional sampling (Papaioannou et al. 2015, Probabilistic Engineering Mechanics 41), which does not
-degrade with the number of inputs.  Their step is adapted from level to level, to the rate of acceptance; a step that is
-adapted to the points of its own level biases the probability by some per cent.
+product of the shares.  Chains move by conditional sampling (Papaioannou et al. 2015, Probabilistic Engineering
+Mechanics 41), which does not degrade with the number of inputs.  Their step is adapted from level to level, to the rate
+of acceptance; a step that is adapted to the points of its own level biases the probability by some per cent.
 """
 
 from __future__ import annotations
@@ -88,11 +88,11 @@ def first_level(limit: Limit, seed: int, runs: int, dims: int) -> Level:
 def next_level(limit: Limit, seed: int, number: int, above: Level) -> Level:
     """The level within the bound of the one `above`; `number` counts from 1."""
     bound, members = above.next_bound, np.flatnonzero(above.inside)
-    chains = len(above.margins) // SHARE
+    chains, dims = len(above.margins) // SHARE, above.points.shape[1]
     chosen = members[np.arange(chains) * len(members) // chains]  # all, unless margins are equal
     points, margins, sigma, moved = [above.points[chosen]], [above.margins[chosen]], above.step, list[float]()
     for move in range(1, SHARE):
-        proposed = math.sqrt(1.0 - sigma**2) * points[-1] + sigma * _normal(seed, *points[0].shape, number, move)
+        proposed = math.sqrt(1.0 - sigma**2) * points[-1] + sigma * _normal(seed, chains, dims, number, move)
         there = _known(limit(proposed))
         stays = there <= bound
         points.append(np.where(stays[:, None], proposed, points[-1]))
