@@ -22,7 +22,7 @@ other work.
 `make bench` writes the tables below from scripts of the repository, one script for each claim. Times are the shortest
 of repeated runs."""
 SCRIPTS = ("engine", "gpu", "peers", "campaign", "tuning", "export", "shooting", "networks", "training", "realtime",
-           "envs", "cold_start", "import_table")  # fmt: skip
+           "envs", "cold_start", "import_table", "scaling")  # fmt: skip
 
 
 def publish(name: str, rows: list[dict[str, Any]]) -> None:

@@ -51,13 +51,17 @@ class Part:
     columns: Mapping[str, Array]
 
 
-def drawn(campaign: Campaign, case: int, first: int, last: int) -> dict[str, Array]:
+def drawn(campaign: Campaign, case: int, first: int, last: int, cube: Array | None = None) -> dict[str, Array]:
     """Inputs of runs `first` to `last` (not included) of a case, each of shape (runs,).
+
+    Args:
+        cube: points of the unit cube in place of those of the design, shape (runs, dims).
 
     Raises:
         CampaignError: a draw that is impossible, such as a negative mass, with its run.
     """
-    cube = points(campaign.design, campaign.seed, campaign.dims, campaign.runs, first, last, campaign.levels)
+    if cube is None:
+        cube = points(campaign.design, campaign.seed, campaign.dims, campaign.runs, first, last, campaign.levels)
     usual = _usual(campaign, campaign.cases[case])
     out: dict[str, Array] = {}
     for name, one in campaign.inputs.items():
@@ -146,15 +150,21 @@ def samples(case: Case) -> int:
     return round(case.duration / case.dt) + 1
 
 
-def ready(campaign: Campaign, at: int, first: int, last: int) -> Runs:
-    """Runs `first` to `last` (not included) of case number `at`."""
-    case, columns, lanes = campaign.cases[at], drawn(campaign, at, first, last), last - first
+def ready(campaign: Campaign, at: int, first: int, last: int, cube: Array | None = None) -> Runs:
+    """Runs `first` to `last` (not included) of case number `at`; `cube` as of `drawn`."""
+    case, columns, lanes = campaign.cases[at], drawn(campaign, at, first, last, cube), last - first
     around = _around(campaign, case, columns, first, lanes)
     vary = {name: v for name, v in columns.items() if name not in WEATHER and name not in STATES}
     if campaign.balanced:
         vary["policy.n_P"] = balanced(case.ship, vary, columns.get("u", np.full(lanes, case.speed)))
         columns["policy.n_P"] = vary["policy.n_P"]
     return Runs(case, columns, vary, _start(case, columns, around[:, 0]), around, lanes)
+
+
+def sailed_at(campaign: Campaign, at: int, cube: Array, threads: int = 1) -> dict[str, Array]:
+    """Inputs and indices of case number `at` at points of the unit cube, shape (runs, dims); without gusts."""
+    runs = ready(campaign, at, 0, len(cube), cube)
+    return {**runs.columns, **_sailed(runs, campaign.weather, threads)}
 
 
 def compute(campaign: Campaign, number: int, threads: int = 1) -> Part:

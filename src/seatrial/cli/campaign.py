@@ -16,29 +16,45 @@ _EVERY = 10.0  # off a terminal, seconds between lines of progress
 def campaign(
     source: o.CampaignSource, out: o.CampaignFolder = None, shard: o.Shard = None, threads: o.Threads = None,
     dask: o.Dask = None, show: o.CampaignStatus = False, verify: o.Verify = False, merge: o.Merge = False,
-    json: o.Json = False,
+    report: o.CampaignReport = False, rare: o.Rare = None, runs: o.RareRuns = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Run many manoeuvres of varied ships and weather."""
     from ..workflow import RequestError
 
-    asked = [name for name, given in (("--status", show), ("--verify", verify), ("--merge", merge)) if given]
+    asked = [name for name, given in (("--status", show), ("--verify", verify), ("--merge", merge),
+                                      ("--report", report), ("--rare", rare is not None)) if given]  # fmt: skip
     if len(asked) > 1:
         raise RequestError(f"{' and '.join(asked)}: give one of them")
-    if asked:
-        _look(source, verify, merge, out, json)
-        return
-    if out is None:
-        raise RequestError("give the folder of the campaign with -o DIR, or --status, --verify or --merge of one")
-    _run(source, out, shard, threads, dask, json)
+    if runs is not None and rare is None:
+        raise RequestError("--runs is for --rare; the runs of a campaign stand in its file")
+    if merge or report:
+        _write(source, out, merge, json)
+    elif show or verify:
+        _look(source, verify, json)
+    elif out is None:
+        raise RequestError("give the folder of the campaign with -o DIR, or --status, --verify, --merge or --report "
+                           "of one")  # fmt: skip
+    elif rare is not None:
+        _rare(source, rare, out, runs, threads, json)
+    else:
+        _run(source, out, shard, threads, dask, json)
 
 
-def _look(folder: Path, verify: bool, merge: bool, out: Path | None, json: bool) -> None:
+def _write(folder: Path, out: Path | None, merge: bool, json: bool) -> None:
     from ..workflow import campaigns as work
 
     if merge:
         path = work.merged(folder, out)
-        emit({"file": path}) if json else say_lines(f"wrote {path}")
-        return
+    else:
+        from ..workflow.campaigns.analysing import report
+
+        path = report(folder, out)
+    emit({"file": path}) if json else say_lines(f"wrote {path}")
+
+
+def _look(folder: Path, verify: bool, json: bool) -> None:
+    from ..workflow import campaigns as work
+
     found = work.status(folder, verify=verify)
     if json:
         emit(found.document)
@@ -50,6 +66,34 @@ def _look(folder: Path, verify: bool, merge: bool, out: Path | None, json: bool)
         note(f"error: {fault}")
     if found.faults:
         raise typer.Exit(1)
+
+
+def _rare(source: Path, criterion: str, out: Path, runs: int | None, threads: int | None, json: bool) -> None:
+    from ..workflow.campaigns.analysing import rare
+    from ..workflow.request import Stopped
+
+    def told(case: str, level: int, so_far: float) -> None:
+        note(f"{case}: level {level}, probability below it {so_far:.3g}")
+
+    try:
+        found = rare(source, criterion, out, runs=runs, threads=threads, watch=told, note=note)
+    except KeyboardInterrupt:
+        raise Stopped(f"interrupted; run the same command again to go on in {out}") from None
+    if json:
+        emit(found.document)
+        return
+    for one in found.cases:
+        (low, high), at = one.estimate.interval, one.estimate
+        if not one.reached:
+            say_lines(f"{one.case}: no tenth of a level violates {criterion} down to {at.probability:.1e}, "
+                      f"{one.runs} runs")  # fmt: skip
+            continue
+        say_lines(
+            f"{one.case}: {criterion} is violated with probability {at.probability:.3g} "
+            f"({low:.2g} to {high:.2g}, 95 %; coefficient of variation {at.variation:.2g}), {one.runs} runs"
+        )
+        if one.unknown:
+            note(f"note: {one.unknown:.1%} of the last level did not reach the index; they count as no violation")
 
 
 def _run(source: Path, out: Path, shard: str | None, threads: int | None, dask: str | None, json: bool) -> None:
@@ -87,5 +131,3 @@ class _Progress:
         elif time.monotonic() - self._last > _EVERY:
             self._last = time.monotonic()
             note(text)
-
-

@@ -183,7 +183,9 @@ Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the s
 
 # Campaigns.
 CampaignSource = Annotated[Path, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]
-CampaignFolder = Annotated[Path | None, Option("-o", "--out", help="Write to this folder; go on if it was killed.")]
+CampaignFolder = Annotated[
+    Path | None, Option("-o", "--out", help="Write to this folder, or --merge or --report to this file.")
+]  # fmt: skip
 FromCampaign = Annotated[
     Path | None, Option("--from", metavar="DIR", help="Replay a run of the campaign in this folder.")
 ]  # fmt: skip
@@ -193,3 +195,8 @@ Dask = Annotated[str | None, Option(metavar="ADDRESS", help="Use a Dask cluster:
 CampaignStatus = Annotated[bool, Option("--status", help="Show how far the campaign of a folder is.")]
 Verify = Annotated[bool, Option("--verify", help="Read every part and compare it with the manifest.")]
 Merge = Annotated[bool, Option("--merge", help="Write the whole table to one Parquet file.")]
+CampaignReport = Annotated[bool, Option("--report", help="Write a page of what the runs of a folder show.")]
+Rare = Annotated[
+    str | None, Option(metavar="CRITERION", help="Estimate how rarely a criterion of the file is violated.")
+]  # fmt: skip
+RareRuns = Annotated[int | None, Option("--runs", metavar="N", help="Sail so many runs a level of --rare.")]

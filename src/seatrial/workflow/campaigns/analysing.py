@@ -1,0 +1,104 @@
+"""What a campaign shows: the report of a folder, and the probability of a rare violation."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ... import __version__
+from ...campaign import Campaign
+from ...campaign.analysis import analyse
+from ...campaign.folder import MANIFEST, Held, open_folder
+from ...campaign.rare import RUNS, Rare, Watch
+from ...campaign.rare import rare as search
+from ...core.files import plain, write_whole
+from ...engine.rollout import default_threads
+from ...report.campaign import page
+from ...report.page import write
+from .. import RequestError
+from ..request import Note, check_output, silent
+from .reading import campaign_of, figure_units, read_campaign
+
+REPORT = "report.html"
+
+
+def report(folder: Path, out: Path | None = None) -> Path:
+    """Write the report of a campaign, `report.html` in its folder unless named, and its numbers beside it.
+
+    Raises:
+        RequestError: a path that is no page, or would overwrite the manifest of the campaign.
+        CampaignError: a folder without runs.
+    """
+    check_output(out, (".html",), "a page")
+    held, path = open_folder(folder), out or folder / REPORT
+    if path.with_suffix(".json").resolve() == (folder / MANIFEST).resolve():
+        raise RequestError(f"{path}: its numbers would overwrite {folder / MANIFEST}; choose another name with -o")
+    about = held.document
+    origin = {"campaign": str(about["source"] or "Python"), "folder": str(folder.resolve()), "seed": str(about["seed"]),
+              "digest": about["digest"], "seatrial": about["version"]}  # fmt: skip
+    return write(path, page(analyse(held), _units(held), origin))
+
+
+def _units(held: Held) -> dict[str, str]:
+    """SI unit of each index; none of a campaign whose ships or file are gone, whose numbers remain SI."""
+    text, source = (str(held.document.get(key) or "") for key in ("text", "source"))
+    if not text or not source:
+        return {}
+    try:
+        plan = campaign_of(tomllib.loads(text), Path(source))
+    except (RequestError, OSError):
+        return {}
+    return {name: unit for case in plan.cases for name, unit in figure_units(case, plan.weather).items()}
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search for a rare violation gave.
+
+    Attributes:
+        campaign: as read.
+        criterion: name.
+        cases: estimate of each.
+    """
+
+    campaign: Campaign
+    criterion: str
+    cases: tuple[Rare, ...]
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """For JSON, SI units and radians."""
+        return {"schema": "seatrial-campaign-rare-result/1", "name": self.campaign.name, "criterion": self.criterion,
+                "bound": vars(self.campaign.criteria[self.criterion]), "version": __version__,
+                "cases": [_document(one) for one in self.cases]}  # fmt: skip
+
+
+def _document(one: Rare) -> dict[str, Any]:
+    low, high = one.estimate.interval
+    levels = [{"margin": level.bound, "share": level.share, "accepted": level.accepted} for level in one.levels]
+    return {"case": one.case, "probability": one.estimate.probability, "variation": one.estimate.variation,
+            "interval": [low, high], "reached": one.reached, "runs": one.runs, "unknown": one.unknown,
+            "levels": levels, "nearest": one.nearest, "distance": one.distance}  # fmt: skip
+
+
+def rare(
+    path: Path, criterion: str, out: Path, *, runs: int | None = None, threads: int | None = None,
+    watch: Watch | None = None, note: Note = silent,
+) -> Found:  # fmt: skip
+    """Search for violations of a criterion; the folder gets `rare.json` and the levels.
+
+    Raises:
+        RequestError: a campaign or a search that cannot be carried out.
+        CampaignError: no such criterion, or a folder of something else.
+    """
+    if threads is not None and threads < 1:
+        raise RequestError(f"--threads is {threads}; give 1 or more")
+    plan = read_campaign(path, note)
+    cases = search(plan, criterion, out, runs=RUNS if runs is None else runs, threads=threads or default_threads(),
+                   watch=watch)  # fmt: skip
+    found = Found(plan, criterion, cases)
+    write_whole(out / "rare.json", json.dumps(plain(found.document), indent=1) + "\n")
+    return found
