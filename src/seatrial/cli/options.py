@@ -75,6 +75,13 @@ Rps = Annotated[float | None, Option(help="Set the propeller revolutions [1/s]."
 Throttle = Annotated[float | None, Option(help="Set the throttle of a craft driven by throttle [%].")]
 Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
 TimeStep = Annotated[float | None, Option(help="Set the time step [s].")]
+Bands = Annotated[
+    float | None, Option("--bands", metavar="PERCENT", help="Give bands of a fitted ship, such as of 95 percent.")
+]  # fmt: skip
+Draws = Annotated[int | None, Option("--draws", help="Draw so many ships for --bands (default: 1000).")]
+Extrapolate = Annotated[
+    bool, Option("--extrapolate", help="Give --bands beyond the ranges of the trials of the fit.")
+]  # fmt: skip
 Device = Annotated[str, Option(help="Run on the processor, cpu, or on a GPU: cuda, cuda:1 ...")]
 
 # What is around the ship.

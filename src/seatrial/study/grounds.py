@@ -22,8 +22,9 @@ Ranges = Mapping[str, tuple[float, float]]
 DRIFT = "drift"
 """Angle of drift at midship, atan2(-v_m, u) [rad]."""
 
-# Of the samples so many at either end are outliers, and a range reaches so much of its width beyond the others.
-_OUTLIERS, _MARGIN = 1e-3, 0.05
+# So many of the samples at either end are outliers; a range reaches so much of its width, or of its greatest value,
+# beyond the others.
+_OUTLIERS, _MARGIN, _SAME = 1e-3, 0.05, 0.02
 # Drift and rate of turn over speed mean nothing below this share of the greatest speed.
 _SLOW = 0.1
 # What a trial that does not log it is taken to have: still air, no waves, deep water.
@@ -97,7 +98,8 @@ def beyond(found: Ranges, run: Trial, controls: Sequence[str]) -> tuple[Beyond, 
             continue
         low, high = found[name]
         reached = float(known.min()), float(known.max())
-        slack = max(_MARGIN * (high - low), 1e-9) if math.isfinite(high - low) else 0.0  # of a depth, none
+        size = max(abs(low), abs(high))
+        slack = max(_MARGIN * (high - low), _SAME * size, 1e-9) if math.isfinite(size) else 0.0
         if reached[0] < low - slack or reached[1] > high + slack:
             out.append(Beyond(name, (low, high), reached))
     return tuple(out)
