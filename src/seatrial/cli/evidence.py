@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from . import options as o
+from .fits import Terminal, show
 from .render import emit, figure, say_lines, show_table
 
 if TYPE_CHECKING:
@@ -13,6 +15,16 @@ if TYPE_CHECKING:
     from ..workflow.evidence.bands import Banded
 
 _DEGREES = math.degrees(1.0)
+
+
+def card(
+    model: o.FittedModel, out: o.Report = None, trials: o.Unseen = None, restart: o.Windows = None,
+    json: o.Json = False,
+) -> None:  # fmt: skip
+    """Write the card of a fitted model: validity, errors, uses."""
+    from ..workflow.evidence.card import card as run
+
+    show(run(model, out=out, trials=trials or (), restart=restart, sink=Terminal()), json)
 
 
 def show_bands(banded: Banded, json: bool) -> None:

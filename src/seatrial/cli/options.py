@@ -122,6 +122,12 @@ FitPage = Annotated[bool, Option("--page", help="Show the running fit on a local
 FitPort = Annotated[int | None, Option(help="Serve --page at this port, 0 for a free one (default: 8021).")]
 Trust = Annotated[list[str] | None, Option(metavar="MODULE", help="Import classes of files from MODULE. Repeatable.")]
 
+FittedModel = Annotated[str, Argument(metavar="MODEL", help="Name the model.toml of a fit.")]
+Unseen = Annotated[
+    list[Path] | None, Option("--trials", help="Judge on these trials (default: kept back). Repeatable.")
+]  # fmt: skip
+Windows = Annotated[float | None, Option("--restart", help="Judge windows of N seconds (default: of the study).")]
+
 # Design and judgement.
 Purpose = Annotated[str | None, Option("--for", help="Recommend families for a purpose such as berthing.")]
 FreeParameters = Annotated[list[str], Option("--free", help="Name parameters to be identified, such as 'hull.*'.")]
