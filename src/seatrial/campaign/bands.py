@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.executors import processors
 from ..core.parameters import values
 from ..data import Array, DataError, Trial
 from ..environment import CHANNELS, Weather
@@ -76,7 +77,7 @@ def sides(level: float) -> tuple[float, float]:
 
 def bands(
     ship: Ship, policy: Manoeuvre, names: Sequence[str], draws: Array, *, speed: float, duration: float, dt: float,
-    weather: Weather, held: bool = True, threads: int | None = None,
+    weather: Weather, held: bool = True, threads: int = 0,
 ) -> Bands:  # fmt: skip
     """Sail a manoeuvre with every draw.
 
@@ -86,12 +87,12 @@ def bands(
         speed: initial speed ahead through the water [m/s]; also what the revolutions hold.
         duration, dt: length and time step of each run [s].
         held: whether each draw starts with the revolutions that hold its speed; else all have those of `policy`.
-        threads: of the processor; None takes all of them.
+        threads: of the processor; 0 takes all of them.
 
     Raises:
         CampaignError: no revolutions hold the speed of a draw.
     """
-    step = step_of(ship, policy, dt)
+    step, threads = step_of(ship, policy, dt), threads or processors()
     around = weather.series(step, round(duration / step) + 1)[None]
     vary = {f"ship.{name}": column for name, column in zip(names, draws.T, strict=True)}
     if held and balances(ship, policy):
@@ -118,7 +119,7 @@ def step_of(ship: Ship, policy: Manoeuvre, dt: float) -> float:
 
 
 def _tallied(
-    case: Case, tally: Tally, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, threads: int | None
+    case: Case, tally: Tally, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, threads: int
 ) -> Bands:  # fmt: skip
     """One kernel for all runs: every so many rows of them, and the indices from their last.
 
@@ -158,7 +159,7 @@ def _columns(found: Sequence[Mapping[str, float]]) -> dict[str, Array]:
 
 
 def _whole(
-    case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, threads: int | None
+    case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, threads: int
 ) -> Bands:  # fmt: skip
     """Runs of a manoeuvre without a tally, each read as a whole."""
     steps = round(case.duration / case.dt) + 1

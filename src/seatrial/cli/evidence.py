@@ -40,8 +40,8 @@ def show_bands(banded: Banded, json: bool) -> None:
             for name, one in found.items()]  # fmt: skip
     title = f"{ran.ship.name}, {ran.policy.kind}"
     show_table((title, "value", "from", "to", "unit"), rows, right=(1, 2, 3))
-    say_lines(f"from, to: {100 * banded.level:g} % of {len(banded.draws)} draws from the posterior of the fit; –: too few reach it, or it "
-              "is read of single runs only")
+    say_lines(f"from, to: {100 * banded.level:g} % of {len(banded.draws)} draws from the posterior of the fit",
+              "–: too few of them reach it, or it is read of single runs only")  # fmt: skip
 
 
 def _index(value: Index, low: Index, high: Index) -> Mapping[str, Any]:

@@ -168,8 +168,9 @@ def prepared(
     if begin is not None:
         first[0] = begin[1]
     begun = np.hstack([first, hidden[starts]])
-    memory = open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)]) if remembered is None else remembered
-    return Prepared(t, state, starts, begun, lanes, memory, dt, substeps(ship, dt, method), steps)
+    if remembered is None:
+        remembered = open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])
+    return Prepared(t, state, starts, begun, lanes, remembered, dt, substeps(ship, dt, method), steps)
 
 
 def _joined(run: Rollout, trial: Trial, t: Array, starts: Sequence[int], width: int) -> Array:

@@ -24,7 +24,7 @@ DRIFT = "drift"
 
 # So many of the samples at either end are outliers; a range reaches so much of its width, or of its greatest value,
 # beyond the others.
-_OUTLIERS, _MARGIN, _SAME = 1e-3, 0.05, 0.02
+_OUTLIERS, _MARGIN, _SAME = 1e-3, 0.1, 0.05
 # Drift and rate of turn over speed mean nothing below this share of the greatest speed.
 _SLOW = 0.1
 # What a trial that does not log it is taken to have: still air, no waves, deep water.

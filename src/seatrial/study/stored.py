@@ -137,8 +137,8 @@ def posterior(model: str | Path) -> Posterior:
     ship, fit, summary = load(file), load_fit(file.parent), load_fit_summary(file.parent)
     made = ship.notes.get("provenance", {}).get("digest", "none")
     if made != fit.digest:
-        raise StudyError(f"{file}: is of fit {made}, the {SUMMARY} beside it of fit {fit.digest}; keep the two files of "
-                         "one run together")  # fmt: skip
+        raise StudyError(f"{file}: is of fit {made}, the {SUMMARY} beside it of fit {fit.digest}; keep the two files "
+                         "of one run together")  # fmt: skip
     for free, value in zip(fit.free, fit.values, strict=True):
         own = float(read(ship.model, free.path))
         if not math.isclose(own, value, rel_tol=1e-6, abs_tol=1e-12):

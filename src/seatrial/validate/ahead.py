@@ -2,8 +2,8 @@
 
 Each trial is cut into windows that start in the measured state.  The fitted numbers predict it, and so does every draw
 of the parameters, from a start that is off by the noise of the instruments, as the reading at the end is; at each
-horizon the error and whether the measurement lies within the band of the draws are kept.  Nothing else widens the bands:
-where they hold less often than they say, the model lacks something.
+horizon the error and whether the measurement lies within the band of the draws are kept.  Nothing else widens the
+bands: where they hold less often than they say, the model lacks something.
 """
 
 from __future__ import annotations
@@ -139,7 +139,8 @@ def by_kind(found: Iterable[Ahead]) -> tuple[Row, ...]:
     every = list(found)
     kinds = dict.fromkeys(sorted(one.kind for one in every))
     parts = [(kind, [one for one in every if one.kind == kind]) for kind in kinds]
-    return tuple(row for kind, some in [*parts, *([(ALL, every)] if len(parts) > 1 else [])] for row in _rows(kind, some))
+    parts += [(ALL, every)] if len(parts) > 1 else []
+    return tuple(row for kind, some in parts for row in _rows(kind, some))
 
 
 ALL = "all kinds"

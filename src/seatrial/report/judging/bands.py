@@ -1,4 +1,4 @@
-"""Page of a manoeuvre with bands: its indices, a fan of tracks, heading and speeds over time, and what they leave out."""
+"""Page of a manoeuvre with bands: indices, a fan of tracks, heading and speeds over time, and what they leave out."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ _DRAWN = 60
 def channel(name: str) -> tuple[str, str, float]:
     """Words, unit and factor from SI units of a channel of `grounds.covered`."""
     angle = name.startswith(("delta", "alpha"))
-    return _SIGNS.get(name, (name, "°" if angle else "1/s" if name.startswith("n_") else "", _DEGREES if angle else 1.0))
+    unit = "°" if angle else "1/s" if name.startswith("n_") else ""
+    return _SIGNS.get(name, (name, unit, _DEGREES if angle else 1.0))
 
 
 def span(name: str, ends: tuple[float, float]) -> str:
@@ -56,9 +57,11 @@ def page(
     caveats: Sequence[str], settings: Mapping[str, str],
 ) -> Page:  # fmt: skip
     """The whole page; the numbers are those of the indices, SI units."""
-    drawn = gallery(figure(_fan(found, level, run), "Track: the run, draws from the posterior, at equal scale"),
-                    figure(_motion(found, level, run), f"Heading and speeds: the run and the band of {100 * level:g} %"))
-    remark = "A dash: fewer draws than the level reach it, or it is read of single runs only. Quantiles of the draws, each index and each time by itself."
+    said = f"Heading and speeds: the run and the band of {100 * level:g} %"
+    drawn = gallery(figure(_fan(found, level, run), "Track: the run and draws from the posterior, at equal scale"),
+                    figure(_motion(found, level, run), said))  # fmt: skip
+    remark = ("A dash: fewer draws than the level reach it, or it is read of single runs only. Quantiles of the draws, "
+              "each index and each time by itself.")  # fmt: skip
     return Page(title, (
         Section("", note("What these bands do not say", (line[:1].upper() + line[1:] + "." for line in caveats))),
         Section("Indices", table(("index", "value", "from", "to", "unit"), map(_row, indices.items()), words=(4,))
@@ -76,7 +79,7 @@ def _row(item: tuple[str, tuple[Index, Index, Index]]) -> list[str]:
     name, three = item
     unit = three[0].unit
     factor = _DEGREES if unit.startswith("rad") else 1.0
-    return [name.replace("_", " "), *(number(factor * one.value, 4) for one in three), unit.replace("rad", "°")]
+    return [name.replace("_", " "), *(number(factor * one.value, 5) for one in three), unit.replace("rad", "°")]
 
 
 def _fan(found: Bands, level: float, run: Trial) -> str:

@@ -17,12 +17,13 @@ from .bands import channel, span
 from .fitness import numbers as fitness_numbers
 
 _DEGREES = math.degrees(1.0)
-# Bands of 95 % that hold less often are called too narrow.
-_HOLDS = 0.9
+# Bands of 95 % are called too narrow where they hold in less than 90 %, and by more than chance: three deviations of
+# the share that so many windows would show.
+_CLAIMED, _HOLDS, _CHANCE = 0.95, 0.9, 3.0
 _BANDS = (
-    "Held: share of the measurements within bands of 95 %, drawn from the posterior of the parameters with the noise of "
-    "the instruments at the start and at the reading. Errors of the model's form, of weather and of controls are not in "
-    "these bands: where they hold less often than 95 %, take the errors, not the bands."
+    "Held: share of the measurements within bands of 95 %, drawn from the posterior of the parameters with the noise "
+    "of the instruments at the start and at the reading. Errors of the model's form, of weather and of controls are not "
+    "in these bands: where they hold less often than 95 %, take the errors, not the bands."
 )
 
 
@@ -72,7 +73,8 @@ def page(card: Card) -> Page:
     """The whole page: what is signed first, then what it stands on."""
     sections = (
         Section("", _head(card)),
-        Section("Where it is valid", _validity(card), {"covered": dict(card.covered), "kinds": card.grounds.get("kinds")}),
+        Section("Where it is valid", _validity(card), {
+            "covered": dict(card.covered), "kinds": card.grounds.get("kinds")}),
         Section("Error and coverage on unseen trials", _errors(card), {
             "rows": [asdict(row) for row in card.rows], "standardised": dict(card.pooled), "restart": card.restart,
             "unseen": [one[0] for one in card.unseen]}),
@@ -108,7 +110,7 @@ def _head(card: Card) -> str:
     if _explained(card) is False:
         warned.insert(0, "The model does not explain the trials of its fit: its sigmas and bands are too narrow.")
     best = [row for row in card.rows if row.horizon == card.rows[-1].horizon][-1:]
-    shown = [(f"{number(row.error['position'], 2)} m", f"position error after {number(row.horizon)} s") for row in best]
+    shown = [(f"{number(row.error['position'], 2)} m", f"position error after {row.horizon:.4g} s") for row in best]
     shown += [(f"{number(_DEGREES * row.error['heading'], 2)}°", "heading error") for row in best]
     shown += [(_percent(row.held["position"]), "of positions within bands of 95 %") for row in best]
     return lead(words) + note("", warned) + (tiles(shown) if shown else "")
@@ -118,11 +120,13 @@ def _validity(card: Card) -> str:
     if not card.covered:
         return soft("This fit did not keep the ranges of its trials (an older version): fit it again.")
     rows = [_range(name, ends) for name, ends in card.covered.items()]
-    words = ("Lowest and highest value in the trials of the fit, without a thousandth of outliers at either end. Beyond "
-             "them, and for other kinds of manoeuvre, the model extrapolates: no error is known there, and "
-             "`seatrial simulate --bands` refuses it.")  # fmt: skip
+    words = ("Lowest and highest value in the trials of the fit, without a thousandth of outliers at either end. "
+             "Beyond them, and for other kinds of manoeuvre, the model extrapolates: no error is known there, and "
+             "seatrial simulate --bands refuses it.")  # fmt: skip
     kinds = ", ".join(card.grounds.get("kinds", ()))
-    return table(("", "from", "to", "unit"), rows, words=(3,)) + soft(f"Kinds of manoeuvre: {kinds}. {words}")
+    half = -(-len(rows) // 2)
+    halves = "".join(table(("", "from", "to", "unit"), some, words=(3,)) for some in (rows[:half], rows[half:]))
+    return f'<div class="halves">{halves}</div>' + soft(f"Kinds of manoeuvre: {kinds}. {words}")
 
 
 def _range(name: str, ends: tuple[float, float]) -> list[str]:
@@ -139,14 +143,14 @@ def _errors(card: Card) -> str:
             "held: position", "heading", "speeds")  # fmt: skip
     pooled = ", ".join(f"{label} {number(value)}" for label, value in card.pooled.items())
     words = (f"Root mean square errors at the end of windows that start in the measured state. {_BANDS} Standardised "
-             f"error (Wakita 2022 Eq. 25), restarted every {number(card.restart)} s: {pooled}.")  # fmt: skip
+             f"error (Wakita 2022 Eq. 25), restarted every {card.restart:g} s: {pooled}.")  # fmt: skip
     return table(head, map(_row, card.rows)) + soft(words)
 
 
 def _row(row: Row) -> list[str]:
     error = row.error
     sizes = (error["position"], _DEGREES * error["heading"], error["u"], error["v_m"], _DEGREES * error["r"])
-    return [row.kind, number(row.horizon), str(row.trials), str(row.windows), *(number(size, 2) for size in sizes),
+    return [row.kind, f"{row.horizon:.4g}", str(row.trials), str(row.windows), *(number(size, 2) for size in sizes),
             *(_percent(share) for share in row.held.values())]  # fmt: skip
 
 
@@ -168,9 +172,7 @@ def _limits(use: Fitness) -> Iterator[str]:
 
 def forbidden(card: Card) -> tuple[str, ...]:
     """What the model must not be used for, a line each."""
-    return tuple(
-        (*_by_purpose(card), *_by_range(card.covered), *_by_evidence(card))
-    ) or ("beyond the ranges above",)
+    return *_by_purpose(card), *_by_range(card.covered), *_by_evidence(card)
 
 
 def _by_purpose(card: Card) -> Iterator[str]:
@@ -180,7 +182,7 @@ def _by_purpose(card: Card) -> Iterator[str]:
         elif use.verdict != FIT:
             yield f"for {use.title} without more trials: they cannot tell"
     for title in card.unjudged:
-        yield f"for {title} without more trials: none shows what that use is about"
+        yield f"for {title}: it has not been judged for that"
 
 
 def _by_range(covered: Ranges) -> Iterator[str]:
@@ -196,22 +198,32 @@ def _by_range(covered: Ranges) -> Iterator[str]:
             yield f"for turns to {'port' if low > 0.0 else 'starboard'}"
         if name.startswith("delta"):
             yield f"with rudder angles beyond {number(_DEGREES * low)} to {number(_DEGREES * high)}°"
-    yield "in wind: no trial of the fit had any on record" if wind[1] == 0.0 else f"in wind above {number(wind[1])} m/s"
-    yield "in waves: no trial of the fit had any on record" if waves[1] == 0.0 else f"in waves above {number(waves[1])} m"
+    none = "no trial of the fit had any on record"
+    yield f"in wind: {none}" if wind[1] == 0.0 else f"in wind above {number(wind[1])} m/s"
+    yield f"in waves: {none}" if waves[1] == 0.0 else f"in waves above {number(waves[1])} m"
     yield "in shallow water" if math.isinf(depth[0]) else f"in water of other depth than {span('depth', depth)}"
 
 
 def _by_evidence(card: Card) -> Iterator[str]:
     if not card.rows:
         yield "where an error must be known: no unseen trial has been judged"
-    lowest = min((share for row in card.rows for share in row.held.values() if math.isfinite(share)), default=1.0)
-    if lowest < _HOLDS:
-        yield f"with its bands as a margin: of 95 % claimed, {_percent(lowest)} held in the worst line above"
+    if narrow := [share for row in pooled(card) for share in row.held.values() if share < _least(row.windows)]:
+        yield f"with its bands as a margin: where 95 % are claimed, {_percent(min(narrow))} held"
     weak = [v for v in card.fit.verdicts if v.status not in ("identified", "conditional")]
     if weak:
         yield f"to read its numbers as physics: {len(weak)} of {len(card.fit.verdicts)} are not, or weakly, identified"
     elif _explained(card) is False:
         yield "to read its numbers as physics: the residuals contradict the model"
+
+
+def pooled(card: Card) -> tuple[Row, ...]:
+    """The lines of all kinds together."""
+    return tuple(row for row in card.rows if row.kind == card.rows[-1].kind)
+
+
+def _least(windows: int) -> float:
+    """Lowest share held that is no ground to call the bands too narrow."""
+    return min(_HOLDS, _CLAIMED - _CHANCE * math.sqrt(_CLAIMED * (1.0 - _CLAIMED) / windows))
 
 
 def _signature(card: Card) -> str:

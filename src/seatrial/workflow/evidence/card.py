@@ -207,11 +207,12 @@ def _repeat(model: str, summary: Mapping[str, Any], trials: Sequence[Path]) -> d
 
 
 def _versions(summary: Mapping[str, Any]) -> dict[str, str]:
-    import casadi
+    from importlib.metadata import version
 
+    used = f"Python {platform.python_version()}, NumPy {np.__version__}, CasADi {version('casadi')}"
     return {"fitted by": f"seatrial {summary.get('version', 'of before versions were kept')}",
             "fitted on": str(summary.get("provenance", {}).get("date", "–")), "card by": f"seatrial {__version__}",
-            "with": f"Python {platform.python_version()}, NumPy {np.__version__}, CasADi {casadi.__version__}"}  # fmt: skip
+            "with": used}  # fmt: skip
 
 
 def _shown(found: Card) -> tuple[Table | str, ...]:
