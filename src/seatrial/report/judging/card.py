@@ -22,7 +22,7 @@ _DEGREES = math.degrees(1.0)
 _CLAIMED, _HOLDS, _CHANCE = 0.95, 0.9, 3.0
 _BANDS = (
     "Held: share of the measurements within bands of 95 %, drawn from the posterior of the parameters with the noise "
-    "of the instruments at the start and at the reading. Errors of the model's form, of weather and of controls are not "
+    "of the instruments at the start and at the reading. Errors of the form of the model, of weather and controls are not "
     "in these bands: where they hold less often than 95 %, take the errors, not the bands."
 )
 

@@ -159,7 +159,8 @@ def _write(banded: Banded, out: Path, note: Note) -> None:
         f"{banded.run.ship.name}: {banded.run.policy.kind} with bands of {100 * banded.level:g} %", banded.bands,
         banded.level, banded.run.trial, banded.indices, banded.caveats, {
             "fit": banded.posterior.digest, "draws": str(len(banded.draws)),
-            **{key: str(value) for key, value in banded.run.settings.items()},
+            **{key: f"{value:.6g}" if isinstance(value, float) else str(value)
+               for key, value in banded.run.settings.items() if isinstance(value, float | str)},
         },
     ))  # fmt: skip
     note(f"wrote {out}, {arrays.name}, {made.name}")
