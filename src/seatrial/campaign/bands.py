@@ -26,8 +26,8 @@ from .reading import figures, sailed
 from .revolutions import balanced
 from .tallies import Tally, tally_of
 
-# About so many rows of each track are kept.
-_ROWS = 601
+# So many rows of each track are kept at most; fewer, down to the least, where all runs would take more numbers (130 MB).
+_ROWS, _FEWEST, _KEPT = 601, 61, 16_000_000
 # Steps of a manoeuvre without memory are so many times as long, where the integrator allows.
 _LONGER = (20, 10, 5, 2)
 # Runs are sailed in groups of so many stored numbers, 64 MB.
@@ -126,8 +126,8 @@ def _tallied(
     What a tally leaves out, means over the end of a run, is read from the rows that are kept.
     """
     steps = round(case.duration / case.dt) + 1
-    every = -(-steps // _ROWS)
     loop = prepare(case.ship, tally, case.dt, vary, start, around, lanes)
+    every = -(-steps // min(_ROWS, max(_KEPT // (lanes * len(loop.simulator.system.stored)), _FEWEST)))
     rows = loop.simulator.stored(
         loop.state, loop.series, loop.shared, memory0=loop.memory, lanewise=loop.lanewise, dt=case.dt,
         steps=every * -(-steps // every) + 1, every=every, method=case.method, threads=threads,

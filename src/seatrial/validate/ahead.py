@@ -154,9 +154,15 @@ def _rows(kind: str, found: Sequence[Ahead]) -> Iterable[Row]:
         trials = sum(bool(np.isfinite(one.error[:, k]).any()) for one in found)
         if not trials:
             continue
-        square = np.nanmean(error[here] ** 2, axis=0)
+        square = _mean(error[here] ** 2)
         sizes = {"position": float(np.sqrt(square[0] + square[1])), "heading": float(np.sqrt(square[2])),
                  **{name: float(np.sqrt(square[STATES.index(name)])) for name in GROUPS["speeds"]}}  # fmt: skip
-        held = {name: float(np.nanmean(inside[here][:, [STATES.index(one) for one in some]]))
+        held = {name: float(_mean(inside[here][:, [STATES.index(one) for one in some]].reshape(-1, 1))[0])
                 for name, some in GROUPS.items()}  # fmt: skip
         yield Row(kind, float(np.median([one.horizons[k] for one in found])), int(here.sum()), trials, sizes, held)
+
+
+def _mean(found: Array) -> Array:
+    """Mean of each column over its numbers; NaN of a column without any."""
+    count = np.isfinite(found).sum(axis=0)
+    return np.where(count > 0, np.nansum(found, axis=0), np.nan) / np.maximum(count, 1)

@@ -24,7 +24,7 @@ from .. import RequestError
 from ..request import Around, Note, make_folder, silent, surroundings
 from ..simulation import Simulated, simulate
 
-DRAWS, _MOST = 1000, 100_000
+DRAWS, _MOST = 1000, 20_000
 # A quantile is worth its name with so many draws beyond it.
 _TAIL = 5
 # Rows of each track that are exported.
