@@ -57,6 +57,7 @@ def saved(
         off: error of the estimate, as a share of the value.
     """
     ship = truth()
+    folder.mkdir(exist_ok=True)
     start = np.array([float(read(ship.model, path)) for path in PATHS])
     value = start * (1.0 + off)
     free = tuple(Free(path, float(one), prior=float(one), sigma=0.3 * abs(float(one)))

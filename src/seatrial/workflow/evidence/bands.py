@@ -84,6 +84,8 @@ def simulate_with_bands(
         StudyError: the model has no posterior.
     """
     _check(level, draws)
+    if out is not None and out.suffix.lower() != ".csv":
+        raise RequestError(f"{out}: a run with bands ends in .csv; its bands go beside it")
     held = posterior(model)
     ran = simulate(model, manoeuvre, rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps,
                    duration=duration, dt=dt, steer=steer, throttle=throttle, note=note, **around)  # fmt: skip
@@ -149,8 +151,6 @@ def _caveats(
 
 
 def _write(banded: Banded, out: Path, note: Note) -> None:
-    if out.suffix.lower() != ".csv":
-        raise RequestError(f"{out}: a run with bands ends in .csv; its bands go beside it")
     make_folder(out.parent)
     write_trial(banded.run.trial, out)
     arrays = out.with_suffix(".bands.npz")
