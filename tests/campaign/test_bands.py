@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fitted_run import DEGREE, PATHS, covariance, truth
 
+from fitted_run import DEGREE, PATHS, covariance, truth
 from seatrial.campaign.bands import Bands, bands
 from seatrial.core.parameters import read
 from seatrial.environment import Uniform
@@ -43,7 +43,8 @@ def test_each_run_is_that_of_its_own_ship(policy: Manoeuvre) -> None:
 
 
 def test_a_manoeuvre_without_a_tally_is_read_as_a_whole() -> None:
-    found = sailed(InitialTurning(approach(truth())[1], 10 * DEGREE, 10 * DEGREE), MEAN * np.ones((3, 1)), 60.0, dt=0.1, held=False)
+    policy = InitialTurning(approach(truth())[1], 10 * DEGREE, 10 * DEGREE)
+    found = sailed(policy, MEAN * np.ones((3, 1)), 60.0, dt=0.1, held=False)
     assert np.ptp(found.tracks, axis=0) == pytest.approx(0.0, abs=1e-12)
     assert np.isfinite(found.tracks).all()
     assert found.indices

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fitted_run import DEGREE, PATHS, covariance, saved, trial
 
+from fitted_run import DEGREE, PATHS, covariance, saved, trial
 from seatrial.data import Trial
 from seatrial.identify import StudyError
 from seatrial.study.grounds import beyond, covered, trial_digest
@@ -75,7 +75,7 @@ def test_draws_stay_within_the_bounds_of_the_study(tmp_path: Path) -> None:
     assert np.all(drawn >= held.mean)
     far = tuple(replace(one, low=one.start, start=1e3 * abs(one.start), high=math.inf) for one in held.free)
     far = tuple(replace(one, low=0.5 * one.start) for one in far)
-    with pytest.raises(StudyError, match="0 of .* draws .* within the bounds"):
+    with pytest.raises(StudyError, match=r"0 of .* draws .* within the bounds"):
         replace(held, free=far).draws(10, 1)
 
 

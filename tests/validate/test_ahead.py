@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fitted_run import NOISE, PATHS, covariance, trial, truth
 
+from fitted_run import NOISE, PATHS, covariance, trial, truth
 from seatrial.core.parameters import read
 from seatrial.data import Trial
 from seatrial.validate.ahead import ALL, Row, ahead, by_kind

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fitted_run import saved, trial
 
+from fitted_run import saved, trial
 from seatrial.cli.app import main
 from seatrial.data.trialfile import read_trials, write_trial
 from seatrial.identify import StudyError

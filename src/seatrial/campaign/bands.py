@@ -26,7 +26,7 @@ from .reading import figures, sailed
 from .revolutions import balanced
 from .tallies import Tally, tally_of
 
-# So many rows of each track are kept at most; fewer, down to the least, where all runs would take more numbers (130 MB).
+# So many rows of each track are kept at most; fewer, down to the least, where all runs would take more than 130 MB.
 _ROWS, _FEWEST, _KEPT = 601, 61, 16_000_000
 # Steps of a manoeuvre without memory are so many times as long, where the integrator allows.
 _LONGER = (20, 10, 5, 2)

@@ -76,11 +76,11 @@ Throttle = Annotated[float | None, Option(help="Set the throttle of a craft driv
 Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
 TimeStep = Annotated[float | None, Option(help="Set the time step [s].")]
 Bands = Annotated[
-    float | None, Option("--bands", metavar="PERCENT", help="Give bands of a fitted ship, such as of 95 percent.")
+    float | None, Option("--bands", metavar="PERCENT", help="Set the level of bands of a fitted ship, such as 95 [%].")
 ]  # fmt: skip
-Draws = Annotated[int | None, Option("--draws", help="Draw so many ships for --bands (default: 1000).")]
+Draws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 1000).")]
 Extrapolate = Annotated[
-    bool, Option("--extrapolate", help="Give --bands beyond the ranges of the trials of the fit.")
+    bool, Option("--extrapolate", help="Allow --bands beyond the ranges of the trials of the fit.")
 ]  # fmt: skip
 Device = Annotated[str, Option(help="Run on the processor, cpu, or on a GPU: cuda, cuda:1 ...")]
 

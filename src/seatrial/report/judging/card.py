@@ -22,8 +22,8 @@ _DEGREES = math.degrees(1.0)
 _CLAIMED, _HOLDS, _CHANCE = 0.95, 0.9, 3.0
 _BANDS = (
     "Held: share of the measurements within bands of 95 %, drawn from the posterior of the parameters with the noise "
-    "of the instruments at the start and at the reading. Errors of the form of the model, of weather and controls are not "
-    "in these bands: where they hold less often than 95 %, take the errors, not the bands."
+    "of the instruments at the start and at the reading. Errors of the form of the model, of weather and controls are "
+    "not in these bands: where they hold less often than 95 %, take the errors, not the bands."
 )
 
 
@@ -81,10 +81,10 @@ def page(card: Card) -> Page:
         Section("Fit for which purpose", _purposes(card), {
             "fitness": {use.purpose: fitness_numbers(use) for use in card.uses}, "not_judged": dict(card.unjudged)}),
         Section("It must not be used", bullets(forbidden(card)), {"must_not": list(forbidden(card))}),
-        Section("How to repeat it", entries({**card.repeat, **card.versions}), {
-            "repeat": dict(card.repeat), "versions": dict(card.versions)}),
         Section("Signature", _signature(card)),
         Section("", '<div class="sheet"></div>'),
+        Section("How to repeat it", entries({**card.repeat, **card.versions}), {
+            "repeat": dict(card.repeat), "versions": dict(card.versions)}),
         Section("Trials", _trials(card), {"trials": card.grounds.get("trials")}),
         Section("Parameters", _parameters(card), {"parameters": card.summary.get("parameters"),
                                                   "verdicts": card.summary.get("verdicts")}),
