@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from . import campaign, data, fits, folders, judging, ships, simulation
+from . import campaign, data, evidence, fits, folders, judging, ships, simulation
 from . import options as o
 from .outcome import ended
 
@@ -126,7 +126,8 @@ for _command in (
     simulation.demo, ships.ships, ships.show, ships.copy, simulation.simulate, judging.models, ships.estimate,
     ships.captive, ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map,
     data.servo, data.resample, data.mend, simulation.bench, data.import_, data.convert, folders.trials, fits.check,
-    folders.study, fits.identify, simulation.steer, simulation.bridge, fits.predict, fits.validate, campaign.campaign,
+    folders.study, fits.identify, simulation.steer, simulation.bridge, fits.predict, fits.validate,
+    evidence.card, campaign.campaign,
 ):  # fmt: skip
     _cls = WithManoeuvres if _command is simulation.simulate else Command
     app.command(_command.__name__.strip("_").replace("_", "-"), cls=_cls)(offered(_command))

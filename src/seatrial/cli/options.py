@@ -75,6 +75,13 @@ Rps = Annotated[float | None, Option(help="Set the propeller revolutions [1/s]."
 Throttle = Annotated[float | None, Option(help="Set the throttle of a craft driven by throttle [%].")]
 Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
 TimeStep = Annotated[float | None, Option(help="Set the time step [s].")]
+Bands = Annotated[
+    float | None, Option("--bands", metavar="PERCENT", help="Set the level of bands of a fitted ship, such as 95 [%].")
+]  # fmt: skip
+Draws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 1000).")]
+Extrapolate = Annotated[
+    bool, Option("--extrapolate", help="Allow --bands beyond the ranges of the trials of the fit.")
+]  # fmt: skip
 Device = Annotated[str, Option(help="Run on the processor, cpu, or on a GPU: cuda, cuda:1 ...")]
 
 # What is around the ship.
@@ -114,6 +121,12 @@ OnlyFits = Annotated[list[str] | None, Option("--only", help="Run only this fit 
 FitPage = Annotated[bool, Option("--page", help="Show the running fit on a local page.")]
 FitPort = Annotated[int | None, Option(help="Serve --page at this port, 0 for a free one (default: 8021).")]
 Trust = Annotated[list[str] | None, Option(metavar="MODULE", help="Import classes of files from MODULE. Repeatable.")]
+
+FittedModel = Annotated[str, Argument(metavar="MODEL", help="Name the model.toml of a fit.")]
+Unseen = Annotated[
+    list[Path] | None, Option("--trials", help="Judge on these trials (default: kept back). Repeatable.")
+]  # fmt: skip
+Windows = Annotated[float | None, Option("--restart", help="Judge windows of N seconds (default: of the study).")]
 
 # Design and judgement.
 Purpose = Annotated[str | None, Option("--for", help="Recommend families for a purpose such as berthing.")]

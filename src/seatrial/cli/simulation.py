@@ -11,10 +11,12 @@ import typer
 
 from ..core.errors import RequestError
 from . import options as o
+from .evidence import show_bands
 from .render import emit, figure, hand_on, note, say, say_lines, show_table
 
 if TYPE_CHECKING:
     from ..manoeuvres import Index
+    from ..workflow.simulation import Simulated
     from ..workflow.steer import Steered
 
 DEGREE = math.pi / 180.0
@@ -25,14 +27,33 @@ def simulate(
     steer: o.Steer = None, side: o.Side = None, seed: o.Seed = None, speed: o.ApproachSpeed = None, rps: o.Rps = None,
     throttle: o.Throttle = None, duration: o.Duration = None, dt: o.TimeStep = None, wind: o.Wind = None,
     gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
-    device: o.Device = "cpu", out: o.TrialOut = None, of: o.FromCampaign = None, json: o.Json = False,
+    device: o.Device = "cpu", bands: o.Bands = None, draws: o.Draws = None, extrapolate: o.Extrapolate = False,
+    out: o.TrialOut = None, of: o.FromCampaign = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Simulate a manoeuvre and print its indices."""
+    if bands is not None and of is not None:
+        raise RequestError("--bands: a run of a campaign has none; leave --from out")
+    if bands is None and (draws is not None or extrapolate):
+        raise RequestError("--draws and --extrapolate are of bands; add --bands 95")
     if of is not None:
         _replay(of, ship, name, out, json)
         return
     if name is None:
         raise RequestError("name a manoeuvre after the ship; seatrial simulate --help lists them")
+    if bands is not None:
+        from ..workflow.evidence.bands import DRAWS, simulate_with_bands
+
+        if device != "cpu":
+            raise RequestError(f"--device {device}: bands are computed on the processor; leave the option out")
+        banded = simulate_with_bands(
+            ship, name, bands, draws=DRAWS if draws is None else draws, extrapolate=extrapolate, out=out,
+            rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps, duration=duration, dt=dt,
+            wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, steer=steer, throttle=throttle,
+            note=note,
+        )  # fmt: skip
+        show_bands(banded, json)
+        _incomplete(banded.run)
+        return
     from ..workflow.simulation import simulate as run
 
     ran = run(ship, name, rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps,
@@ -44,6 +65,11 @@ def simulate(
               "reason": ran.reason, "time": ran.trial.duration, "indices": indices})  # fmt: skip
     else:
         show_indices(f"{ran.ship.name}, {ran.policy.kind}", indices)
+    _incomplete(ran)
+
+
+def _incomplete(ran: Simulated) -> None:
+    """Exit 1 where a run is not complete."""
     if not ran.complete:
         note(f"error: {ran.reason}; indices that the run did not reach are left out")
         raise typer.Exit(1)

@@ -9,6 +9,7 @@ row by row, the controls and the environment that a trial did not log and `input
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -101,6 +102,47 @@ def replay(
         DataError: a channel is missing, no row is complete, or there are fewer rows than a network looks back on.
         SimulationError: the prediction blows up; names time and state.
     """
+    ready = prepared(ship, trial, restart=restart, method=method, smooth_start=smooth_start, begin=begin)
+    run = simulator(open_loop(ship)).run(
+        ready.begun, np.repeat(ready.lanes, ready.each, axis=1), open_loop_parameters(ship), dt=ready.dt / ready.each,
+        every=ready.each, steps=(ready.steps - 1) * ready.each + 1, method=method, threads=threads,
+        memory0=ready.memory,
+    )  # fmt: skip
+    out = _joined(run, trial, ready.t, ready.starts, ready.begun.shape[1])
+    meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
+    return Trial(trial.name, ready.t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A trial as its free runs take it: a lane for each of them.
+
+    Attributes:
+        t: times of the rows [s].
+        state: x, y, psi (unwrapped), u, v_m, r as measured, shape (rows, 6); NaN is a gap.
+        starts: first row of each run.
+        begun: initial states, shape (lanes, states).
+        lanes: controls and environment per row, shape (lanes, steps, controls + 8).
+        memory: of the model at each start.
+        dt, each, steps: time from row to row [s], steps of the integrator between them, rows of the longest run.
+    """
+
+    t: Array
+    state: Array
+    starts: Sequence[int]
+    begun: Array
+    lanes: Array
+    memory: Array | None
+    dt: float
+    each: int
+    steps: int
+
+
+def prepared(
+    ship: Ship, trial: Trial, *, restart: float | None, method: str = "rk4", smooth_start: float | None = None,
+    begin: tuple[float, Array] | None = None,
+) -> Prepared:  # fmt: skip
+    """The runs of a trial before they are sailed; arguments and errors as of `replay`."""
     measured = trial.stack(*STATES)
     measured[:, 2] = unwrapped(measured[:, 2])
     good = np.asarray(np.isfinite(measured).all(axis=1))
@@ -126,16 +168,9 @@ def replay(
     if begin is not None:
         first[0] = begin[1]
     begun = np.hstack([first, hidden[starts]])
-    each = substeps(ship, dt, method)
-    run = simulator(open_loop(ship)).run(
-        begun, np.repeat(lanes, each, axis=1), open_loop_parameters(ship), dt=dt / each, every=each,
-        steps=(steps - 1) * each + 1, method=method, threads=threads,
-        memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])
-        if remembered is None else remembered,
-    )  # fmt: skip
-    out = _joined(run, trial, t, starts, state.shape[1])
-    meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
-    return Trial(trial.name, t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+    if remembered is None:
+        remembered = open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])
+    return Prepared(t, state, starts, begun, lanes, remembered, dt, substeps(ship, dt, method), steps)
 
 
 def _joined(run: Rollout, trial: Trial, t: Array, starts: Sequence[int], width: int) -> Array:

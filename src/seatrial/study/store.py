@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
@@ -16,12 +16,14 @@ from typing import Any
 
 from ..core.files import plain, write_whole
 from ..core.parameters import read
-from ..data import DataError
+from ..core.version import __version__
+from ..data import DataError, Trial
 from ..identify import Fit, Problem, StudyError
 from ..models import STATES
 from ..ships import Entry, Ship
 from ..ships.writing import save
 from .arrays import ARRAYS, to_bytes
+from .grounds import grounds
 
 MODEL, SUMMARY, HISTORY, RUN = "model.toml", "fit.json", "history.csv", "run.json"
 # How a caution begins that speaks of parameters which are zero until a fit has moved them.
@@ -32,7 +34,7 @@ _MOST = 1e30
 
 def save_fit(
     fit: Fit, folder: str | Path, problem: Problem, *, study: str, text: str = "",
-    scale: Mapping[str, float] | None = None,
+    scale: Mapping[str, float] | None = None, test: Sequence[Trial] = (), file: str = "",
 ) -> Path:  # fmt: skip
     """Write model.toml, fit.json, history.csv and, where there are residuals, fit.npz to `folder`, each whole or not.
 
@@ -41,6 +43,8 @@ def save_fit(
         study: name of the study.
         text: the study as written, kept in fit.json.
         scale: divisor of the error of each state where this fit is judged, kept in fit.json.
+        test: trials kept apart from training and validation, whose digests are kept.
+        file: where the study was read from.
 
     Returns:
         The path of model.toml.
@@ -59,7 +63,11 @@ def save_fit(
     else:
         write_whole(where / ARRAYS, arrays)
     model = save(_sourced(fit, study), where / MODEL, provenance)
-    summary = {**_summary(fit, study, text, provenance), "scale": None if scale is None else dict(scale)}
+    summary = {
+        **_summary(fit, study, text, provenance), "scale": None if scale is None else dict(scale),
+        "version": __version__, "study_file": file,
+        "grounds": grounds(problem.trials, problem.validation, test, fit.ship.model.controls),
+    }  # fmt: skip
     write_whole(where / SUMMARY, json.dumps(plain(summary), indent=1) + "\n")
     return model
 

@@ -1,19 +1,24 @@
-"""A saved fit as the value that it was: model.toml, fit.json, history.csv and fit.npz to a `Fit`."""
+"""A saved fit as the value that it was: model.toml, fit.json, history.csv and fit.npz to a `Fit`.
+
+`posterior` gives the covariance that a fitted ship carries in the fit.json beside it, held to its file by the digest.
+"""
 
 from __future__ import annotations
 
 import csv
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..core.errors import ShipError
-from ..core.parameters import Free, ParameterError
+from ..core.parameters import Free, ParameterError, read, specs
 from ..data import Array
 from ..identify import Fit, StudyError, Verdict
+from ..ships import Ship
 from ..ships.files import load
 from .arrays import ARRAYS, Held, read_arrays
 from .store import HISTORY, MODEL, SUMMARY, load_fit_summary
@@ -59,6 +64,94 @@ def _held(where: Path, digest: str) -> Held:
     if held.digest != digest:
         raise StudyError(f"{path}: of fit {held.digest}, {SUMMARY} is of {digest}; delete the one that is not wanted")
     return held
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Parameters of a fitted ship with the normal approximation of their joint density.
+
+    Attributes:
+        ship: the fitted ship, as its file has it.
+        free: the parameters as they were declared.
+        mean: estimates, shape (free,).
+        covariance: shape (free, free).
+        digest: of the fit.
+        grounds: trials of the fit and the ranges they cover (`grounds.grounds`); empty for a fit of before they were
+            kept.
+    """
+
+    ship: Ship
+    free: tuple[Free, ...]
+    mean: Array
+    covariance: Array
+    digest: str
+    grounds: Mapping[str, Any]
+
+    @property
+    def covered(self) -> dict[str, tuple[float, float]]:
+        """Range of each channel in the trials of the fit, SI units; null is infinite (deep water)."""
+        found = self.grounds.get("covered", {})
+        return {name: (_open(low), _open(high)) for name, (low, high) in found.items()}
+
+    def draws(self, count: int, seed: int) -> Array:
+        """So many draws within the bounds of the study and the physical ranges, shape (count, free).
+
+        Raises:
+            StudyError: hardly any draw is within them.
+        """
+        values, vectors = np.linalg.eigh(self.covariance)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        known = specs(self.ship.model)
+        low = np.array([max(one.low, known[one.path].low) for one in self.free])
+        high = np.array([min(one.high, known[one.path].high) for one in self.free])
+        rng, kept = np.random.default_rng(seed), np.zeros((0, len(self.free)))
+        for _ in range(_TRIES):
+            drawn = self.mean + rng.standard_normal((count, len(self.free))) @ root.T
+            inside = np.all((drawn >= low) & (drawn <= high), axis=1)
+            kept = np.vstack([kept, drawn[inside]])
+            if len(kept) >= count:
+                return kept[:count]
+        raise StudyError(
+            f"{self.ship.name}: {len(kept)} of {_TRIES * count} draws of the posterior are within the bounds of the "
+            "study; it is not normal there: fix or free the parameters at a bound, and fit again"
+        )
+
+
+# Draws are thrown away outside the bounds; fewer than one in so many within them is no normal density.
+_TRIES = 200
+HOW = "seatrial identify STUDY.toml -o RUN writes RUN/model.toml with its posterior beside"
+
+
+def posterior(model: str | Path) -> Posterior:
+    """The posterior of a fitted ship, from the fit.json beside its file.
+
+    Raises:
+        StudyError: no posterior is beside, or that of another fit or of other numbers; says which command makes one.
+        ShipError: the ship file cannot be read.
+    """
+    file = Path(model)
+    if file.suffix != ".toml" or not file.is_file():
+        raise StudyError(f"{model}: has no posterior, as it is no fitted ship file; {HOW}")
+    if file.name != MODEL or not (file.parent / SUMMARY).is_file():
+        raise StudyError(f"{model}: has no posterior ({file.with_name(SUMMARY)} of a {MODEL}); {HOW}")
+    ship, fit, summary = load(file), load_fit(file.parent), load_fit_summary(file.parent)
+    made = ship.notes.get("provenance", {}).get("digest", "none")
+    if made != fit.digest:
+        raise StudyError(f"{file}: is of fit {made}, the {SUMMARY} beside it of fit {fit.digest}; keep the two files "
+                         "of one run together")  # fmt: skip
+    for free, value in zip(fit.free, fit.values, strict=True):
+        own = float(read(ship.model, free.path))
+        if not math.isclose(own, value, rel_tol=1e-6, abs_tol=1e-12):
+            raise StudyError(f"{file}: {free.path} is {own:.6g}, and {value:.6g} in the {SUMMARY} beside it: one was "
+                             "edited after the fit; fit again, or take the file as it was written")  # fmt: skip
+    if not fit.free or not np.all(np.isfinite(fit.covariance)) or not np.any(fit.covariance):
+        raise StudyError(f"{file}: its fit has no covariance ({SUMMARY}); {HOW} with an estimator that gives one, "
+                         "such as shooting:Trajectory")  # fmt: skip
+    return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.get("grounds") or {})
+
+
+def _open(value: float | None) -> float:
+    return math.inf if value is None else float(value)
 
 
 class _Reading:

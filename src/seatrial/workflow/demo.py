@@ -67,7 +67,7 @@ def tell(out: Path, say: Callable[[str], None]) -> dict[str, Any]:
     problem = Problem(handbook, training, free, Loss(NOISE, correlation=0.0), Nuisance(initial=NOISE))
     raise_on_errors(lint(problem))
     fit = Trajectory(window=200.0, every=5, method="rk4", tolerance=1e-8).fit(problem)
-    save_fit(fit, out, problem, study="demo")
+    save_fit(fit, out, problem, study="demo", test=unseen)
     say("validation on manoeuvres the fit has not seen")
     pooled = _report(fit, problem, unseen, findings, out)
     return _summary(fit, truth, findings, pooled, out)

@@ -129,7 +129,7 @@ def _fit(plan: Plan, job: Job, sink: Sink) -> Fit:
     start(progress, fit.ship)
     if job.spread is not None:
         _keep_members(job, fit, job.spread, sink)
-    save_fit(fit, job.where, job.problem, study=job.study, text=job.text, scale=job.scale)
+    save_fit(fit, job.where, job.problem, study=job.study, text=job.text, scale=job.scale, test=job.test, file=job.file)
     return fit
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.version import __version__
+from ..data import Trial
 from ..identify import Estimator, Fit, Issue, Problem, StudyError
 from ..study.series import FULL, QUICK, Series, is_series, read_series
 from ..study.series_run import Cell, Row, asked, check, claimed, folder, left
@@ -34,6 +35,8 @@ class Job:
         scale: of each state where the fit is judged, kept in `fit.json`; None where it is not kept.
         spread: scale of each state for the members of a hybrid; None makes none.
         unidentified: why parameters cannot be identified whatever sigma is, by path.
+        test: trials kept apart from training and validation.
+        file: the study file.
     """
 
     name: str
@@ -46,6 +49,8 @@ class Job:
     scale: Mapping[str, float] | None = None
     spread: Mapping[str, float] | None = None
     unidentified: Mapping[str, str] = field(default_factory=dict[str, str])
+    test: tuple[Trial, ...] = ()
+    file: str = ""
 
     @property
     def several(self) -> bool:
@@ -112,9 +117,9 @@ class StudyPlan:
         study = self.study
         problem, text = study.problem, study.path.read_text(encoding="utf-8")
         job = Job(study.name, study.name, problem, study.estimator, self.out, study.restart, text,
-                  unidentified=study.unidentified)  # fmt: skip
+                  unidentified=study.unidentified, test=study.test, file=str(study.path))  # fmt: skip
         if job.several:  # all trials kept back are tests, which decide nothing
-            return (replace(job, problem=replace(problem, validation=(*problem.validation, *study.test))),)
+            return (replace(job, problem=replace(problem, validation=(*problem.validation, *study.test)), test=()),)
         if study.rival and study.virtual:
             return (job,)
         return (replace(job, scale=scales(judged_on(study), study.sigma), spread=scales(problem.trials, study.sigma)),)

@@ -1,0 +1,52 @@
+"""Commands about what a fitted model is worth: bands of a manoeuvre (of simulate), and its card."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from . import options as o
+from .fits import Terminal, show
+from .render import emit, figure, say_lines, show_table
+
+if TYPE_CHECKING:
+    from ..manoeuvres import Index
+    from ..workflow.evidence.bands import Banded
+
+_DEGREES = math.degrees(1.0)
+
+
+def card(
+    model: o.FittedModel, out: o.Report = None, trials: o.Unseen = None, restart: o.Windows = None,
+    json: o.Json = False,
+) -> None:  # fmt: skip
+    """Write the card of a fitted model: validity, errors, uses."""
+    from ..workflow.evidence.card import card as run
+
+    show(run(model, out=out, trials=trials or (), restart=restart, sink=Terminal()), json)
+
+
+def show_bands(banded: Banded, json: bool) -> None:
+    """Print the indices with their bands, and what these leave out."""
+    ran = banded.run
+    found = {name: _index(*three) for name, three in banded.indices.items()}
+    if json:
+        emit({"ship": ran.ship.name, "manoeuvre": ran.policy.kind, "settings": ran.settings, "complete": ran.complete,
+              "reason": ran.reason, "time": ran.trial.duration, "level": banded.level, "draws": len(banded.draws),
+              "indices": found, "caveats": list(banded.caveats), "fit": banded.posterior.digest})  # fmt: skip
+        return
+    rows = [(name.replace("_", " "), *(figure(one[key], 5) for key in ("value", "low", "high")), one["unit"])
+            for name, one in found.items()]  # fmt: skip
+    title = f"{ran.ship.name}, {ran.policy.kind}"
+    show_table((title, "value", "from", "to", "unit"), rows, right=(1, 2, 3))
+    say_lines(f"from, to: {100 * banded.level:g} % of {len(banded.draws)} draws from the posterior of the fit",
+              "–: too few of them reach it, or it is read of single runs only")  # fmt: skip
+
+
+def _index(value: Index, low: Index, high: Index) -> Mapping[str, Any]:
+    """An index with the edges of its band; angles in degrees."""
+    angle = value.unit in ("rad", "rad/s")
+    factor = _DEGREES if angle else 1.0
+    return {"value": factor * value.value, "low": factor * low.value, "high": factor * high.value,
+            "unit": value.unit.replace("rad", "deg") if angle else value.unit}  # fmt: skip

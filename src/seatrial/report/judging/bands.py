@@ -1,0 +1,108 @@
+"""Page of a manoeuvre with bands: indices, a fan of tracks, heading and speeds over time, and what they leave out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...campaign.bands import Bands
+from ...data import Trial
+from ...manoeuvres import Index
+from ...study.grounds import Beyond
+from .. import figures
+from ..page import Page, Section, figure, gallery, note, number, provenance, soft, table
+
+PARAMETERS_ONLY = (
+    "these bands count only what the fit leaves open about its parameters, not the error of the model's form, of the "
+    "weather or of instruments: a real ship may lie outside more often than they say"
+)
+"""What no band of this kind counts; shown wherever one is given."""
+
+_DEGREES = math.degrees(1.0)
+_SIGNS = {"u": ("surge speed", "m/s", 1.0), "v_m": ("sway speed", "m/s", 1.0), "r": ("rate of turn", "°/s", _DEGREES),
+          "delta": ("rudder", "°", _DEGREES), "drift": ("drift angle", "°", _DEGREES), "U_T": ("wind", "m/s", 1.0),
+          "H_S": ("wave height", "m", 1.0), "depth": ("depth", "m", 1.0), "n_P": ("propeller", "1/s", 1.0)}  # fmt: skip
+_DRAWN = 60
+
+
+def channel(name: str) -> tuple[str, str, float]:
+    """Words, unit and factor from SI units of a channel of `grounds.covered`."""
+    angle = name.startswith(("delta", "alpha"))
+    unit = "°" if angle else "1/s" if name.startswith("n_") else ""
+    return _SIGNS.get(name, (name, unit, _DEGREES if angle else 1.0))
+
+
+def span(name: str, ends: tuple[float, float]) -> str:
+    """A range of a channel in words, such as ``rudder −20 to 20 °``."""
+    words, unit, factor = channel(name)
+    low, high = (("deep" if math.isinf(end) else number(factor * end)) for end in ends)
+    return f"{words} {low}{'' if low == high else f' to {high}'} {'' if low == high == 'deep' else unit}".strip()
+
+
+def reach(one: Beyond) -> str:
+    """Where a run leaves the trials, in words."""
+    words, unit, factor = channel(one.channel)
+    reached, covered = (
+        " to ".join(dict.fromkeys("deep" if math.isinf(end) else number(factor * end) for end in ends))
+        for ends in (one.reached, one.covered)
+    )
+    return f"{words} {reached} {unit}".strip() + f" (trials: {covered})"
+
+
+def page(
+    title: str, found: Bands, level: float, run: Trial, indices: Mapping[str, tuple[Index, Index, Index]],
+    caveats: Sequence[str], settings: Mapping[str, str],
+) -> Page:  # fmt: skip
+    """The whole page; the numbers are those of the indices, SI units."""
+    said = f"Heading and speeds: the run and the band of {100 * level:g} %"
+    drawn = gallery(figure(_fan(found, level, run), "Track: the run and draws from the posterior, at equal scale"),
+                    figure(_motion(found, level, run), said))  # fmt: skip
+    remark = ("A dash: fewer draws than the level reach it, or it is read of single runs only. Quantiles of the draws, "
+              "each index and each time by itself.")  # fmt: skip
+    return Page(title, (
+        Section("", note("What these bands do not say", (line[:1].upper() + line[1:] + "." for line in caveats))),
+        Section("Indices", table(("index", "value", "from", "to", "unit"), map(_row, indices.items()), words=(4,))
+                + soft(remark), {"indices": {n: _numbers(*three) for n, three in indices.items()}}),
+        Section("Motion", drawn),
+        provenance(settings),
+    ), {"schema": "seatrial-bands/1", "level": level, "caveats": list(caveats)})  # fmt: skip
+
+
+def _numbers(value: Index, low: Index, high: Index) -> dict[str, Any]:
+    return {"value": value.value, "low": low.value, "high": high.value, "unit": value.unit}
+
+
+def _row(item: tuple[str, tuple[Index, Index, Index]]) -> list[str]:
+    name, three = item
+    unit = three[0].unit
+    factor = _DEGREES if unit.startswith("rad") else 1.0
+    return [name.replace("_", " "), *(number(factor * one.value, 5) for one in three), unit.replace("rad", "°")]
+
+
+def _fan(found: Bands, level: float, run: Trial) -> str:
+    drawn, (ax,) = figures.canvas(1)
+    chosen = found.tracks[np.linspace(0, len(found.tracks) - 1, min(_DRAWN, len(found.tracks))).astype(int)]
+    for k, track in enumerate(chosen):
+        ax.plot(track[:, 1], track[:, 0], color=figures.SKY, lw=0.6, alpha=0.5, label=None if k else "draws")
+    ax.plot(run["y"], run["x"], color=figures.INK, lw=1.3, label="fitted numbers")
+    ax.plot(run["y"][:1], run["x"][:1], "o", color=figures.INK, ms=6, mfc="white", label="start")
+    ax.set(xlabel="east y [m]", ylabel="north x [m]")
+    ax.set_aspect("equal", adjustable="datalim")
+    figures.legend_below(drawn, ax)
+    return figures.svg(drawn, f"fan {level:g}")
+
+
+def _motion(found: Bands, level: float, run: Trial) -> str:
+    drawn, axes = figures.canvas(len(figures.MOTION))
+    every = max(1, len(run) // 600)
+    for ax, (name, label, factor) in zip(axes, figures.MOTION, strict=True):
+        low, high = found.band(name, level)
+        ax.fill_between(found.t, factor * low, factor * high, color=figures.SKY, alpha=0.6, lw=0)
+        ax.plot(run.t[::every], factor * run[name][::every], color=figures.INK, lw=1.1)
+        ax.set_ylabel(label)
+    axes[-1].set_xlabel("time t [s]")
+    drawn.align_ylabels(axes)
+    return figures.svg(drawn, f"motion {level:g}")

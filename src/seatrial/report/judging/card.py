@@ -1,0 +1,264 @@
+"""The card of a fitted model on one page to sign: where it holds, how well, for what use, and how to repeat it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from ...identify import Fit
+from ...study.grounds import Ranges
+from ...validate.ahead import Row
+from ...validate.fitness import FIT, NOT_FIT, Fitness
+from ..page import Page, Section, bullets, entries, lead, note, number, soft, table, tiles
+from .bands import channel, span
+from .fitness import numbers as fitness_numbers
+
+_DEGREES = math.degrees(1.0)
+# Bands of 95 % are called too narrow where they hold in less than 90 %, and by more than chance: three deviations of
+# the share that so many windows would show.
+_CLAIMED, _HOLDS, _CHANCE = 0.95, 0.9, 3.0
+_BANDS = (
+    "Held: share of the measurements within bands of 95 %, drawn from the posterior of the parameters with the noise "
+    "of the instruments at the start and at the reading. Errors of the form of the model, of weather and controls are "
+    "not in these bands: where they hold less often than 95 %, take the errors, not the bands."
+)
+
+
+@dataclass(frozen=True)
+class Card:
+    """What is known of a fitted model.
+
+    Attributes:
+        fit, summary: the saved fit, and its fit.json.
+        restart: length of the windows in which predictions are judged [s].
+        rows: errors and coverage by kind and horizon; empty where no unseen trial is at hand.
+        pooled: standardised error by label.
+        uses: verdicts by purpose.
+        unjudged: why other purposes have none, by their titles.
+        missing: what could not be judged, one line each.
+        unseen: name, kind and length [s] of the trials that judged it.
+        banded: whether its fit has a covariance.
+        repeat, versions: commands and digests; programs.
+    """
+
+    fit: Fit
+    summary: Mapping[str, Any]
+    restart: float
+    rows: tuple[Row, ...]
+    pooled: Mapping[str, float]
+    uses: tuple[Fitness, ...]
+    unjudged: Mapping[str, str]
+    missing: tuple[str, ...]
+    unseen: tuple[tuple[str, str, float], ...]
+    banded: bool
+    repeat: Mapping[str, str]
+    versions: Mapping[str, str]
+
+    @property
+    def grounds(self) -> Mapping[str, Any]:
+        """Trials of the fit and what they cover; empty for a fit of before they were kept."""
+        return self.summary.get("grounds") or {}
+
+    @property
+    def covered(self) -> Ranges:
+        """Range of each channel in the trials of the fit, SI units; null in the file is infinite (deep water)."""
+        found = self.grounds.get("covered", {})
+        return {name: (_open(low), _open(high)) for name, (low, high) in found.items()}
+
+
+def page(card: Card) -> Page:
+    """The whole page: what is signed first, then what it stands on."""
+    sections = (
+        Section("", _head(card)),
+        Section("Where it is valid", _validity(card), {
+            "covered": dict(card.covered), "kinds": card.grounds.get("kinds")}),
+        Section("Error and coverage on unseen trials", _errors(card), {
+            "rows": [asdict(row) for row in card.rows], "standardised": dict(card.pooled), "restart": card.restart,
+            "unseen": [one[0] for one in card.unseen]}),
+        Section("Fit for which purpose", _purposes(card), {
+            "fitness": {use.purpose: fitness_numbers(use) for use in card.uses}, "not_judged": dict(card.unjudged)}),
+        Section("It must not be used", bullets(forbidden(card)), {"must_not": list(forbidden(card))}),
+        Section("Signature", _signature(card)),
+        Section("", '<div class="sheet"></div>'),
+        Section("How to repeat it", entries({**card.repeat, **card.versions}), {
+            "repeat": dict(card.repeat), "versions": dict(card.versions)}),
+        Section("Trials", _trials(card), {"trials": card.grounds.get("trials")}),
+        Section("Parameters", _parameters(card), {"parameters": card.summary.get("parameters"),
+                                                  "verdicts": card.summary.get("verdicts")}),
+    )  # fmt: skip
+    about = {"schema": "seatrial-card/1", "ship": card.fit.ship.name, "study": card.summary.get("study"),
+             "digest": card.fit.digest, "missing": list(card.missing), "explained": _explained(card)}  # fmt: skip
+    return Page(f"Model card: {card.fit.ship.name}", sections, about)
+
+
+def _explained(card: Card) -> bool | None:
+    found = card.summary.get("diagnosis")
+    return None if found is None else bool(found.get("explained", True))
+
+
+def _head(card: Card) -> str:
+    ship, used = card.fit.ship, [one for one in card.grounds.get("trials", ()) if one["role"] == "fit"]
+    names = card.summary.get("provenance", {}).get("trained_on", ())
+    kinds = Counter(one["kind"] for one in used)
+    counted = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common()) or "kinds not recorded"
+    words = (f"{ship.name}, {number(ship.L_pp)} m, study {card.summary.get('study')}: {len(card.fit.free)} parameters "
+             f"fitted to {len(names)} trials ({counted}); judged on {len(card.unseen)} unseen trials.")  # fmt: skip
+    warned = [*card.missing]
+    if _explained(card) is False:
+        warned.insert(0, "The model does not explain the trials of its fit: its sigmas and bands are too narrow.")
+    best = [row for row in card.rows if row.horizon == card.rows[-1].horizon][-1:]
+    shown = [(f"{number(row.error['position'], 2)} m", f"position error after {row.horizon:.4g} s") for row in best]
+    shown += [(f"{number(_DEGREES * row.error['heading'], 2)}°", "heading error") for row in best]
+    shown += [(_percent(row.held["position"]), "of positions within bands of 95 %") for row in best]
+    return lead(words) + note("", warned) + (tiles(shown) if shown else "")
+
+
+def _validity(card: Card) -> str:
+    if not card.covered:
+        return soft("This fit did not keep the ranges of its trials (an older version): fit it again.")
+    rows = [_range(name, ends) for name, ends in card.covered.items()]
+    words = ("Lowest and highest value in the trials of the fit, without a thousandth of outliers at either end. "
+             "Beyond them, and for other kinds of manoeuvre, the model extrapolates: no error is known there, and "
+             "seatrial simulate --bands refuses it.")  # fmt: skip
+    kinds = ", ".join(card.grounds.get("kinds", ()))
+    half = -(-len(rows) // 2)
+    halves = "".join(table(("", "from", "to", "unit"), some, words=(3,)) for some in (rows[:half], rows[half:]))
+    return f'<div class="halves">{halves}</div>' + soft(f"Kinds of manoeuvre: {kinds}. {words}")
+
+
+def _range(name: str, ends: tuple[float, float]) -> list[str]:
+    words, unit, factor = channel(name)
+    low, high = ("deep" if math.isinf(end) else number(factor * end) for end in ends)
+    return [words, low, high, unit]
+
+
+def _errors(card: Card) -> str:
+    tail = "" if card.banded else "The fit has no covariance, so there are no bands. "
+    if not card.rows:
+        return soft(f"{tail}No unseen trial has been judged: the error of this model is not known.")
+    head = ("kind", "ahead [s]", "trials", "windows", "position [m]", "heading [°]", "u [m/s]", "v_m [m/s]", "r [°/s]",
+            "held: position", "heading", "speeds")  # fmt: skip
+    pooled = ", ".join(f"{label} {number(value)}" for label, value in card.pooled.items())
+    words = (f"Root mean square errors at the end of windows that start in the measured state. {_BANDS} Standardised "
+             f"error (Wakita 2022 Eq. 25), restarted every {card.restart:g} s: {pooled}.")  # fmt: skip
+    return table(head, map(_row, card.rows)) + soft(words)
+
+
+def _row(row: Row) -> list[str]:
+    error = row.error
+    sizes = (error["position"], _DEGREES * error["heading"], error["u"], error["v_m"], _DEGREES * error["r"])
+    return [row.kind, f"{row.horizon:.4g}", str(row.trials), str(row.windows), *(number(size, 2) for size in sizes),
+            *(_percent(share) for share in row.held.values())]  # fmt: skip
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %" if math.isfinite(share) else "–"
+
+
+def _purposes(card: Card) -> str:
+    rows = [(use.title, use.verdict, "; ".join(_limits(use))) for use in card.uses]
+    rows += [(title, "not judged", why) for title, why in card.unjudged.items()]
+    return f'<div class="wrap">{table(("purpose", "verdict", "why"), rows, words=(1, 2))}</div>'
+
+
+def _limits(use: Fitness) -> Iterator[str]:
+    for one in use.found:
+        size = "" if not one.errors else f" {number(one.value, 2)} of {number(one.limit.size, 2)} {one.limit.unit}"
+        yield f"{one.limit.key}{size}: {one.verdict}"
+
+
+def forbidden(card: Card) -> tuple[str, ...]:
+    """What the model must not be used for, a line each."""
+    return *_by_purpose(card), *_by_range(card.covered), *_by_evidence(card)
+
+
+def _by_purpose(card: Card) -> Iterator[str]:
+    for use in card.uses:
+        if use.verdict == NOT_FIT:
+            yield f"for {use.title}: errors are greater than that use accepts"
+        elif use.verdict != FIT:
+            yield f"for {use.title} without more trials: they cannot tell"
+    for title in card.unjudged:
+        yield f"for {title}: it has not been judged for that"
+
+
+def _by_range(covered: Ranges) -> Iterator[str]:
+    if not covered:
+        yield "where its trials did not go: the ranges were not kept"
+        return
+    u, wind, waves, depth = (covered.get(name, (math.nan, math.nan)) for name in ("u", "U_T", "H_S", "depth"))
+    yield "astern or stopped" if u[0] > 0.05 * u[1] else f"outside of {span('u', u)}"
+    for name, (low, high) in covered.items():
+        if name.startswith("n_P") and low > 0.0:
+            yield "with the propeller stopped or reversed"
+        if name == "r" and low * high > 0.0:
+            yield f"for turns to {'port' if low > 0.0 else 'starboard'}"
+        if name.startswith("delta"):
+            yield f"with rudder angles beyond {number(_DEGREES * low)} to {number(_DEGREES * high)}°"
+    none = "no trial of the fit had any on record"
+    yield f"in wind: {none}" if wind[1] == 0.0 else f"in wind above {number(wind[1])} m/s"
+    yield f"in waves: {none}" if waves[1] == 0.0 else f"in waves above {number(waves[1])} m"
+    yield "in shallow water" if math.isinf(depth[0]) else f"in water of other depth than {span('depth', depth)}"
+
+
+def _by_evidence(card: Card) -> Iterator[str]:
+    if not card.rows:
+        yield "where an error must be known: no unseen trial has been judged"
+    if narrow := [share for row in pooled(card) for share in row.held.values() if share < _least(row.windows)]:
+        yield f"with its bands as a margin: where 95 % are claimed, {_percent(min(narrow))} held"
+    weak = [v for v in card.fit.verdicts if v.status not in ("identified", "conditional")]
+    if weak:
+        yield f"to read its numbers as physics: {len(weak)} of {len(card.fit.verdicts)} are not, or weakly, identified"
+    elif _explained(card) is False:
+        yield "to read its numbers as physics: the residuals contradict the model"
+
+
+def pooled(card: Card) -> tuple[Row, ...]:
+    """The lines of all kinds together."""
+    return tuple(row for row in card.rows if row.kind == card.rows[-1].kind)
+
+
+def _least(windows: int) -> float:
+    """Lowest share held that is no ground to call the bands too narrow."""
+    return min(_HOLDS, _CLAIMED - _CHANCE * math.sqrt(_CLAIMED * (1.0 - _CLAIMED) / windows))
+
+
+def _signature(card: Card) -> str:
+    lines = "".join(f"<div><span>{name}</span></div>" for name in
+                    ("name", "organisation", "place and date", "signature"))  # fmt: skip
+    words = (f"I have seen the ranges, errors and limits above, and accept this model (fit {card.fit.digest}, model "
+             f"{card.repeat['digest of the model']}) for the use below, within those ranges.")  # fmt: skip
+    return f'<p>{words}</p><div class="sign wide"><div><span>use</span></div></div><div class="sign">{lines}</div>'
+
+
+def _trials(card: Card) -> str:
+    held = card.grounds.get("trials", ())
+    rows = [(one["name"], one["kind"], one["role"], f"{one['duration']:.0f}", str(one["rows"]), one["digest"])
+            for one in held]  # fmt: skip
+    known = {one["name"] for one in held}
+    rows += [(name, kind, "given to the card", f"{length:.0f}", "–", "–")
+             for name, kind, length in card.unseen if name not in known]  # fmt: skip
+    if not rows:
+        names: Sequence[str] = card.summary.get("provenance", {}).get("trained_on", ())
+        return bullets(names) + soft("Their digests were not kept (an older version).")
+    head = ("trial", "kind", "role", "length [s]", "samples", "digest")
+    return table(head, rows, words=(1, 2, 5)) + soft("Digest: of times and channels as the fit took them.")
+
+
+def _parameters(card: Card) -> str:
+    status = {v.subject: v.status for v in card.fit.verdicts}
+    fit = card.fit
+    rows = [(one.path, number(one.start, 4), number(float(fit.values[k]), 4), number(float(fit.sigma[k]), 2),
+             _percent(float(fit.shrinkage[k])), "at bound" if one.path in fit.at_bound else status.get(one.path, "–"))
+            for k, one in enumerate(fit.free)]  # fmt: skip
+    paths = {one.path for one in fit.free}
+    more = bullets(f"{v.subject}: {v.text}" for v in fit.verdicts if v.subject not in paths)
+    head = ("parameter", "start", "fitted", "sigma", "from the data", "verdict")
+    return (table(head, rows, words=(5,)) if rows else soft("A network: it has weights, no parameters.")) + more
+
+
+def _open(value: float | None) -> float:
+    return math.inf if value is None else float(value)

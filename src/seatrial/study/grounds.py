@@ -1,0 +1,126 @@
+"""What a fit stands on: its trials with their digests, and the ranges of motion and surroundings that they cover.
+
+Kept in fit.json, so that the place where a model holds is known when its trials are not at hand any more.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..data import Array, Trial
+from ..data.kinds import recognised
+
+Ranges = Mapping[str, tuple[float, float]]
+"""Lowest and highest value of each channel, SI units."""
+
+DRIFT = "drift"
+"""Angle of drift at midship, atan2(-v_m, u) [rad]."""
+
+# So many of the samples at either end are outliers; a range reaches so much of its width, or of its greatest value,
+# beyond the others.
+_OUTLIERS, _MARGIN, _SAME = 1e-3, 0.1, 0.05
+# Drift and rate of turn over speed mean nothing below this share of the greatest speed.
+_SLOW = 0.1
+# What a trial that does not log it is taken to have: still air, no waves, deep water.
+_USUAL = {"U_T": 0.0, "H_S": 0.0, "depth": math.inf}
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """A channel of a run that leaves the range of the trials of the fit, SI units.
+
+    Attributes:
+        covered: by the trials.
+        reached: in the run.
+    """
+
+    channel: str
+    covered: tuple[float, float]
+    reached: tuple[float, float]
+
+
+def trial_digest(trial: Trial) -> str:
+    """Fingerprint of the times and channels of a trial, whatever its name."""
+    found = hashlib.sha256(trial.t.tobytes())
+    for name in sorted(trial.channels):
+        found.update(name.encode() + trial[name].tobytes())
+    return found.hexdigest()[:16]
+
+
+def grounds(
+    train: Sequence[Trial], validation: Sequence[Trial], test: Sequence[Trial], controls: Sequence[str]
+) -> dict[str, Any]:  # fmt: skip
+    """Trials by role ("fit", "validation", "kept back"), and the ranges and kinds of those of the fit, for fit.json.
+
+    Args:
+        controls: of the model.
+    """
+    roles = {"fit": train, "validation": validation, "kept back": test}
+    trials = [_record(trial, role) for role, some in roles.items() for trial in some]
+    kinds = sorted({one["kind"] for one in trials if one["role"] == "fit"})
+    return {"trials": trials, "kinds": kinds, "covered": {k: list(v) for k, v in covered(train, controls).items()}}
+
+
+def _record(trial: Trial, role: str) -> dict[str, Any]:
+    return {"name": trial.name, "role": role, "kind": kind_of(trial), "rows": len(trial), "duration": trial.duration,
+            "digest": trial_digest(trial), "source": str(trial.meta.get("source", ""))}  # fmt: skip
+
+
+def kind_of(trial: Trial) -> str:
+    """Kind of manoeuvre as the data show it; as the sidecar says where they show none."""
+    found = recognised(trial).name
+    told = str(trial.meta.get("kind", "")) or found
+    return told if found in ("unknown", "mixed") else found
+
+
+def covered(trials: Sequence[Trial], controls: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Range of each channel over all trials, without a thousandth of outliers at either end, with a margin."""
+    pools: dict[str, list[Array]] = {}
+    for trial in trials:
+        for name, values in _channels(trial, controls).items():
+            pools.setdefault(name, []).append(values)
+    found = {name: _range(np.concatenate(some)) for name, some in pools.items()}
+    return {name: span for name, span in found.items() if span is not None}
+
+
+def beyond(found: Ranges, run: Trial, controls: Sequence[str]) -> tuple[Beyond, ...]:
+    """Channels in which a run leaves the ranges `found` in the trials of a fit, in the order of `found`."""
+    out: list[Beyond] = []
+    for name, values in _channels(run, controls).items():
+        known = values[~np.isnan(values)]
+        if name not in found or not known.size:
+            continue
+        low, high = found[name]
+        reached = float(known.min()), float(known.max())
+        size = max(abs(low), abs(high))
+        slack = max(_MARGIN * (high - low), _SAME * size, 1e-9) if math.isfinite(size) else 0.0
+        if reached[0] < low - slack or reached[1] > high + slack:
+            out.append(Beyond(name, (low, high), reached))
+    return tuple(out)
+
+
+def _channels(trial: Trial, controls: Sequence[str]) -> dict[str, Array]:
+    """What a range is kept of, by name: motion, controls as they act, wind, waves, depth."""
+    found = {name: trial[name] for name in ("u", "v_m", "r", *controls) if name in trial}
+    if "u" in trial and "v_m" in trial:
+        speed = np.hypot(trial["u"], trial["v_m"])
+        fast = speed > _SLOW * np.nanmax(speed, initial=0.0)
+        found[DRIFT] = np.where(fast, np.arctan2(-trial["v_m"], trial["u"]), np.nan)
+    around = {name: trial[name] if name in trial else np.full(1, usual) for name, usual in _USUAL.items()}
+    return found | {name: np.where(np.isnan(values), _USUAL[name], values) for name, values in around.items()}
+
+
+def _range(values: Array) -> tuple[float, float] | None:
+    known = values[~np.isnan(values)]
+    if not known.size:
+        return None
+    if np.isinf(known).any():
+        return float(known.min()), float(known.max())
+    low, high = np.quantile(known, (_OUTLIERS, 1.0 - _OUTLIERS))
+    return float(low), float(high)

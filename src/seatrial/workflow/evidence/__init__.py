@@ -1,0 +1,1 @@
+"""Workflows about what a fitted model is worth: bands of its manoeuvres, and its card."""

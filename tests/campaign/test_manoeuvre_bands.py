@@ -1,0 +1,75 @@
+"""Bands of manoeuvres: that each run is that of its ship, and that they hold as often as they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fitted_run import DEGREE, PATHS, covariance, truth
+from seatrial.campaign.bands import Bands, bands
+from seatrial.core.parameters import read
+from seatrial.environment import Uniform
+from seatrial.manoeuvres import Manoeuvre
+from seatrial.manoeuvres.initial_turning import InitialTurning
+from seatrial.manoeuvres.turning import Turning
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.simulate.approach import approach
+from seatrial.simulate.run import simulate
+
+MEAN = np.array([float(read(truth().model, path)) for path in PATHS])
+
+
+def sailed(policy: Manoeuvre, draws: np.ndarray, duration: float, *, held: bool = True, dt: float = 0.02) -> Bands:
+    return bands(truth(), policy, PATHS, draws, speed=truth().speed, duration=duration, dt=dt, weather=Uniform(),
+                 held=held, threads=2)  # fmt: skip
+
+
+@pytest.mark.parametrize("policy", [Turning(0.0, 35 * DEGREE), Zigzag(0.0, 20 * DEGREE, 20 * DEGREE, 1)])
+def test_each_run_is_that_of_its_own_ship(policy: Manoeuvre) -> None:
+    """Indices and tracks against a single run of the ship, with the revolutions that hold its own speed."""
+    draws = MEAN * np.array([[1.0, 1.0, 1.0], [1.2, 0.9, 1.3]])
+    found = sailed(policy, draws, 120.0)
+    for k, draw in enumerate(draws):
+        ship = truth().having(dict(zip(PATHS, draw.tolist(), strict=True)))
+        U, n_P = approach(ship, truth().speed)
+        own = type(policy)(**{**vars(policy), "n_P": n_P})
+        run = simulate(ship, own, speed=U, duration=120.0, dt=0.02)
+        indices = own.indices(run, ship.L_pp)
+        assert len(found.indices) >= 4
+        for name, values in found.indices.items():
+            assert values[k] == pytest.approx(indices[name].value, rel=2e-3), name
+        at = np.interp(found.t, run.t, run["y"])
+        assert found.tracks[k, :, 1] == pytest.approx(at, abs=2e-3 * ship.L_pp)
+
+
+def test_a_manoeuvre_without_a_tally_is_read_as_a_whole() -> None:
+    policy = InitialTurning(approach(truth())[1], 10 * DEGREE, 10 * DEGREE)
+    found = sailed(policy, MEAN * np.ones((3, 1)), 60.0, dt=0.1, held=False)
+    assert np.ptp(found.tracks, axis=0) == pytest.approx(0.0, abs=1e-12)
+    assert np.isfinite(found.tracks).all()
+    assert found.indices
+
+
+def test_an_index_that_too_few_runs_reach_has_no_band() -> None:
+    draws = MEAN + np.random.default_rng(0).standard_normal((200, 3)) @ np.diag(np.sqrt(np.diag(covariance(0.1))))
+    found = sailed(Turning(0.0, 35 * DEGREE), draws, 24.2, dt=0.1)
+    reached = np.isfinite(found.indices["advance"]).mean()
+    assert 0.0 < reached < 0.95
+    assert np.isnan(found.edges("advance", 0.95)).all()
+    assert np.isnan(found.edges("no such index", 0.95)).all()
+
+
+def test_bands_hold_as_often_as_they_say() -> None:
+    """Fifty fits of one ship, each off by its own error: the truth lies in 95 % of their bands."""
+    rng, repeats, draws, scale = np.random.default_rng(7), 50, 100, np.sqrt(np.diag(covariance(0.03)))
+    estimates = MEAN + rng.standard_normal((repeats, 3)) * scale
+    every = estimates[:, None] + rng.standard_normal((repeats, draws, 3)) * scale
+    policy = Zigzag(0.0, 20 * DEGREE, 20 * DEGREE, 1)
+    found = sailed(policy, every.reshape(-1, 3), 60.0, dt=0.05)
+    own = sailed(policy, MEAN[None], 60.0, dt=0.05)
+    held: list[bool] = []
+    for name in ("first_overshoot", "initial_turning_time", "initial_turning_distance", "second_reversal"):
+        low, high = np.quantile(found.indices[name].reshape(repeats, draws), (0.025, 0.975), axis=1)
+        inside = (own.indices[name] >= low) & (own.indices[name] <= high)
+        held += inside.tolist()
+    assert 0.90 <= np.mean(held) <= 0.98

@@ -1,0 +1,116 @@
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fitted_run import DEGREE, PATHS, covariance, saved, trial
+from seatrial.data import Trial
+from seatrial.identify import StudyError
+from seatrial.study.grounds import beyond, covered, trial_digest
+from seatrial.study.stored import posterior
+
+CONTROLS = ("n_P", "delta")
+
+
+def test_a_digest_follows_the_readings_and_not_the_name() -> None:
+    one = trial(20)
+    assert trial_digest(replace(one, name="another")) == trial_digest(one)
+    assert trial_digest(one.having(u=one["u"] + 1e-9)) != trial_digest(one)
+
+
+def test_a_run_of_greater_rudder_angle_is_beyond_the_trials() -> None:
+    found = covered([trial(20), trial(20, side=-1)], CONTROLS)
+    assert not beyond(found, trial(20, seed=1), CONTROLS)
+    out = {one.channel: one for one in beyond(found, trial(35), CONTROLS)}
+    assert out["delta"].reached[1] == pytest.approx(35 * DEGREE)
+    assert "r" in out
+
+
+def test_trials_to_one_side_do_not_cover_the_other() -> None:
+    found = covered([trial(20)], CONTROLS)
+    assert {"delta", "r"} <= {one.channel for one in beyond(found, trial(20, side=-1), CONTROLS)}
+
+
+@pytest.mark.parametrize("channel", ["U_T", "H_S", "depth"])
+def test_what_no_trial_had_around_it_is_beyond(channel: str) -> None:
+    run = trial(20)
+    around = run.having(**{channel: np.full(len(run), 5.0)})
+    assert [one.channel for one in beyond(covered([run], CONTROLS), around, CONTROLS)] == [channel]
+    # and trials in shallow water, such as those, do not cover deep water
+    if channel == "depth":
+        (one,) = beyond(covered([around], CONTROLS), run, CONTROLS)
+        assert one.channel == "depth"
+        assert math.isinf(one.reached[0])
+
+
+def test_one_wrong_reading_does_not_widen_a_range() -> None:
+    run = trial(20, duration=600.0)
+    u = run["u"].copy()
+    u[100] = 50.0
+    assert covered([run.having(u=u)], CONTROLS)["u"][1] < 2.0
+
+
+def test_a_posterior_comes_back_with_its_ranges(tmp_path: Path) -> None:
+    held = posterior(saved(tmp_path, [trial(20)]))
+    assert [one.path for one in held.free] == list(PATHS)
+    assert held.covered["delta"][1] == pytest.approx(20 * DEGREE)
+    assert math.isinf(held.covered["depth"][0])
+    assert held.grounds["kinds"] == ["turning"]
+    drawn = held.draws(4000, 1)
+    assert np.std(drawn, axis=0) == pytest.approx(np.sqrt(np.diag(covariance(0.01))), rel=0.05)
+    assert np.array_equal(drawn, held.draws(4000, 1))
+
+
+def test_draws_stay_within_the_bounds_of_the_study(tmp_path: Path) -> None:
+    held = posterior(saved(tmp_path, [trial(20)]))
+    # the search ended on a bound: half of the normal density is beyond it
+    free = tuple(replace(one, low=value) for one, value in zip(held.free, held.mean.tolist(), strict=True))
+    drawn = replace(held, free=free).draws(300, 1)
+    assert drawn.shape == (300, 3)
+    assert np.all(drawn >= held.mean)
+    far = tuple(replace(one, low=one.start, start=1e3 * abs(one.start), high=math.inf) for one in held.free)
+    far = tuple(replace(one, low=0.5 * one.start) for one in far)
+    with pytest.raises(StudyError, match=r"0 of .* draws .* within the bounds"):
+        replace(held, free=far).draws(10, 1)
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    ({"digest": "of-another-fit"}, "of fit digest-of-this-fit, the fit.json beside it of fit of-another-fit"),
+    ({"covariance": [[0.0] * 3] * 3}, "no covariance"),
+    ({"covariance": [[None] * 3] * 3}, "no covariance"),
+])  # fmt: skip
+def test_a_posterior_of_another_fit_is_refused(change: dict[str, object], said: str, tmp_path: Path) -> None:
+    model = saved(tmp_path, [trial(20)])
+    file = tmp_path / "fit.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), **change}))
+    with pytest.raises(StudyError, match=said):
+        posterior(model)
+
+
+def test_an_edited_model_is_refused(tmp_path: Path) -> None:
+    model = saved(tmp_path, [trial(20)])
+    document = json.loads((tmp_path / "fit.json").read_text())
+    document["parameters"]["hull.Y_v"]["value"] *= 1.01
+    (tmp_path / "fit.json").write_text(json.dumps(document))
+    with pytest.raises(StudyError, match=r"hull.Y_v is .* edited after the fit"):
+        posterior(model)
+
+
+def test_a_ship_without_a_posterior_names_the_command_that_makes_one(tmp_path: Path) -> None:
+    for model in ("kvlcc2_l7", tmp_path / "model.toml"):
+        with pytest.raises(StudyError, match=r"no posterior.*seatrial identify STUDY.toml -o RUN"):
+            posterior(model)
+    model = saved(tmp_path, [trial(20)])
+    (tmp_path / "fit.json").unlink()
+    with pytest.raises(StudyError, match=r"no posterior.*seatrial identify"):
+        posterior(model)
+
+
+def test_a_log_without_speeds_covers_what_it_has() -> None:
+    run = Trial("a", np.arange(10.0), {"delta": np.linspace(0, 0.1, 10)})
+    assert set(covered([run], CONTROLS)) == {"delta", "U_T", "H_S", "depth"}

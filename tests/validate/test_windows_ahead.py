@@ -1,0 +1,58 @@
+"""Bands of predictions on trials: calibrated where the model is right, and seen to fail where it is wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fitted_run import NOISE, PATHS, covariance, trial, truth
+from seatrial.core.parameters import read
+from seatrial.data import Trial
+from seatrial.validate.ahead import ALL, Row, ahead, by_kind
+
+MEAN = np.array([float(read(truth().model, path)) for path in PATHS])
+
+
+def rows(trials: list[Trial], share: float, off: float = 0.0) -> tuple[Row, ...]:
+    """Lines of an estimate that is off by a share, with a posterior of a relative deviation of `share`."""
+    value = MEAN * (1.0 + off)
+    ship = truth().having(dict(zip(PATHS, value.tolist(), strict=True)))
+    draws = value + np.random.default_rng(3).standard_normal((200, 3)) @ np.sqrt(covariance(share))
+    return by_kind(ahead(ship, one, str(one.meta["kind"]), PATHS, draws, 50.0, NOISE) for one in trials)
+
+
+@pytest.fixture(scope="module")
+def trials() -> list[Trial]:
+    return [trial(rudder, heading, side, seed=k) for k, (rudder, heading, side) in enumerate(
+        [(35, None, 1), (20, None, -1), (25, None, 1), (30, None, -1), (15, None, 1), (20, 20, 1), (10, 10, -1),
+         (15, 15, 1), (20, 10, -1), (10, 5, 1)])]  # fmt: skip
+
+
+def test_bands_of_a_right_model_hold(trials: list[Trial]) -> None:
+    found = rows(trials, 0.001)
+    assert [row.kind for row in found] == ["turning"] * 3 + ["zigzag"] * 3 + [ALL] * 3
+    assert [row.horizon for row in found[:3]] == pytest.approx([5.0, 25.0, 50.0])
+    assert [row.trials for row in found[-3:]] == [10, 10, 10]
+    held = [share for row in found[-3:] for share in row.held.values()]
+    assert 0.90 <= np.mean(held) <= 0.98
+
+
+def test_bands_of_a_wrong_model_are_seen_to_fail(trials: list[Trial]) -> None:
+    right, wrong = rows(trials, 0.001)[-1], rows(trials, 0.001, off=0.2)[-1]
+    assert wrong.held["position"] < 0.6
+    assert wrong.error["position"] > 2.0 * right.error["position"]
+
+
+def test_a_wide_posterior_covers_what_it_is_off_by(trials: list[Trial]) -> None:
+    assert np.mean([*rows(trials, 0.2, off=0.1)[-1].held.values()]) >= 0.9
+
+
+def test_windows_beyond_the_end_or_in_a_gap_do_not_count() -> None:
+    short, gap = trial(20, duration=30.0), trial(20, duration=30.0)
+    x = gap["x"].copy()
+    x[48:53] = np.nan  # 25 s after the start, where the second horizon lies
+    one, other = rows([short], 0.01), rows([gap.having(x=x)], 0.01)
+    assert [row.horizon for row in one] == pytest.approx([5.0, 25.0])
+    assert [row.horizon for row in other] == pytest.approx([5.0, 25.0])
+    assert other[1].error["heading"] == one[1].error["heading"]
+    assert np.isnan(other[1].error["position"])
