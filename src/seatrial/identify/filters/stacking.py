@@ -126,3 +126,16 @@ def chosen(
         return float(np.mean([np.log(one.of(trial).ratio()) for one in each for trial in trials]))
 
     return min(candidates, key=score)
+
+
+def interval_score(some: Ahead, share: float) -> tuple[float, float]:
+    """Mean score of the bands of position and heading: their width, and what lies outside times 2 / (1 - share).
+
+    Smaller is better, and least for the bands that hold their share (Gneiting and Raftery 2007, Eq. 43).
+    """
+    from scipy.special import ndtri
+
+    half = float(ndtri(0.5 + 0.5 * share)) * some.sigma
+    beyond = np.maximum(np.abs(some.errors[MODEL]) - half, 0.0)
+    score = 2.0 * half + 2.0 / (1.0 - share) * beyond
+    return float(score[:, :2].mean()), float(score[:, 2].mean())
