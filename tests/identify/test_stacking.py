@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from seatrial.data import Array
 from seatrial.identify.filters.ahead import CONSTANT, MODEL, STAYING, Ahead, joined
-from seatrial.identify.filters.stacking import Bands, Stack, chosen, crossed
+from seatrial.identify.filters.stacking import Bands, Stack, banded, chosen, crossed
 
 STATED = 0.9
 
@@ -20,7 +22,15 @@ def moored(seed: int, count: int = 400, spread: float = 0.05) -> Ahead:
     true = np.where(state[:, :1] > 0.5, 1.0, 0.3) * way + rng.normal(0.0, spread, (count, 3)) * (2.0 - state[:, :1])
     errors = {MODEL: way - true, STAYING: -true, CONSTANT: 3.0 * rng.normal(0.0, 1.0, (count, 3)) - true}
     names = ("a",) * count
-    return Ahead(10.0, names, np.arange(count) * 1.0, errors, np.full((count, 3), spread), state, np.ones(count))
+    return Ahead(
+        10.0,
+        names,
+        np.arange(float(count), dtype=np.float64),
+        errors,
+        np.full((count, 3), spread),
+        state,
+        np.ones(count),
+    )
 
 
 def ones(some: Ahead) -> Array:
@@ -33,6 +43,10 @@ def by_place(some: Ahead) -> Array:
 
 def regime(some: Ahead) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
     return some.state[:, 0].astype(np.intp)
+
+
+def nowhere(some: Ahead) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    return np.zeros(len(some.trial), dtype=np.intp)
 
 
 def test_the_share_of_the_way_in_the_berth_is_found() -> None:
@@ -51,8 +65,8 @@ def test_one_share_for_all_is_worse_and_is_not_chosen() -> None:
     assert (
         Stack.fitted(groups[0], ones).of(groups[1]).rms()[0] > Stack.fitted(groups[0], by_place).of(groups[1]).rms()[0]
     )
-    score = {name: crossed(groups, found).rms()[0] for name, found in (("ones", ones), ("place", by_place))}
-    assert score["place"] < score["ones"] < crossed(groups, None).rms()[0]
+    score = {name: joined(crossed(groups, found)).rms()[0] for name, found in (("ones", ones), ("place", by_place))}
+    assert score["place"] < score["ones"] < joined(crossed(groups, None)).rms()[0]
     assert chosen([groups], {"none": None, "ones": ones, "place": by_place}, ("a",)) == "place"
 
 
@@ -60,25 +74,21 @@ def test_a_model_that_is_right_is_left_alone() -> None:
     rng = np.random.default_rng(5)
     some = moored(3)
     right = rng.normal(0.0, 0.01, (400, 3))
-    some = Ahead(
-        10.0, some.trial, some.start, {**some.errors, MODEL: right}, some.sigma, some.state, some.surprise
-    )  # fmt: skip
+    some = replace(some, errors={**some.errors, MODEL: right})
     assert np.abs(Stack.fitted(some, by_place).shares).max() < 0.01
 
 
 def test_what_is_crossed_has_not_seen_the_group_it_forecasts() -> None:
     groups = [moored(seed, 100) for seed in range(3)]
-    moved = Ahead(*(getattr(groups[0], name) for name in ("horizon", "trial", "start")),
-                  {who: 5.0 * e for who, e in groups[0].errors.items()}, groups[0].sigma, groups[0].state,
-                  groups[0].surprise)  # fmt: skip
+    moved = replace(groups[0], errors={who: 5.0 * e for who, e in groups[0].errors.items()})
     before, after = crossed(groups, by_place), crossed([moved, *groups[1:]], by_place)
-    assert after.errors[MODEL][:100] == pytest.approx(5.0 * before.errors[MODEL][:100])
-    assert np.abs(after.errors[MODEL][100:] - before.errors[MODEL][100:]).max() > 1e-6
+    assert after[0].errors[MODEL] == pytest.approx(5.0 * before[0].errors[MODEL])
+    assert np.abs(after[1].errors[MODEL] - before[1].errors[MODEL]).max() > 1e-6
 
 
 def test_bands_by_regime_hold_in_each_and_one_factor_does_not() -> None:
     train, test = (Stack.fitted(moored(1), by_place).of(moored(seed, 2000)) for seed in (6, 7))
-    each, one = (Bands.fitted(train, which, STATED) for which in (regime, lambda some: 0 * regime(some)))
+    each, one = (Bands.fitted(train, which, STATED) for which in (regime, nowhere))
     for k in (0.0, 1.0):
         berth = test._where(test.state[:, 0] == k)  # pyright: ignore[reportPrivateUsage]
         assert each.of(berth).covered(STATED) == pytest.approx((STATED, STATED), abs=0.03)
@@ -86,3 +96,5 @@ def test_bands_by_regime_hold_in_each_and_one_factor_does_not() -> None:
     alone = Bands.fitted(train, regime, STATED, alone=True).of(test)
     assert alone.covered(STATED) == pytest.approx((STATED, STATED), abs=0.02)
     assert joined([test, test]).covered(STATED) == test.covered(STATED)
+    groups = [Stack.fitted(moored(1), by_place).of(moored(seed, 300)) for seed in range(8, 11)]
+    assert banded([groups], {"one": (nowhere, False), "each": (regime, False)}, STATED) == "each"

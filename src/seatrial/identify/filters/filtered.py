@@ -71,7 +71,6 @@ class Filtered:
         nis: normalised innovation squared, shape (updates,).
         consistency: the innovation test.
         passed: the run event by event, which the smoother goes back over.
-        likelihood: logarithm of the density of all readings under filter and model.
         smooth: whether this is the smoothed run.
     """
 
@@ -89,7 +88,6 @@ class Filtered:
     nis: Array
     consistency: Consistency
     passed: Pass
-    likelihood: float
     smooth: bool = False
 
     def of(self, name: str) -> tuple[Array, Array]:

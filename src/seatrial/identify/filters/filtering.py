@@ -44,8 +44,6 @@ class Kalman:
         process: random walk of each state by its name, as the standard deviation that it gathers in one
             second: u, v_m [m/s/sqrt(s)] and r [rad/s/sqrt(s)] are random accelerations; ``current`` is that
             of each component of the current; a parameter's path lets the parameter walk.  Absent is none.
-        correlation: time over which a disturbance returns to zero [s], by parameter or ``current``
-            (Gauss-Markov); absent is a random walk.
         parameters: what is estimated besides the motion: a `Free` with prior or interval, or a path alone,
             which starts at the ship's value with a standard deviation of half of it and the bounds of physics.
         current: estimate a current besides what the trial says.
@@ -60,7 +58,6 @@ class Kalman:
 
     measurement: Mapping[str, Sensor]
     process: Mapping[str, float] = field(default_factory=dict[str, float])
-    correlation: Mapping[str, float] = field(default_factory=dict[str, float])
     parameters: tuple[str | Free, ...] = ()
     current: bool = False
     kind: str = "ekf"
@@ -103,9 +100,7 @@ class Kalman:
             raise StudyError(f"{ship.name}: a model in discrete time; a Kalman filter here needs rates, not samples")
         free = tuple(_free(ship, given) for given in self.parameters)
         more = (*(CURRENT if self.current else ()), *Vector(free).paths)
-        times = {**dict.fromkeys(CURRENT, self.correlation.get("current", np.inf)), **self.correlation}
-        decay = [1.0 / times.get(name, np.inf) for name in more]
-        model = trace(ship, more, tuple(self.measurement.values()), decay)
+        model = trace(ship, more, tuple(self.measurement.values()))
         for name in (*self.start, *(name for name in self.process if not (name == "current" and self.current))):
             if name not in model.names:
                 raise StudyError(f"{ship.name}: {unknown(name, (*model.names, 'current'), 'state of the filter')}")
@@ -128,12 +123,11 @@ def _free(ship: Ship, given: str | Free) -> Free:
 
 
 class _Updates(NamedTuple):
-    """Innovations and their normalised squares, NaN where there was none; NIS and log density, shape (events,)."""
+    """Innovations and their normalised squares, NaN where there was none; NIS, shape (events,)."""
 
     innovations: Array
     squares: Array
     nis: Array
-    density: Array
 
 
 @dataclass(frozen=True)
@@ -175,7 +169,6 @@ class Tracker:
             states=run.means[events.events], covariances=run.covs[events.events], events=events.events,
             channels=self.model.channels, innovation_t=events.t[used], innovations=updates.innovations[used],
             nis=updates.nis[used], consistency=consistency, passed=run,
-            likelihood=float(updates.density.sum()),
         )  # fmt: skip
 
     def _bounds(self) -> tuple[Array, Array]:
@@ -196,7 +189,7 @@ class Tracker:
         engine, bounds = self._engine(trial.dt), self._bounds()
         count, n = events.t.size, mean.size
         run, none = Pass.of(count, n), np.full(events.readings.shape, np.nan)
-        out = _Updates(none, none.copy(), np.full(count, np.nan), np.zeros(count))
+        out = _Updates(none, none.copy(), np.full(count, np.nan))
         spans, found = np.diff(events.t), np.isfinite(events.readings)
         for k in range(count):
             if k:
@@ -209,7 +202,6 @@ class Tracker:
                 out.innovations[k, rows] = miss
                 out.squares[k, rows] = miss**2 / np.diagonal(spread)
                 out.nis[k] = float(over(miss[None], spread)[0] @ miss)
-                out.density[k] = -0.5 * (out.nis[k] + float(np.linalg.slogdet(2.0 * np.pi * spread)[1]))
             if not np.isfinite(mean).all():
                 raise FitError(
                     f"{trial.name}: the filter blows up at t = {events.t[k]:g} s; take a shorter step, a closer "

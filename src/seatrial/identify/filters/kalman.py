@@ -90,14 +90,11 @@ class FilterModel:
         return np.where(self.angle > 0.0, turned, innovation)
 
 
-def trace(
-    ship: Ship, more: tuple[str, ...], sensors: Sequence[Sensor], decay: Sequence[float] | None = None,
-) -> FilterModel:  # fmt: skip
+def trace(ship: Ship, more: tuple[str, ...], sensors: Sequence[Sensor]) -> FilterModel:
     """The ship with the parameters `more` as further states, and its sensors.
 
     Args:
         more: paths of the ship's model, or names of `CURRENT`.
-        decay: rate at which each of `more` goes back to zero [1/s]; None is 0 for all.
     """
     system, values = open_loop(ship), open_loop_parameters(ship).tolist()
     own, controls = len(system.states), len(ship.model.controls)
@@ -112,7 +109,7 @@ def trace(
 
     def rates(state: Any) -> Any:
         moving = system.derivative(tuple(state[i] for i in range(own)), acting, known(state))
-        return ca.vertcat(*moving, *(-rate * state[own + k] for k, rate in enumerate(decay or [0.0] * len(more))))
+        return ca.vertcat(*moving, *([0.0] * len(more)))
 
     whole, half = _rk4(rates, z, dt), _rk4(rates, z, 0.5 * dt)
     around = Environment(*acting[controls:])

@@ -23,6 +23,7 @@ TARGETS = (slice(0, 2), slice(2, 3))
 RIDGE = 0.01
 
 Features = Callable[[Ahead], Array]
+Regime = Callable[[Ahead], NDArray[np.intp]]
 
 
 @dataclass(frozen=True)
@@ -77,14 +78,12 @@ class Bands:
         scale: by regime, of position and heading: a factor of the filter's sigma, or with `alone` the value itself.
     """
 
-    regime: Callable[[Ahead], NDArray[np.intp]]
+    regime: Regime
     scale: Array
     alone: bool = False
 
     @classmethod
-    def fitted(
-        cls, some: Ahead, regime: Callable[[Ahead], NDArray[np.intp]], share: float, *, alone: bool = False
-    ) -> Bands:
+    def fitted(cls, some: Ahead, regime: Regime, share: float, *, alone: bool = False) -> Bands:
         """The scales that forecasts need which the model's fit has not seen; a regime they lack has those of all."""
         from scipy.special import ndtri
 
@@ -102,12 +101,12 @@ class Bands:
         return replace(some, sigma=scale if self.alone else scale * some.sigma)
 
 
-def crossed(groups: Sequence[Ahead], features: Features | None) -> Ahead:
-    """All groups, each stacked with shares that come from the others; without features as they are."""
+def crossed(groups: Sequence[Ahead], features: Features | None) -> tuple[Ahead, ...]:
+    """Each group, stacked with shares that come from the others; without features as it is."""
     if features is None:
-        return joined(groups)
+        return tuple(groups)
     apart = [joined([other for i, other in enumerate(groups) if i != k]) for k in range(len(groups))]
-    return joined([Stack.fitted(rest, features).of(one) for rest, one in zip(apart, groups, strict=True)])
+    return tuple(Stack.fitted(rest, features).of(one) for rest, one in zip(apart, groups, strict=True))
 
 
 def chosen(
@@ -122,8 +121,29 @@ def chosen(
     """
 
     def score(name: str) -> float:
-        each = [crossed(groups, candidates[name]) for groups in horizons]
+        each = [joined(crossed(groups, candidates[name])) for groups in horizons]
         return float(np.mean([np.log(one.of(trial).ratio()) for one in each for trial in trials]))
+
+    return min(candidates, key=score)
+
+
+def banded(horizons: Sequence[Sequence[Ahead]], candidates: Mapping[str, tuple[Regime, bool]], share: float) -> str:
+    """The candidate whose bands for each group, from the other groups, have the best interval score.
+
+    Args:
+        horizons: the groups of each horizon; horizons, position and heading count the same, by logarithms.
+        candidates: regime by name, and whether the filter's sigma is left out.
+        share: what the bands state.
+    """
+
+    def score(name: str) -> float:
+        total = list[float]()
+        for groups in horizons:
+            for k, one in enumerate(groups):
+                rest = joined([other for i, other in enumerate(groups) if i != k])
+                bands = Bands.fitted(rest, candidates[name][0], share, alone=candidates[name][1])
+                total.extend(np.log(interval_score(bands.of(one), share)))
+        return float(np.mean(total))
 
     return min(candidates, key=score)
 
