@@ -66,7 +66,7 @@ def _shares(some: Ahead, part: slice, features: Array) -> Array:
     square = table.T @ table
     drawn = square + RIDGE * np.diag(np.diagonal(square) + 1e-12)
     found = np.linalg.solve(drawn, -table.T @ some.errors[MODEL][:, part].T.reshape(-1))
-    return found.reshape(2, -1)
+    return np.asarray(found.reshape(2, -1), dtype=np.float64)
 
 
 @dataclass(frozen=True)
