@@ -151,7 +151,7 @@ def banded(horizons: Sequence[Sequence[Ahead]], candidates: Mapping[str, tuple[R
 def interval_score(some: Ahead, share: float) -> tuple[float, float]:
     """Mean score of the bands of position and heading: their width, and what lies outside times 2 / (1 - share).
 
-    Smaller is better, and least for the bands that hold their share (Gneiting and Raftery 2007, Eq. 43).
+    Smaller is better, and least for the bands that hold their share (the interval score of Gneiting and Raftery 2007).
     """
     from scipy.special import ndtri
 
