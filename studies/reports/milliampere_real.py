@@ -3,9 +3,10 @@
     python studies/reports/milliampere_real.py -o RUN
 
 Fits studies/milliampere_real.toml four times, each without three minutes (two of nlp1 and one of qp1), and forecasts
-these from every other second on by a filter that has seen the 20 s before and nothing else.  Writes RUN/report.html and
-.json, in some two minutes.  The trials are in `$SEATRIAL_DATA`.  With `--also FOLDER` a fit to all minutes forecasts
-the trials of that folder too, which are in the same files as these.
+these from every second on by a filter that has seen the 20 s before and nothing else.  What part of the model's way to
+take, and how wide the bands are, each fold chooses on minutes of its own, forecast by fits without these.  Writes
+RUN/report.html and .json, in some three minutes.  The trials are in `$SEATRIAL_DATA`.  With `--also FOLDER` a fit to
+all minutes forecasts the trials of that folder too, which are in the same files as these.
 """
 
 from __future__ import annotations
@@ -19,24 +20,30 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial import __version__
 from seatrial.core.errors import SeatrialError
-from seatrial.core.parameters import Free
+from seatrial.core.parameters import Free, read
 from seatrial.data import Array, Trial
 from seatrial.data.formats.csv import read_all, read_mapping, recordings
-from seatrial.identify import Fit
 from seatrial.identify.filters.ahead import MODEL, RIVALS, STAYING, Ahead, joined, looked_ahead
 from seatrial.identify.filters.filtering import Kalman
 from seatrial.identify.filters.measurement import Antenna, Heading
+from seatrial.identify.filters.stacking import Bands, Features, Regime, Stack, banded, chosen, crossed
 from seatrial.report.figures import canvas, legend_below, svg
 from seatrial.report.page import Page, Section, figure, gallery, lead, number, provenance, soft, table, write
+from seatrial.ships import Ship
 from seatrial.study.study import Study, read_study
 
 STUDY = Path(__file__).parents[1] / "milliampere_real.toml"
 MAPPING = STUDY.parent / "mappings" / "milliampere.toml"
 DEGREES = math.degrees(1.0)
-HORIZONS, WARM, EVERY, STATED = (5.0, 10.0, 20.0), 20.0, 2.0, 0.9
+HORIZONS, WARM, EVERY, STATED = (5.0, 10.0, 20.0), 20.0, 1.0, 0.9
+# Time between starts of the forecasts from which a fold chooses [s].
+INNER = 2.0
+# A ship whose middle is as far from the line of the quay [m] is beside it, and so far is off it.
+BESIDE, OFF = 2.0, 4.0
 FOLDS, TRIALS = 4, ("nlp1", "qp1")
 # Disturbances: random accelerations [m/s^2/sqrt(Hz), rad/s^2/sqrt(Hz)], current and yaw moment that wander.
 WALK = {"u": 0.06, "v_m": 0.06, "r": 0.03, "current": 0.003, "steady.N_0": 1.0}
@@ -48,45 +55,100 @@ FILTER = Kalman(
 
 @dataclass(frozen=True)
 class Fold:
-    """A fit without some minutes, and its forecasts of them, one a horizon."""
+    """A fit without some minutes, and its forecasts of them, one a horizon: the filter's, and what is made of them.
 
-    fit: Fit
-    left: tuple[str, ...]
-    ahead: tuple[Ahead, ...]
-
-
-def folds(study: Study, every: float = EVERY) -> tuple[Fold, ...]:
-    """The cross-validation: minutes k and k + 4 of nlp1 and minute k of qp1 are left out at a time."""
-    found: list[Fold] = []
-    for k in range(FOLDS):
-        left = [t for t in study.problem.trials if (int(t.name.rpartition("_")[2]) - 1) % FOLDS == k]
-        kept: tuple[Trial, ...] = tuple(t for t in study.problem.trials if t not in left)
-        fit = study.estimator.fit(replace(study.problem, trials=kept))
-        ahead = looked_ahead(FILTER, fit.ship, left, HORIZONS, warm=WARM, every=every)
-        found.append(Fold(fit, tuple(t.name for t in left), ahead))
-    return tuple(found)
-
-
-def widths(found: Sequence[Fold], i: int, fold: int) -> tuple[float, float]:
-    """Factors of the bands of position and heading of a fold, such that those of the other folds hold what they state.
-
-    The filter's noises are round numbers; the left-out minutes of the other folds say by how much its bands are off.
+    `stack` and `bands` name what the fold chose.
     """
-    from scipy.special import ndtri
 
-    others = joined([one.ahead[i] for k, one in enumerate(found) if k != fold])
-    z = np.abs(np.column_stack([others.north, others.east, others.heading[MODEL]])) / others.sigma
-    usual = float(ndtri(0.5 + 0.5 * STATED))
-    return float(np.quantile(z[:, :2], STATED)) / usual, float(np.quantile(z[:, 2], STATED)) / usual
+    ship: Ship
+    left: tuple[str, ...]
+    bare: tuple[Ahead, ...]
+    ahead: tuple[Ahead, ...]
+    stack: str
+    bands: str
 
 
-def banded(found: Sequence[Fold], i: int) -> Ahead:
-    """All forecasts of a horizon, bands as wide as the other folds make them."""
+def nearness(ship: Ship, some: Ahead) -> Array:
+    """One beside the quay, none off it, by where the ship is at the start."""
+    north, east, way = (float(read(ship.model, f"quay.{name}")) for name in ("north", "east", "direction"))
+    away = math.cos(way) * (some.state[:, 1] - east) - math.sin(way) * (some.state[:, 0] - north)
+    return np.clip((OFF - away) / (OFF - BESIDE), 0.0, 1.0)
+
+
+def stacks(ship: Ship) -> dict[str, Features | None]:
+    """What the shares of model and constant velocity may depend on."""
+
+    def on(*features: Features) -> Features:
+        return lambda some: np.column_stack([np.ones(len(some.trial)), *(one(some) for one in features)])
+
+    def near(some: Ahead) -> Array:
+        return nearness(ship, some)
+
+    def surprise(some: Ahead) -> Array:
+        return np.log10(np.maximum(some.surprise, 1e-3)).astype(np.float64)
+
+    def speed(some: Ahead) -> Array:
+        return (np.hypot(some.state[:, 3], some.state[:, 4]) / ship.speed).astype(np.float64)
+
+    return {"model": None, "constant": on(), "quay": on(near), "surprise": on(surprise), "speed": on(speed),
+            "quay and surprise": on(near, surprise)}  # fmt: skip
+
+
+def regimes(ship: Ship) -> dict[str, tuple[Regime, bool]]:
+    """What the width of the bands may depend on."""
+
+    def beside(some: Ahead) -> NDArray[np.intp]:
+        return (nearness(ship, some) > 0.5).astype(np.intp)
+
+    return {"sigma": (lambda some: 0 * beside(some), False), "sigma, quay": (beside, False), "quay": (beside, True)}
+
+
+def made(ship: Ship, groups: Sequence[Sequence[Ahead]], bare: Sequence[Ahead]) -> tuple[str, str, tuple[Ahead, ...]]:
+    """Names of stack and bands chosen on `groups` of forecasts, by horizon, and forecasts `bare` with these."""
+    stack = chosen(groups, stacks(ship), TRIALS)
+    features = stacks(ship)[stack]
+    stacked = [crossed(some, features) for some in groups]
+    bands = banded(stacked, regimes(ship), STATED)
+    regime, alone = regimes(ship)[bands]
     out: list[Ahead] = []
-    for k, one in enumerate(found):
-        position, heading = widths(found, i, k)
-        out.append(replace(one.ahead[i], sigma=one.ahead[i].sigma * np.array([position, position, heading])))
-    return joined(out)
+    for some, tried, one in zip(groups, stacked, bare, strict=True):
+        best = one if features is None else Stack.fitted(joined(some), features).of(one)
+        out.append(Bands.fitted(joined(tried), regime, STATED, alone=alone).of(best))
+    return stack, bands, tuple(out)
+
+
+Looks = dict[tuple[int, int], tuple[Ahead, ...]]
+
+
+def looks(study: Study, every: float = EVERY, inner: float = INNER) -> tuple[dict[int, Ship], Looks]:
+    """Ships without each group of minutes, and forecasts of group j by a fit without groups k and j, by (k, j).
+
+    Minutes k and k + 4 of nlp1 and minute k of qp1 are a group.
+    """
+    trials, ships, found = study.problem.trials, dict[tuple[int, int], Ship](), Looks()
+    for k in range(FOLDS):
+        for j in range(FOLDS):
+            pair = (min(j, k), max(j, k))
+            if pair not in ships:
+                kept = tuple(t for t in trials if _group(t) not in pair)
+                ships[pair] = study.estimator.fit(replace(study.problem, trials=kept)).ship
+            left, step = [t for t in trials if _group(t) == j], every if j == k else inner
+            found[k, j] = looked_ahead(FILTER, ships[pair], left, HORIZONS, warm=WARM, every=step)
+    return {k: ships[k, k] for k in range(FOLDS)}, found
+
+
+def _group(trial: Trial) -> int:
+    return (int(trial.name.rpartition("_")[2]) - 1) % FOLDS
+
+
+def folds(ships: dict[int, Ship], found: Looks) -> tuple[Fold, ...]:
+    """The cross-validation; each fold chooses on forecasts of its own minutes, by fits without these."""
+    out: list[Fold] = []
+    for k, ship in ships.items():
+        groups = list(zip(*(found[k, j] for j in range(FOLDS) if j != k), strict=True))
+        stack, bands, ahead = made(ship, groups, found[k, k])
+        out.append(Fold(ship, tuple(dict.fromkeys(ahead[0].trial)), found[k, k], ahead, stack, bands))
+    return tuple(out)
 
 
 def others(study: Study, found: Sequence[Fold], folder: Path, every: float = EVERY) -> tuple[Ahead, ...]:
@@ -95,8 +157,7 @@ def others(study: Study, found: Sequence[Fold], folder: Path, every: float = EVE
     trials = [trial for one in recordings(folder, mapping) for trial in read_all(one, mapping)]
     ship = study.estimator.fit(study.problem).ship
     ahead = looked_ahead(FILTER, ship, trials, HORIZONS, warm=WARM, every=every)
-    wide = (widths(found, i, -1) for i in range(len(HORIZONS)))
-    return tuple(replace(one, sigma=one.sigma * np.array([p, p, h])) for one, (p, h) in zip(ahead, wide, strict=True))
+    return made(ship, list(zip(*(one.bare for one in found), strict=True)), ahead)[2]
 
 
 def row(name: str, some: Ahead) -> dict[str, Any]:
@@ -120,21 +181,26 @@ def errors(rows: Sequence[dict[str, Any]]) -> str:
     return table(head, cells, words=(0,))
 
 
-def numbers(found: Sequence[Fold], more: Sequence[Ahead]) -> dict[str, Any]:
+def numbers(found: Sequence[Fold], more: Sequence[Ahead], paths: Sequence[str]) -> dict[str, Any]:
     """The numbers of the page."""
-    every = [banded(found, i) for i in range(len(HORIZONS))]
+    every, bare = (
+        [joined(some) for some in zip(*each, strict=True)]
+        for each in zip(*((f.ahead, f.bare) for f in found), strict=True)
+    )
     names = dict.fromkeys(name for one in more for name in one.trial)
-    values = {free.path: [float(one.fit.values[k]) for one in found] for k, free in enumerate(found[0].fit.free)}
+    values = {path: [float(read(one.ship.model, path)) for one in found] for path in paths}
     return {
         "forecasts": [row(name, one.of(name)) for one in every for name in TRIALS],
+        "bare": [row(name, one.of(name)) for one in bare for name in TRIALS],
         "others": [row(name, one.of(name)) for one in more for name in names],
-        "folds": [list(one.left) for one in found], "parameters": values,
+        "folds": [{"left": list(one.left), "stack": one.stack, "bands": one.bands} for one in found],
+        "parameters": values,
     }  # fmt: skip
 
 
 def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Page:
     """The page."""
-    said = numbers(found, more)
+    said = numbers(found, more, [free.path for free in study.problem.free])
     story = "; ".join(
         f"{one['trial']} at 10 s: {number(one['position'][MODEL])} m and {number(DEGREES * one['heading'][MODEL])}°, "
         f"{number(one['ratio'][0], 2)} and {number(one['ratio'][1], 2)} of the better of staying put and going on"
@@ -142,9 +208,10 @@ def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Pag
     )  # fmt: skip
     told = soft(
         f"Root mean square errors at the end of each forecast, of the model, of who stays put, and of who goes on at "
-        f"constant velocity; ratio: to the better of the two.  Bands state {STATED:.0%}, their width is that which the "
-        "other folds need.  Parameters, disturbances and bands of a minute come from elsewhere; the place of the quay, "
-        "the delay of the thrust and the antenna were read off both trials, and the filter's noises are round numbers."
+        f"constant velocity; ratio: to the better of the two.  Bands state {STATED:.0%}.  Parameters, shares of the "
+        "model's way and widths of a minute come from elsewhere; the place of the quay, the delay of the thrust and "
+        "the antenna were read off both trials, and the filter's noises are round numbers.  Chosen, fold by fold: "
+        f"shares by {', '.join(one.stack for one in found)}; widths by {'; '.join(one.bands for one in found)}."
     )
     caption = f"s ahead: errors and band of {STATED:.0%}, by the time at which the forecast ends"
     shown = [(i, horizon, name) for i, horizon in enumerate(HORIZONS) if i for name in TRIALS]
@@ -156,6 +223,7 @@ def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Pag
     sections = (
         Section("", lead(story + "."), said),
         Section("Forecasts of left-out minutes", told + errors(said["forecasts"])),
+        Section("The filter alone, its own bands", errors(said["bare"])),
         Section("Other trials, by the fit to all minutes", errors(said["others"]) if more else ""),
         Section("Errors and bands", drawings),
         Section("Parameters of the folds", parameters),
@@ -166,7 +234,7 @@ def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Pag
 
 def drawn(found: Sequence[Fold], i: int, name: str) -> str:
     """Forecast, band and measurement of north and heading over time, as changes since the start of each forecast."""
-    some = banded(found, i).of(name)
+    some = joined([one.ahead[i] for one in found]).of(name)
     order = np.argsort(some.start)
     t, (fig, axes) = some.start[order] + some.horizon, canvas(2, (9.0, 5.2))
     for ax, error, sigma, stay, factor, label in (
@@ -187,7 +255,7 @@ def drawn(found: Sequence[Fold], i: int, name: str) -> str:
 
 def _gaps(ax: object, t: Array, middle: Array, band: Array) -> None:
     """A band that is broken where forecasts are missing."""
-    breaks = np.flatnonzero(np.diff(t) > 2.5 * EVERY) + 1
+    breaks = np.flatnonzero(np.diff(t) > 5.0 * EVERY) + 1
     for part in np.split(np.arange(t.size), breaks):
         ax.fill_between(t[part], (middle - band)[part], (middle + band)[part], alpha=0.2, lw=0, color="C0",  # type: ignore[attr-defined]
                         label="band" if part.size and part[0] == 0 else None)  # fmt: skip
@@ -201,7 +269,7 @@ def main() -> None:
     given = parser.parse_args()
     try:
         study = read_study(STUDY)
-        found = folds(study)
+        found = folds(*looks(study))
         made = page(study, found, others(study, found, given.also) if given.also else ())
     except SeatrialError as error:
         sys.exit(f"error: {error}")

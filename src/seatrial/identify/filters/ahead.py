@@ -23,6 +23,8 @@ MODEL, STAYING, CONSTANT = "model", "staying put", "constant velocity"
 RIVALS = (STAYING, CONSTANT)
 # Readings of the last second give the constant velocity.
 _LAST = 1.0
+# Readings of so many seconds before the start [s] tell how well the model explains what goes on.
+_RECENT = 10.0
 
 
 @dataclass(frozen=True)
@@ -32,21 +34,40 @@ class Ahead:
     Attributes:
         horizon: length [s].
         trial, start: name of the trial, and when the forecast begins [s].
-        position: distance of the forecast from the fix [m] by who forecasts, `MODEL` or one of `RIVALS`.
-        heading: error of the heading [rad], signed, likewise.
-        north, east: errors of the model's position [m], signed.
-        sigma: standard deviations that the filter states of north, east [m] and heading [rad], readings' noise
-            included, shape (forecasts, 3).
+        errors: forecast less reading of north, east [m] and heading [rad] by who forecasts, `MODEL` or one of
+            `RIVALS`, each shape (forecasts, 3).
+        sigma: standard deviations that the filter states of the model's three, readings' noise included, same shape.
+        state: motion at the start as the filter believes it: x, y, psi, u, v_m, r, shape (forecasts, 6).
+        surprise: normalised innovation squared per reading in the last seconds before the start; 1 is as stated.
     """
 
     horizon: float
     trial: tuple[str, ...]
     start: Array
-    position: dict[str, Array]
-    heading: dict[str, Array]
-    north: Array
-    east: Array
+    errors: dict[str, Array]
     sigma: Array
+    state: Array
+    surprise: Array
+
+    @property
+    def position(self) -> dict[str, Array]:
+        """Distance of each forecast from the fix [m], by who forecasts."""
+        return {who: np.hypot(e[:, 0], e[:, 1]) for who, e in self.errors.items()}
+
+    @property
+    def heading(self) -> dict[str, Array]:
+        """Error of the heading [rad], signed, by who forecasts."""
+        return {who: e[:, 2] for who, e in self.errors.items()}
+
+    @property
+    def north(self) -> Array:
+        """Error of the model's north [m], signed."""
+        return self.errors[MODEL][:, 0]
+
+    @property
+    def east(self) -> Array:
+        """Error of the model's east [m], signed."""
+        return self.errors[MODEL][:, 1]
 
     def rms(self, who: str = MODEL) -> tuple[float, float]:
         """Root mean square error of position [m] and heading [rad]."""
@@ -66,7 +87,7 @@ class Ahead:
         """
         from scipy.special import ndtri
 
-        z = np.abs(np.column_stack([self.north, self.east, self.heading[MODEL]])) / (widen * self.sigma)
+        z = np.abs(self.errors[MODEL]) / (widen * self.sigma)
         inside = z <= float(ndtri(0.5 + 0.5 * share))
         return float(inside[:, :2].mean()), float(inside[:, 2].mean())
 
@@ -77,8 +98,7 @@ class Ahead:
     def _where(self, kept: NDArray[np.bool_]) -> Ahead:
         return Ahead(
             self.horizon, tuple(n for n, k in zip(self.trial, kept, strict=True) if k), self.start[kept],
-            {who: e[kept] for who, e in self.position.items()}, {who: e[kept] for who, e in self.heading.items()},
-            self.north[kept], self.east[kept], self.sigma[kept],
+            {who: e[kept] for who, e in self.errors.items()}, self.sigma[kept], self.state[kept], self.surprise[kept],
         )  # fmt: skip
 
 
@@ -90,10 +110,9 @@ def joined(some: Sequence[Ahead]) -> Ahead:
     """Forecasts of several folds or trials over the same horizon, one after the other."""
     return Ahead(
         some[0].horizon, tuple(n for one in some for n in one.trial), np.concatenate([one.start for one in some]),
-        {who: np.concatenate([one.position[who] for one in some]) for who in some[0].position},
-        {who: np.concatenate([one.heading[who] for one in some]) for who in some[0].heading},
-        np.concatenate([one.north for one in some]), np.concatenate([one.east for one in some]),
-        np.concatenate([one.sigma for one in some]),
+        {who: np.concatenate([one.errors[who] for one in some]) for who in some[0].errors},
+        np.concatenate([one.sigma for one in some]), np.concatenate([one.state for one in some]),
+        np.concatenate([one.surprise for one in some]),
     )  # fmt: skip
 
 
@@ -113,7 +132,7 @@ def looked_ahead(
         DataError: no trial is long enough.
         FitError: a filter leaves the finite.
     """
-    tracker, rows = settings.prepared(ship), list[tuple[str, float, Array]]()
+    tracker, rows = settings.prepared(ship), list[tuple[str, float, Array, Array, float]]()
     for trial in trials:
         for start in np.arange(trial.t[0] + warm, trial.t[-1] - max(horizons), every):
             first, k = (int(np.searchsorted(trial.t, at - 1e-6)) for at in (start - warm, start))
@@ -123,12 +142,25 @@ def looked_ahead(
             held = [begun, *(_row(part, start, horizon) for horizon in horizons)]
             if np.isfinite(read[held]).all():
                 found = tracker.run(_blind(part, begun))
-                rows.append((trial.name, float(start), _errors(part, read, found, begun, held[1:], settings)))
+                errors = _errors(part, read, found, begun, held[1:], settings)
+                rows.append((trial.name, float(start), errors, found.states[begun, :6], _surprise(found, start)))
     if not rows:
         raise DataError(f"no trial leaves room for {warm:g} s of readings and {max(horizons):g} s of forecast")
-    names, starts, errors = zip(*rows, strict=True)
-    table = np.array(errors)
-    return tuple(_over(h, names, np.array(starts), table[:, i]) for i, h in enumerate(horizons))
+    names, starts, tables, states, surprises = zip(*rows, strict=True)
+    table, who = np.array(tables), (MODEL, *RIVALS)
+    return tuple(
+        Ahead(
+            h, names, np.array(starts), {w: table[:, i, j] for j, w in enumerate(who)}, np.sqrt(table[:, i, 3]),
+            np.array(states), np.array(surprises),
+        )
+        for i, h in enumerate(horizons)
+    )  # fmt: skip
+
+
+def _surprise(found: Filtered, start: float) -> float:
+    """NIS per reading over the last `_RECENT` seconds before the start."""
+    recent = (found.innovation_t > start - _RECENT) & (found.innovation_t <= start + 1e-6)
+    return float(found.nis[recent].sum()) / max(1, int(np.isfinite(found.innovations[recent]).sum()))
 
 
 def _row(part: Trial, start: float, horizon: float) -> int:
@@ -161,11 +193,3 @@ def _errors(part: Trial, read: Array, found: Filtered, k: int, ends: Sequence[in
         out[i, :3, 2] = (out[i, :3, 2] + math.pi) % (2.0 * math.pi) - math.pi
         out[i, 3] = np.diagonal(covs[row])[:3] + noise**2
     return out
-
-
-def _over(horizon: float, names: tuple[str, ...], starts: Array, errors: Array) -> Ahead:
-    who = (MODEL, *RIVALS)
-    return Ahead(
-        horizon, names, starts, {w: np.hypot(errors[:, j, 0], errors[:, j, 1]) for j, w in enumerate(who)},
-        {w: errors[:, j, 2] for j, w in enumerate(who)}, errors[:, 0, 0], errors[:, 0, 1], np.sqrt(errors[:, 3]),
-    )  # fmt: skip
