@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from .. import __version__
 from ..core.executors import Pool
 from ..core.files import held_alone
 from . import Campaign, CampaignError
@@ -83,20 +82,8 @@ def run(
     began, runs, done = time.monotonic(), 0, 0
     with held_alone(folder / ".shards" / f"{shard.index + 1}-of-{shard.count}"):
         todo = shard.of(held.missing)
-        pieces = ((__version__, campaign, folder.resolve(), number) for number in todo)
-        for count in pool.each(_part, pieces):
+        for count in pool.each(write_part, ((campaign, folder.resolve(), number) for number in todo)):
             runs, done = runs + count, done + 1
             if watch is not None:
                 watch(done, len(todo), runs, time.monotonic() - began)
     return Ran(held, done, runs, time.monotonic() - began)
-
-
-def _part(version: str, campaign: Campaign, folder: Path, number: int) -> int:
-    """One part, wherever it is computed.
-
-    Raises:
-        CampaignError: a worker with another version of the package.
-    """
-    if version != __version__:
-        raise CampaignError(f"a worker has seatrial {__version__}, the campaign {version}; give all the same version")
-    return write_part(campaign, folder, number)
