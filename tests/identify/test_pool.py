@@ -52,7 +52,8 @@ def pool(sent: Pickling, width: int) -> Pool:
 
 
 @pytest.mark.parametrize("estimator", [
-    MultiStart(starts=5, method="euler", iterations=8), Trajectory(window=100.0, starts=3, method="euler", iterations=4),
+    MultiStart(starts=5, method="euler", iterations=8),
+    Trajectory(window=100.0, starts=3, method="euler", iterations=4),
 ])  # fmt: skip
 def test_starts_elsewhere_end_where_they_end_here(estimator: Any, sent: Pickling) -> None:
     told = problem(paths=PATHS)
