@@ -88,10 +88,11 @@ def over_rows(f: Callable[[Scalars], Scalars], rows: Array) -> Array:
     """`f`, written over scalars, of every row; shape (rows, outputs)."""
     # through buffers, some rows at a time: the larger the map, the longer CasADi takes to make it
     size = max(min(len(rows), _ROWS), 1)
-    buffer, evaluate = (function := function_of(f, rows.shape[1]).map(size)).buffer()
-    given = np.zeros((-(-len(rows) // size) * size, max(rows.shape[1], 1)))
+    function: Any = function_of(f, rows.shape[1]).map(size)
+    buffer, evaluate = function.buffer()
+    given: Any = np.zeros((-(-len(rows) // size) * size, max(rows.shape[1], 1)))
     given[: len(rows), : rows.shape[1]] = rows
-    found = np.empty((len(given), function.size1_out(0)))
+    found: Any = np.empty((len(given), function.size1_out(0)))
     for low in range(0, len(given), size):
         buffer.set_arg(0, memoryview(given[low : low + size].reshape(-1)))
         buffer.set_res(0, memoryview(found[low : low + size].reshape(-1)))
