@@ -17,6 +17,9 @@ if TYPE_CHECKING:  # for editors and type checkers; `_LAZY` has the same names, 
 
     from .core.parameters import Free as Free
     from .data.check import Finding as Finding
+    from .face.campaigns import Draw as Draw
+    from .face.campaigns import Runs as Runs
+    from .face.campaigns import campaign as campaign
     from .face.fitting import Fit as Fit
     from .face.fitting import Problem as Problem
     from .face.fitting import fit as fit
@@ -64,6 +67,7 @@ if TYPE_CHECKING:  # for editors and type checkers; `_LAZY` has the same names, 
 _ROOMS = {
     "core.parameters": ("Free",),
     "data.check": ("Finding",),
+    "face.campaigns": ("Draw", "Runs", "campaign"),
     "face.fitting": ("Fit", "Problem", "fit", "near", "read_fit", "read_study"),
     "face.orders": (
         "Acceleration", "Berthing", "CourseKeeping", "Crabbing", "CrashAstern", "HumanRandom", "InitialTurning",
@@ -84,6 +88,9 @@ _ROOMS = {
 
 _LAZY = {name: module for module, names in _ROOMS.items() for name in names}
 
+_VERBS = ("simulate", "campaign")
+"""Names that are rooms too."""
+
 __all__ = ["__version__", *sorted(_LAZY)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
@@ -91,25 +98,28 @@ class _Verb(ModuleType):
     """A room whose name is a verb of the face as well: the room is a package, and called, it does what it says."""
 
     def __call__(self, *args: Any, **options: Any) -> Any:
-        from .face.running import simulate
-
-        return simulate(*args, **options)
+        return _verb(self)(*args, **options)
 
     @property
     def __signature__(self) -> Signature:
         """That of the function, for `help` and completion."""
         from inspect import signature
 
-        from .face.running import simulate
+        return signature(_verb(self))
 
-        return signature(simulate)
+
+def _verb(room: ModuleType) -> Any:
+    from importlib import import_module
+
+    name = room.__name__.rpartition(".")[2]
+    return getattr(import_module(f"{__name__}.{_LAZY[name]}"), name)
 
 
 class _Package(ModuleType):
-    """This package: `seatrial.simulate` stays the room that it is, from whichever module it is first imported."""
+    """This package: `seatrial.simulate` and `seatrial.campaign` stay rooms, whichever module imports them first."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        if name == "simulate" and type(value) is ModuleType:
+        if name in _VERBS and type(value) is ModuleType:
             value.__class__ = _Verb
         super().__setattr__(name, value)
 
@@ -121,8 +131,8 @@ if not TYPE_CHECKING:  # a name that there is not is then an error of the type c
     def __getattr__(name: str) -> Any:
         from importlib import import_module
 
-        if name == "simulate":  # before anything has imported the room
-            return import_module("seatrial.simulate")
+        if name in _VERBS:  # before anything has imported the room
+            return import_module(f"seatrial.{name}")
         if name not in _LAZY:
             raise AttributeError(f"module 'seatrial' has no attribute '{name}'; dir(seatrial) lists its names")
         return getattr(import_module(f"seatrial.{_LAZY[name]}"), name)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from killed import CAMPAIGN
 
 from seatrial import __version__
 from seatrial.campaign import Campaign, CampaignError, Case
@@ -16,7 +17,10 @@ from seatrial.campaign.folder import begin, merge, open_folder, scan, write_part
 from seatrial.campaign.inputs import Input
 from seatrial.campaign.running import Ran, Shard
 from seatrial.campaign.running import run as run_in
+from seatrial.cli.app import main
+from seatrial.core.errors import RunError
 from seatrial.core.executors import threads as pool_of
+from seatrial.engine import EngineNotice
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 
@@ -138,3 +142,56 @@ def test_merge_needs_all_parts(campaign: Campaign, whole: Path, tmp_path: Path) 
 def test_a_shard_is_one_of_several(text: str) -> None:
     with pytest.raises(CampaignError, match="K/N"):
         Shard.read(text)
+
+
+def test_a_disk_that_fills_up_stops_the_run_in_one_line_and_it_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, out = tmp_path / "campaign.toml", tmp_path / "run"
+    file.write_text(CAMPAIGN.format(runs=50, chunk=10, duration=20.0))
+    assert main(["campaign", str(file), "-o", str(tmp_path / "whole")]) == 0
+    capsys.readouterr()
+    sync, written = os.fsync, 0
+
+    def fills_up(handle: int) -> None:
+        nonlocal written
+        written += 1
+        if written > 3:  # the manifest and two parts
+            raise OSError(28, "No space left on device")
+        sync(handle)
+
+    monkeypatch.setattr(os, "fsync", fills_up)
+    assert main(["campaign", str(file), "-o", str(out), "--threads", "1"]) == 1
+    said = capsys.readouterr().err.strip().splitlines()
+    assert len(said) == 1
+    assert said[0].endswith(".parquet: No space left on device")
+    assert len(list(out.rglob("*.parquet"))) == 2
+    assert not [path for path in out.rglob("*") if path.is_file() and path.suffix == ".tmp"]
+    monkeypatch.setattr(os, "fsync", sync)
+    assert main(["campaign", str(file), "-o", str(out)]) == 0
+    assert open_folder(out).digest() == open_folder(tmp_path / "whole").digest()
+
+
+def test_workers_without_a_compiler_are_told_of_once(
+    campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SEATRIAL_CC", "none")
+    few = replace(campaign, runs=20, chunk=10)
+    with pool_of(1) as threads, pytest.warns(EngineNotice, match="SEATRIAL_CC") as said:
+        run_in(few, tmp_path / "run", pool=replace(threads, away=True))
+    assert sum("other last digits" in str(one.message) for one in said) == 1
+
+
+def test_a_worker_of_another_version_writes_nothing(
+    campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pool_of(1) as threads:
+        submit = threads.executor.submit
+
+        class Older:
+            def submit(self, fn: object, version: str, *piece: object) -> object:
+                return submit(fn, "0.0.1", *piece)  # type: ignore[arg-type]
+
+        with pytest.raises(RunError, match=r"a worker has seatrial .*, this is 0\.0\.1"):
+            run_in(campaign, tmp_path / "run", pool=replace(threads, executor=Older(), away=True))  # type: ignore[arg-type]
+    assert not list((tmp_path / "run").rglob("*.parquet"))

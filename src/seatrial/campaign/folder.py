@@ -9,7 +9,9 @@ number of processes may work in one folder.  Its bytes are a function of the cam
 
 from __future__ import annotations
 
+import errno
 import hashlib
+import io
 import json
 import shutil
 from collections.abc import Iterator, Mapping
@@ -172,16 +174,19 @@ def write_part(campaign: Campaign, folder: Path, number: int, threads: int = 1) 
     table = compute(campaign, number, threads)
     path = part_path(folder, number)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_together({path: lambda scratch: _write(campaign, table, number, scratch)})
+    write_whole(path, _parquet(campaign, table, number))
     return len(table.columns["run"])
 
 
-def _write(campaign: Campaign, part: Part, number: int, scratch: str) -> None:
+def _parquet(campaign: Campaign, part: Part, number: int) -> bytes:
+    # in memory first: Polars has an error of its own for a full disk
     import polars as pl
 
     columns = {name: _typed(name, column) for name, column in part.columns.items()}
     about = {"seatrial.version": __version__, "seatrial.campaign": campaign.digest, "seatrial.part": str(number)}
-    pl.DataFrame(columns).write_parquet(scratch, compression="zstd", compression_level=1, metadata=about)
+    held = io.BytesIO()
+    pl.DataFrame(columns).write_parquet(held, compression="zstd", compression_level=1, metadata=about)
+    return held.getvalue()
 
 
 def _typed(name: str, column: Array) -> Any:
@@ -234,5 +239,16 @@ def merge(held: Held, out: Path) -> Path:
     """
     if held.missing:
         raise CampaignError(_incomplete(held))
-    write_together({out: lambda scratch: scan(held).sink_parquet(scratch, compression="zstd")})
+    write_together({out: lambda scratch: _sink(scan(held), scratch, out)})
     return out
+
+
+def _sink(table: Any, scratch: str, out: Path) -> None:
+    import polars as pl
+
+    try:
+        table.sink_parquet(scratch, compression="zstd")
+    except pl.exceptions.PolarsError as error:
+        if "os error" not in str(error):
+            raise
+        raise OSError(errno.ENOSPC if "os error 28" in str(error) else errno.EIO, str(error), str(out)) from None

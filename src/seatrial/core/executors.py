@@ -16,7 +16,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
-from .errors import ClusterError, RequestError
+from .errors import ClusterError, RequestError, RunError
+from .version import __version__
 
 Result = TypeVar("Result")
 
@@ -45,12 +46,42 @@ class Pool:
         width: number of pieces at once; asked anew, as workers come and go.
         lost: whether an error says that the piece was lost, not that it failed.
         check: raises `ClusterError` where nobody is left to compute.
+        away: whether pieces leave this process: function and arguments are pickled, and files are found by full paths.
     """
 
     executor: Submits
     width: Callable[[], int]
     lost: Callable[[BaseException], bool] = field(default=lambda error: False)
     check: Callable[[], None] = field(default=lambda: None)
+    away: bool = False
+
+    def submit(self, work: Callable[..., Result], /, *piece: Any) -> Future[Result]:
+        """Compute `work(*piece)`; away, by the same version of the package or not at all."""
+        if not self.away:
+            return self.executor.submit(work, *piece)
+        return self.executor.submit(at_version, __version__, work, *piece)
+
+    def result(self, future: Future[Result]) -> Result:
+        """Of a piece that `submit` has begun.
+
+        Raises:
+            ClusterError: it is lost, and the executor has not found another worker for it.
+        """
+        error = _error(future)
+        if error is not None and self.lost(error):
+            self.check()
+            raise ClusterError(f"a piece of work is lost ({error}); run the same command again") from None
+        return future.result()
+
+    def ordered(self, work: Callable[..., Result], pieces: Iterable[tuple[Any, ...]]) -> Iterator[Result]:
+        """As `each`, in the order of the pieces."""
+        early: dict[int, Result] = {}
+        wanted = 0
+        for number, found in self.each(_numbered, ((work, piece, k) for k, piece in enumerate(pieces))):
+            early[number] = found
+            while wanted in early:
+                yield early.pop(wanted)
+                wanted += 1
 
     def each(self, work: Callable[..., Result], pieces: Iterable[tuple[Any, ...]]) -> Iterator[Result]:
         """Results of `work(*piece)` as they are done, in any order; at most twice `width` are under way.
@@ -92,7 +123,28 @@ class Pool:
             piece = again.pop() if again else next(waiting, None)
             if piece is None:
                 return
-            under_way[self.executor.submit(work, *piece)] = piece
+            under_way[self.submit(work, *piece)] = piece
+
+
+def at_version(version: str, work: Callable[..., Result], *piece: Any) -> Result:
+    """`work(*piece)`, on a worker.
+
+    Raises:
+        RunError: the worker has another version of the package, whose numbers may differ.
+    """
+    if version != __version__:
+        raise RunError(f"a worker has seatrial {__version__}, this is {version}; give all the same version")
+    return work(*piece)
+
+
+def _numbered(work: Callable[..., Result], piece: tuple[Any, ...], number: int) -> tuple[int, Result]:
+    return number, work(*piece)
+
+
+def parted(count: int, pool: Pool) -> list[range]:
+    """The numbers below `count` in as many runs as the pool has places, none empty."""
+    parts = max(min(pool.width(), count), 1)
+    return [range(k * count // parts, (k + 1) * count // parts) for k in range(parts)]
 
 
 def _error(future: Future[Any]) -> BaseException | None:
@@ -114,8 +166,11 @@ def processors() -> int:
 def threads(number: int | None = None) -> Generator[Pool, None, None]:
     """Threads of this process; None takes `processors()`."""
     count = number or processors()
-    with ThreadPoolExecutor(count) as executor:
+    executor = ThreadPoolExecutor(count)
+    try:
         yield Pool(executor, lambda: count)
+    finally:
+        executor.shutdown(cancel_futures=True)
 
 
 @contextmanager
@@ -135,7 +190,8 @@ def dask(address: str, told: Callable[[str], object] = lambda text: None) -> Gen
     package: Any = distributed
     cluster: Any = None
     if count:
-        cluster = package.LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
+        cluster = package.LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None,
+                                       env={"SEATRIAL_THREADS": "1"})
     try:
         client = package.Client(cluster or address, set_as_default=False)
     except (OSError, ValueError) as error:
@@ -145,7 +201,8 @@ def dask(address: str, told: Callable[[str], object] = lambda text: None) -> Gen
     try:
         told(f"Dask: {_width(client)} threads of workers at {client.scheduler.address}"
              + (f", dashboard {client.dashboard_link}" if not count else ""))  # fmt: skip
-        yield Pool(client.get_executor(pure=False), lambda: _width(client), _lost, lambda: _answering(client, address))
+        executor = client.get_executor(pure=False)
+        yield Pool(executor, lambda: _width(client), _lost, lambda: _answering(client, address), away=True)
     finally:
         client.close(timeout=5)
         if cluster is not None:

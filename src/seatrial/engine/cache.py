@@ -60,6 +60,15 @@ def compiler() -> str:
     raise CompilerError(f"no C compiler found ({named or 'gcc, cc'}); install one, or set SEATRIAL_CC")
 
 
+def no_compiler() -> str:
+    """Why there is no C compiler; empty where there is one."""
+    try:
+        compiler()
+    except CompilerError as error:
+        return str(error)
+    return ""
+
+
 @cache
 def _machine(cc: str) -> bytes:
     """What besides source and flags decides the machine code."""

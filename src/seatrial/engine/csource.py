@@ -29,7 +29,7 @@ CALL = {f"OP_{name.upper()}": name for name in CALLS} | {"OP_FABS": "fabs", "OP_
 FORM = {
     "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0}*{0}", "OP_TWICE": "{0}+{0}", "OP_INV": "1.0/{0}",
     "OP_LT": "({0}<{1}?1.0:0.0)", "OP_LE": "({0}<={1}?1.0:0.0)", "OP_EQ": "({0}=={1}?1.0:0.0)",
-    "OP_NE": "({0}!={1}?1.0:0.0)", "OP_NOT": "({0}!=0.0?0.0:1.0)",
+    "OP_NE": "({0}!={1}?1.0:0.0)", "OP_NOT": "({0}==0.0?1.0:0.0)",
     "OP_AND": "(({0}!=0.0)&({1}!=0.0)?1.0:0.0)", "OP_OR": "(({0}!=0.0)|({1}!=0.0)?1.0:0.0)",
     "OP_IF_ELSE_ZERO": "({0}!=0.0?{1}:0.0)", "OP_SIGN": "({0}>0.0?1.0:({0}<0.0?-1.0:0.0))",
     "OP_FMIN": "({0}<{1}?{0}:{1})", "OP_FMAX": "({0}>{1}?{0}:{1})",
@@ -112,6 +112,12 @@ def _expression(op: str, a: tuple[str, ...]) -> str:
     return FORM[op].format(*a)
 
 
+def _declared(one: Statement) -> str:
+    """A value; of a comparison as a truth, which the compiler keeps in masks: as numbers many of them stop it."""
+    truth = one.expression.removesuffix("?1.0:0.0)")
+    return f"const double {one.name}={truth};" if truth == one.expression else f"const _Bool {one.name}={truth});"
+
+
 def lane_function(name: str, f: Function, arguments: tuple[str, ...], lanewise: dict[int, int]) -> str:
     """A C function over the lanes of one block.
 
@@ -123,7 +129,7 @@ def lane_function(name: str, f: Function, arguments: tuple[str, ...], lanewise: 
         lanewise: position in `q` of each lane-wise parameter by its index.
     """
     found, used = statements(f)
-    lines = [f"const double {s.name}={s.expression};" if s.name else f"y[{s.to}*LB+b]={s.expression};" for s in found]
+    lines = [_declared(s) if s.name else f"y[{s.to}*LB+b]={s.expression};" for s in found]
     shared: list[str] = []
     loads: list[str] = []
     for i, j in sorted(used):

@@ -1,7 +1,7 @@
 void evaluate(long nb,in Z,in A,in Q,in P,out Y){for(long q=0;q<nb;q++)rhs(Z+q*NS*LB,A+q*NA*LB,Q+q*NQ*LB,P,Y+q*NS*LB);}
 void rollout(long b0,long b1,long T,double t0,double dt,long every,long rk4,in Z0,in M0,in S,long sb,long st,in Q,in P,out Y,long rows){
 for(long blk=b0;blk<b1;blk++){
- double z[NS*LB],w[NS*LB],k[NS*LB],g[NS*LB],y[NY*LB],m[NM1*LB];
+ double z[NS*LB],w[NS*LB],k[NS*LB],g[NS*LB],both[2*NY*LB],first[NM1*LB],*y=both,*m=first;
  const double*q=Q+blk*NQ*LB; double*o=Y+blk*rows*NO*LB;
  for(long i=0;i<NS*LB;i++)z[i]=Z0[blk*NS*LB+i];
  for(long i=0;i<NM*LB;i++)m[i]=M0[blk*NM*LB+i];
@@ -18,5 +18,5 @@ for(long blk=b0;blk<b1;blk++){
    for(long i=0;i<NS*LB;i++){g[i]+=2.0*k[i];w[i]=z[i]+dt*k[i];} rhs(w,a,q,P,k);
    for(long i=0;i<NS*LB;i++)z[i]+=dt/6.0*(g[i]+k[i]);
   }else for(long i=0;i<NS*LB;i++)z[i]+=dt*k[i];
-  for(long i=0;i<NM*LB;i++)m[i]=y[NA*LB+i];
+  m=y+NA*LB; y=y==both?both+NY*LB:both;
  }}}

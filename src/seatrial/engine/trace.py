@@ -28,6 +28,10 @@ class Jacobian:
     free: tuple[str, ...]
 
 
+_ROWS = 512
+"""Rows that `over_rows` evaluates at a time."""
+
+
 def _symbols(letters: str, groups: Sequence[Sequence[str]]) -> tuple[list[Any], list[tuple[Any, ...]]]:
     """A vector of symbols for each group of names, none of them empty; and the scalars in it."""
     vectors = [ca.SX.sym(letter, max(len(names), 1)) for letter, names in zip(letters, groups, strict=True)]
@@ -82,5 +86,15 @@ def function_of(f: Callable[[Scalars], Scalars], inputs: int) -> Function:
 
 def over_rows(f: Callable[[Scalars], Scalars], rows: Array) -> Array:
     """`f`, written over scalars, of every row; shape (rows, outputs)."""
-    function = function_of(f, rows.shape[1])
-    return np.ascontiguousarray(np.asarray(function.map(rows.shape[0])(rows.T)).T)
+    # through buffers, some rows at a time: the larger the map, the longer CasADi takes to make it
+    size = max(min(len(rows), _ROWS), 1)
+    function: Any = function_of(f, rows.shape[1]).map(size)
+    buffer, evaluate = function.buffer()
+    given: Any = np.zeros((-(-len(rows) // size) * size, max(rows.shape[1], 1)))
+    given[: len(rows), : rows.shape[1]] = rows
+    found: Any = np.empty((len(given), function.size1_out(0)))
+    for low in range(0, len(given), size):
+        buffer.set_arg(0, memoryview(given[low : low + size].reshape(-1)))
+        buffer.set_res(0, memoryview(found[low : low + size].reshape(-1)))
+        evaluate()
+    return found[: len(rows)]

@@ -144,13 +144,13 @@ def ran(
         if not isinstance(what, Order | Manoeuvre):
             return _steered(vessel, what, speed, duration, dt, weather, lines)
         options: dict[str, Any] = {"seed": weather.seed} if weather.gusts else {}
-        options |= _options(what) if isinstance(what, Order) else {}
+        options |= options_of(what) if isinstance(what, Order) else {}
         done = simulated(vessel, what.kind if isinstance(what, Order) else what, speed=speed, rps=n_P,
                          duration=duration, dt=dt, note=lines.append, **options, **_around(weather))  # fmt: skip
     except RequestError as error:
-        raise RequestError(_here(str(error))) from None
+        raise RequestError(here(str(error))) from None
     return Run(*_parts(done.trial), ship=done.ship, policy=done.policy, settings=done.settings,
-               complete=done.complete, reason=done.reason or "", notes=tuple(map(_here, lines)))  # fmt: skip
+               complete=done.complete, reason=done.reason or "", notes=tuple(map(here, lines)))  # fmt: skip
 
 
 def _steered(
@@ -162,7 +162,7 @@ def _steered(
     around = weather_of(ship, weather, lines.append).weather
     calm = isinstance(around, Uniform) and around == Uniform()
     trial = run_policy(ship, policy, speed=speed, duration=duration, environment=None if calm else around, dt=dt)
-    return Run(*_parts(trial), ship=ship, policy=policy, notes=tuple(map(_here, lines)))
+    return Run(*_parts(trial), ship=ship, policy=policy, notes=tuple(map(here, lines)))
 
 
 def weather_of(ship: AnyShip, weather: Weather, note: Note = silent) -> Surroundings:
@@ -174,14 +174,14 @@ def weather_of(ship: AnyShip, weather: Weather, note: Note = silent) -> Surround
     try:
         return surroundings(ship, weather.seed, note, **_around(weather))
     except RequestError as error:
-        raise RequestError(_here(str(error))) from None
+        raise RequestError(here(str(error))) from None
 
 
 def _parts(trial: data.Trial) -> tuple[Any, ...]:
     return tuple(getattr(trial, f.name) for f in fields(data.Trial))
 
 
-def _options(order: Order) -> dict[str, Any]:
+def options_of(order: Order) -> dict[str, Any]:
     """The settings of an order as the workflow takes them; those that are not given are left to the manoeuvre."""
     given = {f.name.removesuffix("_deg").removesuffix("_percent"): vars(order)[f.name] for f in fields(order)}
     return {name: value for name, value in given.items() if value is not None}
@@ -196,7 +196,7 @@ def _around(weather: Weather) -> Around:
     return {"wind": wind, "gusts": weather.gusts, "current": current, "waves": waves, "depth": weather.depth}
 
 
-def _here(line: str) -> str:
+def here(line: str) -> str:
     """A message with the names of arguments in place of those of options."""
     for option, name in _OPTIONS.items():
         line = line.replace(option, name)

@@ -19,10 +19,12 @@ from .problem import (
     Nuisance,
     Problem,
     Progress,
+    Spread,
     StudyError,
     Verdict,
 )
 
 __all__ = [
-    "Estimator", "Fit", "FitError", "Issue", "Loss", "Nuisance", "Problem", "Progress", "StudyError", "Verdict",
+    "Estimator", "Fit", "FitError", "Issue", "Loss", "Nuisance", "Problem", "Progress", "Spread", "StudyError",
+    "Verdict",
 ]  # fmt: skip

@@ -100,7 +100,9 @@ def linted(fit: _F) -> _F:
             if tested_by(problem, self):
                 from .diagnosis.stages import in_stages
 
-                return in_stages(fit, self, problem, *args, **options)
+                pool = options.pop("pool", None)
+                one = fit if pool is None else functools.partial(fit, pool=pool)
+                return in_stages(one, self, problem, *args, **options)
         return fit(self, problem, *args, **options)
 
     return cast(_F, checked)

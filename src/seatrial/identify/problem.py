@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from ..core.errors import FitError as FitError
 from ..core.errors import StudyError as StudyError
+from ..core.executors import Pool
 from ..core.parameters import Free
 from ..data import Array, Trial
 from ..ships import Ship
@@ -194,4 +195,18 @@ class Estimator(Protocol):
 
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
         """Estimate the free parameters; a killed run resumes from its `checkpoint` file."""
+        ...
+
+
+@runtime_checkable
+class Spread(Protocol):
+    """An `Estimator` of independent searches (starts, ranges, trials left out), which a pool may compute elsewhere."""
+
+    spreads: ClassVar[bool]
+
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None,
+        pool: Pool | None = None,
+    ) -> Fit:  # fmt: skip
+        """As `Estimator.fit`; the numbers are the same with any pool and without one (None)."""
         ...

@@ -103,14 +103,14 @@ def _done(series: Series, out: Path, row: Row, cell: Cell) -> bool:
     where = folder(out, row, cell)
     if not (where / SUMMARY).exists():
         return False
-    claimed(where, series, row, cell)
+    claimed(where, cell.digest, f"{series.name}: {row.key}")
     return True
 
 
-def claimed(where: Path, series: Series, row: Row, cell: Cell) -> bool:
+def claimed(where: Path, digest: str, study: str) -> bool:
     """Whether the folder of a cell was free until now."""
     try:
-        return claim(where, cell.digest, f"{series.name}: {row.key}")
+        return claim(where, digest, study)
     except StudyError as error:
         raise StudyError(f"{error}, or remove this one, and it is fitted anew") from None
 

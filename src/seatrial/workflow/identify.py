@@ -2,28 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, nullcontext
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+from ..core import executors
+from ..core.executors import Pool
 from ..core.files import held_alone
 from ..data import DataError
-from ..identify import Fit, FitError, StudyError
+from ..identify import Fit, FitError, Progress, Spread, StudyError
+from ..identify.digest import digest
 from ..identify.posterior.verdicts import overruled
 from ..identify.resume import forget
 from ..identify.watch import start
-from ..study.series_run import swept
+from ..study.series_run import claimed, swept
 from ..study.store import SUMMARY, kept, save_fit
 from . import SILENT, Outcome, RequestError, Sink
 from .plans import Job, Plan, read_plan
 from .reports import leads, shown
+from .request import Note
 
 CHECKPOINT = "checkpoint.npz"
+
+_Ended = Fit | FitError | StudyError
+"""A fit, or why there is none."""
 
 
 def identify(
     path: Path, out: Path, *, quick: bool = False, only: Sequence[str] = (), free_suspects: bool = False,
-    sink: Sink = SILENT,
+    dask: str | None = None, sink: Sink = SILENT,
 ) -> Outcome[Mapping[str, Fit]]:  # fmt: skip
     """Fit what a study or a table of fits asks for, save it, and write the report; a killed run resumes.
 
@@ -32,6 +41,8 @@ def identify(
         out: folder of the run.  What is done in it, with the same data and settings, is not run again.
         quick, only: of a table of fits: its rehearsal, and the models to fit.
         free_suspects: as `suspects = "auto"` in [nuisance] of the study, or of the fits of a table that are asked for.
+        dask: address of a Dask scheduler, or ``local:N``: the fits of a table, or the independent searches of a study
+            (starts, ranges, trials left out, repetitions, profiles), are computed there, with the same numbers.
 
     Returns:
         The fits made in this run by name (that of the study, or "model, seed-N"), and what the run has found.
@@ -50,9 +61,10 @@ def identify(
         for line in plan.lint() if todo else ():
             sink.note(line)
         _note_done(len(jobs) - len(todo), len(jobs), out, sink)
-        fits, failed = _fits(plan, jobs, todo, sink) if todo else ({}, [])
-        if todo or plan.partial:
-            plan.report(fits, failed, sink)
+        with executors.dask(dask, sink.note) if dask and todo else nullcontext(None) as pool:
+            fits, failed = _fits(plan, jobs, todo, sink, pool) if todo else ({}, [])
+            if todo or plan.partial:
+                plan.report(fits, failed, sink, pool)
         for job in jobs:
             if (job.where / SUMMARY).exists():
                 forget(job.where / CHECKPOINT)
@@ -77,34 +89,78 @@ def _note_done(done: int, count: int, out: Path, sink: Sink) -> None:
 
 
 def _fits(
-    plan: Plan, jobs: Sequence[Job], todo: Sequence[Job], sink: Sink
+    plan: Plan, jobs: Sequence[Job], todo: Sequence[Job], sink: Sink, pool: Pool | None
 ) -> tuple[dict[str, Fit], list[str]]:  # fmt: skip
-    """Fit one job after the other; those that lack PyTorch are reported together."""
+    """Fit the jobs; those that lack PyTorch are reported together."""
     fits: dict[str, Fit] = {}
     failed: list[str] = []
     untrained: dict[str, list[str]] = {}
     files = {job.name: job.where / SUMMARY for job in todo} if plan.partial else {}
     before = [job.name for job in jobs if job.name not in {one.name for one in todo}]
     with sink.fitting(plan.title, files, before):
-        for number, job in enumerate(todo, start=len(jobs) - len(todo) + 1):
-            if plan.partial:
-                sink.note(f"{number} of {len(jobs)}: {job.name}")
-            try:
-                fits[job.name] = _fit(plan, job, sink)
-            except StudyError as error:
-                if not (plan.partial and _lacks_torch(error)):
-                    raise
-                untrained.setdefault(str(error), []).append(job.name.rpartition(", ")[0])
-            except FitError as error:
-                if not plan.partial:
-                    raise
-                failed.append(f"{job.name}: {error}")
+        if pool is None or not plan.partial:
+            ended = _in_turn(plan, len(before), todo, sink, pool)
+        else:
+            ended = _spread(plan, len(before), todo, sink, pool)
+        for job, found in ended:
+            if isinstance(found, Fit):
+                fits[job.name] = found
+            elif isinstance(found, FitError):
+                failed.append(f"{job.name}: {found}")
                 sink.note(f"error: {failed[-1]}")
+            else:
+                untrained.setdefault(str(found), []).append(job.name.rpartition(", ")[0])
         for reason, keys in untrained.items():
             failed.append(f"{', '.join(dict.fromkeys(keys))}: {reason}")
             sink.note(f"error: {failed[-1]}")
     sink.reporting("" if plan.partial else next(iter(fits.values())).status)
     return fits, failed
+
+
+def _in_turn(
+    plan: Plan, before: int, todo: Sequence[Job], sink: Sink, pool: Pool | None
+) -> Iterator[tuple[Job, _Ended]]:  # fmt: skip
+    """One job after the other; a pool computes the searches that a fit is made of."""
+    for number, job in enumerate(todo, start=before + 1):
+        if plan.partial:
+            sink.note(f"{number} of {before + len(todo)}: {job.name}")
+        progress = sink.fit(job.name, job.problem, job.restart, several=job.several)
+        claim = partial(plan.claim, job)
+        yield job, _ended(plan.partial, job, (plan.path, plan.out), claim, sink.note, progress, pool)
+
+
+def _spread(
+    plan: Plan, before: int, todo: Sequence[Job], sink: Sink, pool: Pool
+) -> Iterator[tuple[Job, _Ended]]:  # fmt: skip
+    """All jobs through the pool, each as it ends; a job writes its own files."""
+    full = [replace(job, where=job.where.absolute()) for job in todo]
+    places = plan.path.absolute(), plan.out.absolute()
+    ended = pool.each(_elsewhere, ((job, places, number) for number, job in enumerate(full)))
+    for count, (number, found, notes) in enumerate(ended, start=before + 1):
+        for line in notes:
+            sink.note(line)
+        sink.note(f"{count} of {before + len(todo)} done: {todo[number].name}")
+        yield todo[number], found
+
+
+def _elsewhere(job: Job, places: tuple[Path, Path], number: int) -> tuple[int, _Ended, list[str]]:
+    """One job of a table, on a worker, with its notes."""
+    notes: list[str] = []
+    claim = partial(claimed, job.where, digest(job.problem, job.estimator), job.study)
+    return number, _ended(True, job, places, claim, notes.append, None, None), notes
+
+
+def _ended(
+    several: bool, job: Job, places: tuple[Path, Path], claim: Callable[[], bool], note: Note,
+    progress: Progress | None, pool: Pool | None,
+) -> _Ended:  # fmt: skip
+    """The fit of a job; of one of several, what it failed by too."""
+    try:
+        return _fit(job, places, claim, note, progress, pool)
+    except (StudyError, FitError) as error:
+        if several and (isinstance(error, FitError) or _lacks_torch(error)):
+            return error
+        raise
 
 
 def _lacks_torch(error: StudyError) -> bool:
@@ -113,32 +169,39 @@ def _lacks_torch(error: StudyError) -> bool:
     return isinstance(error, NoTorchError)
 
 
-def _fit(plan: Plan, job: Job, sink: Sink) -> Fit:
-    """Fit one job and save it."""
+def _fit(
+    job: Job, places: tuple[Path, Path], claim: Callable[[], bool], note: Note, progress: Progress | None,
+    pool: Pool | None,
+) -> Fit:  # fmt: skip
+    """Fit one job and save it; `places` are the file of the study and the folder of the run."""
+    path, out = places
     with ExitStack() as stack:
-        stack.enter_context(swept(job.where, plan.out))
-        stack.enter_context(kept(job.where, plan.claim(job)))
-        progress = sink.fit(job.name, job.problem, job.restart, several=job.several)
+        stack.enter_context(swept(job.where, out))
+        stack.enter_context(kept(job.where, claim()))
+        checkpoint, who = job.where / CHECKPOINT, job.estimator
         try:
-            fit = job.estimator.fit(job.problem, progress=progress, checkpoint=job.where / CHECKPOINT)
+            if pool is not None and isinstance(who, Spread):
+                fit = who.fit(job.problem, progress=progress, checkpoint=checkpoint, pool=pool)
+            else:
+                fit = who.fit(job.problem, progress=progress, checkpoint=checkpoint)
         except StudyError as error:  # an estimator does not know the file
-            if plan.partial and _lacks_torch(error):
+            if _lacks_torch(error) or str(path) in str(error):
                 raise
-            raise StudyError(str(error) if str(plan.path) in str(error) else f"{plan.path}: {error}") from None
+            raise StudyError(f"{path}: {error}") from None
     fit = overruled(fit, job.unidentified)
     start(progress, fit.ship)
     if job.spread is not None:
-        _keep_members(job, fit, job.spread, sink)
+        _keep_members(job, fit, job.spread, note)
     save_fit(fit, job.where, job.problem, study=job.study, text=job.text, scale=job.scale, test=job.test, file=job.file)
     return fit
 
 
-def _keep_members(job: Job, fit: Fit, sigma: Mapping[str, float], sink: Sink) -> None:
+def _keep_members(job: Job, fit: Fit, sigma: Mapping[str, float], note: Note) -> None:
     """Write the posterior members of a fitted hybrid to its folder; other families have none.
 
     Args:
         sigma: scale of each state.
-        sink: receives why there are none, where a hybrid has none.
+        note: receives why there are none, where a hybrid has none.
     """
     from ..models.hybrid import Hybrid
     from ..validate.spread import NAME, members, save_members
@@ -148,6 +211,6 @@ def _keep_members(job: Job, fit: Fit, sigma: Mapping[str, float], sink: Sink) ->
     try:
         found = members(fit, job.problem, job.estimator, sigma, restart=job.restart)
     except DataError as error:
-        sink.note(f"warning: no members, so predictions cannot report their spread: {error}")
+        note(f"warning: no members, so predictions cannot report their spread: {error}")
         return
     save_members(found, job.where / NAME)

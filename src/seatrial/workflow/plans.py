@@ -8,9 +8,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from ..core.executors import Pool
 from ..core.version import __version__
 from ..data import Trial
 from ..identify import Estimator, Fit, Issue, Problem, StudyError
+from ..identify.digest import digest
 from ..study.series import FULL, QUICK, Series, is_series, read_series
 from ..study.series_run import Cell, Row, asked, check, claimed, folder, left
 from ..study.store import SUMMARY, claim, load_fit_summary
@@ -155,19 +157,22 @@ class StudyPlan:
         """
         return claim(job.where, self.study.digest, self.study.name)
 
-    def report(self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink) -> None:
+    def report(
+        self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink, pool: Pool | None = None
+    ) -> None:
         """Write the page and its numbers that the estimator and the study ask for.
 
         Args:
             fits: made in this run, by the name of the job.
             failed: a line for each job that failed.
+            pool: who computes what else it needs; None does it here.
         """
         fit = fits[self.study.name]
         provenance = {
             "study": str(self.path), "digest": self.study.digest, "version": f"seatrial {__version__}",
             "command": f"seatrial identify {self.path}{' --free-suspects' * self.suspects} -o {self.out}",
         }  # fmt: skip
-        report(details(self.study, fit, sink), self.study, fit, self.out / PAGE, provenance, sink)
+        report(details(self.study, fit, sink, pool), self.study, fit, self.out / PAGE, provenance, sink)
 
     def document(self) -> Document:
         """What a finished run has found: the numbers of its report; of a plain fit, `fit.json` with its errors."""
@@ -213,9 +218,11 @@ class TablePlan:
 
     def claim(self, job: Job) -> bool:
         """Mark the folder of a cell."""
-        return claimed(job.where, self.series, *self._cells()[job.name])
+        return claimed(job.where, digest(job.problem, job.estimator), job.study)
 
-    def report(self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink) -> None:
+    def report(
+        self, fits: Mapping[str, Fit], failed: Sequence[str], sink: Sink, pool: Pool | None = None
+    ) -> None:
         """The table, of all fits that are done."""
         from ..report.page import write
         from ..report.series import covered, page
@@ -236,9 +243,6 @@ class TablePlan:
         done = [job for job in self.jobs() if (job.where / SUMMARY).exists()]
         lacking = [job.name for job in done if not _explained(load_fit_summary(job.where))]
         return {**_numbers(self.out), "not_explained": lacking}
-
-    def _cells(self) -> Mapping[str, tuple[Row, Cell]]:
-        return {f"{row.key}, {cell.name}": (row, cell) for row, cell in asked(self.series, self.only)}
 
     def _job(self, row: Row, cell: Cell) -> Job:
         from ..validate.series import sigma

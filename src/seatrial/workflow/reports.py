@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import singledispatch
+from functools import partial, singledispatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.executors import Pool
 from ..data import Trial
 from ..identify import Fit, Problem
 from ..identify.lint import doubts
@@ -31,8 +32,12 @@ if TYPE_CHECKING:
 Provenance = Mapping[str, str]
 
 
-def details(study: Study, fit: Fit, sink: Sink) -> object:
-    """What the report is about beside the fit: a rival in several weathers, or what the estimator has found."""
+def details(study: Study, fit: Fit, sink: Sink, pool: Pool | None = None) -> object:
+    """What the report is about beside the fit: a rival in several weathers, or what the estimator has found.
+
+    Args:
+        pool: who computes what the report of it still needs; None does it here.
+    """
     if study.virtual is not None and study.rival:
         from ..validate.rivals import Rivals, judged
 
@@ -42,7 +47,7 @@ def details(study: Study, fit: Fit, sink: Sink) -> object:
     if fit.details is not None:
         from ..identify.tuning.tuned import Tuning
 
-        report.register(Tuning, _tuned)
+        report.register(Tuning, partial(_tuned, pool=pool))
     return fit.details
 
 
@@ -89,7 +94,9 @@ def _changes(fit: Fit, trials: Sequence[Trial], trained_on: Collection[str], out
     return (f"the trials kept back are not corrected by what the fit found on the training trials ({what}); {remedy}",)
 
 
-def _tuned(found: Tuning, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
+def _tuned(
+    found: Tuning, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink, pool: Pool | None = None,
+) -> None:  # fmt: skip
     """Of a fine-tuning: its ranges and methods, and what the data determine."""
     from ..identify.tuning.fine_tuning import FineTuning
     from ..report.tuning import page as page_of
@@ -101,12 +108,12 @@ def _tuned(found: Tuning, study: Study, fit: Fit, page: Path, provenance: Proven
     write(page, page_of(
         found, title=study.title or f"{study.problem.ship.name}: fine-tuning", method=estimator.method,
         provenance={**provenance, "data": sources(study.problem.trials)},
-        sections=_identifiability(fit, study.problem, found.tests, estimator), fit=fit,
+        sections=_identifiability(fit, study.problem, found.tests, estimator, pool), fit=fit,
     ))  # fmt: skip
 
 
 def _identifiability(
-    fit: Fit, problem: Problem, tests: Sequence[Trial], estimator: FineTuning
+    fit: Fit, problem: Problem, tests: Sequence[Trial], estimator: FineTuning, pool: Pool | None
 ) -> list[Section]:  # fmt: skip
     """Sections on the chosen fit: profiles, correlations, restarts, residuals, and bands on the test trials."""
     from ..identify.posterior.ensemble import bands, ensemble
@@ -116,9 +123,9 @@ def _identifiability(
     from ..validate.comparison import manoeuvre
 
     settings, chosen = estimator.evolution(), replace(problem, free=fit.free)
-    group = ensemble(fit, chosen, settings)
+    group = ensemble(fit, chosen, settings, pool=pool)
     return sections(
-        fit, profiles(fit, chosen, settings), group=group, left=misfit(fit, chosen, settings),
+        fit, profiles(fit, chosen, settings, pool=pool), group=group, left=misfit(fit, chosen, settings),
         predicted=[bands(group, trial, manoeuvre(trial)) for trial in tests],
     )  # fmt: skip
 

@@ -12,21 +12,29 @@ from ...core.parameters import Scalar, Scalars
 from ...core.symbolic import both, larger, root, where
 from ...data import Array
 from ...manoeuvres.zigzag import Zigzag
-from . import NEVER, Tally, Truth
+from . import Tally, Truth
 
 _ORDINALS = ("first", "second", "third")
 # As of `Zigzag.indices`: the heading comes back by this fraction of psi before a peak counts as an overshoot.
 _BACK = 0.1
-_LOW = -1e9
+
+
+# Only so many reversals are noted.
+_MOST = 4
 
 
 @dataclass(frozen=True)
 class ZigzagTally(Tally, Zigzag):
-    """A zigzag that notes the time of four reversals and the peak of the heading after the first three."""
+    """A zigzag that notes four reversals and the peaks of the heading between them.
+
+    Times and peaks are shifted by one place at a reversal, the last one first: a selection for each, and no test of
+    which reversal it is.  The first reversal is where the heading comes up to psi for the first time; how it came there
+    is kept as it was then.
+    """
 
     noted: ClassVar[tuple[str, ...]] = (
-        "time_1", "time_2", "time_3", "time_4", "peak_1", "peak_2", "peak_3", "swing", "heading_before", "heading",
-        "x", "y", "way_before", "way", "turning",
+        "reversals", "time_a", "time_b", "time_c", "time_d", "peak", "peak_a", "peak_b", "peak_c", "swing",
+        "heading_before", "heading", "x", "y", "way_before", "way",
     )  # fmt: skip
     memory: ClassVar[tuple[str, ...]] = (*Zigzag.memory, "failed", *noted)
     figures: ClassVar[Mapping[str, str]] = {
@@ -35,47 +43,49 @@ class ZigzagTally(Tally, Zigzag):
     }  # fmt: skip
 
     def first(self, state: Scalars) -> Scalars:
-        return (*([NEVER] * 4), *([_LOW] * 3), 0.0, 0.0, 0.0, state[0], state[1], 0.0, 0.0, NEVER)
+        return (*([0.0] * 10), 0.0, 0.0, state[0], state[1], 0.0, 0.0)
 
     def note(
         self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars, valid: Scalar
     ) -> Scalars:
         (side, psi_0), (after, _) = turned
-        times, peaks = noted[:4], noted[4:7]
-        last, _, heading, x, y, _, way, turning = noted[7:]
+        count, a, b, c, d, peak, peak_a, peak_b, peak_c, last, heading_0, heading, x, y, way_0, way = noted
         beyond = state[2] - psi_0
-        flip, swing = both(valid, side * after < 0), where(valid, -after * beyond, last)
-        begun = (True, *(time >= 0 for time in times))
-        now = [both(flip, both(there, time < 0)) for there, time in zip(begun, times, strict=False)]
-        times = tuple(where(fresh, t, time) for fresh, time in zip(now, times, strict=True))
-        peaks = tuple(
-            where(both(one >= 0, other < 0), larger(peak, swing), peak)
-            for one, other, peak in zip(times, times[1:], peaks, strict=False)
-        )
-        open_ = both(valid, turning < 0)
-        fresh = both(open_, self.side * beyond >= self.psi)
-        chord = root((state[0] - x) * (state[0] - x) + (state[1] - y) * (state[1] - y))
+        flip = both(both(valid, count < _MOST), side * after < 0)
+        opening = both(valid, count < 0.5)
+        swing = where(valid, -after * beyond, last)
+        dx, dy = state[0] - x, state[1] - y
         return (
-            *times, *peaks, swing, where(open_, heading, noted[8]), where(open_, self.side * beyond, heading),
-            state[0], state[1], where(open_, way, noted[12]), where(open_, way + chord, way), where(fresh, t, turning),
+            where(flip, count + 1.0, count),
+            where(flip, t, a), where(flip, a, b), where(flip, b, c), where(flip, c, d),
+            where(flip, swing, larger(peak, swing)),
+            where(flip, peak, peak_a), where(flip, peak_a, peak_b), where(flip, peak_b, peak_c), swing,
+            where(opening, heading, heading_0), where(opening, self.side * beyond, heading), state[0], state[1],
+            where(opening, way, way_0), where(opening, way + root(dx * dx + dy * dy), way),
         )  # fmt: skip
 
     def read(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Mapping[str, Array]:
-        psi = np.asarray(varied.get("psi", self.psi))
+        psi, count = np.asarray(varied.get("psi", self.psi)), noted["reversals"]
         out: dict[str, Array] = {}
         for k, name in enumerate(_ORDINALS, 1):
-            time, ended = noted[f"time_{k}"], noted[f"time_{k + 1}"]
-            peak = noted[f"peak_{k}"]
-            whole = (ended >= 0) | ((time >= 0) & (peak - noted["swing"] >= _BACK * psi))
+            peak, ended = _placed(noted, "peak", count - k), count > k
+            whole = ended | ((count == k) & (peak - noted["swing"] >= _BACK * psi))
             out[f"{name}_overshoot"] = np.where(whole, peak - psi, np.nan)
-            out[f"{name}_reversal"] = np.where(time >= 0, time, np.nan)
+            out[f"{name}_reversal"] = np.where(count >= k, _placed(noted, "time", count - k + 1), np.nan)
         out["period"] = out["second_reversal"]
         # as the manoeuvre reads it: linear between the samples about the moment at which the heading comes up to psi
-        before, way, there = noted["heading_before"], noted["way_before"], noted["turning"] >= 0
+        before, way, there = noted["heading_before"], noted["way_before"], count > 0
         share = np.where(there, (psi - before) / np.where(there, noted["heading"] - before, 1.0), np.nan)
-        out["initial_turning_time"] = noted["turning"] + (share - 1.0) * self.dt
+        out["initial_turning_time"] = out["first_reversal"] + (share - 1.0) * self.dt
         out["initial_turning_distance"] = way + share * (noted["way"] - way)
         return out
 
     def finished(self, noted: Mapping[str, Array], varied: Mapping[str, Array]) -> Truth:
         return np.isfinite(self.read(noted, varied)["third_overshoot"])
+
+
+def _placed(noted: Mapping[str, Array], kind: str, place: Array) -> Array:
+    """The time or peak that stands in a place of its row: 0 is the running peak, 1 what was noted last."""
+    rows = [noted.get(kind, noted[f"{kind}_a"]), *(noted[f"{kind}_{letter}"] for letter in "abcd"
+                                                   if f"{kind}_{letter}" in noted)]  # fmt: skip
+    return np.choose(np.clip(place, 0, len(rows) - 1).astype(np.intp), rows)

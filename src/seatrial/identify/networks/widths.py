@@ -10,7 +10,9 @@ together.  Scores of the widths are kept beside a checkpoint, so that a killed r
 
 from __future__ import annotations
 
+import itertools
 import json
+import math
 import re
 import time
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.executors import Pool
 from ...core.files import write_whole
 from ...data import Trial
 from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
@@ -70,7 +73,10 @@ class Widths(Trajectory):
         return True
 
     @linted
-    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None,
+        pool: Pool | None = None,
+    ) -> Fit:  # fmt: skip
         """Estimate the free parameters with the width that predicts left-out trials best; see `Estimator`.
 
         `Fit.status` reports the choice; with the width 0, `Fit.free` holds the other parameters only.  The scores of
@@ -85,11 +91,13 @@ class Widths(Trajectory):
         self._check(problem)
         start(progress, problem.ship)
         alone = len(self.widths) == 1
-        scores = {self.widths[0]: 0.0} if alone else self._scores(problem, checkpoint, progress)
+        scores = {self.widths[0]: 0.0} if alone else self._scores(problem, checkpoint, progress, pool)
         best = min(scores, key=lambda w: scores[w])
         if not np.isfinite(scores[best]):
             raise FitError("left-out trials blow up with every width of the prior; give the smaller ones, 0 the least")
-        fit = self._plain(problem, best).fit(self._scaled(problem, best), progress=progress, checkpoint=checkpoint)
+        fit = self._plain(problem, best).fit(
+            self._scaled(problem, best), progress=progress, checkpoint=checkpoint, pool=pool
+        )
         told = ", ".join(f"{w:g}: {score:.3g}" for w, score in scores.items())
         why = ", the only one given" if alone else f" by left-out trials ({told})"
         status = f"{fit.status}; prior width {best:g}{why}"
@@ -118,13 +126,19 @@ class Widths(Trajectory):
                 raise StudyError(f"estimator.vary: {f.path} has no prior whose width could be chosen; give it a sigma")
 
     def _scores(
-        self, problem: Problem, checkpoint: Path | None, progress: Progress | None = None
+        self, problem: Problem, checkpoint: Path | None, progress: Progress | None = None, pool: Pool | None = None
     ) -> dict[float, float]:
         """Score of each width on left-out trials, those taken from an earlier run that it has finished."""
         record = Scores.beside(checkpoint, f"{digest(problem, self)} by weighted recordings")
-        for k, width in enumerate(self.widths):
-            if width not in record.found:
-                record.note(width, self._left_out(problem, width, k * self.parts, progress))
+        todo = [width for width in self.widths if width not in record.found]
+        wanted = [(self, problem, width, part) for width in todo for part in range(self.parts)]
+        apart = None if pool is None else pool.ordered(_left_part, wanted)
+        for width in todo:
+            if apart is not None:
+                record.note(width, _pooled(list(itertools.islice(apart, self.parts))))
+            else:
+                before = self.widths.index(width) * self.parts
+                record.note(width, self._left_out(problem, width, before, progress))
         return {width: record.found[width] for width in self.widths}
 
     def _varied(self, path: str) -> bool:
@@ -155,22 +169,30 @@ class Widths(Trajectory):
         Args:
             before: fits for other widths that go before, to report how far the choice has come.
         """
-        total, count = 0.0, 0.0
+        def of(part: int) -> tuple[float, float]:
+            stage(progress, f"choosing widths: fit {before + part + 1} of {len(self.widths) * self.parts}")
+            return self.left_part(problem, width, part)
+
+        return _pooled(map(of, range(self.parts)))
+
+    def left_part(self, problem: Problem, width: float, part: int) -> tuple[float, float]:
+        """Squared standardised errors of a part by a fit that has not seen it, and how many, weighted as the loss does.
+
+        They are infinite where the model blows up.
+        """
         loss = replace(problem.loss, sigma=scales(problem))
-        for number, out in enumerate(dealt(problem.trials, self.parts), start=before + 1):
-            stage(progress, f"choosing widths: fit {number} of {len(self.widths) * self.parts}")
-            seen = tuple(t for t in problem.trials if not any(t is other for other in out))
-            inner = self._scaled(replace(problem, trials=seen, validation=(), loss=loss), width)
-            try:
-                found = self._plain(problem, width).fit(inner)
-            except FitError:
-                return float("inf")
-            judge = self._judge(inner, out, loss.sigma)
-            total += judge.standardised(found.values) * judge.windows.samples
-            # Each compared row counts by the weight of its trial, as it does in the error.
-            rows = (judge.windows.scale > 0.0).any(axis=2).sum(axis=1)
-            count += float(rows @ np.array([loss.weight(trial.name) for trial in out])[judge.windows.trial])
-        return total / max(count, 1e-300)
+        out = dealt(problem.trials, self.parts)[part]
+        seen = tuple(t for t in problem.trials if not any(t is other for other in out))
+        inner = self._scaled(replace(problem, trials=seen, validation=(), loss=loss), width)
+        try:
+            found = self._plain(problem, width).fit(inner)
+        except FitError:
+            return float("inf"), 0.0
+        judge = self._judge(inner, out, loss.sigma)
+        # Each compared row counts by the weight of its trial, as it does in the error.
+        rows = (judge.windows.scale > 0.0).any(axis=2).sum(axis=1)
+        count = float(rows @ np.array([loss.weight(trial.name) for trial in out])[judge.windows.trial])
+        return judge.standardised(found.values) * judge.windows.samples, count
 
     def _judge(self, inner: Problem, out: Sequence[Trial], sigma: Mapping[str, float]) -> TrajectoryObjective:
         """Predictions of the trials left out, each weighing what it weighs in the fit."""
@@ -179,6 +201,20 @@ class Widths(Trajectory):
             replace(inner, nuisance=Nuisance()), out, sigma, window=self.window, dt=dt,
             every=every_of(self.every, dt), method=self.method, threads=self.threads,
         )  # fmt: skip
+
+
+def _left_part(own: Widths, problem: Problem, width: float, part: int) -> tuple[float, float]:
+    return own.left_part(problem, width, part)
+
+
+def _pooled(parts: Iterable[tuple[float, float]]) -> float:
+    """Standardised mean squared error of all parts; infinite as soon as one is."""
+    total, count = 0.0, 0.0
+    for error, rows in parts:
+        total, count = total + error, count + rows
+        if math.isinf(error):
+            return error
+    return total / max(count, 1e-300)
 
 
 # The note of `data.prepare` on a trial that it cuts at its gaps, with parts named NAME_1, NAME_2, ...

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.executors import Pool, parted
 from ...core.parameters import Free
 from ...data import Array, DataError, Trial
 from ...engine.rollout import simulator
@@ -22,8 +23,10 @@ from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Fit, FitError, Loss, Problem
 from ..record import Settings, windows
-from ..trajectory.batch import Data, Many
+from ..trajectory.batch import Data, Ends, Many
 from ..vector import Vector
+
+_TOLERANCE = 1e-7
 
 
 @dataclass(frozen=True)
@@ -103,7 +106,7 @@ def _edges(level: float) -> tuple[float, float]:
 
 def ensemble(
     fit: Fit, problem: Problem, settings: Settings, *,
-    members: int = 100, noise: Mapping[str, float] | None = None, seed: int = 0,
+    members: int = 100, noise: Mapping[str, float] | None = None, seed: int = 0, pool: Pool | None = None,
 ) -> Ensemble:  # fmt: skip
     """Fits of repetitions of the trials, all in one batch.
 
@@ -114,6 +117,7 @@ def ensemble(
         members: number of repetitions.
         noise: standard deviation of each measured state's noise; None estimates it (`white`).
         seed: of the noise.
+        pool: who fits the members, with the same numbers; None does it here.
 
     Raises:
         StudyError: the problem has nuisances.
@@ -130,13 +134,22 @@ def ensemble(
     vector = problem.vector
     deviation = np.where(vector.precision > 0, vector.sigma, 0.0)
     means = vector.mean + deviation * rng.standard_normal((members, len(vector)))
-    ends = many.descend(np.repeat(fit.values[None], members, axis=0), data=Data(state0, measured, means),
-                        tolerance=1e-7)  # fmt: skip
+    data, starts = Data(state0, measured, means), np.repeat(fit.values[None], members, axis=0)
+    if pool is None:
+        ends = many.descend(starts, data=data, tolerance=_TOLERANCE)
+    else:
+        parts = (np.arange(part.start, part.stop) for part in parted(members, pool))
+        pieces = ((problem, settings, starts[part], data.of(part)) for part in parts)
+        ends = Ends.joined(list(pool.ordered(_refitted, pieces)))
     good = np.isfinite(ends.normals.costs)
     if good.sum() < 0.5 * members:
         raise FitError(f"{int((~good).sum())} of {members} repetitions cannot be simulated with the noise given")
     return Ensemble(fit.ship, problem.free, ends.values[good], ends.normals.data[good],
                     float(many.normals(fit.values[None]).data[0]), level, settings)  # fmt: skip
+
+
+def _refitted(problem: Problem, settings: Settings, starts: Array, data: Data) -> Ends:
+    return Many.like(problem, settings).descend(starts, data=data, tolerance=_TOLERANCE)
 
 
 def white(fit: Fit, problem: Problem, settings: Settings) -> dict[str, float]:

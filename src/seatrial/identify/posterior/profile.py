@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.executors import Pool, parted
 from ...core.parameters import Free
 from ...data import Array
 from .. import Fit, Problem, Verdict
@@ -135,7 +136,9 @@ class Identifiability:
         return out
 
 
-def profiles(fit: Fit, problem: Problem, settings: Settings, *, variance: float | None = None) -> Identifiability:
+def profiles(
+    fit: Fit, problem: Problem, settings: Settings, *, variance: float | None = None, pool: Pool | None = None
+) -> Identifiability:
     """Profile every free parameter of a fit, all of them in one batch, each step from its neighbour.
 
     Args:
@@ -144,6 +147,7 @@ def profiles(fit: Fit, problem: Problem, settings: Settings, *, variance: float 
         settings: how trajectories were cut and compared; the estimator that made the fit.
         variance: mean square of the weighted residuals that is noise; None estimates it from the residuals, and
             counts as one those that are alike.
+        pool: who walks, some parameters each, with the same numbers; None does it here.
 
     Raises:
         StudyError: the problem has nuisances.
@@ -164,7 +168,13 @@ def profiles(fit: Fit, problem: Problem, settings: Settings, *, variance: float 
     # What nothing holds but the box is as uncertain as a uniform density over it.
     covariance = (vectors / (information + _BOX)) @ vectors.T
     scale = np.sqrt(np.diag(covariance))
-    found = _Walk(many, here, low, high, scale * width, noise).go()
+    whole = np.arange(n)
+    if pool is None:
+        found = _Walk(many, here, low, high, scale * width, noise).go(whole)
+    else:
+        pieces = ((problem, settings, here, low, high, scale * width, noise, whole[part.start : part.stop])
+                  for part in parted(n, pool))  # fmt: skip
+        found = [one for some in pool.ordered(_walked, pieces) for one in some]
     least = min(float(rise.min(initial=0.0)) for _, rise, _ in found)
     deviations = 1.0 / np.sqrt(information)
     loose = [any(k in _parts(vectors[:, i]) for i in np.flatnonzero(deviations > _FREE)) for k in range(n)]
@@ -203,14 +213,14 @@ class _Walk:
     sigma: Array
     variance: float
 
-    def go(self) -> list[tuple[Array, Array, Array]]:
-        """(values, rise, all parameters) of each parameter, ascending, the optimum among them."""
-        n = self.here.size
-        which, sign = np.tile(np.arange(n), 2), np.repeat([-1.0, 1.0], n)
+    def go(self, some: NDArray[np.intp]) -> list[tuple[Array, Array, Array]]:
+        """(values, rise, all parameters) of some parameters, ascending, the optimum among them."""
+        n = some.size
+        which, sign = np.tile(some, 2), np.repeat([-1.0, 1.0], n)
         end = np.where(sign < 0, self.low[which], self.high[which])
         step = np.minimum(np.abs(end - self.here[which]), _REACH * self.sigma[which]) / _STEPS
         at, place, last = np.tile(self.here, (2 * n, 1)), self.here[which].copy(), np.zeros(2 * n)
-        kept: list[list[tuple[float, float, Array]]] = [[(float(v), 0.0, self.here)] for v in self.here]
+        kept = {int(k): [(float(self.here[k]), 0.0, self.here)] for k in some}
         going = np.flatnonzero(np.abs(end - place) > 1e-9 * (self.high - self.low)[which])
         first = self.many.normals(self.here[None])
         for turn in range(_MOST):
@@ -222,7 +232,7 @@ class _Walk:
             ends = self.descended(at[going], which[going], ahead)
             rise = self._rise(ends.normals.data, ends.normals.costs, first.data[0], first.costs[0])
             for k, lane in enumerate(going):
-                kept[which[lane]].append((float(ahead[k]), float(rise[k]), ends.values[k]))
+                kept[int(which[lane])].append((float(ahead[k]), float(rise[k]), ends.values[k]))
             # A step over the whole slope is repeated, shorter; along a long valley steps grow.
             jumped = (rise >= _ENOUGH) & (last[going] < 1.0)
             step[going] *= np.where(jumped, 0.2, 2.0 if turn >= _STEPS else 1.0)
@@ -231,7 +241,7 @@ class _Walk:
             going = going[jumped | (~over & (rise < _ENOUGH))]
         return [
             (np.array([r[0] for r in rows]), np.array([r[1] for r in rows]), np.array([r[2] for r in rows]))
-            for rows in (sorted(rows, key=lambda row: row[0]) for rows in kept)
+            for rows in (sorted(rows, key=lambda row: row[0]) for rows in kept.values())
         ]
 
     def descended(self, starts: Array, which: NDArray[np.intp], place: Array) -> Ends:
@@ -245,6 +255,13 @@ class _Walk:
         with np.errstate(invalid="ignore"):
             rise = (data - data0) / self.variance + prior
         return np.where(np.isfinite(rise), rise, np.inf)
+
+
+def _walked(
+    problem: Problem, settings: Settings, here: Array, low: Array, high: Array, sigma: Array, variance: float,
+    some: NDArray[np.intp],
+) -> list[tuple[Array, Array, Array]]:  # fmt: skip
+    return _Walk(Many.like(problem, settings), here, low, high, sigma, variance).go(some)
 
 
 def _profile(

@@ -124,6 +124,15 @@ class Ends:
     iterations: NDArray[np.intp]
     converged: Mask
 
+    @staticmethod
+    def joined(parts: Sequence[Ends]) -> Ends:
+        """Those of several calls as of one."""
+        normals = Normals(*map(np.concatenate, zip(*(one.normals.parts for one in parts), strict=True)))
+        return Ends(
+            np.concatenate([one.values for one in parts]), normals,
+            np.concatenate([one.iterations for one in parts]), np.concatenate([one.converged for one in parts]),
+        )  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Many:
@@ -207,12 +216,14 @@ class Many:
         """The same at the best initial states for `values`, not eliminated."""
         offset = np.zeros((len(values), self.windows.state0.shape[0], len(self.begun)))
         now = self.at(values, offset, data)
+        going = np.ones(len(values), dtype=np.bool_)
         for _ in range(_SETTLING if self.begun else 0):
             then = self.at(values, now.offset - now.back()[..., -1], data)
-            better = then.costs < now.costs
-            done = not (then.costs < (1.0 - 1e-10) * now.costs).any()
+            # each problem ends by itself: its digits do not depend on its neighbours
+            better = going & (then.costs < now.costs)
+            going &= then.costs < (1.0 - 1e-10) * now.costs
             now.updated(np.arange(len(values)), then, better)
-            if done:
+            if not going.any():
                 break
         return now
 

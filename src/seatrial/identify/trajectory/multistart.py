@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
+from ...core.executors import Pool, parted
 from ...core.parameters import Free
 from ...data import Array
 from .. import Fit, FitError, Problem, Progress
@@ -18,7 +20,7 @@ from ..nuisance import begun_as, checked_initial
 from ..record import cut_as
 from ..vector import Vector
 from ..watch import tell, with_values
-from .batch import Many
+from .batch import Ends, Many
 from .local import finished
 from .objective import TrajectoryObjective
 from .shooting import Trajectory
@@ -46,6 +48,7 @@ class MultiStart:
     iterations: int = 60
     tolerance: float = 1e-10
     threads: int | None = None
+    spreads: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         checked_initial(self.initial)
@@ -60,7 +63,10 @@ class MultiStart:
         return ("estimator.initial", 'say "free"') if self.initial == "measured" else ("", "")
 
     @linted
-    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None,
+        pool: Pool | None = None,
+    ) -> Fit:  # fmt: skip
         """Estimate the free parameters of `problem`; see `Estimator`.
 
         A fit takes about a second, so nothing is kept in `checkpoint`: a killed run starts from the beginning.
@@ -72,7 +78,6 @@ class MultiStart:
         began, history = time.perf_counter(), list[tuple[float, float, float, float]]()
         sigma, arguments = cut_as(problem, self)
         own = begun_as(problem, self.initial)
-        many = Many.build(own, problem.trials, sigma, **arguments)
 
         def each(costs: Array, values: Array) -> None:
             history.append((len(history) + 1.0, float(costs.min()), float("nan"), time.perf_counter() - began))
@@ -80,7 +85,11 @@ class MultiStart:
             tell(progress, (len(history), history[-1][1], float("nan")), ship)
 
         starts = drawn(problem.free, self.starts, np.random.default_rng(self.seed))
-        ends = many.descend(starts, iterations=self.iterations, tolerance=self.tolerance, each=each)
+        if pool is None:
+            many = Many.build(own, problem.trials, sigma, **arguments)
+            ends = many.descend(starts, iterations=self.iterations, tolerance=self.tolerance, each=each)
+        else:
+            ends = self._elsewhere(pool, problem, starts, each)
         objective = TrajectoryObjective.build(own, problem.trials, sigma, **arguments)
         best = int(np.argmin(ends.normals.costs))
         if not np.isfinite(ends.normals.costs[best]):
@@ -92,6 +101,27 @@ class MultiStart:
         )  # fmt: skip
         table = np.column_stack([ends.normals.costs, ends.values])
         return replace(fit, seconds=time.perf_counter() - began, ends=table)
+
+    def _elsewhere(
+        self, pool: Pool, problem: Problem, starts: Array, each: Callable[[Array, Array], None]
+    ) -> Ends:  # fmt: skip
+        """The descents, some starts a piece; the rows of the history are told when all are done."""
+        pieces = ((self, problem, starts[part.start : part.stop]) for part in parted(len(starts), pool))
+        done = list(pool.ordered(_descended, pieces))
+        for turn in range(max(len(rows) for _, rows in done)):
+            now = [rows[min(turn, len(rows) - 1)] for _, rows in done if rows]
+            each(np.concatenate([costs for costs, _ in now]), np.concatenate([values for _, values in now]))
+        return Ends.joined([ends for ends, _ in done])
+
+
+def _descended(own: MultiStart, problem: Problem, starts: Array) -> tuple[Ends, list[tuple[Array, Array]]]:
+    """Where these starts end, and objectives and values after every iteration."""
+    rows: list[tuple[Array, Array]] = []
+    ends = Many.like(problem, own).descend(
+        starts, iterations=own.iterations, tolerance=own.tolerance,
+        each=lambda costs, values: rows.append((costs.copy(), values.copy())),
+    )  # fmt: skip
+    return ends, rows
 
 
 def drawn(free: Sequence[Free], count: int, rng: np.random.Generator) -> Array:

@@ -8,14 +8,15 @@ model.  `OneStep` compares single steps with it: the local optimisation (LO), a 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from ...core.executors import Pool
 from ...core.parameters import Free, specs
 from ...core.parameters import values as parameter_values
 from ...data import Array
@@ -66,6 +67,7 @@ class Trajectory:
     seed: int = 0
     threads: int | None = None
     initial: str = "free"
+    spreads: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if isinstance(self.later, str):
@@ -90,8 +92,9 @@ class Trajectory:
 
     @linted
     def fit(
-        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None
-    ) -> Fit:
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None,
+        pool: Pool | None = None,
+    ) -> Fit:  # fmt: skip
         """Estimate the free parameters of `problem`; see `Estimator`.
 
         Raises:
@@ -99,21 +102,14 @@ class Trajectory:
         """
         began = time.perf_counter()
         if self.later:
-            fit = replace(self, later=()).fit(self._begun(problem), progress=progress, checkpoint=checkpoint)
+            begun = self._begun(problem, pool)
+            fit = replace(self, later=()).fit(begun, progress=progress, checkpoint=checkpoint, pool=pool)
             return replace(fit, free=problem.free, seconds=time.perf_counter() - began, digest=digest(problem, self))
-        sigma, dt = scales(problem), step_of(problem.trials, self.dt)
-        own = begun_as(problem, self.initial)
-        objective = TrajectoryObjective.build(
-            own, problem.trials, sigma, window=self.window, dt=dt, every=every_of(self.every, dt),
-            method=self.method, threads=self.threads, stride=self.stride,
-        )  # fmt: skip
-        plain = replace(problem, nuisance=type(problem.nuisance)(), loss=replace(problem.loss, weights={}))
-        watch = None if not problem.validation else TrajectoryObjective.build(
-            plain, problem.validation, sigma, window=self.window, dt=dt, every=every_of(self.every, dt),
-            method=self.method, threads=self.threads,
-        )  # fmt: skip
+        objective, watch = self._objectives(problem)
         print_ = digest(problem, self)
         resume = Resume.open(checkpoint, print_, began)
+        if pool is not None and self.starts > 1:
+            self._descend_apart(pool, problem, resume)
         best = self._descend(objective, problem.vector, resume, watch, progress)
         fit = finished(
             problem, objective, best.p, best.eta, np.array(resume.history), best.evaluations, best.done, print_
@@ -121,14 +117,35 @@ class Trajectory:
         ends = np.array([[s.cost, *s.p[: len(problem.free)]] for s in resume.states.values()])
         return replace(fit, objective=best.cost, seconds=time.perf_counter() - resume.began, ends=ends)
 
-    def _begun(self, problem: Problem) -> Problem:
+    def _objectives(self, problem: Problem) -> tuple[TrajectoryObjective, TrajectoryObjective | None]:
+        """That of the trials, and that of the trials of validation, if any."""
+        sigma, dt = scales(problem), step_of(problem.trials, self.dt)
+        how: Any = {"window": self.window, "dt": dt, "every": every_of(self.every, dt), "method": self.method,
+                    "threads": self.threads}  # fmt: skip
+        own = begun_as(problem, self.initial)
+        objective = TrajectoryObjective.build(own, problem.trials, sigma, stride=self.stride, **how)
+        plain = replace(problem, nuisance=type(problem.nuisance)(), loss=replace(problem.loss, weights={}))
+        watch = TrajectoryObjective.build(plain, problem.validation, sigma, **how) if problem.validation else None
+        return objective, watch
+
+    def _descend_apart(self, pool: Pool, problem: Problem, resume: Resume) -> None:
+        """Go down from the starts that have not begun, each a piece, and note where they end in their order."""
+        fresh = [start for start in range(self.starts) if resume.state(start) is None]
+        pieces = ((self, replace(problem, linted=True), start) for start in fresh)
+        for start, (state, rows) in zip(fresh, pool.ordered(Trajectory.from_start, pieces), strict=True):
+            resume.begin(start, state)
+            for at, seen in rows:
+                resume.note(at, seen)
+            resume.end(start, state)
+
+    def _begun(self, problem: Problem, pool: Pool | None) -> Problem:
         """The problem, started at the fit of all but the later parameters."""
         late = [f.path for f in problem.free if any(fnmatchcase(f.path, pattern) for pattern in self.later)]
         early = tuple(f for f in problem.free if f.path not in late)
         if not late or not early:
             told = "no" if not late else "every"
             raise StudyError(f"estimator.later fits {told} free parameter; name those that join the others later")
-        found = replace(self, later=()).fit(replace(problem, free=early))
+        found = replace(self, later=()).fit(replace(problem, free=early), pool=pool)
         return replace(problem, free=problem.vector.started(found.vector.by_path(found.values)))
 
     def _descend(
@@ -144,23 +161,37 @@ class Trajectory:
         for start, p in enumerate(self._starts(vector)):
             state = resume.state(start)
             if state is None:
-                eta = np.zeros(objective.nuisances)
-                p = objective.extended(p)
-                state = State(p, eta, objective.cost(p, eta))
+                state = _first(objective, p)
                 resume.begin(start, state)
             if np.isfinite(state.cost):
-                resume.end(start, minimise(
-                    objective, state, *objective.bounds(),
-                    iterations=self.iterations, tolerance=self.tolerance, each=each,
-                ))  # fmt: skip
+                resume.end(start, self._minimised(objective, state, each))
         best = resume.best()
         if best is None:
             raise FitError("the model blows up at every start; " + objective.failure(self._starts(vector)[0]))
         return best
 
+    def from_start(self, problem: Problem, start: int) -> tuple[State, list[tuple[State, float]]]:
+        """Where one start ends, and the state and what is seen of the validation after every iteration."""
+        objective, watch = self._objectives(problem)
+        state, rows = _first(objective, self._starts(problem.vector)[start]), list[tuple[State, float]]()
+
+        def each(now: State) -> None:
+            rows.append((now, watch.standardised(now.p) if watch else float("nan")))
+
+        return (self._minimised(objective, state, each) if np.isfinite(state.cost) else state), rows
+
+    def _minimised(self, objective: TrajectoryObjective, state: State, each: Callable[[State], None]) -> State:
+        return minimise(objective, state, *objective.bounds(), iterations=self.iterations, tolerance=self.tolerance,
+                        each=each)  # fmt: skip
+
     def _starts(self, vector: Vector) -> list[Array]:
         rng = np.random.default_rng(self.seed)
         return [vector.start, *(vector.drawn(1, rng)[0] for _ in range(self.starts - 1))]
+
+
+def _first(objective: TrajectoryObjective, p: Array) -> State:
+    eta, p = np.zeros(objective.nuisances), objective.extended(p)
+    return State(p, eta, objective.cost(p, eta))
 
 
 @dataclass(frozen=True)

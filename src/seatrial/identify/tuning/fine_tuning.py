@@ -9,14 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
+from ...core import executors
+from ...core.executors import Pool
 from ...core.parameters import Free
 from ...data import Array, Trial
-from ...engine.rollout import default_threads, is_rk4
+from ...engine.rollout import is_rk4
 from .. import Fit, Nuisance, Problem, Progress, StudyError
 from ..lint import linted
 from ..nuisance import begun_as, checked_initial
@@ -28,9 +31,6 @@ from .tuned import Method, Range, Tuning
 
 Told = Callable[[str, int, float], None]
 """Called with (what, iteration, objective) while the fits run; from several threads."""
-
-Key = TypeVar("Key")
-Found = TypeVar("Found")
 
 
 def _silent(what: str, iteration: int, objective: float) -> None:
@@ -91,6 +91,7 @@ class FineTuning:
     seed: int = 1
     threads: int | None = None
     several: ClassVar[bool] = True
+    spreads: ClassVar[bool] = True
     window: ClassVar[float | None] = None
     every: ClassVar[int] = 1
 
@@ -127,19 +128,24 @@ class FineTuning:
         )  # fmt: skip
 
     @linted
-    def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None,
+        pool: Pool | None = None,
+    ) -> Fit:  # fmt: skip
         """The fit within the range chosen by leaving trials out; its `details` are the `Tuning`; see `tune`."""
-        tuning = self.tune(problem, problem.validation, told=_Relay(progress), checkpoint=checkpoint)
+        tuning = self.tune(problem, problem.validation, told=_Relay(progress), checkpoint=checkpoint, pool=pool)
         return replace(tuning.fit, details=tuning)
 
     def tune(
-        self, problem: Problem, tests: Sequence[Trial] = (), *, told: Told = _silent, checkpoint: Path | None = None
-    ) -> Tuning:
+        self, problem: Problem, tests: Sequence[Trial] = (), *, told: Told = _silent, checkpoint: Path | None = None,
+        pool: Pool | None = None,
+    ) -> Tuning:  # fmt: skip
         """Go through the ranges, choose one, and judge it on `tests`, which decide nothing.
 
         Args:
             checkpoint: each fit to all tuning trials keeps its own file beside it, of the same stem; a killed run
                 that is given the same path resumes and ends with the same numbers.
+            pool: who computes the fits, with the same numbers; None takes `threads` of this process.
 
         Raises:
             StudyError: ratios beyond what [free] declares, one tuning trial only, or a trial in both sets.
@@ -149,7 +155,8 @@ class FineTuning:
         plain = replace(problem, validation=())
         sweep = _Sweep(self, plain, Scorer.of(begun_as(plain, self.initial), self.dt, self.method), told, checkpoint)
         untuned = problem.vector.current(problem.ship.model)
-        ranges = sweep.ranges(tests)
+        with nullcontext(pool) if pool else executors.threads(self.threads) as at:
+            ranges = sweep.ranges(at, tests)
         chosen = min(range(len(ranges)), key=lambda k: sum(ranges[k].left_out.values()))
         best = ranges[chosen]
         left = residuals(sweep.scorer, problem.trials, best.fit.values)
@@ -191,63 +198,52 @@ class _Sweep:
     told: Told
     checkpoint: Path | None
 
-    def ranges(self, tests: Sequence[Trial]) -> tuple[Range, ...]:
+    def ranges(self, pool: Pool, tests: Sequence[Trial]) -> tuple[Range, ...]:
         """Every range with its fits, scores and soft counterpart."""
         own, trials, ratios = self.settings, self.problem.trials, self.settings.ratios
         boxes = {ratio: within(self.problem, ratio) for ratio in ratios}
         sets = (trials, *(tuple(t for t in trials if t is not out) for out in trials))
         estimators: dict[str, Any] = {"evolution": own.evolution(), "gradient": own.gradient(longest(trials))}
-        whole = {(name, ratio): self._whole(name, estimators[name], ratio, boxes[ratio])
+        whole = {(name, ratio): self._whole(pool, name, estimators[name], ratio, boxes[ratio])
                  for name in estimators for ratio in ratios}  # fmt: skip
-        folds = {(ratio, k): self._left(f"a_r {ratio:g}", sets[k], boxes[ratio], 1.0)
+        folds = {(ratio, k): self._left(pool, f"a_r {ratio:g}", sets[k], boxes[ratio], 1.0)
                  for ratio in ratios for k in range(1, len(sets))}  # fmt: skip
-        pool = ThreadPoolExecutor(own.threads or default_threads())
-        try:
-            fits = submitted(pool, whole)
-            values = submitted(pool, folds)
-            hard: dict[tuple[float, int], Array] = {at: one.result() for at, one in values.items()}
-            widest = [fits["gradient", ratios[-1]].result().values, *(hard[ratios[-1], k] for k in range(1, len(sets)))]
-            softs = submitted(pool, {
-                (ratio, k): self._left(
-                    f"a_r {ratio:g}, soft", sets[k], softened(self.problem, ratio, own.soft),
-                    residuals(self.scorer, sets[k], widest[k]).counted,
-                )
-                for ratio in ratios for k in range(len(sets))
-            })  # fmt: skip
-            soft: dict[tuple[float, int], Array] = {at: one.result() for at, one in softs.items()}
-            found: dict[tuple[str, float], Fit] = {at: one.result() for at, one in fits.items()}
-        finally:
-            pool.shutdown(cancel_futures=True)
+        hard: dict[tuple[float, int], Array] = {at: pool.result(one) for at, one in folds.items()}
+        first = pool.result(whole["gradient", ratios[-1]])
+        widest = [first.values, *(hard[ratios[-1], k] for k in range(1, len(sets)))]
+        softs = {
+            (ratio, k): self._left(
+                pool, f"a_r {ratio:g}, soft", sets[k], softened(self.problem, ratio, own.soft),
+                residuals(self.scorer, sets[k], widest[k]).counted,
+            )
+            for ratio in ratios for k in range(len(sets))
+        }  # fmt: skip
+        soft: dict[tuple[float, int], Array] = {at: pool.result(one) for at, one in softs.items()}
+        found: dict[tuple[str, float], Fit] = {at: pool.result(one) for at, one in whole.items()}
         return tuple(self._range(ratio, boxes[ratio], found, hard, soft, tests) for ratio in ratios)
 
-    def _whole(self, name: str, estimator: Any, ratio: float, free: tuple[Free, ...]) -> Callable[[], Fit]:
+    def _whole(self, pool: Pool, name: str, estimator: Any, ratio: float, free: tuple[Free, ...]) -> Future[Fit]:
         """A fit to all tuning trials, with a checkpoint file of its own."""
         path = self.checkpoint and self.checkpoint.with_name(
             f"{self.checkpoint.stem}.{f'{ratio:g}'.replace('.', '_')}_{name}{self.checkpoint.suffix}"
         )
         # The gradient method takes free initial states as nuisance parameters without a prior.
         own = self.problem if name == "evolution" else begun_as(self.problem, self.settings.initial)
-        problem = replace(own, free=free)
-
-        what = f"a_r {ratio:g}, {name}"
+        problem, what = replace(own, free=free), f"a_r {ratio:g}, {name}"
 
         def plainly(iteration: int, objective: float, _: float) -> None:
             self.told(what, iteration, objective)
 
-        return lambda: estimator.fit(problem, checkpoint=path, progress=part(self.told, what, problem, plainly))
+        progress = None if pool.away else part(self.told, what, problem, plainly)
+        return pool.submit(_fitted, estimator, problem, path and path.absolute(), progress)
 
-    def _left(self, what: str, trials: tuple[Trial, ...], free: tuple[Free, ...], factor: float) -> Callable[[], Array]:
+    def _left(
+        self, pool: Pool, what: str, trials: tuple[Trial, ...], free: tuple[Free, ...], factor: float
+    ) -> Future[Array]:
         """The values that fit some of the trials, or a soft range; too short to keep, they are done again."""
-
-        def run() -> Array:
-            found = self.scorer.best(
-                trials, free, starts=self.settings.fold_starts, seed=self.settings.seed, factor=factor
-            )
-            cost = sum(self.scorer.scores(trials, found).values())
-            self.told(f"{what}, {', '.join(t.name for t in trials)}", 1, cost)
-            return found
-
-        return run
+        own, told = self.settings, _silent if pool.away else self.told
+        what = f"{what}, {', '.join(t.name for t in trials)}"
+        return pool.submit(_best, self.scorer, trials, free, own.fold_starts, own.seed, factor, told, what)
 
     def _range(
         self, ratio: float, box: tuple[Free, ...], fits: Mapping[tuple[str, float], Fit],
@@ -268,6 +264,14 @@ class _Sweep:
         )  # fmt: skip
 
 
-def submitted(pool: ThreadPoolExecutor, jobs: Mapping[Key, Callable[[], Found]]) -> dict[Key, Future[Found]]:
-    """The jobs, begun in their order."""
-    return {key: pool.submit(job) for key, job in jobs.items()}
+def _fitted(estimator: Any, problem: Problem, path: Path | None, progress: Progress | None) -> Fit:
+    return estimator.fit(problem, checkpoint=path, progress=progress)
+
+
+def _best(
+    scorer: Scorer, trials: tuple[Trial, ...], free: tuple[Free, ...], starts: int, seed: int, factor: float,
+    told: Told, what: str,
+) -> Array:  # fmt: skip
+    found = scorer.best(trials, free, starts=starts, seed=seed, factor=factor)
+    told(what, 1, sum(scorer.scores(trials, found).values()))
+    return found

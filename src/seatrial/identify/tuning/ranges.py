@@ -45,11 +45,17 @@ class Scorer:
     Attributes:
         base, many: the objective of the problem's own trials, for one set of values and for many.
         sigma: scale of each compared channel.
+        dt, method: it was made with; a pickled one is these and the problem, and is compiled where it arrives.
     """
 
     base: TrajectoryObjective
     many: Many
     sigma: Mapping[str, float]
+    dt: float | None
+    method: str
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Scorer.of, (self.base.problem, self.dt, self.method)
 
     @staticmethod
     def of(problem: Problem, dt: float | None, method: str) -> Scorer:
@@ -58,7 +64,7 @@ class Scorer:
         how: Any = {"window": longest(problem.trials), "every": 1, "method": method, "threads": 1,
                     "dt": step_of(problem.trials, dt)}  # fmt: skip
         parts = problem, problem.trials, sigma
-        return Scorer(TrajectoryObjective.build(*parts, **how), Many.build(*parts, **how), sigma)
+        return Scorer(TrajectoryObjective.build(*parts, **how), Many.build(*parts, **how), sigma, dt, method)
 
     def objective(
         self, trials: Sequence[Trial], free: Sequence[Free] | None = None, factor: float = 1.0

@@ -58,7 +58,7 @@ def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Ca
     ships = [_ship(path, name) for name in table.ships]
     wanted = table.manoeuvre if isinstance(table.manoeuvre, list) else [table.manoeuvre]
     around, gusts = _weather(table, ships, note)
-    cases = tuple(_case(ship, one, len(ships) > 1, len(wanted) > 1, around) for ship in ships for one in wanted)
+    cases = tuple(case_of(ship, one, len(ships) > 1, len(wanted) > 1, around) for ship in ships for one in wanted)
     units = {name: unit for case in cases for name, unit in figure_units(case, around).items()}
     try:
         campaign = Campaign(
@@ -89,7 +89,7 @@ def _weather(table: CampaignFile, ships: list[Ship], note: Note) -> tuple[Unifor
     return found, table.weather.gusts
 
 
-def _case(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, around: Uniform) -> Case:
+def case_of(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, around: Uniform) -> Case:
     """A ship in a manoeuvre; without a duration the run lasts as long as `seatrial simulate` lets it."""
     device_of(one.device, one.precision)
     U, n_P = approach(ship, one.speed, ahead_of(ship, one.rps, one.throttle))
