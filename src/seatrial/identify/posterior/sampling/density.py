@@ -7,6 +7,7 @@ are integrated out about their best for each value (Tierney and Kadane 1986).
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,19 +42,49 @@ class Posterior:
 
     def __call__(self, values: Array) -> tuple[Array, Array]:
         """Log density, but for a constant, shape (lanes,), and its gradient, shape (lanes, free)."""
-        with np.errstate(all="ignore"):
-            found = self.many.settled(values, self.data)
         vector = self.many.problem.vector
         mean, weight = vector.mean if self.data is None else self.data.mean, vector.precision
-        away, log = values - mean, np.zeros(len(values))
-        prior = (weight * away**2).sum(axis=1)
-        if self.many.begun:
-            known = np.isfinite(found.costs)
-            log[known] = np.linalg.slogdet(found.own[known])[1].sum(axis=1)
-        g = found.reduced().g
-        density = -0.5 * ((found.costs - prior) / self.variance + prior + log)
-        gradient = -((g - weight * away) / self.variance + weight * away)
+        away = values - mean
+        squares, slope = self._with_starts(values) if self.many.begun else self._plain(values)
+        density = -0.5 * (squares / self.variance + (weight * away**2).sum(axis=1))
+        gradient = -(slope / self.variance + weight * away)
         return np.where(np.isfinite(density), density, -np.inf), gradient
+
+    def _with_starts(self, values: Array) -> tuple[Array, Array]:
+        """Squared residuals at the best starts, with the volume that these leave, and their halved slope."""
+        vector = self.many.problem.vector
+        away = values - (vector.mean if self.data is None else self.data.mean)
+        with np.errstate(all="ignore"):
+            found = self.many.settled(values, self.data)
+        known, volume = np.isfinite(found.costs), np.zeros(len(values))
+        volume[known] = np.linalg.slogdet(found.own[known])[1].sum(axis=1)
+        squares = found.costs - (vector.precision * away**2).sum(axis=1) + self.variance * volume
+        return squares, found.reduced().g - vector.precision * away
+
+    def _plain(self, values: Array) -> tuple[Array, Array]:
+        """Squared residuals and their halved slope, one problem a call of the kernel; no normal equations are made."""
+        many, cut = self.many, self.many.windows
+        states, lanes = list(many.compared), self.many.windows.state0.shape[0]
+        packed = many.kernel.pack(cut.series) if many.chunk != 1 else many.packed
+
+        def one(k: int) -> tuple[float, Array]:
+            state0 = cut.state0 if self.data is None else self.data.state0[k]
+            measured = cut.measured if self.data is None else self.data.measured[k]
+            run, slopes = many.kernel.run(
+                state0, packed, many.shared, lanewise=np.repeat(values[k : k + 1], lanes, axis=0), dt=cut.dt,
+                steps=cut.steps, every=cut.every, method=many.method, threads=1,
+            )  # fmt: skip
+            scale = cut.scale[:, :, states]
+            with np.errstate(all="ignore"):
+                e = np.where(scale > 0, (run[:, :, states] - measured[:, :, states]) * scale, 0.0)
+                back = np.zeros(run.shape)
+                back[:, :, states] = e * scale
+                slope = back.ravel() @ slopes.reshape(-1, slopes.shape[-1])
+                return float((e * e).sum()), slope[: values.shape[1]]
+
+        with ThreadPoolExecutor(many.threads) as pool:
+            found = list(pool.map(one, range(len(values))))
+        return np.array([squares for squares, _ in found]), np.array([slope for _, slope in found])
 
     def laplace(self, values: Array) -> Array:
         """Covariance of Laplace's approximation at each value, shape (lanes, free, free)."""

@@ -22,7 +22,7 @@ Density = Callable[[Array], tuple[Array, Array]]
 """Log density (lanes,), -inf where there is none, and its gradient (lanes, free) at values (lanes, free)."""
 
 # Acceptance aimed at; duration of a move in whitened units (half a turn of the unit Gaussian is pi); most steps of one.
-_AIM, _DURATION, _MOST = 0.8, (0.5, 2.0), 64
+_AIM, _DURATION, _MOST = 0.75, (0.5, 2.0), 16
 # First step, least step; energy error beyond which a move counts as divergent.
 _FIRST, _LEAST, _DIVERGENT = 0.6, 1e-4, 1000.0
 # Reflections at bounds within one drift before the move is given up.
