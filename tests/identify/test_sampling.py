@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import kstest, truncnorm
-from suzaku_turns import GNSS, problem
+from suzaku_turns import GNSS, SHIP, problem
 
 from seatrial.core.parameters import Free
 from seatrial.identify import Loss, StudyError
@@ -138,7 +138,7 @@ def test_the_diagnostics_are_those_of_arviz():
 def turns():
     from seatrial.core.parameters import near
 
-    told = problem(loss=LOSS, angles=(10, -35), paths=("hull.R_0", "rudder.kappa"), duration=200.0)
+    told = problem(SHIP, loss=LOSS, angles=(10, -35), paths=("hull.R_0", "rudder.kappa"), duration=200.0)
     free = tuple(replace(f, prior=f.start, sigma=0.3 * abs(f.start)) for f in near(told.ship.model, "hull.R_0",
                  "rudder.kappa", ratio=0.8))  # fmt: skip
     return replace(told, free=free)

@@ -33,7 +33,7 @@ def section(found: Sampled) -> Section:
     drawings = [figure(_marginal(found, int(k)), found.paths[k]) for k in order]
     shown = f"The {_DRAWN} parameters that differ most. " if len(found.paths) > _DRAWN else ""
     body = lead(words[0]) + bullets(words[1:]) + gallery(*drawings, least=280) + soft(shown + remark)
-    return Section("Posterior, sampled", body + table(head, rows), {"posterior": found.numbers()})
+    return Section("Posterior, sampled", body + table(head, rows))
 
 
 def _marginal(found: Sampled, k: int) -> str:

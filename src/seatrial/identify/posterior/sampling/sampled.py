@@ -161,7 +161,7 @@ class Sampled:
         # Of the ranks: a curved ridge has a weak correlation of the values.
         ranks = self.flat.argsort(axis=0).argsort(axis=0).astype(np.float64)
         with np.errstate(all="ignore"):
-            c = np.corrcoef(ranks.T)
+            c = np.atleast_2d(np.corrcoef(ranks.T))
         pairs = [(i, j) for i in range(len(c)) for j in range(i) if abs(c[i, j]) > _RIDGE]
         pairs.sort(key=lambda one: -abs(c[one]))
         return tuple(f"{self.paths[j]} and {self.paths[i]} lie on a ridge (rank correlation {c[i, j]:+.3f}): the data "
