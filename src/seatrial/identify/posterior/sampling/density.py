@@ -111,7 +111,7 @@ def posterior_of(fit: Fit, problem: Problem, settings: Any) -> Posterior:
     if not np.isfinite(found.costs[0]):
         raise StudyError("the model blows up at the fitted values; there is no posterior to draw from")
     normal, wanted = _normal(found, 0), np.log(fit.sigma).mean()
-    _proper(normal, problem)
+    check_proper(normal, problem)
     low, high = -np.log(_RANGE), np.log(_RANGE)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
@@ -134,7 +134,7 @@ def _accept(fit: Fit, problem: Problem, settings: Any) -> None:
         raise StudyError("the fit has no covariance, from which the chains start; use shooting:Trajectory")
 
 
-def _proper(normal: Normal, problem: Problem) -> None:
+def check_proper(normal: Normal, problem: Problem) -> None:
     """Refuse a posterior that cannot be normalised: a direction that nothing limits.
 
     A bounded parameter counts as having the prior that is as wide as its bounds.

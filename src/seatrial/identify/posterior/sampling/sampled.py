@@ -19,7 +19,7 @@ RHAT, ENOUGH = 1.01, 400.0
 # Laplace counts as right to these: shift of the mean in sigmas, and ratio of the sigmas either way.
 _SHIFT, _RATIO = 0.25, 1.2
 # A bound cuts the density where so large a share lies within so small a part of a sigma from it.
-_NEAR, _CUT = 0.1, 0.06
+_NEAR, _CUT = 0.1, 0.025
 # Correlation beyond which two parameters are told as a combination; names listed in a line; share of divergent moves.
 _RIDGE, _LISTED, _LOST = 0.95, 4, 0.005
 # Fourth moment of residuals over that of a Gaussian beyond which their tails are heavy.
