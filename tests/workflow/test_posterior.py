@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.study.drawn import read_draws
 from seatrial.identify import StudyError
+from seatrial.study.drawn import read_draws
 from seatrial.workflow import RequestError
 from seatrial.workflow.campaigns.reading import campaign_of
 from seatrial.workflow.identify import identify

@@ -21,9 +21,9 @@ from ...core.parameters import unknown
 from ...data.units import KNOWN
 from ...engine.cuda.named import device_of
 from ...environment import Uniform
+from ...identify import StudyError
 from ...ships import Ship
 from ...simulate.approach import approach, time_step
-from ...identify import StudyError
 from ...study.drawn import read_draws
 from ...study.schema import checked
 from .. import RequestError

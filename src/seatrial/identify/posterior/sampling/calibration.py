@@ -32,8 +32,8 @@ def truths(problem: Problem, count: int, rng: np.random.Generator) -> Array:
         missing = ~((out >= vector.low) & (out <= vector.high)).all(axis=1)
         if not missing.any():
             return out
-        gaussian = vector.mean + np.where(np.isfinite(vector.sigma), vector.sigma, 0.0) * rng.standard_normal((count, n))
         boxed = ~np.isfinite(vector.sigma)
+        gaussian = vector.mean + np.where(boxed, 0.0, vector.sigma) * rng.standard_normal((count, n))
         gaussian[:, boxed] = rng.uniform(vector.low[boxed], vector.high[boxed], (count, int(boxed.sum())))
         out[missing] = gaussian[missing]
     raise FitError("the bounds leave next to nothing of the prior; no truths can be drawn")

@@ -172,7 +172,7 @@ class Sampled:
         if not heavy:
             return ()
         return (f"Residuals have heavier tails than the Gaussian noise that the posterior assumes (fourth moment: "
-                f"{', '.join(heavy)}): a few of them decide the estimate, and the width is not to be trusted.",)  # fmt: skip
+                f"{', '.join(heavy)}): a few decide the estimate, and the width is not to be trusted.",)  # fmt: skip
 
     def numbers(self) -> dict[str, Any]:
         """For JSON, SI units."""

@@ -27,7 +27,7 @@ LEAST = 50 * CHAINS
 # Moves of each chain that adapt: at least so many, and as a share of those kept.
 _WARM, _SHARE = 100, 0.5
 # Starts lie so many of Laplace's sigmas about the optimum, and are halved where the density has fallen too far.
-_SPREAD, _HALVINGS, _FALL = 1.0, 12, 3.0
+_SPREAD, _HALVINGS, _FALL = 1.0, 12, 1.0
 # Time between writings of the checkpoint [s].
 _PAUSE = 5.0
 
