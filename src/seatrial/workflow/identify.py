@@ -16,7 +16,7 @@ from ..study.series_run import swept
 from ..study.store import SUMMARY, kept, save_fit
 from . import SILENT, Outcome, RequestError, Sink
 from .plans import Job, Plan, read_plan
-from .posterior import check_sample, drawn_for
+from .sampling.drawing import check_sample, drawn_for
 from .reports import leads, shown
 
 CHECKPOINT = "checkpoint.npz"

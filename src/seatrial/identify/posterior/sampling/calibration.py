@@ -60,7 +60,7 @@ def calibrate(
     mean = np.repeat(vector.mean[None], repeats, axis=0)
     data = Data(np.repeat(cut.state0[None], repeats, axis=0), measured, mean)
     ends = many.descend(truth, data=data, tolerance=1e-8)
-    root = np.linalg.cholesky(Posterior(many, 1.0, data).laplace(ends.values))
+    root: Array = np.linalg.cholesky(Posterior(many, 1.0, data).laplace(ends.values)).astype(np.float64)
     groups = np.repeat(np.arange(repeats), chains)
     posterior = Posterior(many, 1.0, data.of(groups))
     sampler = Sampler(posterior, vector.low, vector.high, _WARM, draws, seed, groups)

@@ -78,7 +78,8 @@ def sample(
     clock = _Clock(time.process_time(), time.perf_counter())
     chains = _resumed(checkpoint, print_, clock)
     if chains is None:
-        chains = sampler.begun(starts(posterior, best, laplace[0], CHAINS, seed), np.linalg.cholesky(laplace))
+        root = np.linalg.cholesky(laplace).astype(np.float64)
+        chains = sampler.begun(starts(posterior, best, laplace[0], CHAINS, seed), root)
 
     def each(now: Chains) -> None:
         if told:

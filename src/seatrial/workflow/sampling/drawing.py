@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..identify import Fit, StudyError
-from ..study.store import load_fit_summary
-from . import RequestError, Sink
+from ...identify import Fit, StudyError
+from ...study.store import load_fit_summary
+from .. import RequestError, Sink
 
 if TYPE_CHECKING:
-    from .plans import Job, Plan
+    from ..plans import Job, Plan
 
 CHECKPOINT = "checkpoint.posterior.npz"
 """Begins as the checkpoint of a fit does, with which it is removed."""
@@ -27,7 +27,7 @@ def check_sample(plan: Plan, count: int | None) -> None:
     Raises:
         RequestError: of a table of fits, of too few, or of an estimator with a report of its own.
     """
-    from ..identify.posterior.sampling.sampling import LEAST
+    from ...identify.posterior.sampling.sampling import LEAST
 
     if count is None:
         return
@@ -47,9 +47,9 @@ def drawn_for(job: Job, fits: Mapping[str, Fit], count: int, sink: Sink) -> dict
     Args:
         fits: made in this run; one that is not among them is read from its folder.
     """
-    from ..identify.posterior.sampling.sampling import sample
-    from ..study.drawn import DRAWS, save_draws
-    from ..study.stored import load_fit
+    from ...identify.posterior.sampling.sampling import sample
+    from ...study.drawn import DRAWS, save_draws
+    from ...study.stored import load_fit
 
     fit = fits.get(job.name) or load_fit(job.where)
     kept = load_fit_summary(job.where).get("posterior")
