@@ -16,8 +16,8 @@ from ..study.series_run import swept
 from ..study.store import SUMMARY, kept, save_fit
 from . import SILENT, Outcome, RequestError, Sink
 from .plans import Job, Plan, read_plan
-from .sampling.drawing import check_sample, drawn_for
 from .reports import leads, shown
+from .sampling.drawing import check_sample, drawn_for
 
 CHECKPOINT = "checkpoint.npz"
 
