@@ -186,6 +186,13 @@ def test_a_run_that_was_killed_ends_with_the_same_draws(turns, fitted, tmp_path,
         sample(fitted, turns, ESTIMATOR, LEAST, seed=5, checkpoint=file)
 
 
+def test_the_factor_is_found_however_wrong_sigma_was(turns, fitted):
+    """A loss a million times too sure, as of a channel without noise: the sigmas of the fit stay those of the draws."""
+    sure = replace(turns, loss=Loss({name: 1e-6 * one for name, one in LOSS.sigma.items()}, 0.0))
+    found = posterior_of(fitted, sure, ESTIMATOR)
+    assert np.sqrt(np.diag(found.laplace(fitted.values[None])[0])) == pytest.approx(fitted.sigma, rel=1e-3)
+
+
 def test_what_is_not_sampled_is_refused_in_one_line(turns, fitted):
     with pytest.raises(StudyError, match=f"draw {LEAST} or more"):
         sample(fitted, turns, ESTIMATOR, 10)

@@ -8,7 +8,7 @@ from ..identify.posterior.sampling.sampled import Sampled
 from .drawing import label, whole
 from .page import Section, bullets, figure, gallery, lead, number, soft, table
 
-_WIDTH, _HEIGHT, _LEFT, _TOP, _FLOOR = 300.0, 150.0, 12.0, 24.0, 124.0
+_WIDTH, _HEIGHT, _LEFT, _TOP, _FLOOR = 300.0, 150.0, 12.0, 8.0, 124.0
 _BINS, _DRAWN = 36, 24
 _FILL, _LINE = "#8fb3d9", "#b3541e"
 
@@ -58,6 +58,5 @@ def _marginal(found: Sampled, k: int) -> str:
         f'<line x1="{_LEFT}" y1="{_FLOOR}" x2="{_WIDTH - _LEFT}" y2="{_FLOOR}" stroke="#888"/>',
         label(_LEFT, _HEIGHT - 8, number(low), "#555"),
         label(_WIDTH - _LEFT, _HEIGHT - 8, number(high), "#555", anchor="end"),
-        label(_LEFT, 14, found.paths[k], "#222", weight=600),
     ]
     return whole(_WIDTH, _HEIGHT, parts)

@@ -23,7 +23,7 @@ from ..verdicts import posterior
 # Scaled curvature below which a direction has neither data, prior nor bounds.
 _FLAT = 1e-11
 # Search for the factor: its range about the start, and halvings.
-_RANGE, _HALVINGS = 1e8, 80
+_RANGE, _HALVINGS = 1e20, 80
 
 
 @dataclass(frozen=True)
