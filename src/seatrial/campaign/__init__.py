@@ -15,6 +15,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from ..core.errors import CampaignError as CampaignError
 from ..core.version import __version__
 from ..data import Array
@@ -60,17 +62,33 @@ class Case:
 
 @dataclass(frozen=True)
 class Correlated:
-    """Inputs with a joint normal distribution, such as the posterior of a fit.
+    """Inputs with a joint distribution, such as the posterior of a fit: normal, or by draws.
 
     Attributes:
         names: paths of parameters.
         mean: shape (names,).
         root: lower Cholesky factor of the covariance, shape (names, names).
+        draws: equally likely values, shape (draws, names), in place of mean and root; None without.
     """
 
     names: tuple[str, ...]
     mean: Array
     root: Array
+    draws: Array | None = None
+
+    @property
+    def dims(self) -> int:
+        """Dimensions of a design that it takes: one for each name, or one to choose a draw."""
+        return len(self.names) if self.draws is None else 1
+
+    def of(self, share: Array) -> Array:
+        """Values at shares in (0, 1), shapes (runs, dims) and (runs, names)."""
+        if self.draws is not None:
+            return self.draws[np.minimum((share[:, 0] * len(self.draws)).astype(np.intp), len(self.draws) - 1)]
+        from scipy.special import ndtri
+
+        joint: Array = self.mean + ndtri(share) @ self.root.T
+        return joint
 
 
 @dataclass(frozen=True)
@@ -126,6 +144,9 @@ class Campaign:
             raise CampaignError(f"{self.name}: seed is {self.seed}; it is zero or above")
         if self.chunk < 1:
             raise CampaignError(f"{self.name}: chunk is {self.chunk}; give 1 or more")
+        if self.design == "saltelli" and self.correlated is not None and self.correlated.draws is not None:
+            raise CampaignError(f"{self.name}: design saltelli moves inputs one by one, which draws do not allow; take "
+                                "fit.json, or another design")  # fmt: skip
         try:
             check_runs(self.design, self.dims, self.runs, self.levels)
         except ValueError as error:
@@ -139,7 +160,7 @@ class Campaign:
     @property
     def dims(self) -> int:
         """Dimensions of the design."""
-        return len(self.varied) + (len(self.correlated.names) if self.correlated else 0)
+        return len(self.varied) + (self.correlated.dims if self.correlated else 0)
 
     @property
     def levels(self) -> tuple[int, ...]:
@@ -176,4 +197,6 @@ class Campaign:
         if self.correlated is not None:
             found.update(repr(self.correlated.names).encode())
             found.update(self.correlated.mean.tobytes() + self.correlated.root.tobytes())
+            if self.correlated.draws is not None:
+                found.update(self.correlated.draws.tobytes())
         return found.hexdigest()

@@ -68,10 +68,7 @@ def drawn(campaign: Campaign, case: int, first: int, last: int, cube: Array | No
         share = cube[:, campaign.varied.index(name)] if one.varies else np.full(last - first, 0.5)
         out[name] = one.of(share) * (usual[name] if one.factor else 1.0)
     if campaign.correlated is not None:
-        from scipy.special import ndtri
-
-        normal = ndtri(cube[:, len(campaign.varied) :])
-        joint = campaign.correlated.mean + normal @ campaign.correlated.root.T
+        joint = campaign.correlated.of(cube[:, len(campaign.varied) :])
         out |= dict(zip(campaign.correlated.names, joint.T, strict=True))
     _check_drawn(campaign, case, first, out)
     return out

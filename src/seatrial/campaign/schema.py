@@ -63,7 +63,7 @@ class InputTable(Strict):
 
 
 class PosteriorTable(Strict):
-    """A fit whose posterior is drawn from, by its Gauss approximation."""
+    """A fit whose posterior is drawn from: fit.json by its Gauss approximation, posterior.npz by its draws."""
 
     fit: str
     widen: Positive = 1.0

@@ -111,6 +111,7 @@ Instruments = Annotated[
     str | None, Option(metavar="MODEL", help="Use the instrument errors of the fit of this model.toml.")
 ]  # fmt: skip
 FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
+Sample = Annotated[int | None, Option("--sample", metavar="N", help="Draw N samples of the posterior of the fit.")]
 FitFor = Annotated[
     str | None, Option("--for", metavar="PURPOSE", help="Judge for a use; exit 0 fit, 3 not fit, 4 cannot tell.")
 ]  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..data import Trial
 from ..identify import Fit
+from ..identify.posterior.sampling.sampled import Sampled
 from ..ships import Ship
 from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY, pooled
@@ -61,6 +62,7 @@ class Evidence:
         fit_first: seconds of each trial on which its start was estimated, and which are not judged; None for none.
         changes: what was done to the trials before they were compared, one line each.
         fitness: verdicts on the errors for a purpose; None where none was asked for.
+        drawn: draws of the posterior of the fit; None where it was not sampled.
     """
 
     title: str
@@ -74,6 +76,7 @@ class Evidence:
     fit_first: float | None = None
     changes: tuple[str, ...] = ()
     fitness: Fitness | None = None
+    drawn: Sampled | None = None
 
     def __post_init__(self) -> None:
         seen: set[tuple[str, str]] = set()

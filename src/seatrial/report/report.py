@@ -18,7 +18,7 @@ from ..models import STATES
 from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
-from . import diagnosis, figures
+from . import diagnosis, figures, marginals
 from .evidence import PUBLISHED, TIE, Evidence, caveats
 from .judging import fitness
 from .page import (
@@ -69,6 +69,7 @@ def sections(report: Evidence) -> tuple[Section, ...]:
         Section("Error by state", _channels(report)),
         Section("Manoeuvre indices", _indices(report)),
         Section(f"Fit of {report.fit.ship.name}", _fit(report.fit)) if report.fit else Section("", ""),
+        marginals.section(report.drawn) if report.drawn else Section("", ""),
         Section("Residuals of the fit", diagnosis.section(report.fit)) if report.fit else Section("", ""),
         Section("Assumptions", _assumptions(report)),
         Section("Findings in the data", bullets(report.findings) if report.findings else ""),
@@ -392,6 +393,7 @@ class Report(Evidence):
             "fit": _of_fit(self.fit) if self.fit else None, "trained_on": self.trained_on, "findings": self.findings,
             "caveats": caveats(self), "provenance": self.provenance,
             **({"fitness": fitness.numbers(self.fitness)} if self.fitness else {}),
+            **({"posterior": self.drawn.numbers()} if self.drawn else {}),
         })  # fmt: skip
 
 

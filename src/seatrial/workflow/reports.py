@@ -25,6 +25,7 @@ from .comparing import compared, scales
 from .request import DEGREE
 
 if TYPE_CHECKING:
+    from ..identify.posterior.sampling.sampled import Sampled
     from ..identify.tuning.fine_tuning import FineTuning
     from ..identify.tuning.tuned import Tuning
     from ..validate.rivals import Rivals
@@ -45,9 +46,11 @@ def details(study: Study, fit: Fit, sink: Sink, pool: Pool | None = None) -> obj
         sink.note(f"{fit.status}; the rival, and both in other weathers")
         return judged(study, fit, study.virtual)
     if fit.details is not None:
+        from ..identify.posterior.sampling.sampled import Sampled
         from ..identify.tuning.tuned import Tuning
 
         report.register(Tuning, partial(_tuned, pool=pool))
+        report.register(Sampled, _drawn)
     return fit.details
 
 
@@ -62,6 +65,18 @@ def report(found: object, study: Study, fit: Fit, page: Path, provenance: Proven
         page: the file; its folder holds the saved fit.
         provenance: study, digest, version and command, in words.
     """
+    _compare(study, fit, page, provenance, sink, None)
+
+
+def _drawn(found: Sampled, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
+    """Of a fit whose posterior was sampled: as without, and what the draws say."""
+    _compare(study, fit, page, provenance, sink, found)
+
+
+def _compare(
+    study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink, drawn: Sampled | None
+) -> None:  # fmt: skip
+    """The fit compared with the trials kept back (those of training, where none was), and its posterior."""
     problem, trials, out = study.problem, judged_on(study), page.parent
     ahead, missing = foreseen(study, fit.ship)
     names, model = {trial.name for trial in problem.trials}, problem.ship.model
@@ -78,7 +93,7 @@ def report(found: object, study: Study, fit: Fit, page: Path, provenance: Proven
         assumptions(fit.ship, [f.path for f in fit.free]), ahead,
         {**provenance, "trials": _counted({"for training": problem.trials, "for validation": problem.validation,
                                            "kept back": study.test})},
-        changes=changes,
+        changes=changes, drawn=drawn,
     ).write(page)  # fmt: skip
 
 
@@ -181,6 +196,8 @@ def leads(document: Document, out: Path, kept_back: bool) -> tuple[str, ...]:
     if lacking := found.get("not_explained"):
         named = f"{', '.join(lacking[:3])}{', ...' * (len(lacking) > 3)}"
         said.append(f"not explained: the data of {len(lacking)} fits ({named}); see fit.json of each in {out}/fits")
+    if (drawn := found.get("posterior")) and not drawn["converged"]:
+        said.append(drawn["words"][0])
     if lost:
         of = "trials kept back" if kept_back else "the training trials"
         mine, before = (figure(lost[label]) for label in ("fitted", "untuned"))

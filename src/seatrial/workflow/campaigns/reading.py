@@ -21,8 +21,10 @@ from ...core.parameters import unknown
 from ...data.units import KNOWN
 from ...engine.cuda.named import device_of
 from ...environment import Uniform
+from ...identify import StudyError
 from ...ships import Ship
 from ...simulate.approach import approach, time_step
+from ...study.drawn import read_draws
 from ...study.schema import checked
 from .. import RequestError
 from ..request import Note, ship_of, silent, surroundings
@@ -156,8 +158,10 @@ def _criterion(path: Path, name: str, one: CriterionTable, units: Mapping[str, s
 
 
 def _posterior(path: Path, table: PosteriorTable, ships: list[Ship]) -> Correlated:
-    """Parameters of a fit with the covariance of its posterior, `widen` times as wide."""
+    """Parameters of a fit with the covariance of its posterior, or its draws, `widen` times as wide."""
     file = path.parent / table.fit if not Path(table.fit).is_absolute() else Path(table.fit)
+    if file.suffix == ".npz":
+        return _draws(path, file, table.widen)
     try:
         document = json.loads(file.read_text(encoding="utf-8"))
         names, covariance = list(document["parameters"]), np.array(document["covariance"], dtype=np.float64)
@@ -170,3 +174,13 @@ def _posterior(path: Path, table: PosteriorTable, ships: list[Ship]) -> Correlat
     triangular: Any = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T, mode="r")
     root = triangular.T
     return Correlated(tuple(f"ship.{name}" for name in names), mean, table.widen * root * np.sign(np.diag(root)))
+
+
+def _draws(path: Path, file: Path, widen: float) -> Correlated:
+    """Draws that `seatrial identify --sample` has left, one a run, `widen` times as far from their mean."""
+    try:
+        paths, draws = read_draws(file)
+    except StudyError as error:
+        raise RequestError(f"{path}: posterior.fit: {error}") from None
+    mean = draws.mean(axis=0)
+    return Correlated(tuple(f"ship.{name}" for name in paths), mean, np.eye(len(paths)), mean + widen * (draws - mean))

@@ -1,0 +1,149 @@
+"""Sampling the posterior of a fit: polish the optimum, start chains about it, move them, keep a checkpoint."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....core.files import packed, write_whole
+from ....data import Array
+from ....models import STATES
+from ... import Fit, FitError, Problem, StudyError
+from ...resume import kept_arrays
+from .density import Posterior, posterior_of
+from .hamiltonian import Chains, Sampler
+from .sampled import Sampled
+
+CHAINS = 8
+LEAST = 50 * CHAINS
+"""Fewest draws that R-hat and effective sizes can be read from."""
+
+# Moves of each chain that adapt: at least so many, and as a share of those kept.
+_WARM, _SHARE = 100, 0.5
+# Starts lie so many of Laplace's sigmas about the optimum, and are halved where the density has fallen too far.
+_SPREAD, _HALVINGS, _FALL = 1.0, 12, 1.0
+# Time between writings of the checkpoint [s].
+_PAUSE = 5.0
+
+Told = Callable[[int, int], None]
+"""Called with the moves made and all moves."""
+
+
+@dataclass
+class _Clock:
+    """CPU time spent, that of interrupted runs included, and when the checkpoint was last written."""
+
+    began: float
+    written: float
+
+    @property
+    def spent(self) -> float:
+        """CPU time [s]."""
+        return time.process_time() - self.began
+
+
+def sample(
+    fit: Fit, problem: Problem, settings: Any, count: int, *,
+    seed: int = 0, checkpoint: Path | None = None, told: Told | None = None,
+) -> Sampled:  # fmt: skip
+    """Draws from the posterior of a fit.
+
+    Args:
+        fit: of `problem` by the estimator `settings`.
+        count: draws of all chains together, rounded up to the same number of each.
+        seed: of all random numbers; the draws are a function of it, the fit and `count`.
+        checkpoint: file from which an interrupted run goes on, with the same draws as one that was not.
+        told: receives the progress.
+
+    Raises:
+        StudyError: a count below `LEAST`, or a posterior that is not sampled (`posterior_of`).
+        FitError: no start has a finite density.
+        ResumeError: the checkpoint is of another fit.
+    """
+    if count < LEAST:
+        raise StudyError(f"{count} draws are too few to judge the chains; draw {LEAST} or more")
+    posterior = posterior_of(fit, problem, settings)
+    # An optimiser stops where a step gains a share of the objective; a density is known to a fraction of one.
+    best = posterior.many.descend(fit.values[None], iterations=100, tolerance=1e-8).values[0]
+    laplace, vector, draws = posterior.laplace(best[None]), problem.vector, -(-count // CHAINS)
+    warm = max(_WARM, round(_SHARE * draws))
+    sampler = Sampler(posterior, vector.low, vector.high, warm, draws, seed, np.zeros(CHAINS, dtype=np.intp))
+    print_ = hashlib.sha256(f"{fit.digest} {fit.values.tolist()} {count} {seed}".encode()).hexdigest()[:16]
+    clock = _Clock(time.process_time(), time.perf_counter())
+    chains = _resumed(checkpoint, print_, clock)
+    if chains is None:
+        root = np.linalg.cholesky(laplace).astype(np.float64)
+        chains = sampler.begun(starts(posterior, best, laplace[0], CHAINS, seed), root)
+
+    def each(now: Chains) -> None:
+        if told:
+            told(now.move, warm + draws)
+        if checkpoint is not None and time.perf_counter() - clock.written > _PAUSE:
+            _write(checkpoint, now, print_, clock)
+
+    chains = sampler.run(chains, each)
+    if checkpoint is not None:
+        _write(checkpoint, chains, print_, clock)
+    return Sampled(
+        problem.free, chains.drawn[warm:], chains.densities[warm:], chains.accepted[warm:],
+        int(chains.divergent.sum()), best, laplace[0], posterior.variance, tails(posterior, best), clock.spent,
+        chains.calls, print_,
+    )  # fmt: skip
+
+
+def starts(posterior: Posterior, best: Array, covariance: Array, count: int, seed: int) -> Array:
+    """Starts of chains about the optimum, shape (count, free): spread as Laplace has it, nearer where that is wrong.
+
+    Raises:
+        FitError: the density is not finite even next to the optimum.
+    """
+    problem = posterior.many.problem
+    rng = np.random.Generator(np.random.Philox(key=[seed, 2**63]))
+    away = _SPREAD * rng.standard_normal((count, best.size)) @ np.linalg.cholesky(covariance).T
+    top = posterior(best[None])[0][0]
+    for _ in range(_HALVINGS):
+        values = np.clip(best + away, problem.vector.low, problem.vector.high)
+        density, _ = posterior(values)
+        far = ~(density > top - _FALL * (best.size + 5))
+        if not far.any():
+            return values
+        away[far] *= 0.5
+    raise FitError("the posterior has no finite density about the fit; the model blows up next to it")
+
+
+def tails(posterior: Posterior, values: Array) -> dict[str, float]:
+    """Fourth moment of the residuals over that of a Gaussian, by compared channel."""
+    cut = posterior.many.windows
+    e = np.where(cut.scale > 0, (posterior.many.predicted(values) - cut.measured) * cut.scale, np.nan)
+    e[:, 0] = np.nan  # the start, which is measured or estimated
+    found: dict[str, float] = {}
+    for k, name in enumerate(STATES):
+        one = e[..., k][np.isfinite(e[..., k])]
+        if one.size and (one != 0).any():
+            found[name] = float((one**4).mean() / (3.0 * (one**2).mean() ** 2))
+    return found
+
+
+_FIELDS = ("values", "gradient", "density", "step", "root", "drawn", "densities", "accepted", "divergent")
+
+
+def _write(path: Path, chains: Chains, digest: str, clock: _Clock) -> None:
+    arrays = {name: getattr(chains, name) for name in _FIELDS}
+    counts = np.array([chains.move, chains.calls], dtype=np.int64)
+    write_whole(path, packed(digest=np.array(digest), counts=counts, spent=np.array(clock.spent), **arrays))
+    clock.written = time.perf_counter()
+
+
+def _resumed(path: Path | None, digest: str, clock: _Clock) -> Chains | None:
+    kept = kept_arrays(path, digest, (*_FIELDS, "counts", "spent"))
+    if kept is None:
+        return None
+    clock.began -= float(kept["spent"])
+    move, calls = (int(one) for one in kept["counts"])
+    return Chains(**{name: kept[name] for name in _FIELDS}, move=move, calls=calls)

@@ -1,0 +1,1 @@
+"""Draws of the posterior of a fit, as `identify --sample` asks for them."""

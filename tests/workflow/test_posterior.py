@@ -1,0 +1,93 @@
+"""`identify --sample`: draws beside the fit, done once, refused in one line, and drawn by a campaign."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatrial.identify import StudyError
+from seatrial.study.drawn import read_draws
+from seatrial.workflow import RequestError
+from seatrial.workflow.campaigns.reading import campaign_of
+from seatrial.workflow.identify import identify
+
+STUDY = """
+schema = "seatrial-study/1"
+ship = "kvlcc2_l7"
+[data]
+train = ["a"]
+[free]
+"hull.Y_v" = { prior = 0.3 }
+"hull.N_v" = { prior = 0.3 }
+[estimator]
+type = "shooting:Trajectory"
+initial = "measured"
+[loss]
+sigma = { x = 0.05, y = 0.05, psi = 0.003 }
+correlation = 5.0
+[virtual]
+ship = "kvlcc2_l7"
+seed = 1
+duration = 60.0
+noise = { x = 0.05, y = 0.05, psi = 0.2 }
+[virtual.trials.a]
+type = "zigzag:Zigzag"
+rudder = 10.0
+heading = 10.0
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp("sampled")
+    study = folder / "study.toml"
+    study.write_text(STUDY)
+    identify(study, folder / "run", sample=400)
+    return study, folder / "run"
+
+
+def test_the_run_folder_has_draws_summary_and_section(run):
+    _, out = run
+    paths, draws = read_draws(out / "posterior.npz")
+    told = json.loads((out / "fit.json").read_text())
+    assert draws.shape == (400, 2)
+    assert list(paths) == list(told["parameters"])
+    assert told["posterior"]["parameters"]["hull.Y_v"]["mean"] == pytest.approx(draws[:, 0].mean())
+    assert "Posterior, sampled" in (out / "report.html").read_text()
+    assert not list(out.glob("checkpoint*"))
+
+
+def test_draws_that_are_done_are_not_made_again(run):
+    study, out = run
+    before = (out / "posterior.npz").read_bytes()
+    identify(study, out, sample=400)
+    assert (out / "posterior.npz").read_bytes() == before
+
+
+def test_too_few_draws_are_refused_before_anything_is_fitted(run, tmp_path):
+    with pytest.raises(RequestError, match="--sample 10: too few"):
+        identify(run[0], tmp_path / "other", sample=10)
+    assert not (tmp_path / "other" / "fit.json").exists()
+
+
+def test_a_campaign_runs_draws_as_they_are(run):
+    _, out = run
+    document = {"schema": "seatrial-campaign/1", "ships": ["kvlcc2_l7"], "runs": 50, "posterior":
+                {"fit": str(out / "posterior.npz")}, "manoeuvre": {"kind": "turning", "rudder": 35.0}}  # fmt: skip
+    made = campaign_of(document, out / "campaign.toml")
+    assert made.correlated is not None
+    assert made.dims == 1
+    _, draws = read_draws(out / "posterior.npz")
+    values = made.correlated.of(np.random.default_rng(0).random((50, 1)))
+    assert all((np.abs(draws - one).sum(axis=1) < 1e-12).any() for one in values)
+    document = {"schema": "seatrial-campaign/1", "ships": ["kvlcc2_l7"], "runs": 50, "posterior":
+                {"fit": str(out / "absent.npz")}, "manoeuvre": {"kind": "turning", "rudder": 35.0}}  # fmt: skip
+    with pytest.raises(RequestError, match="--sample N makes it"):
+        campaign_of(document, out / "campaign.toml")
+
+
+def test_a_file_that_holds_no_draws_is_refused(tmp_path):
+    (tmp_path / "posterior.npz").write_text("no archive")
+    with pytest.raises(StudyError, match="cannot be read"):
+        read_draws(tmp_path / "posterior.npz")
