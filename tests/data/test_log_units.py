@@ -15,7 +15,7 @@ DEFINED = {
     "s": (1, 1), "ms": (1000, 1), "us": (1_000_000, 1), "min": (1, MINUTE), "h": (1, HOUR),
     "m": (1, 1), "mm": (1000, 1), "cm": (100, 1), "km": (1, 1000), "NM": (1, MILE), "nmi": (1, MILE), "ft": (1, FOOT),
     "rad": (1, 1), "deg": (360, TURN), "°": (360, TURN),
-    "m/s": (1, 1), "cm/s": (100, 1), "km/h": (HOUR, 1000), "kn": (HOUR, MILE), "kt": (HOUR, MILE),
+    "m/s": (1, 1), "cm/s": (100, 1), "km/h": (HOUR, 1000), "kn": (HOUR, MILE), "kt": (HOUR, MILE), "kts": (HOUR, MILE),
     "knot": (HOUR, MILE), "knots": (HOUR, MILE),
     "rad/s": (1, 1), "deg/s": (360, TURN), "°/s": (360, TURN), "deg/min": (360 * MINUTE, TURN), "rad/min": (MINUTE, 1),
     "1/s": (1, 1), "rps": (1, 1), "Hz": (1, 1), "rpm": (MINUTE, 1), "1/min": (MINUTE, 1),

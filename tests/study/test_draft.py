@@ -15,8 +15,8 @@ from seatrial.data.trialfile import write_trial
 from seatrial.identify import StudyError
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
-from seatrial.study.draft import draft
-from seatrial.study.held_out import dated
+from seatrial.study.drafting.draft import draft
+from seatrial.study.drafting.held_out import dated
 from seatrial.study.study import read_study
 from seatrial.workflow.simulation import simulate
 

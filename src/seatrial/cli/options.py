@@ -111,7 +111,7 @@ Instruments = Annotated[
     str | None, Option(metavar="MODEL", help="Use the instrument errors of the fit of this model.toml.")
 ]  # fmt: skip
 FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
-Sample = Annotated[int | None, Option("--sample", metavar="N", help="Draw N samples of the posterior of the fit.")]
+Sample = Annotated[int | None, Option("--sample", metavar="N", help="Add N samples of the posterior of the fit.")]
 FitFor = Annotated[
     str | None, Option("--for", metavar="PURPOSE", help="Judge for a use; exit 0 fit, 3 not fit, 4 cannot tell.")
 ]  # fmt: skip
@@ -213,4 +213,4 @@ CampaignReport = Annotated[bool, Option("--report", help="Write a page of what t
 Rare = Annotated[
     str | None, Option(metavar="CRITERION", help="Estimate how rarely a criterion of the file is violated.")
 ]  # fmt: skip
-RareRuns = Annotated[int | None, Option("--runs", metavar="N", help="Sail so many runs a level of --rare.")]
+RareRuns = Annotated[int | None, Option("--runs", metavar="N", help="Use so many runs a level of --rare.")]

@@ -9,7 +9,7 @@ from ...core.parameters import unknown
 from ...data.folder import read_folder
 from ...data.trialfile import write_trial
 from ...ships.files import load
-from ...study.draft import Draft, draft
+from ...study.drafting.draft import Draft, draft
 from .. import SILENT, Outcome, RequestError, Sink, Table
 from ..request import check_output, make_folder
 

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 
-from ..data.kinds import Kind
+from ...data.kinds import Kind
 
 _WINDOW = 10.0
 """Length of a prediction between restarts, in times in which the ship covers its length."""

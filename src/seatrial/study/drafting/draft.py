@@ -15,17 +15,17 @@ from typing import Any
 
 import numpy as np
 
-from ..core.parameters import values
-from ..data import Trial
-from ..data.folder import Folder
-from ..data.kinds import Kind, recognised
-from ..data.prepare import drop_trailing_gaps
-from ..identify import StudyError
-from ..models import STATES, Sampled
-from ..ships import Ship
-from .data import DATA
-from .draft_text import Freedom, text_of
+from ...core.parameters import values
+from ...data import Trial
+from ...data.folder import Folder
+from ...data.kinds import Kind, recognised
+from ...data.prepare import drop_trailing_gaps
+from ...identify import StudyError
+from ...models import STATES, Sampled
+from ...ships import Ship
+from ..data import DATA
 from .held_out import ROWS, copies, cut, held_out, timed
+from .text import Freedom, text_of
 
 _NO_USE = ("at rest", "unknown")
 _LENGTH, _STEP = 0.02, 0.01

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 
-from ..data import Trial
-from ..data.folder import overlaps
-from ..data.kinds import Kind
-from ..data.sidecar import began
-from ..identify import StudyError
+from ...data import Trial
+from ...data.folder import overlaps
+from ...data.kinds import Kind
+from ...data.sidecar import began
+from ...identify import StudyError
 
 _HELD = 0.25
 """Part of the recordings of a kind that is held out, at least one of two."""
