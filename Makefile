@@ -4,19 +4,23 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 DEFINITIONS := pyproject.toml constraints.txt
 
-.PHONY: demo test test-all lint types bench clean
+.PHONY: demo test test-all notebooks lint types bench clean
 
 demo: .venv/core.stamp
 	$(BIN)/seatrial demo -o demo
 
 # Compiled files are kept, as half of a collection is otherwise the rewriting of assertions.
-test test-all: export PYTHONDONTWRITEBYTECODE =
+test test-all notebooks: export PYTHONDONTWRITEBYTECODE =
 
 test: .venv/test.stamp
 	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not long"
 
 test-all: .venv/test.stamp
 	$(BIN)/python -m pytest -q -n auto --dist loadfile
+
+# Executed as a reader would; in the long tier by their cost.
+notebooks: .venv/test.stamp
+	$(BIN)/python -m pytest -q -m long tests/test_notebooks.py
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .
