@@ -32,6 +32,11 @@ def publish(name: str, rows: list[dict[str, Any]]) -> None:
     (HERE / "results" / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
     for row in rows:
         print(f"{row['what']}: {row['value']:.4g} {row['unit']} (bar {row['bar']})")
+    TABLE.write_text(table(TABLE.read_text() if TABLE.exists() else ""))
+
+
+def table(before: str) -> str:
+    """docs/benchmarks.md from the results; a section that was written by hand is kept, at the end."""
     lines = HEAD.splitlines()
     for script in SCRIPTS:
         path = HERE / "results" / f"{script}.json"
@@ -42,4 +47,6 @@ def publish(name: str, rows: list[dict[str, Any]]) -> None:
                   f"{of['machine']}; Python control loop {of['control_loop_ms']:.1f} ms.", "",
                   "| what | measured | bar |", "|---|---|---|"]  # fmt: skip
         lines += [f"| {r['what']} | {r['value']:.4g} {r['unit']} | {r['bar']} |" for r in of["rows"]]
-    TABLE.write_text("\n".join(lines) + "\n")
+    made = {f"benchmarks/{script}.py" for script in SCRIPTS}
+    kept = [part.rstrip() for part in before.split("\n## ")[1:] if part.partition("\n")[0] not in made]
+    return "\n".join(lines) + "\n" + "".join(f"\n## {part}\n" for part in kept)
