@@ -24,6 +24,7 @@ from seatrial.study.study import Study
 from seatrial.workflow import RequestError, Silent, Sink, Table, reports
 from seatrial.workflow.identify import identify
 from seatrial.workflow.validate import check, predict, validate
+from two_zigzags import write_zigzags
 
 STUDY = """schema = "seatrial-study/1"
 ship = "kvlcc2_l7"
@@ -64,12 +65,7 @@ class Recording(Silent):
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     at = tmp_path_factory.mktemp("workflow")
-    (at / "logs").mkdir()
-    ship = load("kvlcc2_l7")
-    truth = ship.having({"hull.N_r": 1.2 * float(ship.model.hull.N_r)})
-    for name, side in (("port", -1.0), ("starboard", 1.0)):
-        run = simulate(truth, Zigzag(approach(truth)[1], 0.35, 0.35, side), duration=60.0, dt=0.1, every=5, name=name)
-        write_trial(run, at / "logs" / f"{name}.csv")
+    write_zigzags(at / "logs")
     (at / "study.toml").write_text(STUDY)
     return at / "study.toml"
 

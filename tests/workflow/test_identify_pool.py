@@ -15,13 +15,10 @@ import pytest
 from seatrial.cli.app import main
 from seatrial.core import executors
 from seatrial.core.executors import Pool
-from seatrial.data.trialfile import write_trial
-from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.ships.files import load
-from seatrial.simulate.run import approach, simulate
 from seatrial.study.store import load_fit_summary
 from seatrial.workflow import Silent
 from seatrial.workflow.identify import identify
+from two_zigzags import write_zigzags
 
 TABLE = """schema = "seatrial-series/1"
 [data]
@@ -67,12 +64,7 @@ def _worked(piece: bytes) -> Any:
 @pytest.fixture(scope="module")
 def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
     at = tmp_path_factory.mktemp("table")
-    (at / "logs").mkdir()
-    ship = load("kvlcc2_l7")
-    truth = ship.having({"hull.N_r": 1.2 * float(ship.model.hull.N_r)})
-    for name, side in (("port", -1.0), ("starboard", 1.0)):
-        run = simulate(truth, Zigzag(approach(truth)[1], 0.35, 0.35, side), duration=60.0, dt=0.1, every=5, name=name)
-        write_trial(run, at / "logs" / f"{name}.csv")
+    write_zigzags(at / "logs")
     (at / "table.toml").write_text(TABLE)
     return at / "table.toml"
 

@@ -30,7 +30,7 @@ WEATHER = tuple(vars(Uniform()))
 """Inputs of the weather, by the names of `Uniform`."""
 
 _WIND = 8_000_000
-"""Gusts are a series a run: runs are sailed in groups of so many numbers, 64 MB."""
+"""Gusts are a series a run: runs are made in groups of so many numbers, 64 MB."""
 
 _SEEDS = 7
 """Stream of the seeds of gusts, apart from that of the points."""
@@ -119,7 +119,7 @@ def check(campaign: Campaign) -> None:
 
 @dataclass(frozen=True)
 class Runs:
-    """Consecutive runs of a case, ready to sail.
+    """Consecutive runs of a case, ready to be run.
 
     Attributes:
         columns: inputs by name, each of shape (runs,).

@@ -6,7 +6,6 @@ So any part of a campaign can be computed anywhere, in any order and any number 
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Literal, get_args
@@ -92,12 +91,14 @@ def _open(words: np.ndarray[tuple[int, ...], np.dtype[np.uint64]]) -> Array:
 def _sobol(seed: int, dims: int, first: int, last: int) -> Array:
     from scipy.stats import qmc
 
-    with warnings.catch_warnings():  # parts of a sequence need not be powers of two
-        warnings.simplefilter("ignore", UserWarning)
-        sampler = qmc.Sobol(dims, scramble=True, rng=np.random.default_rng([seed, 1]), bits=_BITS)
-        if first:
-            sampler.fast_forward(first)
-        return sampler.random(last - first) + 0.5**(_BITS + 1)  # the middle of its interval
+    sampler = qmc.Sobol(dims, scramble=True, rng=np.random.default_rng([seed, 1]), bits=_BITS)
+    # SciPy warns of a first draw that is no power of two, which a part need not be: the first point is drawn by itself.
+    begun = sampler.random(1) if first == 0 else np.zeros((0, dims))
+    if first:
+        sampler.fast_forward(first)
+    rest = last - first - len(begun)
+    drawn = np.vstack([begun, sampler.random(rest)]) if rest else begun
+    return drawn + 0.5 ** (_BITS + 1)  # the middle of its interval
 
 
 @lru_cache(maxsize=1)

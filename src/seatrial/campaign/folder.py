@@ -225,7 +225,7 @@ def scan(held: Held) -> Any:
     """
     import polars as pl
 
-    there = sorted((held.folder / _PARTS).glob("*/*.parquet"))
+    there = sorted((held.folder / _PARTS).glob("*/*.parquet"), key=lambda path: int(path.stem))
     if not there:
         raise CampaignError(f"{held.folder}: no part is computed yet; run the campaign first")
     return pl.scan_parquet(there)

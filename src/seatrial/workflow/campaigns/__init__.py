@@ -103,7 +103,7 @@ def merged(folder: Path, out: Path | None = None) -> Path:
 
 @dataclass(frozen=True)
 class Replayed:
-    """One run of a campaign, sailed again.
+    """One run of a campaign, run again.
 
     Attributes:
         ship: name of the case.
@@ -123,7 +123,7 @@ class Replayed:
 
 
 def replayed(folder: Path, run_number: int, out: Path | None = None) -> Replayed:
-    """Sail one row of the table of a campaign again, and write its trial to a file where one is named.
+    """Run one row of the table of a campaign again, and write its trial to a file where one is named.
 
     Raises:
         RequestError: a folder without the text of its campaign, or no run of this number.
