@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import os
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -17,9 +18,10 @@ from typing import TYPE_CHECKING, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from . import campaign, data, evidence, fits, folders, judging, ships, simulation
+from . import campaign, data, evidence, fits, folders, installation, judging, ships, simulation
 from . import options as o
 from .outcome import ended
+from .render import say
 
 _Base: Any = TyperCommand if TYPE_CHECKING else object
 _READ = {"ship", "model", "study"}
@@ -112,14 +114,36 @@ def offered(command: Callable[..., None]) -> Callable[..., None]:
 
 
 app = typer.Typer(
-    name="seatrial", cls=Group, no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+    name="seatrial", cls=Group, no_args_is_help=True, rich_markup_mode=None,
     pretty_exceptions_enable=False, help="Build a ship manoeuvring model that you can trust from sea trial logs.",
 )  # fmt: skip
 
 
+_FIRST = """\
+seatrial: from the logs of a ship's trials to a model you can trust, and a simulator you can drive.
+
+  see it work              seatrial demo -o demo
+  read my logs             seatrial import --guess LOGS -o mapping.toml
+  fit a model to them      seatrial study new SHIP TRIALS -o study.toml; seatrial identify study.toml -o run
+  drive a ship             seatrial bridge kvlcc2
+  test an autopilot on it  seatrial steer kvlcc2 --nmea udp://127.0.0.1:10110
+
+All commands: seatrial --help. What works on this machine: seatrial doctor.
+"""
+_COMPLETION = "_SEATRIAL_COMPLETE"
+"""The variable by which a shell asks for completions; Typer's scripts set it."""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
-    return ended(typer.main.get_command(app), sys.argv[1:] if arguments is None else arguments)
+    command = typer.main.get_command(app)
+    given = sys.argv[1:] if arguments is None else arguments
+    if _COMPLETION in os.environ:
+        command.main(list(given), prog_name="seatrial")
+    if not given:
+        say(_FIRST)
+        return 0
+    return ended(command, given)
 
 
 for _command in (
@@ -127,7 +151,7 @@ for _command in (
     ships.captive, ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map,
     data.servo, data.resample, data.mend, simulation.bench, data.import_, data.convert, folders.trials, fits.check,
     folders.study, fits.identify, simulation.steer, simulation.bridge, fits.predict, fits.validate,
-    evidence.card, campaign.campaign,
+    evidence.card, campaign.campaign, installation.doctor,
 ):  # fmt: skip
     _cls = WithManoeuvres if _command is simulation.simulate else Command
     app.command(_command.__name__.strip("_").replace("_", "-"), cls=_cls)(offered(_command))

@@ -10,13 +10,32 @@ from typing import Annotated
 
 from typer import Argument, Option
 
+
+# What a shell completes, beside files.
+def _ships(incomplete: str) -> list[str]:
+    from ..ships.files import library
+
+    return [name for name in library() if name.startswith(incomplete)]
+
+
+def _manoeuvres(incomplete: str) -> list[str]:
+    from ..workflow.simulation import known
+
+    return [name for name in known() if name.startswith(incomplete)]
+
+
 # What a command works on.
-ShipName = Annotated[str, Argument(help="Name a ship of the library (seatrial ships) or a ship file.")]
+ShipName = Annotated[
+    str, Argument(help="Name a ship of the library (seatrial ships) or a ship file.", autocompletion=_ships)
+]  # fmt: skip
 ShipOrRun = Annotated[
-    str, Argument(metavar="SHIP", help="Name a ship of the library or a ship file; with --from, a run.")
+    str,
+    Argument(
+        metavar="SHIP", help="Name a ship of the library or a ship file; with --from, a run.", autocompletion=_ships
+    ),
 ]  # fmt: skip
 ManoeuvreOrNone = Annotated[
-    str | None, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).")
+    str | None, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).", autocompletion=_manoeuvres)
 ]  # fmt: skip
 Trials = Annotated[list[Path], Argument(help="Name trial files, or folders of them.")]
 Particulars = Annotated[Path, Argument(help="Name a file of particulars (docs/tutorials/estimate.md).")]

@@ -1,0 +1,25 @@
+"""Commands about the installation itself."""
+
+from __future__ import annotations
+
+from . import options as o
+from .outcome import FAILED
+from .render import emit, say_lines, show_table
+
+
+def doctor(json: o.Json = False) -> None:
+    """Check this installation: compiler, cache, extras, GPU, data."""
+    import typer
+
+    from ..workflow.installation import examine
+
+    found = examine()
+    wrong = [one for one in found if one.state == "error"]
+    if json:
+        emit({"ok": not wrong, "findings": [{"area": one.area, "what": one.what, "state": one.state,
+              "found": one.found, "remedy": one.remedy} for one in found]})  # fmt: skip
+    else:
+        show_table(("area", "what", "", "found"), [(one.area, one.what, one.state, one.found) for one in found])
+        say_lines(*(f"{one.what}: {one.remedy}" for one in found if one.remedy))
+    if wrong:
+        raise typer.Exit(FAILED)
