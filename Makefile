@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 DEFINITIONS := pyproject.toml constraints.txt
 
-.PHONY: demo test test-all notebooks lint types bench clean
+.PHONY: demo test test-all notebooks docs lint types bench clean
 
 demo: .venv/core.stamp
 	$(BIN)/seatrial demo -o demo
@@ -21,6 +21,12 @@ test-all: .venv/test.stamp
 # Executed as a reader would; in the long tier by their cost.
 notebooks: .venv/test.stamp
 	$(BIN)/python -m pytest -q -m long tests/test_notebooks.py
+
+# The site in build/site; a warning is an error, and so is a dead link or a request to elsewhere.
+docs: .venv/docs.stamp
+	rm -rf build/site
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs build/site
+	$(BIN)/python docs/site/links.py build/site
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .
@@ -44,6 +50,10 @@ $(BIN)/python:
 # The nodejs extra brings the interpreter that pyright runs on, so no other is looked for or fetched.
 .venv/test.stamp: $(DEFINITIONS) | $(BIN)/python
 	$(PIP) -e ".[test]"
+	touch $@
+
+.venv/docs.stamp: $(DEFINITIONS) | $(BIN)/python
+	$(PIP) -e ".[docs]"
 	touch $@
 
 .venv/bench.stamp: $(DEFINITIONS) | $(BIN)/python

@@ -1,0 +1,41 @@
+"""Reference pages of the commands, from the command line itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from equations import literal
+from seatrial.cli.app import app
+
+
+def write(out: Path) -> list[str]:
+    """Write a page for each command; their names in the order of `seatrial --help`."""
+    command: Any = typer.main.get_command(app)
+    for name, one in command.commands.items():
+        (out / f"{name}.md").write_text(page(name, one), encoding="utf-8")
+    return list(command.commands)
+
+
+def page(name: str, command: Any) -> str:
+    """Usage, arguments and options of a command."""
+    context = typer.Context(command, info_name=name)
+    usage = " ".join([f"seatrial {name}", *command.collect_usage_pieces(context)])
+    own = command.get_params(context)
+    arguments = [_row(one.metavar or one.name.upper(), one) for one in own if one.param_type_name == "argument"]
+    options = [_row(", ".join([*one.opts, *one.secondary_opts]), one) for one in own if one.param_type_name == "option"]
+    parts = [f"# `seatrial {name}`\n\n{literal(command.help or '')}\n\n```text\n{usage}\n```\n"]
+    for title, rows in (("Arguments", arguments), ("Options", options)):
+        if rows:
+            parts.append(f"\n## {title}\n\n| | | default |\n|---|---|---|\n{''.join(rows)}")
+    return "".join(parts)
+
+
+def _row(title: str, parameter: Any) -> str:
+    default = parameter.default
+    usual = "" if default in (None, False, ()) or callable(default) else f"`{default}`"
+    given = "required" if parameter.required else usual
+    about = literal(getattr(parameter, "help", "") or "")
+    return f"| `{title}` | {about} | {given} |\n".replace("|port", "\\|port")

@@ -1,0 +1,94 @@
+"""The documentation site: equations typeset from the source, pages for all that the package offers."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+from house import REPOSITORY
+
+SITE = REPOSITORY / "docs" / "site"
+
+
+@pytest.fixture(autouse=True)
+def tools(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(SITE))
+
+
+@pytest.mark.parametrize(
+    ("code", "latex"),
+    [
+        ("a * a * b", r"a^{2}\, b"),
+        ("(a + b) * c", r"\left(a + b\right)\, c"),
+        ("a - (b - c)", r"a - \left(b - c\right)"),
+        ("-(1.0 - t_R) * F_N", r"-\left(1 - t_{R}\right)\, F_{N}"),
+        ("a / (b * c)", r"\frac{a}{b\, c}"),
+        ("self.gamma_Rp * flow.u", r"\gamma_{\mathrm{Rp}}\, u"),
+        ("root(magnitude(x))", r"\sqrt{\left|x\right|}"),
+        ("(a / b) ** 2", r"\left(\frac{a}{b}\right)^{2}"),
+        ("where(u < 0, -a, a)", r"\begin{cases} -a & u < 0 \\ a & \text{otherwise} \end{cases}"),
+        ("speed(u, v_m)", r"\sqrt{u^2 + v_{m}^2}"),
+        ("1e-6 * delta", r"10^{-6}\, \delta"),
+    ],
+)
+def test_code_is_typeset_as_the_arithmetic_that_it_is(code: str, latex: str) -> None:
+    written = importlib.import_module("latex").equation(ast.parse(code, mode="eval").body)
+    assert written == latex
+
+
+@pytest.mark.parametrize("code", ["[x for x in y]", "f(*args)", "f(x=1)", "'text'", "len(y)", "Case(x).of(y)[k]"])
+def test_what_is_no_arithmetic_is_left_out(code: str) -> None:
+    latex = importlib.import_module("latex")
+    with pytest.raises(latex.UnwrittenError):
+        latex.equation(ast.parse(code, mode="eval").body)
+
+
+def test_an_equation_stands_beside_its_line_and_its_source() -> None:
+    found = importlib.import_module("equations").equations(importlib.import_module("seatrial.forces.rudder"))
+    (line,) = (line for one in found if one.title == "on_hull" for line in one.lines if line.latex.startswith("Y ="))
+    source = (REPOSITORY / "src/seatrial/forces/rudder.py").read_text(encoding="utf-8").splitlines()
+    assert line.latex == r"Y = -\left(1 + a_{H}\right)\, \mathrm{across}"
+    assert source[line.number - 1].strip().startswith("-(1.0 + a_H) * across")
+    assert line.comment == "Sawada 2024 (49), misprint corrected"
+
+
+def test_every_force_and_family_has_a_page_with_equations(tmp_path: Path) -> None:
+    parts = importlib.import_module("parts")
+    without: list[str] = []
+    for room in parts.ROOMS:
+        folder = tmp_path / room.name
+        folder.mkdir()
+        for name in parts.write(room, folder):
+            if room.name == "forces" and "$$" not in (folder / f"{name}.md").read_text(encoding="utf-8"):
+                without.append(name)
+    assert without == ["rudder_neutral"]  # an angle added to another rudder's
+
+
+def test_every_command_has_a_page_with_its_options(tmp_path: Path) -> None:
+    names = importlib.import_module("commands").write(tmp_path)
+    assert {"identify", "campaign", "doctor"} <= set(names)
+    text = (tmp_path / "simulate.md").read_text(encoding="utf-8")
+    assert "`--wind`" in text
+    assert "| `SHIP` | Name a ship" in text
+
+
+def test_dead_links_and_requests_to_elsewhere_are_found(tmp_path: Path) -> None:
+    links = importlib.import_module("links")
+    (tmp_path / "a.html").write_text(
+        '<p id="here"><a href="b.html#there">x</a><a href="#here">x</a><a href="c.html">x</a>'
+        '<script src="https://elsewhere.example/x.js"></script><a href="https://elsewhere.example">x</a></p>',
+        encoding="utf-8",
+    )
+    (tmp_path / "b.html").write_text("<p>", encoding="utf-8")
+    assert list(links.faults(tmp_path)) == [
+        "a.html: asks https://elsewhere.example/x.js", "a.html: b.html#there: no such place on the page",
+        "a.html: c.html: no such file",
+    ]  # fmt: skip
+
+
+def test_tools_of_the_site_shadow_no_module() -> None:
+    assert not {path.stem for path in SITE.glob("*.py")} & set(sys.stdlib_module_names)
