@@ -24,7 +24,7 @@ from .outcome import ended
 from .render import say
 
 _Base: Any = TyperCommand if TYPE_CHECKING else object
-_READ = {"ship", "model", "study"}
+_READ = {"ship", "model", "study", "check"}
 """Parameters of commands whose files may name classes of the user."""
 
 _PLAIN: dict[Any, re.Pattern[str]] = {

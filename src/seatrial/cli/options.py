@@ -34,6 +34,9 @@ ShipOrRun = Annotated[
         metavar="SHIP", help="Name a ship of the library or a ship file; with --from, a run.", autocompletion=_ships
     ),
 ]  # fmt: skip
+ShipToCheck = Annotated[
+    str | None, Option("--check", metavar="FILE", help="Check a ship file: sources, conformance, published indices.")
+]  # fmt: skip
 ManoeuvreOrNone = Annotated[
     str | None, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).", autocompletion=_manoeuvres)
 ]  # fmt: skip

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 from . import options as o
+from .outcome import FAILED
 from .render import emit, figure, note, show_table
 
 if TYPE_CHECKING:
@@ -14,8 +18,15 @@ if TYPE_CHECKING:
 HEAD = ("number", "value", "unit", "formula", "range", "other formulas", "spread", "sigma", "sigma from")
 
 
-def ships(json: o.Json = False) -> None:
-    """List the ships of the library."""
+def ships(check: o.ShipToCheck = None, out: o.Report = None, json: o.Json = False) -> None:
+    """List the ships of the library, or check a ship file."""
+    if check is not None:
+        _check(check, out, json)
+        return
+    if out is not None:
+        from ..workflow import RequestError
+
+        raise RequestError("-o is the page of --check FILE; name the ship file")
     from ..core.parameters import walk
     from ..ships.files import library, load, variants
 
@@ -33,6 +44,20 @@ def ships(json: o.Json = False) -> None:
     ]
     show_table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, right=(2, 3))
     note(f"further parameter sets of these ships, taken by name as well: {', '.join(variants())}")
+
+
+def _check(file: str, out: Path | None, json: bool) -> None:
+    """What stands for and against a ship file; exit status 1 where it is not fit for the library."""
+    from ..workflow.contributing import check_ship_file
+
+    checked = check_ship_file(file, out=out, note=note)
+    if json:
+        emit({"ship": checked.ship.name, "fit": checked.fit, "findings": [
+            {"check": one.what, "state": one.state, "found": one.detail} for one in checked.findings]})  # fmt: skip
+    else:
+        show_table(("check", "", "found"), [(one.what, one.state, one.detail) for one in checked.findings])
+    if not checked.fit:
+        raise typer.Exit(FAILED)
 
 
 def show(ship: o.ShipName, sources: o.Sources = False, json: o.Json = False) -> None:
