@@ -23,7 +23,8 @@ from scipy.optimize import nnls
 from timing import HERE, machine, publish
 
 from seatrial.campaign.designs import points
-from seatrial.campaign.folder import Held, part_path
+from seatrial.campaign.folder import Held, part_name
+from seatrial.campaign.places import Folder
 
 DT, CHUNK = 0.1, 16384
 # runs, runs a part, duration [s]: one of the three is varied at a time.
@@ -84,7 +85,7 @@ def listing() -> tuple[list[float], float, float]:
     """Which parts are missing, of a folder in which all but one are there."""
     with tempfile.TemporaryDirectory() as folder:
         for number in range(1, max(FILES)):
-            path = part_path(Path(folder), number)
+            path = Path(folder) / part_name(number)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.touch()
         # of a smaller folder only the first files are listed, as its tree has no more
@@ -98,7 +99,7 @@ def _missing(folder: Path, count: int) -> None:
         tree.mkdir()
         for k in range(-(-count // 1000)):
             (tree / f"{k:04d}").symlink_to(folder / "parts" / f"{k:04d}")
-        found = Held(Path(small), {"parts": count}).missing
+        found = Held(Folder(Path(small)), {"parts": count}).missing
     if len(found) > 1:
         raise RuntimeError(f"{len(found)} of {count} files were not listed")
 

@@ -15,6 +15,7 @@ from .core.version import __version__
 if TYPE_CHECKING:  # for editors and type checkers; `_LAZY` has the same names, a test compares them
     from inspect import Signature
 
+    from .campaign.tracks import Tracks as Tracks
     from .core.parameters import Free as Free
     from .data.check import Finding as Finding
     from .face.campaigns import Draw as Draw
@@ -65,6 +66,7 @@ if TYPE_CHECKING:  # for editors and type checkers; `_LAZY` has the same names, 
     from .validate.comparison import compare as compare
 
 _ROOMS = {
+    "campaign.tracks": ("Tracks",),
     "core.parameters": ("Free",),
     "data.check": ("Finding",),
     "face.campaigns": ("Draw", "Runs", "campaign"),

@@ -13,10 +13,11 @@ from killed import CAMPAIGN
 
 from seatrial import __version__
 from seatrial.campaign import Campaign, CampaignError, Case
-from seatrial.campaign.folder import begin, merge, open_folder, scan, write_part, wrong_parts
+from seatrial.campaign.folder import begin, open_folder, part_name, write_part
 from seatrial.campaign.inputs import Input
 from seatrial.campaign.running import Ran, Shard
 from seatrial.campaign.running import run as run_in
+from seatrial.campaign.tables import merge, scan, wrong_parts
 from seatrial.cli.app import main
 from seatrial.core.errors import RunError
 from seatrial.core.executors import threads as pool_of
@@ -67,7 +68,7 @@ def test_the_size_of_parts_changes_no_number(campaign: Campaign, whole: Path, tm
 def test_what_is_there_is_not_computed_again(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     shutil.copytree(whole, folder)
-    gone = open_folder(folder).path(4)
+    gone = folder / part_name(4)
     gone.unlink()
     times = {path: path.stat().st_mtime_ns for path in folder.rglob("*.parquet")}
     ran = run(campaign, folder)
@@ -121,8 +122,9 @@ def test_a_damaged_part_is_found(whole: Path, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     shutil.copytree(whole, folder)
     held = open_folder(folder)
-    held.path(1).write_bytes(held.path(1).read_bytes()[:-50])
-    shutil.copy(held.path(3), held.path(2))
+    one = folder / part_name(1)
+    one.write_bytes(one.read_bytes()[:-50])
+    shutil.copy(folder / part_name(3), folder / part_name(2))
     faults = list(wrong_parts(held))
     assert len(faults) == 3  # unreadable, another part, and so too few runs
     assert "0000001.parquet" in faults[0]
@@ -132,7 +134,7 @@ def test_a_damaged_part_is_found(whole: Path, tmp_path: Path) -> None:
 def test_merge_needs_all_parts(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
     import polars as pl
 
-    assert pl.read_parquet(merge(open_folder(whole), tmp_path / "all.parquet")).height == 180
+    assert pl.read_parquet(merge(open_folder(whole), tmp_path / "all.parquet")[0]).height == 180
     held = begin(campaign, tmp_path / "new")
     with pytest.raises(CampaignError, match="10 of 10 parts are missing"):
         merge(held, tmp_path / "none.parquet")

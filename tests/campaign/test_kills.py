@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 from killed import CAMPAIGN, started
 
-from seatrial.campaign.folder import Held, open_folder, wrong_parts
+from seatrial.campaign.folder import Held, open_folder
+from seatrial.campaign.tables import wrong_parts
 from seatrial.cli.app import main
 
 

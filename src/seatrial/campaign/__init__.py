@@ -4,14 +4,15 @@ Contract: a `Campaign` is a frozen value: cases (a ship in a manoeuvre), inputs 
 points and a seed.  Run number k has the same numbers whichever process, thread or machine computes it, and whatever was
 computed before.  `chunk` computes a part of them as a table, one row a run; `folder` keeps the parts of a campaign in a
 folder as Parquet files and tells what is missing; `running` computes that, in threads or through any executor.
-`tallies` are manoeuvres that read their indices inside the compiled loop; `inputs` and `designs` have distributions and
-points.  A campaign that cannot be carried out raises `CampaignError`.
+`tallies` are manoeuvres that read their indices inside the compiled loop; `tracks` are samples of each run, kept beside
+its row; `inputs` and `designs` have distributions and points.  A campaign that cannot be carried out raises
+`CampaignError`.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -26,8 +27,9 @@ from ..ships import Ship
 from ..ships.writing import to_toml
 from .designs import Design, check_runs
 from .inputs import Input
+from .tracks import Tracks as Tracks
 
-__all__ = ["Campaign", "CampaignError", "Case", "Correlated", "Criterion"]
+__all__ = ["Campaign", "CampaignError", "Case", "Correlated", "Criterion", "Tracks", "usual_chunk"]
 
 CHUNK = 16384
 """Usual number of runs in a part: some tenths of a second of work, a file of one or two megabytes."""
@@ -58,6 +60,16 @@ class Case:
     whole: bool = False
     device: str = "cpu"
     precision: str = "double"
+
+    @property
+    def samples(self) -> int:
+        """Samples of each run, the first included."""
+        return round(self.duration / self.dt) + 1
+
+
+def usual_chunk(cases: Sequence[Case], tracks: Tracks | None) -> int:
+    """Number of runs in a part; with tracks, of a file of convenient size."""
+    return CHUNK if tracks is None else min(tracks.chunk(case.samples, CHUNK) for case in cases)
 
 
 @dataclass(frozen=True)
@@ -119,6 +131,7 @@ class Campaign:
         balanced: whether each run starts with the revolutions that hold its speed.
         criteria: bounds of indices, by name.
         chunk: number of runs in a part.
+        tracks: samples of each run that are kept; None keeps none.
 
     Raises:
         CampaignError: numbers that make no campaign.
@@ -136,6 +149,7 @@ class Campaign:
     balanced: bool = False
     criteria: Mapping[str, Criterion] = field(default_factory=dict[str, Criterion])
     chunk: int = CHUNK
+    tracks: Tracks | None = None
 
     def __post_init__(self) -> None:
         if not self.cases:
@@ -151,6 +165,27 @@ class Campaign:
             check_runs(self.design, self.dims, self.runs, self.levels)
         except ValueError as error:
             raise CampaignError(f"{self.name}: {error}") from None
+        if self.tracks is not None:
+            self._check_tracks(self.tracks)
+
+    def _check_tracks(self, tracks: Tracks) -> None:
+        first = tracks.names(self.cases[0].ship, self.cases[0].manoeuvre)
+        for case in self.cases:
+            own = tracks.names(case.ship, case.manoeuvre)
+            if own != first:
+                both = f"{case.name} has {', '.join(own)}, {self.cases[0].name} {', '.join(first)}"
+                raise CampaignError(f"{self.name}: tracks: {both}; choose columns that both have")
+            tracks.check(case.samples, len(own), min(self.chunk, self.runs))
+
+    @property
+    def kept(self) -> tuple[str, ...]:
+        """Columns of the tracks after their run and time; empty without tracks."""
+        return self.tracks.names(self.cases[0].ship, self.cases[0].manoeuvre) if self.tracks else ()
+
+    @property
+    def track_rows(self) -> int:
+        """Rows of the tracks of all runs, where none fails."""
+        return self.runs * sum(self.tracks.rows(case.samples) for case in self.cases) if self.tracks else 0
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -193,7 +228,7 @@ class Campaign:
             found.update(f"{case.name} {to_toml(case.ship)} {settings!r}".encode())
         drawn = (self.runs, sorted(self.inputs.items()), list(self.inputs), self.design, self.seed, self.weather,
                  self.gusts, self.balanced, sorted(self.criteria.items()), self.chunk)  # fmt: skip
-        found.update(repr(drawn).encode())
+        found.update(repr(drawn if self.tracks is None else (*drawn, self.tracks)).encode())
         if self.correlated is not None:
             found.update(repr(self.correlated.names).encode())
             found.update(self.correlated.mean.tobytes() + self.correlated.root.tobytes())

@@ -1,13 +1,13 @@
 """One part of a campaign as a table: inputs, indices and verdicts, a row a run.
 
-Where the manoeuvre has a tally and the weather is steady or a gust, the runs leave the compiled loop as one row each;
-else they are stored as a whole and read by `Manoeuvre.indices`.
+Where the manoeuvre has a tally and the weather is steady or a gust, the runs leave the compiled loop as one row each,
+and the samples of their tracks; else they are stored as a whole and read by `Manoeuvre.indices`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from .designs import points, uniform
 from .reading import figures, sailed, usual_names, whole_indices
 from .revolutions import balanced
 from .tallies import tally_of
+from .tracks import Column, Tracks, counts, sail, table
 
 WEATHER = tuple(vars(Uniform()))
 """Inputs of the weather, by the names of `Uniform`."""
@@ -44,11 +45,13 @@ class Part:
         case: its number.
         first: number of its first run within the case.
         columns: by name, in the order of the table.
+        tracks: kept samples by column, shape (samples of all runs,); empty where none are kept.
     """
 
     case: int
     first: int
     columns: Mapping[str, Array]
+    tracks: Mapping[str, Column] = field(default_factory=dict[str, Column])
 
 
 def drawn(campaign: Campaign, case: int, first: int, last: int, cube: Array | None = None) -> dict[str, Array]:
@@ -139,12 +142,7 @@ class Runs:
     @property
     def steps(self) -> int:
         """Samples of each run."""
-        return samples(self.case)
-
-
-def samples(case: Case) -> int:
-    """Samples of each run of a case."""
-    return round(case.duration / case.dt) + 1
+        return self.case.samples
 
 
 def ready(campaign: Campaign, at: int, first: int, last: int, cube: Array | None = None) -> Runs:
@@ -161,29 +159,40 @@ def ready(campaign: Campaign, at: int, first: int, last: int, cube: Array | None
 def sailed_at(campaign: Campaign, at: int, cube: Array, threads: int = 1) -> dict[str, Array]:
     """Inputs and indices of case number `at` at points of the unit cube, shape (runs, dims); without gusts."""
     runs = ready(campaign, at, 0, len(cube), cube)
-    return {**runs.columns, **_sailed(runs, campaign.weather, threads)}
+    return {**runs.columns, **_sailed(runs, campaign.weather, threads, None)[0]}
 
 
 def compute(campaign: Campaign, number: int, threads: int = 1) -> Part:
     """Compute one part; the same numbers whatever the threads."""
     at, first, last = campaign.part(number)
-    group = last - first if campaign.gusts is None else max(_WIND // (samples(campaign.cases[at]) * len(CHANNELS)), 1)
+    group = last - first if campaign.gusts is None else max(_WIND // (campaign.cases[at].samples * len(CHANNELS)), 1)
     found: list[dict[str, Array]] = []
+    tracks: list[dict[str, Column]] = []
     for low in range(first, last, group):
         runs = ready(campaign, at, low, min(low + group, last))
-        found.append({**runs.columns, **_sailed(runs, campaign.weather, threads)})
-    columns = {name: np.concatenate([one[name] for one in found]) for name in found[0]}
+        figures, kept = _sailed(runs, campaign.weather, threads, campaign.tracks)
+        found.append({**runs.columns, **figures})
+        if campaign.tracks is not None:
+            numbers = np.arange(low, low + runs.lanes) + at * campaign.runs
+            case, every = runs.case, campaign.tracks.every
+            own = counts(figures["failed"], case.samples, case.dt, every)
+            tracks.append(table(kept, numbers, own, every, case.dt))
+    columns = _joined(found)
     numbers = np.arange(first, last, dtype=np.float64) + at * campaign.runs
-    table = {"run": numbers, "case": np.full(last - first, float(at)), **columns}
+    rows = {"run": numbers, "case": np.full(last - first, float(at)), **columns}
     for name, bound in campaign.criteria.items():
         value = columns[bound.index]
-        table[f"{name}_met"] = np.where(np.isfinite(value), (value >= bound.low) & (value <= bound.high), np.nan)
-    return Part(at, first, table)
+        rows[f"{name}_met"] = np.where(np.isfinite(value), (value >= bound.low) & (value <= bound.high), np.nan)
+    return Part(at, first, rows, _joined(tracks) if tracks else {})
+
+
+def _joined(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    return dict(parts[0]) if len(parts) == 1 else {n: np.concatenate([one[n] for one in parts]) for n in parts[0]}
 
 
 def _around(campaign: Campaign, case: Case, columns: Mapping[str, Array], first: int, lanes: int) -> Array:
     """Weather per run and step, shape (runs or 1, steps or 1, 8)."""
-    steps = samples(case)
+    steps = case.samples
     here = {name: columns.get(name, value) for name, value in vars(campaign.weather).items()}
     if campaign.gusts is None and not any(name in columns for name in WEATHER):
         return campaign.weather.series(case.dt, steps)[None]
@@ -207,7 +216,7 @@ def _gusts(
     seeds = (uniform(campaign.seed, 1, first, first + lanes, _SEEDS)[:, 0] * 2.0**53).astype(np.int64)
     for lane in range(lanes):
         own = Uniform(**{name: float(v if np.ndim(v) == 0 else v[lane]) for name, v in here.items()})
-        yield Gust(own, campaign.gusts or "", int(seeds[lane])).series(case.dt, samples(case))
+        yield Gust(own, campaign.gusts or "", int(seeds[lane])).series(case.dt, case.samples)
 
 
 def _start(case: Case, columns: Mapping[str, Array], around: Array) -> Array:
@@ -220,26 +229,24 @@ def _start(case: Case, columns: Mapping[str, Array], around: Array) -> Array:
     return np.column_stack([x, y, psi, u + north * c + east * s, v_m + east * c - north * s, r])
 
 
-def _sailed(runs: Runs, usual: Uniform, threads: int) -> dict[str, Array]:
-    """Indices of the runs, and `failed` [s], NaN for a run that did not, and `complete` (0 or 1)."""
+def _sailed(
+    runs: Runs, usual: Uniform, threads: int, tracks: Tracks | None
+) -> tuple[dict[str, Array], dict[str, Column]]:
+    """Indices of the runs, with `failed` [s], NaN for a run that did not, and `complete` (0 or 1); their tracks."""
     case, vary, around, steps = runs.case, runs.vary, runs.around, runs.steps
     north, east = (around[:, 0, CHANNELS.index(name)] for name in ("current_x", "current_y"))
     flowing = bool(north.any() or east.any())
     tally = None if case.whole else tally_of(case.manoeuvre, case.dt, case.ship.validity, flowing)
     if tally is None:
         names = usual_names(case, usual.series(case.dt, steps)[None], steps)
-        return whole_indices(case, names, vary, runs.start, around, runs.lanes, steps, threads)
+        return whole_indices(case, names, vary, runs.start, around, runs.lanes, steps, threads, tracks)
     flow = {"policy.current_x": north, "policy.current_y": east}
     more = {name: np.broadcast_to(one, runs.lanes) for name, one in flow.items()}
     loop = prepare(case.ship, tally, case.dt, {**vary, **(more if flowing else {})}, runs.start, around, runs.lanes,
                    case.device, case.precision)  # fmt: skip
-    # One row more than the run has samples: the memory that is stored with it has seen them all.
-    series = loop.series if loop.series.shape[1] == 1 else np.pad(loop.series, ((0, 0), (0, 1), (0, 0)), "edge")
-    rows = loop.simulator.stored(
-        loop.state, series, loop.shared, memory0=loop.memory, lanewise=loop.lanewise, dt=case.dt,
-        steps=steps + 1, every=steps, method=case.method, threads=threads,
-    )[:, -1]  # fmt: skip
-    return figures(tally, loop.simulator.system.stored, rows, vary)
+    names = tracks.names(case.ship, case.manoeuvre) if tracks else ()
+    rows, kept = sail(loop, case.dt, steps, case.method, threads, tracks, names, away=case.device != "cpu")
+    return figures(tally, loop.simulator.system.stored, rows, vary), kept
 
 
 def replay(campaign: Campaign, run: int) -> tuple[Runs, Manoeuvre, Trial]:

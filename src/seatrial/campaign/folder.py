@@ -1,35 +1,36 @@
 """The folder of a campaign: a manifest, and its parts as Parquet files, each complete or absent.
 
-    DIR/campaign.json             what the folder holds: digest, version, number of runs, columns with units
-    DIR/parts/0000/0000012.parquet  runs of part 12
+    DIR/campaign.json                what the folder holds: digest, version, number of runs, columns with units
+    DIR/parts/0000/0000012.parquet   runs of part 12
+    DIR/tracks/0000/0000012.parquet  their tracks, where the campaign keeps any
 
-A part is written under a hidden name and then renamed, so that a killed process leaves nothing half-written and any
-number of processes may work in one folder.  Its bytes are a function of the campaign alone.
+Each file is whole or absent (`places`), so that a killed process leaves nothing half-written and any number of
+processes may work in one folder.  The tracks of a part are there before its runs.  The bytes of both are a function of
+the campaign alone.
 """
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import io
 import json
-import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..core.files import plain, write_together, write_whole
+from ..core.files import plain
 from ..core.version import __version__
-from ..data import Array
 from . import Campaign, CampaignError
-from .chunk import Part, compute
+from .chunk import compute
+from .places import Place, place_of
+from .tracks import FIRST
 
 SCHEMA = "seatrial-campaign-folder/1"
 MANIFEST = "campaign.json"
-_PARTS = "parts"
+PARTS, TRACKS = "parts", "tracks"
 _A_FOLDER = 1000
 # A column that no run fills costs nothing, others up to eight bytes a run; random numbers do not compress.
 _BYTES = 8.0
@@ -41,12 +42,17 @@ class Held:
     """What a folder says of its campaign.
 
     Attributes:
-        folder: the folder.
+        place: where its files are.
         document: the manifest.
     """
 
-    folder: Path
+    place: Place
     document: Mapping[str, Any]
+
+    @property
+    def folder(self) -> str:
+        """The folder or URL."""
+        return str(self.place)
 
     @property
     def parts(self) -> int:
@@ -54,14 +60,19 @@ class Held:
         return int(self.document["parts"])
 
     @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of files that each part has."""
+        return (PARTS, TRACKS) if self.document.get("tracks") else (PARTS,)
+
+    def there(self, kind: str = PARTS) -> list[int]:
+        """Numbers of the parts of which that kind of file is there, in their order."""
+        return sorted(int(Path(name).stem) for name in self.place.find(kind))
+
+    @property
     def missing(self) -> list[int]:
         """Numbers of the parts that are not there yet."""
-        there = {int(path.stem) for path in (self.folder / _PARTS).glob("*/*.parquet")}
+        there = set.intersection(*(set(self.there(kind)) for kind in self.kinds))
         return [number for number in range(self.parts) if number not in there]
-
-    def path(self, number: int) -> Path:
-        """File of a part."""
-        return part_path(self.folder, number)
 
     def digest(self) -> str:
         """SHA-256 of the bytes of all parts in their order; the same for the same campaign wherever it was computed.
@@ -69,76 +80,97 @@ class Held:
         Raises:
             CampaignError: a part is missing.
         """
-        if self.missing:
-            raise CampaignError(_incomplete(self))
+        self.complete()
         found = hashlib.sha256()
         for number in range(self.parts):
-            found.update(hashlib.sha256(self.path(number).read_bytes()).digest())
+            for kind in self.kinds:
+                found.update(hashlib.sha256(self.place.read(part_name(number, kind))).digest())
         return found.hexdigest()
 
+    def complete(self) -> None:
+        """Refuse a folder that misses parts; CampaignError says how many."""
+        missing = len(self.missing)
+        if missing:
+            lacking = f"{missing} of {self.parts} parts are missing"
+            raise CampaignError(f"{self.folder}: {lacking}; run the campaign to its end")
 
-def _incomplete(held: Held) -> str:
-    return f"{held.folder}: {len(held.missing)} of {held.parts} parts are missing; run the campaign to its end"
 
-
-def part_path(folder: Path, number: int) -> Path:
+def part_name(number: int, kind: str = PARTS) -> str:
     """File of part `number`; a thousand in a folder."""
-    return folder / _PARTS / f"{number // _A_FOLDER:04d}" / f"{number:07d}.parquet"
+    return f"{kind}/{number // _A_FOLDER:04d}/{number:07d}.parquet"
 
 
-def open_folder(folder: Path) -> Held:
-    """The campaign that a folder holds.
+def open_folder(where: str | Path | Place) -> Held:
+    """The campaign that a folder or store holds.
 
     Raises:
         CampaignError: it holds none, or one of another version.
     """
+    place = place_of(where) if isinstance(where, str | Path) else where
     try:
-        document = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        document = json.loads(place.read(MANIFEST))
     except (OSError, ValueError):
-        wanted = f"seatrial campaign CAMPAIGN.toml -o {folder} starts one"
-        raise CampaignError(f"{folder}: holds no campaign; {wanted}") from None
+        wanted = f"seatrial campaign CAMPAIGN.toml -o {place} starts one"
+        raise CampaignError(f"{place}: holds no campaign; {wanted}") from None
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise CampaignError(f"{folder / MANIFEST}: is not of schema '{SCHEMA}'")
-    return Held(folder, document)
+        raise CampaignError(f"{place}/{MANIFEST}: is not of schema '{SCHEMA}'")
+    return Held(place, document)
 
 
-def begin(campaign: Campaign, folder: Path, source: Path | None = None) -> Held:
+def begin(campaign: Campaign, where: str | Path | Place, source: Path | None = None) -> Held:
     """The folder of a campaign, new or as it was left.
 
     Args:
+        where: folder, or URL of a store.
         source: file that the campaign was read from; its text is kept, so that runs can be replayed.
 
     Raises:
         CampaignError: it holds another campaign or one of another version, or the disk is too small for this one.
         OSError: it cannot be written.
     """
-    if (folder / MANIFEST).exists():
-        held = open_folder(folder)
-        theirs, version = held.document["digest"], held.document["version"]
-        if version != __version__:
-            raise CampaignError(f"{folder}: was begun with seatrial {version}, this is {__version__}; "
-                                "go on with that version, or choose another folder with -o")  # fmt: skip
-        if theirs != campaign.digest:
-            raise CampaignError(f"{folder}: holds another campaign ({held.document['name']}, digest {theirs[:12]}; "
-                                f"this one has {campaign.digest[:12]}); choose another folder with -o")  # fmt: skip
-        return held
-    if folder.exists() and any(path.name[0] != "." for path in folder.iterdir()):
-        raise CampaignError(f"{folder}: is not empty and holds no campaign; choose another folder with -o")
+    place = place_of(where) if isinstance(where, str | Path) else where
+    if place.used():
+        return _again(campaign, place)
     first = _first(campaign)
-    _check_room(campaign, folder, len(first))
+    _check_room(campaign, place, len(first))
     document = {
         "schema": SCHEMA, "name": campaign.name, "version": __version__, "digest": campaign.digest,
         "cases": [case.name for case in campaign.cases], "runs": campaign.runs, "rows": campaign.rows,
         "parts": campaign.parts, "chunk": campaign.chunk, "design": campaign.design, "seed": campaign.seed,
         "inputs": [*campaign.varied, *(campaign.correlated.names if campaign.correlated else ())],
         "criteria": {name: vars(one) for name, one in campaign.criteria.items()},
-        "columns": first,
+        "columns": first, "tracks": _tracks(campaign),
         "source": None if source is None else str(source.resolve()),
         "text": None if source is None else source.read_text(encoding="utf-8"),
     }  # fmt: skip
-    folder.mkdir(parents=True, exist_ok=True)
-    write_whole(folder / MANIFEST, json.dumps(plain(document), indent=1) + "\n")
-    return open_folder(folder)
+    place.write({MANIFEST: (json.dumps(plain(document), indent=1) + "\n").encode()})
+    return open_folder(place)
+
+
+def _again(campaign: Campaign, place: Place) -> Held:
+    """What lies there, if it is of this campaign."""
+    if not place.holds(MANIFEST):
+        raise CampaignError(f"{place}: is not empty and holds no campaign; choose another folder with -o")
+    held = open_folder(place)
+    theirs, version = held.document["digest"], held.document["version"]
+    if version != __version__:
+        raise CampaignError(f"{place}: was begun with seatrial {version}, this is {__version__}; "
+                            "go on with that version, or choose another folder with -o")  # fmt: skip
+    if theirs != campaign.digest:
+        raise CampaignError(f"{place}: holds another campaign ({held.document['name']}, digest {theirs[:12]}; "
+                            f"this one has {campaign.digest[:12]}); choose another folder with -o")  # fmt: skip
+    return held
+
+
+def _tracks(campaign: Campaign) -> dict[str, Any] | None:
+    """Of the manifest: what is kept, and how long the runs of each case are."""
+    if campaign.tracks is None:
+        return None
+    return {
+        "every": campaign.tracks.every, "columns": [*FIRST, *campaign.kept], "precision": campaign.tracks.precision,
+        "rows": campaign.track_rows, "samples": [case.samples for case in campaign.cases],
+        "dt": [case.dt for case in campaign.cases],
+    }  # fmt: skip
 
 
 def _first(campaign: Campaign) -> list[str]:
@@ -157,98 +189,35 @@ def _first(campaign: Campaign) -> list[str]:
     return wanted
 
 
-def _check_room(campaign: Campaign, folder: Path, columns: int) -> None:
-    there = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
-    needed, free = campaign.rows * columns * _BYTES, shutil.disk_usage(there).free
-    if needed > free:
-        size = f"{campaign.rows} runs of {columns} columns take up to {needed / 1e9:.3g} GB"
-        raise CampaignError(f"{campaign.name}: {size}; {there} has {free / 1e9:.3g} GB free")
+def _check_room(campaign: Campaign, place: Place, columns: int) -> None:
+    needed, free, tracks = campaign.rows * columns * _BYTES, place.free(), ""
+    if campaign.tracks is not None:
+        needed += campaign.track_rows * len(campaign.kept) * np.dtype(campaign.tracks.type).itemsize
+        tracks = f" and {campaign.track_rows} rows of tracks"
+    if free is not None and needed > free:
+        size = f"{campaign.rows} runs of {columns} columns{tracks} take up to {needed / 1e9:.3g} GB"
+        raise CampaignError(f"{campaign.name}: {size}; {place} has {free / 1e9:.3g} GB free")
 
 
-def write_part(campaign: Campaign, folder: Path, number: int, threads: int = 1) -> int:
+def write_part(campaign: Campaign, where: str | Path | Place, number: int, threads: int = 1) -> int:
     """Compute one part and write it; the number of its runs.
 
     Raises:
-        OSError: it cannot be written; nothing of it is left.
+        OSError: it cannot be written; nothing of it is left, or tracks that the next try writes again.
     """
-    table = compute(campaign, number, threads)
-    path = part_path(folder, number)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, _parquet(campaign, table, number))
-    return len(table.columns["run"])
+    place = place_of(where) if isinstance(where, str | Path) else where
+    part = compute(campaign, number, threads)
+    about = {"seatrial.version": __version__, "seatrial.campaign": campaign.digest, "seatrial.part": str(number)}
+    columns = {name: column.astype(np.int64 if name in _WHOLE else np.float64) for name, column in part.columns.items()}
+    files = {part_name(number, TRACKS): _parquet(part.tracks, about)} if part.tracks else {}
+    place.write({**files, part_name(number): _parquet(columns, about)})
+    return len(columns["run"])
 
 
-def _parquet(campaign: Campaign, part: Part, number: int) -> bytes:
+def _parquet(columns: Mapping[str, Any], about: dict[str, str]) -> bytes:
     # in memory first: Polars has an error of its own for a full disk
     import polars as pl
 
-    columns = {name: _typed(name, column) for name, column in part.columns.items()}
-    about = {"seatrial.version": __version__, "seatrial.campaign": campaign.digest, "seatrial.part": str(number)}
     held = io.BytesIO()
-    pl.DataFrame(columns).write_parquet(held, compression="zstd", compression_level=1, metadata=about)
+    pl.DataFrame(dict(columns)).write_parquet(held, compression="zstd", compression_level=1, metadata=about)
     return held.getvalue()
-
-
-def _typed(name: str, column: Array) -> Any:
-    return column.astype(np.int64) if name in _WHOLE else np.ascontiguousarray(column, dtype=np.float64)
-
-
-def wrong_parts(held: Held) -> Iterator[str]:
-    """What is wrong with the parts that are there: unreadable, of another campaign, or with missing runs."""
-    import polars as pl
-
-    expected = int(held.document["rows"])
-    seen = 0
-    for number in range(held.parts):
-        path = held.path(number)
-        if not path.exists():
-            continue
-        try:
-            about, rows = pl.read_parquet_metadata(path), pl.read_parquet(path)
-        except (OSError, pl.exceptions.PolarsError) as error:
-            yield f"{path}: cannot be read ({str(error).splitlines()[0]}); delete it and run the campaign again"
-            continue
-        if about.get("seatrial.campaign") != held.document["digest"] or about.get("seatrial.part") != str(number):
-            yield f"{path}: is of another campaign or part; delete it and run the campaign again"
-        if list(rows.columns) != list(held.document["columns"]):
-            yield f"{path}: has other columns than the campaign; delete it and run the campaign again"
-        seen += rows.height
-    if not held.missing and seen != expected:
-        yield f"{held.folder}: has {seen} runs in place of {expected}"
-
-
-def scan(held: Held) -> Any:
-    """The table as a lazy frame of Polars, in the order of the runs.
-
-    Raises:
-        CampaignError: no part is there yet.
-    """
-    import polars as pl
-
-    there = sorted((held.folder / _PARTS).glob("*/*.parquet"), key=lambda path: int(path.stem))
-    if not there:
-        raise CampaignError(f"{held.folder}: no part is computed yet; run the campaign first")
-    return pl.scan_parquet(there)
-
-
-def merge(held: Held, out: Path) -> Path:
-    """Write the whole table to one Parquet file.
-
-    Raises:
-        CampaignError: parts are missing.
-    """
-    if held.missing:
-        raise CampaignError(_incomplete(held))
-    write_together({out: lambda scratch: _sink(scan(held), scratch, out)})
-    return out
-
-
-def _sink(table: Any, scratch: str, out: Path) -> None:
-    import polars as pl
-
-    try:
-        table.sink_parquet(scratch, compression="zstd")
-    except pl.exceptions.PolarsError as error:
-        if "os error" not in str(error):
-            raise
-        raise OSError(errno.ENOSPC if "os error 28" in str(error) else errno.EIO, str(error), str(out)) from None

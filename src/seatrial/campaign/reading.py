@@ -16,6 +16,7 @@ from ..simulate.lanes import prepare
 from ..simulate.run import in_water, recorded
 from . import CampaignError, Case
 from .tallies import Tally
+from .tracks import Column, Tracks
 
 # Runs are stored in groups of so many numbers: 64 MB.
 _STORED = 8_000_000
@@ -48,9 +49,9 @@ def _after(tally: Tally, stored: Sequence[str]) -> int:
 
 def whole_indices(
     case: Case, names: Sequence[str], vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int,
-    threads: int,
-) -> dict[str, Array]:  # fmt: skip
-    """Indices of stored runs by `Manoeuvre.indices`, with `failed` and `complete`.
+    threads: int, tracks: Tracks | None = None,
+) -> tuple[dict[str, Array], dict[str, Column]]:  # fmt: skip
+    """Indices of stored runs by `Manoeuvre.indices`, with `failed` and `complete`; their tracks, shape (lanes, rows).
 
     Args:
         names: of the indices, see `usual_names`.
@@ -58,15 +59,22 @@ def whole_indices(
         around: weather, shape (lanes or 1, steps or 1, 8).
     """
     found = {name: np.full(lanes, np.nan) for name in (*names, "failed", "complete")}
+    kept: dict[str, Column] = {}
+    if tracks is not None:
+        shape = lanes, tracks.rows(steps)
+        kept = {name: np.full(shape, np.nan, tracks.type) for name in tracks.names(case.ship, case.manoeuvre)}
     group = max(_STORED // (steps * (len(case.ship.model.controls) * 4 + 16)), 1)
     for low in range(0, lanes, group):
         high = min(low + group, lanes)
         own = {name: column[low:high] for name, column in vary.items()}
         at, wind = (part[low:high] if len(part) > 1 else part for part in (start, around))
-        for lane, those in enumerate(_read(case, own, at, wind, high - low, steps, threads), low):
+        for lane, (those, trial) in enumerate(_read(case, own, at, wind, high - low, steps, threads), low):
             for name in found.keys() & those.keys():
                 found[name][lane] = those[name]
-    return found
+            for name, column in kept.items():
+                samples = trial[name][:: tracks.every if tracks else 1]
+                column[lane, : len(samples)] = samples
+    return found, kept
 
 
 def usual_names(case: Case, around: Array, steps: int) -> tuple[str, ...]:
@@ -76,7 +84,7 @@ def usual_names(case: Case, around: Array, steps: int) -> tuple[str, ...]:
         CampaignError: it has none.
     """
     start, free = np.array([[0.0, 0.0, 0.0, case.speed, 0.0, 0.0]]), replace(case, ship=replace(case.ship, validity={}))
-    found = next(_read(free, {}, start, around, 1, steps, 1))
+    found, _ = next(_read(free, {}, start, around, 1, steps, 1))
     names = tuple(name for name in found if name not in ("failed", "complete"))
     if not names:
         raise CampaignError(f"{case.name}: a run of {case.duration:g} s has no index; give a longer duration")
@@ -85,10 +93,10 @@ def usual_names(case: Case, around: Array, steps: int) -> tuple[str, ...]:
 
 def _read(
     case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int, threads: int
-) -> Iterator[dict[str, float]]:
-    """Indices of each run, with when it failed and whether it is complete."""
+) -> Iterator[tuple[dict[str, float], Trial]]:
+    """Indices of each run, with when it failed and whether it is complete, and the run."""
     for policy, trial, failed in sailed(case, vary, start, around, lanes, steps, threads):
-        yield {**_indices(policy, trial, case.ship.L_pp), "failed": failed}
+        yield {**_indices(policy, trial, case.ship.L_pp), "failed": failed}, trial
 
 
 def sailed(

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.executors import Pool
-from ..core.files import held_alone
 from ..engine import EngineNotice
 from ..engine.cache import no_compiler
 from . import Campaign, CampaignError
 from .folder import Held, begin, write_part
+from .places import Place, place_of
 
 _SLOW = "parts are computed on CasADi's virtual machine, some 30 times slower and with other last digits: {}"
 
@@ -67,12 +67,13 @@ Watch = Callable[[int, int, int, float], object]
 
 
 def run(
-    campaign: Campaign, folder: Path, *, pool: Pool, source: Path | None = None, shard: Shard = Shard(),
+    campaign: Campaign, where: str | Path, *, pool: Pool, source: Path | None = None, shard: Shard = Shard(),
     watch: Watch | None = None,
 ) -> Ran:  # fmt: skip
     """Compute the parts that are missing.
 
     Args:
+        where: folder, or URL of a store.
         source: file of the campaign; its text is kept in the manifest.
         shard: which parts are this process's.
         pool: who computes.
@@ -83,11 +84,11 @@ def run(
         BusyError: another process computes the same shard of this folder.
         OSError: a part cannot be written.
     """
-    held = begin(campaign, folder, source)
+    held = begin(campaign, place_of(where), source)
     began, runs, done, said = time.monotonic(), 0, 0, ""
-    with held_alone(folder / ".shards" / f"{shard.index + 1}-of-{shard.count}"):
-        todo = shard.of(held.missing)
-        for count, lacking in pool.each(_part, ((campaign, folder.resolve(), number) for number in todo)):
+    with held.place.alone(f".shards/{shard.index + 1}-of-{shard.count}"):
+        todo, place = shard.of(held.missing), held.place.everywhere()
+        for count, lacking in pool.each(_part, ((campaign, place, number) for number in todo)):
             runs, done = runs + count, done + 1
             if lacking and pool.away and not said:  # the engine tells it of this process
                 said = lacking
@@ -97,6 +98,6 @@ def run(
     return Ran(held, done, runs, time.monotonic() - began)
 
 
-def _part(campaign: Campaign, folder: Path, number: int) -> tuple[int, str]:
+def _part(campaign: Campaign, place: Place, number: int) -> tuple[int, str]:
     """Runs of a part, and why the worker that wrote it compiles no kernels; empty where it does."""
-    return write_part(campaign, folder, number), no_compiler()
+    return write_part(campaign, place, number), no_compiler()

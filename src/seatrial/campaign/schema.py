@@ -36,6 +36,14 @@ class ManoeuvreTable(Strict):
     precision: Literal["double", "single"] = "double"
 
 
+class TracksTable(Strict):
+    """Samples of each run that are kept: each so many, and which of their columns."""
+
+    every: int = Field(default=1, gt=0)
+    columns: list[str] = Field(default_factory=list)
+    precision: Literal["double", "single"] = "single"
+
+
 class WeatherTable(Strict):
     """What is around all ships, as the options of `seatrial simulate` of these names give it."""
 
@@ -86,7 +94,8 @@ class CampaignFile(Strict):
     manoeuvre: ManoeuvreTable | list[ManoeuvreTable]
     seed: int = Field(default=1, ge=0)
     design: Design = "random"
-    chunk: int = Field(default=16384, gt=0)
+    chunk: int | None = Field(default=None, gt=0)
+    tracks: TracksTable | None = None
     revolutions: Literal["ship", "balanced"] = "ship"
     weather: WeatherTable = WeatherTable()
     inputs: dict[str, InputTable] = Field(default_factory=dict)

@@ -28,31 +28,34 @@ def campaign(
     if runs is not None and rare is None:
         raise RequestError("--runs is for --rare; the runs of a campaign stand in its file")
     if merge or report:
-        _write(source, out, merge, json)
+        _write(source, None if out is None else Path(out), merge, json)
     elif show or verify:
         _look(source, verify, json)
     elif out is None:
         raise RequestError("give the folder of the campaign with -o DIR, or --status, --verify, --merge or --report "
                            "of one")  # fmt: skip
     elif rare is not None:
-        _rare(source, rare, out, runs, threads, json)
+        _rare(Path(source), rare, out, runs, threads, json)
     else:
-        _run(source, out, shard, threads, dask, json)
+        _run(Path(source), out, shard, threads, dask, json)
 
 
-def _write(folder: Path, out: Path | None, merge: bool, json: bool) -> None:
+def _write(folder: str, out: Path | None, merge: bool, json: bool) -> None:
     from ..workflow import campaigns as work
 
     if merge:
-        path = work.merged(folder, out)
+        paths = work.merged(folder, out)
     else:
         from ..workflow.campaigns.analysing import report
 
-        path = report(folder, out)
-    emit({"file": path}) if json else say_lines(f"wrote {path}")
+        paths = (report(folder, out),)
+    if json:
+        emit(dict(zip(("file", "tracks"), paths, strict=False)))
+    else:
+        say_lines(*(f"wrote {path}" for path in paths))
 
 
-def _look(folder: Path, verify: bool, json: bool) -> None:
+def _look(folder: str, verify: bool, json: bool) -> None:
     from ..workflow import campaigns as work
 
     found = work.status(folder, verify=verify)
@@ -60,7 +63,9 @@ def _look(folder: Path, verify: bool, json: bool) -> None:
         emit(found.document)
     else:
         about = found.held.document
-        say_lines(f"{about['name']}: {found.done} of {found.held.parts} parts of {about['rows']} runs are done",
+        kept = about.get("tracks")
+        told = [f"tracks of each run, every {kept['every']} samples: {', '.join(kept['columns'])}"] if kept else []
+        say_lines(f"{about['name']}: {found.done} of {found.held.parts} parts of {about['rows']} runs are done", *told,
                   *([f"digest {found.digest}"] if found.digest else []))  # fmt: skip
     for fault in found.faults:
         note(f"error: {fault}")
@@ -68,15 +73,19 @@ def _look(folder: Path, verify: bool, json: bool) -> None:
         raise typer.Exit(1)
 
 
-def _rare(source: Path, criterion: str, out: Path, runs: int | None, threads: int | None, json: bool) -> None:
+def _rare(source: Path, criterion: str, out: str, runs: int | None, threads: int | None, json: bool) -> None:
+    from ..workflow import RequestError
     from ..workflow.campaigns.analysing import rare
     from ..workflow.request import Stopped
+
+    if "://" in out:
+        raise RequestError(f"-o {out}: a search for rare violations writes to a folder of this machine")
 
     def told(case: str, level: int, so_far: float) -> None:
         note(f"{case}: level {level}, probability below it {so_far:.3g}")
 
     try:
-        found = rare(source, criterion, out, runs=runs, threads=threads, watch=told, note=note)
+        found = rare(source, criterion, Path(out), runs=runs, threads=threads, watch=told, note=note)
     except KeyboardInterrupt:
         raise Stopped(f"interrupted; run the same command again to go on in {out}") from None
     if json:
@@ -96,7 +105,7 @@ def _rare(source: Path, criterion: str, out: Path, runs: int | None, threads: in
             note(f"note: {one.unknown:.1%} of the last level did not reach the index; they count as no violation")
 
 
-def _run(source: Path, out: Path, shard: str | None, threads: int | None, dask: str | None, json: bool) -> None:
+def _run(source: Path, out: str, shard: str | None, threads: int | None, dask: str | None, json: bool) -> None:
     from rich.console import Console
 
     from ..workflow import campaigns as work

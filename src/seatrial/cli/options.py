@@ -218,12 +218,12 @@ Port = Annotated[int, Option(help="Serve at this port; 0 takes a free one.")]
 Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the ship.")]
 
 # Campaigns.
-CampaignSource = Annotated[Path, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]
+CampaignSource = Annotated[str, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]
 CampaignFolder = Annotated[
-    Path | None, Option("-o", "--out", help="Write to this folder, or --merge or --report to this file.")
+    str | None, Option("-o", "--out", help="Write to this folder or s3://..., or --merge or --report to a file.")
 ]  # fmt: skip
 FromCampaign = Annotated[
-    Path | None, Option("--from", metavar="DIR", help="Replay a run of the campaign in this folder.")
+    str | None, Option("--from", metavar="DIR", help="Replay a run of the campaign in this folder.")
 ]  # fmt: skip
 Shard = Annotated[str | None, Option(metavar="K/N", help="Run share K of N only, such as 2/8.")]
 Threads = Annotated[int | None, Option(help="Use so many threads; one a processor unless given.")]

@@ -75,7 +75,7 @@ def _incomplete(ran: Simulated) -> None:
         raise typer.Exit(1)
 
 
-def _replay(folder: Path, run: str, manoeuvre: str | None, out: Path | None, json: bool) -> None:
+def _replay(folder: str, run: str, manoeuvre: str | None, out: Path | None, json: bool) -> None:
     """One run of a campaign again."""
     from ..workflow.campaigns import replayed
 

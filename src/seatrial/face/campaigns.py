@@ -8,13 +8,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from ..campaign import Campaign, CampaignError, Case
+from ..campaign import Campaign, CampaignError, Case, Tracks, usual_chunk
 from ..campaign import chunk as chunks
 from ..campaign.designs import Design
-from ..campaign.folder import open_folder, scan
+from ..campaign.folder import open_folder
 from ..campaign.inputs import Input, Kind
 from ..campaign.running import run
 from ..campaign.schema import ManoeuvreTable
+from ..campaign.tables import scan, scan_tracks
 from ..core import executors
 from ..core.errors import RequestError
 from ..core.parameters import unknown
@@ -108,25 +109,40 @@ class Runs(Tabular):
     """
 
     plan: Campaign
-    folder: Path | None = None
+    folder: str | Path | None = None
 
     def run(self, folder: str | Path | None = None, *, threads: int | None = None) -> Runs:
         """Compute all runs now, in threads: into a folder, where a killed run goes on, or into memory.
+
+        Args:
+            folder: or the URL of an object store, ``s3://BUCKET/NAME``.
 
         Raises:
             CampaignError: a folder of another campaign, or one too large for the disk.
             OSError: a part cannot be written; the others stay.
         """
         if folder is None:
-            _ = self._rows
+            _ = self._both
             return self
         with executors.threads(threads) as pool:
-            run(self.plan, Path(folder), pool=pool)
-        return replace(self, folder=Path(folder))
+            run(self.plan, folder, pool=pool)
+        return replace(self, folder=folder)
 
     def lazy(self) -> pl.LazyFrame:
         """The table as a lazy frame of Polars; of a folder, only what a query needs is read."""
-        return self._rows.lazy() if self.folder is None else scan(open_folder(self.folder))
+        return self._both[0].lazy() if self.folder is None else scan(open_folder(self.folder))
+
+    def tracks(self) -> pl.LazyFrame:
+        """The samples that were kept of every run as a lazy frame: run, t and the chosen columns, run by run.
+
+        ``runs.tracks().filter(pl.col("run") == 12).collect()`` is one run; of a folder little more than that is read.
+
+        Raises:
+            CampaignError: the campaign keeps none.
+        """
+        if self.plan.tracks is None:
+            raise CampaignError(f"{self.plan.name}: keeps no tracks; campaign(..., tracks=10) keeps every tenth sample")
+        return self._both[1].lazy() if self.folder is None else scan_tracks(open_folder(self.folder))
 
     def to_frame(self) -> pl.DataFrame:
         """The table as a data frame of Polars; any other library reads it by the Arrow interface."""
@@ -154,13 +170,15 @@ class Runs(Tabular):
         return f"{type(self).__name__}({self.plan.name!r}, {cases} cases, {self.plan.rows} runs, {where})"
 
     @cached_property
-    def _rows(self) -> pl.DataFrame:
+    def _both(self) -> tuple[pl.DataFrame, pl.DataFrame]:
+        """The table, and the tracks."""
         import polars as pl
 
         with executors.threads() as pool:
             parts = list(pool.ordered(chunks.compute, ((self.plan, number) for number in range(self.plan.parts))))
         frame = pl.concat([pl.DataFrame(dict(part.columns)) for part in parts])
-        return frame.with_columns(pl.col("run", "case").cast(pl.Int64))
+        tracks = pl.concat([pl.DataFrame(dict(part.tracks)) for part in parts])
+        return frame.with_columns(pl.col("run", "case").cast(pl.Int64)), tracks
 
 
 def _least(column: Any) -> Any:
@@ -184,7 +202,7 @@ def campaign(
     *, runs: int, inputs: Mapping[str, Input] | None = None, seed: int = 1, design: Design = "random",
     weather: Weather | None = None, speed: float | None = None, n_P: float | None = None,
     duration: float | None = None, dt: float | None = None, method: str = "rk4", balanced: bool = False,
-    whole: bool = False, title: str = "campaign",
+    whole: bool = False, tracks: int | Tracks | None = None, title: str = "campaign",
 ) -> Runs:  # fmt: skip
     """Many runs of manoeuvres, each a function of the campaign and of its own number; docs/campaigns.md.
 
@@ -200,6 +218,7 @@ def campaign(
         method: "rk4" or "euler".
         balanced: whether each run starts with the revolutions that hold its speed.
         whole: whether runs are stored and read as a whole, for the indices that no tally has.
+        tracks: keep every so many samples of each run, or which of their columns too: ``Tracks(10, ("x", "y"))``.
 
     Returns:
         The table, lazy: the campaign is checked, and nothing is computed before its rows are asked for.
@@ -220,8 +239,9 @@ def campaign(
                                 "indices": "all" if whole else "tally"}  # fmt: skip
     cases = tuple(_case(ship, one, len(fleet) > 1, len(orders) > 1, steady, settings)
                   for ship in fleet for one in orders)  # fmt: skip
+    kept = Tracks(tracks) if isinstance(tracks, int) else tracks
     plan = Campaign(title, cases, runs, given, design=design, seed=seed, weather=steady, gusts=around.gusts,
-                    balanced=balanced)  # fmt: skip
+                    balanced=balanced, chunk=usual_chunk(cases, kept), tracks=kept)  # fmt: skip
     chunks.check(plan)
     return Runs(plan)
 

@@ -17,7 +17,8 @@ import numpy as np
 from ...data import Array
 from ...models import STATES
 from ..chunk import WEATHER
-from ..folder import Held, scan
+from ..folder import Held
+from ..tables import scan
 from .proportion import Proportion
 from .sensitivity import Sensitivity, given_data, saltelli
 from .spread import Histogram, Spread, histogram, spread

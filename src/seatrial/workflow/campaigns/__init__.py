@@ -11,8 +11,9 @@ from typing import Any
 
 from ...campaign import CampaignError
 from ...campaign.chunk import replay
-from ...campaign.folder import Held, merge, open_folder, wrong_parts
+from ...campaign.folder import Held, open_folder
 from ...campaign.running import Ran, Shard, Watch, run
+from ...campaign.tables import merge, wrong_parts
 from ...core import executors
 from ...data import Trial
 from ...data.trialfile import write_trial
@@ -44,8 +45,9 @@ class Status:
     def document(self) -> dict[str, object]:
         """For JSON."""
         about: Mapping[str, Any] = self.held.document
-        return {"folder": str(self.held.folder), "name": about["name"], "parts": self.held.parts, "done": self.done,
-                "rows": about["rows"], "digest": self.digest, "faults": list(self.faults)}  # fmt: skip
+        return {"folder": self.held.folder, "name": about["name"], "parts": self.held.parts, "done": self.done,
+                "rows": about["rows"], "tracks": about.get("tracks"), "digest": self.digest,
+                "faults": list(self.faults)}  # fmt: skip
 
 
 def shard_of(text: str | None) -> Shard:
@@ -60,12 +62,13 @@ def shard_of(text: str | None) -> Shard:
 
 
 def campaign(
-    path: Path, out: Path, *, shard: str | None = None, threads: int | None = None, dask: str | None = None,
+    path: Path, out: str | Path, *, shard: str | None = None, threads: int | None = None, dask: str | None = None,
     watch: Watch | None = None, note: Note = silent,
 ) -> Ran:  # fmt: skip
     """Run a campaign file into a folder; what is there is kept, the rest is computed.
 
     Args:
+        out: folder, or URL of an object store such as ``s3://BUCKET/NAME``.
         shard: ``K/N``; None takes that of a Slurm array task, if this is one.
         threads: of this process; None takes one a processor.
         dask: address of a Dask scheduler, or ``local:N``, in place of threads.
@@ -84,21 +87,32 @@ def campaign(
         return run(plan, out, pool=pool, source=path, shard=part, watch=watch)
 
 
-def status(folder: Path, *, verify: bool = False) -> Status:
+def status(where: str | Path, *, verify: bool = False) -> Status:
     """How far a campaign is; with `verify` every part is read and compared with the manifest."""
-    held = open_folder(folder)
+    held = open_folder(where)
     missing = len(held.missing)
     faults = tuple(wrong_parts(held)) if verify else ()
     return Status(held, held.parts - missing, faults, held.digest() if not missing and not faults else None)
 
 
-def merged(folder: Path, out: Path | None = None) -> Path:
-    """The whole table as one Parquet file, `campaign.parquet` in the folder unless named.
+def merged(where: str | Path, out: Path | None = None) -> tuple[Path, ...]:
+    """The whole table as one Parquet file, `campaign.parquet` in the folder unless named, and the tracks beside it.
 
     Raises:
         CampaignError: parts are missing.
+        RequestError: a store, without the name of a file here.
     """
-    return merge(open_folder(folder), out or folder / "campaign.parquet")
+    held = open_folder(where)
+    return merge(held, beside(held, out, "campaign.parquet"))
+
+
+def beside(held: Held, out: Path | None, usual: str) -> Path:
+    """The file that is asked for, or that of the usual name in the folder; RequestError: a store has no folder."""
+    if out is not None:
+        return out
+    if held.place.path is None:
+        raise RequestError(f"{held.folder}: name a file of this machine with -o, such as -o {usual}")
+    return held.place.path / usual
 
 
 @dataclass(frozen=True)
@@ -122,20 +136,21 @@ class Replayed:
     complete: bool
 
 
-def replayed(folder: Path, run_number: int, out: Path | None = None) -> Replayed:
+def replayed(where: str | Path, run_number: int, out: Path | None = None) -> Replayed:
     """Run one row of the table of a campaign again, and write its trial to a file where one is named.
 
     Raises:
         RequestError: a folder without the text of its campaign, or no run of this number.
     """
     check_output(out, (".csv", ".parquet"), "a trial file")
-    held = open_folder(folder)
+    held = open_folder(where)
     text, source = (str(held.document.get(key) or "") for key in ("text", "source"))
     if not text or not source:
-        raise RequestError(f"{folder}: was not begun from a campaign file; its runs cannot be replayed from here")
+        raise RequestError(f"{held.folder}: was not begun from a campaign file; its runs cannot be replayed from here")
     plan = campaign_of(tomllib.loads(text), Path(source))
     if plan.digest != held.document["digest"]:
-        raise RequestError(f"{folder}: the ships of {source} or the version have changed since; nothing is replayed")
+        changed = f"the ships of {source} or the version have changed since"
+        raise RequestError(f"{held.folder}: {changed}; nothing is replayed")
     runs, policy, trial = replay(plan, run_number)
     if out is not None:
         write_trial(trial, out)

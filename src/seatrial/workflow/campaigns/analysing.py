@@ -20,12 +20,13 @@ from ...report.campaign import page
 from ...report.page import write
 from .. import RequestError
 from ..request import Note, check_output, silent
+from . import beside
 from .reading import campaign_of, figure_units, read_campaign
 
 REPORT = "report.html"
 
 
-def report(folder: Path, out: Path | None = None) -> Path:
+def report(where: str | Path, out: Path | None = None) -> Path:
     """Write the report of a campaign, `report.html` in its folder unless named, and its numbers beside it.
 
     Raises:
@@ -33,12 +34,13 @@ def report(folder: Path, out: Path | None = None) -> Path:
         CampaignError: a folder without runs.
     """
     check_output(out, (".html",), "a page")
-    held, path = open_folder(folder), out or folder / REPORT
-    if path.with_suffix(".json").resolve() == (folder / MANIFEST).resolve():
-        raise RequestError(f"{path}: its numbers would overwrite {folder / MANIFEST}; choose another name with -o")
+    held = open_folder(where)
+    path = beside(held, out, REPORT)
+    if held.place.path is not None and path.with_suffix(".json").resolve() == (held.place.path / MANIFEST).resolve():
+        raise RequestError(f"{path}: its numbers would overwrite {held.folder}/{MANIFEST}; choose another name with -o")
     about = held.document
-    origin = {"campaign": str(about["source"] or "Python"), "folder": str(folder.resolve()), "seed": str(about["seed"]),
-              "digest": about["digest"], "seatrial": about["version"]}  # fmt: skip
+    origin = {"campaign": str(about["source"] or "Python"), "folder": str(held.place.everywhere()),
+              "seed": str(about["seed"]), "digest": about["digest"], "seatrial": about["version"]}  # fmt: skip
     return write(path, page(analyse(held), _units(held), origin))
 
 

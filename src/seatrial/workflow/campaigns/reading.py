@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...campaign import Campaign, Case, Correlated, Criterion
+from ...campaign import Campaign, Case, Correlated, Criterion, Tracks, usual_chunk
 from ...campaign import chunk as chunks
 from ...campaign.inputs import Input, Kind
 from ...campaign.reading import usual_names
@@ -63,12 +63,15 @@ def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Ca
     cases = tuple(case_of(ship, one, len(ships) > 1, len(wanted) > 1, around) for ship in ships for one in wanted)
     units = {name: unit for case in cases for name, unit in figure_units(case, around).items()}
     try:
+        kept = table.tracks
+        tracks = Tracks(kept.every, tuple(kept.columns), kept.precision) if kept else None
         campaign = Campaign(
             table.title or path.stem, cases, table.runs,
             {name: _input(path, name, one) for name, one in table.inputs.items()},
             _posterior(path, table.posterior, ships) if table.posterior else None, table.design, table.seed, around,
             gusts, table.revolutions == "balanced",
-            {name: _criterion(path, name, one, units) for name, one in table.criteria.items()}, table.chunk,
+            {name: _criterion(path, name, one, units) for name, one in table.criteria.items()},
+            table.chunk or usual_chunk(cases, tracks), tracks,
         )  # fmt: skip
         chunks.check(campaign)
     except ValueError as error:
