@@ -2,7 +2,7 @@
 
 Processes of the command, shards, workers and the scheduler of a Dask cluster get SIGKILL at random moments.  A part
 that a kill has left must never be written again; the runs that were computed beyond those of the table are those of
-parts under way.  `SEATRIAL_RUNS` and `SEATRIAL_KILLS` change the size, and the folder of results keeps the last figures.
+parts under way.  `SEATRIAL_RUNS` and `SEATRIAL_KILLS` change the size, and `SEATRIAL_SCRATCH` the disk.
 """
 
 from __future__ import annotations
@@ -14,11 +14,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from timing import publish
 
@@ -26,7 +24,9 @@ from seatrial.campaign.folder import open_folder
 from seatrial.campaign.tables import wrong_parts
 
 RUNS, KILLS = int(float(os.environ.get("SEATRIAL_RUNS", "1e7"))), int(os.environ.get("SEATRIAL_KILLS", "100"))
-CHUNK, WORKERS, EVERY = 16384, 3, 20.0
+CHUNK, LAYOUTS, WORKERS, EVERY, PORT = 16384, (1, 3), 3, 20.0, 18786
+SCHEDULER = 2
+"""The scheduler is killed with the second worker."""
 FILE = f"""
 schema = "seatrial-campaign/1"
 ships = ["kvlcc2_l7"]
@@ -61,11 +61,11 @@ class Counted:
         self.seen: dict[Path, int] = {}
 
     def look(self) -> int:
-        """Parts that are there; those that were written again are counted."""
+        """Number of files that are there; those that were written again are counted."""
         now = {path: path.stat().st_mtime_ns for path in self.folder.glob("*/*/*.parquet")}
         self.again += sum(now.get(path) != at for path, at in self.seen.items())
         self.seen = now
-        return len(now) // 2
+        return len(now)
 
     def killed(self, width: int) -> None:
         """Another kill, of a process with that many parts under way at most."""
@@ -92,7 +92,7 @@ def by_shards(file: Path, out: Path, shards: int, kills: int, longest: float) ->
     for kill in range(kills):
         threads = 1 + kill % 2
         process = begun(file, out, "--threads", str(threads), "--shard", f"{1 + kill % shards}/{shards}")
-        until(lambda: (out / "campaign.json").exists() or process.poll() is not None)
+        wait_for(out / "campaign.json", process)
         time.sleep(chance.uniform(0.0, longest))
         process.send_signal(signal.SIGKILL)
         process.wait()
@@ -103,12 +103,9 @@ def by_shards(file: Path, out: Path, shards: int, kills: int, longest: float) ->
     return found
 
 
-def until(true: Callable[[], bool], patience: float = 600.0) -> None:
-    """Wait; RuntimeError: in vain."""
-    end = time.monotonic() + patience
-    while not true():
-        if time.monotonic() > end:
-            raise RuntimeError("waited in vain")
+def wait_for(path: Path, process: subprocess.Popen[bytes]) -> None:
+    """Until a file is there, or the process has ended."""
+    while not path.exists() and process.poll() is None:
         time.sleep(0.05)
 
 
@@ -129,73 +126,69 @@ def worker(stack: ExitStack, port: int) -> subprocess.Popen[bytes]:
     return serving(stack, "distributed.cli.dask_worker", f"tcp://127.0.0.1:{port}", *options)
 
 
-def by_dask(file: Path, out: Path, port: int) -> tuple[Counted, int]:
-    """A folder that workers fill, one of which is killed every 20 s, and the scheduler once; workers killed."""
+def by_dask(file: Path, out: Path, port: int) -> Counted:
+    """A folder that workers fill, one of which is killed every 20 s, and once the scheduler."""
     found, chance, address = Counted(out), random.Random(port), f"tcp://127.0.0.1:{port}"
     with ExitStack() as stack:
         head, workers = scheduler(stack, port), [worker(stack, port) for _ in range(WORKERS)]
-        time.sleep(5.0)
-        process, last, down = stack.enter_context(begun(file, out, "--dask", address)), time.monotonic(), False
-        while True:
+        process, last, lost = stack.enter_context(begun(file, out, "--dask", address)), time.monotonic(), False
+        while process.poll() is None or process.returncode:
             time.sleep(0.2)
-            if process.poll() is not None:
-                if process.returncode == 0:
-                    break
-                if not down:
+            if process.poll():
+                if lost:
                     raise RuntimeError("the command failed with its scheduler alive")
-                head, down = scheduler(stack, port), False
-                workers = [worker(stack, port) for _ in range(WORKERS)]
-                time.sleep(5.0)
+                lost, last = True, time.monotonic()
+                head, workers = scheduler(stack, port), [worker(stack, port) for _ in range(WORKERS)]
                 process = stack.enter_context(begun(file, out, "--dask", address))
-            if not down and found.kills < 10**6 and time.monotonic() - last > EVERY:
+            if head.poll() is None and time.monotonic() - last > EVERY and found.look():
                 last = time.monotonic()
-                gone = workers.pop(chance.randrange(len(workers)))
+                gone = workers.pop(chance.randrange(WORKERS))
                 gone.kill()
                 gone.wait()
-                found.killed(2)  # one that it computes, and one that waits in it
+                found.killed(2)  # the part that it computes, and one that waits for its answer
                 workers.append(worker(stack, port))
-                if head.poll() is None and found.kills == 2:
+                if not lost and found.kills == SCHEDULER:
                     head.kill()
                     head.wait()
-                    down = True
                     found.killed(2 * WORKERS)
         found.look()
-    return found, found.kills - 1
+    return found
+
+
+def figures(name: str, one: Counted, wanted: str) -> list[tuple[str, float, str]]:
+    """What became of a folder."""
+    held = open_folder(one.folder)
+    return [
+        (f"{name}: kills", one.kills, "-"),
+        (f"{name}: the digest of the data set is that without a kill", held.digest() == wanted, "1"),
+        (f"{name}: faults that --verify finds", len(list(wrong_parts(held))), "0"),
+        (f"{name}: files left half-written", len(list(one.folder.rglob("*.tmp"))), "-"),
+        (f"{name}: parts that were there and were written again", one.again, f"<= {one.lost}"),
+        (f"{name}: parts under way at the kills, at most", one.lost, "-"),
+    ]
 
 
 def main() -> None:
-    """Measure and publish."""
-    rows: list[dict[str, Any]] = []
+    """Measure, and publish after each folder."""
+    rows: list[tuple[str, float, str]] = []
 
-    def row(what: str, value: float, unit: str = "-", bar: str = "-") -> None:
-        rows.append({"what": what, "value": float(value), "unit": unit, "bar": bar})
+    def told(*more: tuple[str, float, str]) -> None:
+        rows.extend(more)
+        publish("kills", [{"what": what, "value": float(value), "unit": "-", "bar": bar} for what, value, bar in rows])
 
     with tempfile.TemporaryDirectory(dir=os.environ.get("SEATRIAL_SCRATCH")) as there:
         folder, file = Path(there), Path(there) / "campaign.toml"
         file.write_text(FILE)
         took = to_its_end(file, folder / "whole", "--threads", "2")
-        wanted = open_folder(folder / "whole").digest()
-        parts = open_folder(folder / "whole").parts
-        row("runs, a kept sample in twenty", RUNS)
-        row("parts, each with its tracks", parts)
-        row("without a kill, two threads", took, "s")
-        made = {
-            f"{shards} shard{'s' * (shards > 1)}, one and two threads": by_shards(
-                file, folder / f"shards{shards}", shards, KILLS // 2, 3.0 * took / (KILLS // 2))
-            for shards in (1, 3)
-        }  # fmt: skip
-        made[f"Dask, {WORKERS} workers"], workers = by_dask(file, folder / "dask", 18786)
-        row("kills in all", sum(one.kills for one in made.values()), bar=">= 100")
-        row("of these workers of a cluster", workers)
-        for name, one in made.items():
-            held = open_folder(one.folder)
-            row(f"{name}: kills", one.kills)
-            row(f"{name}: the digest of the data set is that without a kill", held.digest() == wanted, bar="1")
-            row(f"{name}: faults that --verify finds", len(list(wrong_parts(held))), bar="0")
-            row(f"{name}: files left half-written", len(list(one.folder.rglob("*.tmp"))), bar="0")
-            row(f"{name}: parts that were there and were written again", one.again, bar="0")
-            row(f"{name}: parts under way at the kills, at most", one.lost)
-    publish("kills", rows)
+        whole = open_folder(folder / "whole")
+        told(("runs, each with five samples of its track", RUNS, "1e7"), ("parts", whole.parts, "-"),
+             ("without a kill, two threads [s]", took, "-"))  # fmt: skip
+        for shards in LAYOUTS:
+            name, each = f"shards: {shards}, threads: 1 and 2", KILLS // len(LAYOUTS)
+            one = by_shards(file, folder / f"of{shards}", shards, each, 2.0 * took / each)
+            told(*figures(name, one, whole.digest()))
+        one = by_dask(file, folder / "dask", PORT)
+        told(*figures(f"Dask, {WORKERS} workers and their scheduler", one, whole.digest()))
 
 
 if __name__ == "__main__":

@@ -21,15 +21,23 @@ other work.
 
 `make bench` writes the tables below from scripts of the repository, one script for each claim. Times are the shortest
 of repeated runs."""
-SCRIPTS = ("engine", "gpu", "peers", "campaign", "tuning", "export", "shooting", "networks", "training", "realtime",
-           "envs", "cold_start", "import_table", "scaling")  # fmt: skip
+SCRIPTS = ("engine", "gpu", "peers", "campaign", "kills", "tuning", "export", "shooting", "networks", "training",
+           "realtime", "envs", "cold_start", "import_table", "scaling")  # fmt: skip
 
 
-def publish(name: str, rows: list[dict[str, Any]]) -> None:
-    """Write results/<name>.json and the table of docs/benchmarks.md; print the rows."""
-    result = {"machine": machine(), "control_loop_ms": control_loop(), "rows": rows}
-    (HERE / "results").mkdir(exist_ok=True)
-    (HERE / "results" / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
+def publish(name: str, rows: list[dict[str, Any]], kept: bool = False) -> None:
+    """Write results/<name>.json and the table of docs/benchmarks.md; print the rows.
+
+    Args:
+        kept: whether earlier rows that were not measured now stay.
+    """
+    path, all_rows = HERE / "results" / f"{name}.json", rows
+    if kept and path.exists():
+        now = {row["what"]: row for row in rows}
+        all_rows = [now.pop(row["what"], row) for row in json.loads(path.read_text())["rows"]] + list(now.values())
+    result = {"machine": machine(), "control_loop_ms": control_loop(), "rows": all_rows}
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(json.dumps(result, indent=1) + "\n")
     for row in rows:
         print(f"{row['what']}: {row['value']:.4g} {row['unit']} (bar {row['bar']})")
     TABLE.write_text(table(TABLE.read_text() if TABLE.exists() else ""))
