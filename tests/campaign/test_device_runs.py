@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cuda_shim import Shim
+from seatrial.campaign import Tracks
 from seatrial.campaign.chunk import compute
 from seatrial.cli.app import main
 from seatrial.workflow.campaigns.reading import read_campaign
@@ -55,3 +56,27 @@ def test_a_device_that_is_not_here_leaves_no_folder(tmp_path: Path, capsys: pyte
     assert main(["campaign", str(tmp_path / "campaign.toml"), "-o", str(tmp_path / "run")]) == 2
     assert "99" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+def test_the_option_stands_in_place_of_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "campaign.toml", tmp_path / "run"
+    file.write_text(FILE)
+    assert main(["campaign", str(file), "-o", str(out), "--device", "cuda:99"]) == 2
+    assert "99" in capsys.readouterr().err
+    assert main(["campaign", str(file), "-o", str(out), "--device", "gpu"]) == 2
+    assert main(["campaign", str(out), "--status", "--device", "cpu"]) == 2
+    assert not out.exists()
+    assert main(["campaign", str(file), "-o", str(out), "--device", "cpu"]) == 0
+    assert main(["campaign", str(file), "-o", str(out)]) == 0  # the same campaign
+    assert main(["simulate", "--from", str(out), "3", "--json"]) == 0
+
+
+def test_tracks_of_a_device_are_those_of_the_processor(tmp_path: Path) -> None:
+    (tmp_path / "campaign.toml").write_text(FILE)
+    usual = replace(read_campaign(tmp_path / "campaign.toml"), tracks=Tracks(7, precision="double"))
+    machine: Any = Shim()
+    ours = replace(usual, cases=tuple(replace(case, device=machine) for case in usual.cases))
+    there, here = compute(usual, 0).tracks, compute(ours, 0).tracks
+    assert len(here["run"]) == 6 * 29
+    for name, column in there.items():
+        assert here[name] == pytest.approx(column, rel=1e-9, abs=1e-9), name

@@ -15,10 +15,10 @@ import pytest
 import seatrial as st
 from seatrial.campaign import Campaign, CampaignError, Case, Tracks, usual_chunk
 from seatrial.campaign.chunk import compute, replay
-from seatrial.campaign.folder import begin, open_folder, part_name, write_part
+from seatrial.campaign.folder import begin, open_folder, part_name
 from seatrial.campaign.inputs import Input
 from seatrial.campaign.running import Shard, run
-from seatrial.campaign.tables import merge, scan, scan_tracks, wrong_parts
+from seatrial.campaign.tables import merge, scan_tracks, wrong_parts
 from seatrial.cli.app import main
 from seatrial.core.executors import threads
 from seatrial.manoeuvres.zigzag import Zigzag
@@ -220,21 +220,3 @@ def test_a_script_reads_one_run(tmp_path: Path) -> None:
     assert kept.tracks().collect().equals(runs.tracks().collect())
     with pytest.raises(CampaignError, match="keeps no tracks"):
         st.campaign("kvlcc2_l7", order, runs=20, duration=30.0, dt=0.2).tracks()
-
-
-def test_a_store_holds_the_bytes_of_a_folder(campaign: Campaign, whole: Path) -> None:
-    pytest.importorskip("fsspec")
-    url = "memory://bucket/tracks/run"
-    computed(campaign, url, 2, "1/2")
-    assert len(open_folder(url).missing) == 3
-    assert computed(campaign, url) == 3
-    held, here = open_folder(url), open_folder(whole)
-    assert held.digest() == here.digest()
-    assert not list(wrong_parts(held))
-    assert scan(held).collect().equals(scan(here).collect())
-    few = scan_tracks(held).filter(pl.col("run") == 50).select("t", "psi")
-    assert few.collect().equals(scan_tracks(here).filter(pl.col("run") == 50).select("t", "psi").collect())
-    assert scan_tracks(held).head(50).collect().equals(scan_tracks(here).head(50).collect())
-    with pytest.raises(CampaignError, match="another campaign"):
-        begin(replace(campaign, seed=2), url)
-    assert write_part(campaign, url, 0) == 40

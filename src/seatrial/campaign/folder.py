@@ -139,7 +139,7 @@ def begin(campaign: Campaign, where: str | Path | Place, source: Path | None = N
         "parts": campaign.parts, "chunk": campaign.chunk, "design": campaign.design, "seed": campaign.seed,
         "inputs": [*campaign.varied, *(campaign.correlated.names if campaign.correlated else ())],
         "criteria": {name: vars(one) for name, one in campaign.criteria.items()},
-        "columns": first, "tracks": _tracks(campaign),
+        "columns": first, "tracks": _tracks(campaign), "devices": [case.device for case in campaign.cases],
         "source": None if source is None else str(source.resolve()),
         "text": None if source is None else source.read_text(encoding="utf-8"),
     }  # fmt: skip

@@ -15,8 +15,9 @@ _EVERY = 10.0  # off a terminal, seconds between lines of progress
 
 def campaign(
     source: o.CampaignSource, out: o.CampaignFolder = None, shard: o.Shard = None, threads: o.Threads = None,
-    dask: o.Dask = None, show: o.CampaignStatus = False, verify: o.Verify = False, merge: o.Merge = False,
-    report: o.CampaignReport = False, rare: o.Rare = None, runs: o.RareRuns = None, json: o.Json = False,
+    dask: o.Dask = None, device: o.CampaignDevice = None, show: o.CampaignStatus = False, verify: o.Verify = False,
+    merge: o.Merge = False, report: o.CampaignReport = False, rare: o.Rare = None, runs: o.RareRuns = None,
+    json: o.Json = False,
 ) -> None:  # fmt: skip
     """Run many manoeuvres of varied ships and weather."""
     from ..workflow import RequestError
@@ -25,6 +26,8 @@ def campaign(
                                       ("--report", report), ("--rare", rare is not None)) if given]  # fmt: skip
     if len(asked) > 1:
         raise RequestError(f"{' and '.join(asked)}: give one of them")
+    if device is not None and (asked or out is None):
+        raise RequestError("--device is for the run of a campaign file; leave it out")
     if runs is not None and rare is None:
         raise RequestError("--runs is for --rare; the runs of a campaign stand in its file")
     if merge or report:
@@ -37,7 +40,7 @@ def campaign(
     elif rare is not None:
         _rare(Path(source), rare, out, runs, threads, json)
     else:
-        _run(Path(source), out, shard, threads, dask, json)
+        _run(Path(source), out, shard, threads, dask, device, json)
 
 
 def _write(folder: str, out: Path | None, merge: bool, json: bool) -> None:
@@ -105,7 +108,9 @@ def _rare(source: Path, criterion: str, out: str, runs: int | None, threads: int
             note(f"note: {one.unknown:.1%} of the last level did not reach the index; they count as no violation")
 
 
-def _run(source: Path, out: str, shard: str | None, threads: int | None, dask: str | None, json: bool) -> None:
+def _run(
+    source: Path, out: str, shard: str | None, threads: int | None, dask: str | None, device: str | None, json: bool
+) -> None:
     from rich.console import Console
 
     from ..workflow import campaigns as work
@@ -115,7 +120,8 @@ def _run(source: Path, out: str, shard: str | None, threads: int | None, dask: s
     with terminal.status("reading") as moving:
         progress = _Progress(live(moving) if terminal.is_terminal else None)
         try:
-            ran = work.campaign(source, out, shard=shard, threads=threads, dask=dask, watch=progress, note=note)
+            ran = work.campaign(source, out, shard=shard, threads=threads, dask=dask, device=device, watch=progress,
+                                note=note)  # fmt: skip
         except KeyboardInterrupt:
             raise Stopped(f"interrupted; run the same command again to go on in {out}") from None
     left = len(ran.held.missing)

@@ -228,6 +228,7 @@ FromCampaign = Annotated[
 Shard = Annotated[str | None, Option(metavar="K/N", help="Run share K of N only, such as 2/8.")]
 Threads = Annotated[int | None, Option(help="Use so many threads; one a processor unless given.")]
 Dask = Annotated[str | None, Option(metavar="ADDRESS", help="Use a Dask cluster: tcp://HOST:PORT, or local:N.")]
+CampaignDevice = Annotated[str | None, Option("--device", help="Run on cpu or cuda, whatever the file says.")]
 CampaignStatus = Annotated[bool, Option("--status", help="Show how far the campaign of a folder is.")]
 Verify = Annotated[bool, Option("--verify", help="Read every part and compare it with the manifest.")]
 Merge = Annotated[bool, Option("--merge", help="Write the whole table to one Parquet file.")]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ...campaign import CampaignError
+from ...campaign import Campaign, CampaignError
 from ...campaign.chunk import replay
 from ...campaign.folder import Held, open_folder
 from ...campaign.running import Ran, Shard, Watch, run
@@ -17,6 +17,7 @@ from ...campaign.tables import merge, wrong_parts
 from ...core import executors
 from ...data import Trial
 from ...data.trialfile import write_trial
+from ...engine.cuda.named import device_of
 from ...manoeuvres import Index, Manoeuvre
 from .. import RequestError
 from ..request import Note, check_output, silent
@@ -63,7 +64,7 @@ def shard_of(text: str | None) -> Shard:
 
 def campaign(
     path: Path, out: str | Path, *, shard: str | None = None, threads: int | None = None, dask: str | None = None,
-    watch: Watch | None = None, note: Note = silent,
+    device: str | None = None, watch: Watch | None = None, note: Note = silent,
 ) -> Ran:  # fmt: skip
     """Run a campaign file into a folder; what is there is kept, the rest is computed.
 
@@ -72,10 +73,12 @@ def campaign(
         shard: ``K/N``; None takes that of a Slurm array task, if this is one.
         threads: of this process; None takes one a processor.
         dask: address of a Dask scheduler, or ``local:N``, in place of threads.
+        device: "cpu" or "cuda" in place of what the file says; another one is another data set.
         watch: told of the progress.
 
     Raises:
         RequestError: a campaign that cannot be carried out, a folder of another one, or one too large for the disk.
+        DeviceError: the device is not here.
         OSError: a part cannot be written; the others stay.
     """
     if threads is not None and threads < 1:
@@ -83,8 +86,17 @@ def campaign(
     if threads is not None and dask is not None:
         raise RequestError("--threads and --dask: give one of them")
     part, plan = shard_of(shard), read_campaign(path, note)
+    if device is not None:
+        for case in plan.cases:
+            device_of(device, case.precision)
+        plan = on_devices(plan, [device] * len(plan.cases))
     with executors.threads(threads) if dask is None else executors.dask(dask, note) as pool:
         return run(plan, out, pool=pool, source=path, shard=part, watch=watch)
+
+
+def on_devices(plan: Campaign, devices: Sequence[str]) -> Campaign:
+    """The campaign with each case on a device of its own."""
+    return replace(plan, cases=tuple(replace(c, device=d) for c, d in zip(plan.cases, devices, strict=True)))
 
 
 def status(where: str | Path, *, verify: bool = False) -> Status:
@@ -148,6 +160,7 @@ def replayed(where: str | Path, run_number: int, out: Path | None = None) -> Rep
     if not text or not source:
         raise RequestError(f"{held.folder}: was not begun from a campaign file; its runs cannot be replayed from here")
     plan = campaign_of(tomllib.loads(text), Path(source))
+    plan = on_devices(plan, held.document["devices"])
     if plan.digest != held.document["digest"]:
         changed = f"the ships of {source} or the version have changed since"
         raise RequestError(f"{held.folder}: {changed}; nothing is replayed")
