@@ -177,6 +177,26 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     (case,) = said["cases"]
     assert case["interval"][0] < case["probability"] < case["interval"][1] < 0.1
     assert case["runs"] == 200 + 180 * (len(case["levels"]) - 1)
+    page = (out / "report.html").read_text()
+    assert f"seatrial simulate --from {out} {case['run']}" in page
+    assert "≤ 14.5" in page
+
+
+def test_the_violation_that_is_named_is_sailed_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, out = tmp_path / "c.toml", tmp_path / "out"
+    file.write_text(FILE)
+    assert main(["campaign", str(file), "--rare", "first_overshoot", "--runs", "200", "-o", str(out), "--json"]) == 0
+    (case,) = json.loads(capsys.readouterr().out)["cases"]
+    file.unlink()
+    assert main(["simulate", "--from", str(out), str(case["run"]), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["inputs"]["ship.hull.N_r"] == pytest.approx(case["nearest"]["ship.hull.N_r"], rel=1e-12)
+    degrees = said["indices"]["first_overshoot"]["value"]
+    assert degrees > 14.5
+    assert math.radians(degrees) == pytest.approx(case["nearest"]["first_overshoot"], rel=1e-9)
+    for wrong in ("200", "100000"):
+        assert main(["simulate", "--from", str(out), wrong]) == 2
+        assert "no run" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -249,11 +249,12 @@ def _sailed(
     return figures(tally, loop.simulator.system.stored, rows, vary), kept
 
 
-def replay(campaign: Campaign, run: int) -> tuple[Runs, Manoeuvre, Trial]:
+def replay(campaign: Campaign, run: int, cube: Array | None = None) -> tuple[Runs, Manoeuvre, Trial]:
     """One run of a campaign as a trial, with its inputs and the manoeuvre as it was ordered.
 
     Args:
         run: its number in the table.
+        cube: point of the unit cube in place of that of the design, shape (1, dims).
 
     Raises:
         CampaignError: no run of this number.
@@ -261,6 +262,6 @@ def replay(campaign: Campaign, run: int) -> tuple[Runs, Manoeuvre, Trial]:
     if not 0 <= run < campaign.rows:
         raise CampaignError(f"{campaign.name}: no run {run}; runs go from 0 to {campaign.rows - 1}")
     case, place = divmod(run, campaign.runs)
-    one = ready(campaign, case, place, place + 1)
+    one = ready(campaign, case, place, place + 1, cube)
     policy, trial, _ = next(sailed(one.case, one.vary, one.start, one.around, 1, one.steps, 1))
     return one, policy, trial

@@ -104,6 +104,8 @@ def _rare(source: Path, criterion: str, out: str, runs: int | None, threads: int
             f"{one.case}: {criterion} is violated with probability {at.probability:.3g} "
             f"({low:.2g} to {high:.2g}, 95 %; coefficient of variation {at.variation:.2g}), {one.runs} runs"
         )
+        if one.run is not None:
+            say_lines(f"a likely violation: seatrial simulate --from {out} {one.run}; {Path(out) / 'report.html'}")
         if one.unknown:
             note(f"note: {one.unknown:.1%} of the last level did not reach the index; they count as no violation")
 

@@ -15,12 +15,15 @@ import numpy as np
 
 from ...core.files import held_alone
 from ...core.parameters import unknown
-from ...data import Array
+from ...data import Array, Trial
+from ...manoeuvres import Manoeuvre
 from .. import Campaign, CampaignError
-from .levels import Sought, begin, level_path, read_level, write_level
+from .. import chunk as chunks
+from ..chunk import Runs
+from .levels import Sought, begin, cube_of, level_path, read_level, read_manifest, write_level
 from .subset import MOST, SHARE, Estimate, Level, estimate, first_level, next_level
 
-__all__ = ["RUNS", "Rare", "Sought", "rare"]
+__all__ = ["RUNS", "Rare", "Sought", "rare", "replay"]
 
 RUNS = 1600
 """Usual number of runs of a level: 1e4 runs in all for a probability of 1e-6, known to 30 %."""
@@ -40,6 +43,8 @@ class Rare:
         nearest: inputs and index of the violation nearest to the middle of all inputs, which is among the most likely
             ones; empty without a violation.
         distance: of it from the middle, in standard normal space.
+        run: its number, by which it is replayed: the case times the runs of a level, plus its row in the last level;
+            None without a violation.
     """
 
     case: str
@@ -50,6 +55,7 @@ class Rare:
     unknown: float
     nearest: Mapping[str, float]
     distance: float
+    run: int | None = None
 
 
 Watch = Callable[[str, int, float], object]
@@ -57,13 +63,15 @@ Watch = Callable[[str, int, float], object]
 
 
 def rare(
-    campaign: Campaign, criterion: str, folder: Path, *, runs: int = RUNS, threads: int = 1, watch: Watch | None = None
-) -> tuple[Rare, ...]:
+    campaign: Campaign, criterion: str, folder: Path, *, runs: int = RUNS, threads: int = 1, watch: Watch | None = None,
+    source: Path | None = None,
+) -> tuple[Rare, ...]:  # fmt: skip
     """Estimate the probability of violating a criterion, case by case.
 
     Args:
         runs: of each level, a multiple of 10.
         folder: new, or that of a search that was cut off; each level is a Parquet file.
+        source: file of the campaign; its text is kept.
 
     Raises:
         CampaignError: no such criterion, gusts, a folder of something else, or a level that cannot be reached.
@@ -71,7 +79,7 @@ def rare(
     """
     _check(campaign, criterion, runs)
     sought = Sought(campaign, criterion, runs, threads)
-    begin(sought, folder)
+    begin(sought, folder, source)
     with held_alone(folder / ".search"):
         return tuple(_case(sought, number, folder, watch) for number in range(len(campaign.cases)))
 
@@ -102,7 +110,7 @@ def _case(sought: Sought, case: int, folder: Path, watch: Watch | None) -> Rare:
         levels.append(found)
         if watch is not None:
             watch(name, len(levels), float(np.prod([level.share for level in levels])))
-    return _found(sought, name, tuple(levels), rows)
+    return _found(sought, case, tuple(levels), rows)
 
 
 def _next(sought: Sought, case: int, levels: list[Level]) -> Level:
@@ -118,12 +126,34 @@ def _next(sought: Sought, case: int, levels: list[Level]) -> Level:
     return next_level(limit, campaign.seed, len(levels), levels[-1])
 
 
-def _found(sought: Sought, case: str, levels: tuple[Level, ...], rows: Mapping[str, Array]) -> Rare:
+def replay(campaign: Campaign, folder: Path, run: int) -> tuple[Runs, Manoeuvre, Trial]:
+    """A run of the last level of a search as a trial, with its inputs and the manoeuvre as it was ordered.
+
+    Args:
+        run: its number: the case times the runs of a level, plus its row.
+
+    Raises:
+        CampaignError: a folder of another search, or no such run.
+    """
+    document = read_manifest(folder)
+    sought = Sought(campaign, str(document["criterion"]), int(document["runs"]))
+    if document["digest"] != sought.digest:
+        raise CampaignError(f"{folder}: its ships or the version have changed since the search; nothing is replayed")
+    case, row = divmod(run, sought.runs)
+    paths = [path for k in range(MOST) if (path := level_path(folder, case, k)).exists()]
+    if run < 0 or not paths:
+        raise CampaignError(f"{folder}: no run {run}; runs of the last level of case k go from k x {sought.runs} on")
+    level, _ = read_level(sought, paths[-1])
+    return chunks.replay(campaign, case * campaign.runs, cube_of(level.points[row : row + 1]))
+
+
+def _found(sought: Sought, number: int, levels: tuple[Level, ...], rows: Mapping[str, Array]) -> Rare:
     last = levels[-1]
     event = np.flatnonzero(last.margins < 0)
     away = np.linalg.norm(last.points[event], axis=1)
     at = int(event[np.argmin(away)]) if len(event) else None
     nearest = {} if at is None else {name: float(column[at]) for name, column in rows.items()}
     runs = sought.runs + (len(levels) - 1) * (sought.runs - sought.runs // SHARE)
-    return Rare(case, levels, estimate(levels), last.last, runs, float(np.isinf(last.margins).mean()), nearest,
-                float(away.min()) if len(event) else float("nan"))  # fmt: skip
+    return Rare(sought.campaign.cases[number].name, levels, estimate(levels), last.last, runs,
+                float(np.isinf(last.margins).mean()), nearest, float(away.min()) if len(event) else float("nan"),
+                None if at is None else number * sought.runs + at)  # fmt: skip

@@ -34,6 +34,13 @@ MANIFEST = "search.json"
 _EDGE = 2.0**-53
 
 
+def cube_of(points: Array) -> Array:
+    """Points of the unit cube of those in standard normal space."""
+    from scipy.special import ndtr
+
+    return np.clip(ndtr(points), _EDGE, 1.0 - _EDGE)
+
+
 @dataclass(frozen=True)
 class Sought:
     """A search.
@@ -62,10 +69,7 @@ class Sought:
 
     def sail(self, case: int, points: Array) -> Mapping[str, Array]:
         """Inputs and indices of runs at points of standard normal space, shape (runs, dims)."""
-        from scipy.special import ndtr
-
-        cube = np.clip(ndtr(points), _EDGE, 1.0 - _EDGE)
-        return sailed_at(self.campaign, case, cube, self.threads)
+        return sailed_at(self.campaign, case, cube_of(points), self.threads)
 
     def margins(self, columns: Mapping[str, Array]) -> Array:
         """How far each run is from violating the criterion."""
@@ -77,19 +81,18 @@ class Sought:
         return lambda points: self.margins(self.sail(case, points))
 
 
-def begin(sought: Sought, folder: Path) -> None:
+def begin(sought: Sought, folder: Path, source: Path | None = None) -> None:
     """Make the folder, or see that it is that of this very search.
+
+    Args:
+        source: file that the campaign was read from; its text is kept, so that runs can be replayed.
 
     Raises:
         CampaignError: it holds something else.
     """
     manifest = folder / MANIFEST
     if manifest.exists():
-        try:
-            document: Any = json.loads(manifest.read_text(encoding="utf-8"))
-        except ValueError:
-            document = None
-        if not isinstance(document, dict) or document.get("digest") != sought.digest:
+        if read_manifest(folder).get("digest") != sought.digest:
             raise CampaignError(f"{folder}: holds another search (criterion, --runs, campaign or version differ); "
                                 "choose another folder with -o")  # fmt: skip
         return
@@ -98,8 +101,19 @@ def begin(sought: Sought, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     document = {"schema": SCHEMA, "name": sought.campaign.name, "version": __version__, "digest": sought.digest,
                 "criterion": sought.criterion, "index": sought.index, "runs": sought.runs,
-                "cases": [case.name for case in sought.campaign.cases]}  # fmt: skip
+                "cases": [case.name for case in sought.campaign.cases],
+                "source": None if source is None else str(source.resolve()),
+                "text": None if source is None else source.read_text(encoding="utf-8")}  # fmt: skip
     write_whole(manifest, json.dumps(document, indent=1) + "\n")
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """What the folder of a search says of it; empty where it is damaged or missing."""
+    try:
+        document: Any = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return document if isinstance(document, dict) and document.get("schema") == SCHEMA else {}
 
 
 def level_path(folder: Path, case: int, number: int) -> Path:

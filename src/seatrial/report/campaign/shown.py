@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ...campaign import Criterion
 from ...campaign.analysis import Judged
 from ...campaign.analysis.proportion import Proportion
 from ..page import number
@@ -55,7 +56,7 @@ def share(one: Proportion) -> str:
     return f"{number(one.value)} ({number(low)} to {number(high)})"
 
 
-def bound(one: Judged, units: Units) -> str:
+def bound(one: Judged | Criterion, units: Units) -> str:
     """What a criterion asks for."""
     own = unit(units, one.index)
     parts = [f"{sign} {own.write(edge)}{_gap(own)}" for sign, edge in (("≥", one.low), ("≤", one.high))
@@ -65,3 +66,8 @@ def bound(one: Judged, units: Units) -> str:
 
 def _gap(own: Unit) -> str:
     return own.name if own.name.startswith("°") or not own.name else f" {own.name}"
+
+
+def valued(value: float, own: Unit) -> str:
+    """A number with its unit."""
+    return f"{own.write(value)}{_gap(own)}"

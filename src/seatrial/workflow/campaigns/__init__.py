@@ -12,6 +12,8 @@ from typing import Any
 from ...campaign import Campaign, CampaignError
 from ...campaign.chunk import replay
 from ...campaign.folder import Held, open_folder
+from ...campaign.rare import replay as replay_rare
+from ...campaign.rare.levels import read_manifest
 from ...campaign.running import Ran, Shard, Watch, run
 from ...campaign.tables import merge, wrong_parts
 from ...core import executors
@@ -148,23 +150,35 @@ class Replayed:
     complete: bool
 
 
+def _plan(document: Mapping[str, Any], folder: str) -> tuple[Campaign, str]:
+    """The campaign of a manifest, and the file that it was read from."""
+    text, source = (str(document.get(key) or "") for key in ("text", "source"))
+    if not text or not source:
+        raise RequestError(f"{folder}: was not begun from a campaign file; its runs cannot be replayed from here")
+    return campaign_of(tomllib.loads(text), Path(source)), source
+
+
 def replayed(where: str | Path, run_number: int, out: Path | None = None) -> Replayed:
     """Run one row of the table of a campaign again, and write its trial to a file where one is named.
+
+    Args:
+        where: folder or URL of a campaign, or folder of a search for a rare violation, whose last levels are the rows.
 
     Raises:
         RequestError: a folder without the text of its campaign, or no run of this number.
     """
     check_output(out, (".csv", ".parquet"), "a trial file")
-    held = open_folder(where)
-    text, source = (str(held.document.get(key) or "") for key in ("text", "source"))
-    if not text or not source:
-        raise RequestError(f"{held.folder}: was not begun from a campaign file; its runs cannot be replayed from here")
-    plan = campaign_of(tomllib.loads(text), Path(source))
-    plan = on_devices(plan, held.document["devices"])
-    if plan.digest != held.document["digest"]:
-        changed = f"the ships of {source} or the version have changed since"
-        raise RequestError(f"{held.folder}: {changed}; nothing is replayed")
-    runs, policy, trial = replay(plan, run_number)
+    search = {} if "://" in str(where) else read_manifest(Path(where))
+    if search:
+        runs, policy, trial = replay_rare(_plan(search, str(where))[0], Path(where), run_number)
+    else:
+        held = open_folder(where)
+        plan, source = _plan(held.document, held.folder)
+        plan = on_devices(plan, held.document["devices"])
+        if plan.digest != held.document["digest"]:
+            changed = f"the ships of {source} or the version have changed since"
+            raise RequestError(f"{held.folder}: {changed}; nothing is replayed")
+        runs, policy, trial = replay(plan, run_number)
     if out is not None:
         write_trial(trial, out)
     inputs = {name: float(column[0]) for name, column in runs.columns.items()}

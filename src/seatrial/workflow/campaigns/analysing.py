@@ -17,6 +17,7 @@ from ...campaign.rare import rare as search
 from ...core.files import plain, write_whole
 from ...engine.rollout import default_threads
 from ...report.campaign import page
+from ...report.campaign.rare import page as rare_page
 from ...report.page import write
 from .. import RequestError
 from ..request import Note, check_output, silent
@@ -83,14 +84,15 @@ def _document(one: Rare) -> dict[str, Any]:
     levels = [{"margin": level.bound, "share": level.share, "accepted": level.accepted} for level in one.levels]
     return {"case": one.case, "probability": one.estimate.probability, "variation": one.estimate.variation,
             "interval": [low, high], "reached": one.reached, "runs": one.runs, "unknown": one.unknown,
-            "levels": levels, "nearest": one.nearest, "distance": one.distance}  # fmt: skip
+            "levels": levels, "nearest": one.nearest, "distance": one.distance,
+            "run": one.run}  # fmt: skip
 
 
 def rare(
     path: Path, criterion: str, out: Path, *, runs: int | None = None, threads: int | None = None,
     watch: Watch | None = None, note: Note = silent,
 ) -> Found:  # fmt: skip
-    """Search for violations of a criterion; the folder gets `rare.json` and the levels.
+    """Search for violations of a criterion; the folder gets `rare.json`, a page and the levels.
 
     Raises:
         RequestError: a campaign or a search that cannot be carried out.
@@ -100,7 +102,12 @@ def rare(
         raise RequestError(f"--threads is {threads}; give 1 or more")
     plan = read_campaign(path, note)
     cases = search(plan, criterion, out, runs=RUNS if runs is None else runs, threads=threads or default_threads(),
-                   watch=watch)  # fmt: skip
-    found = Found(plan, criterion, cases)
+                   watch=watch, source=path)  # fmt: skip
+    found, bound = Found(plan, criterion, cases), plan.criteria[criterion]
     write_whole(out / "rare.json", json.dumps(plain(found.document), indent=1) + "\n")
+    unit = next((units[bound.index] for case in plan.cases
+                 if bound.index in (units := figure_units(case, plan.weather))), "-")  # fmt: skip
+    origin = {"campaign": str(path), "folder": str(out.resolve()), "seed": str(plan.seed), "digest": plan.digest,
+              "seatrial": __version__}  # fmt: skip
+    write(out / REPORT, rare_page(plan.name, criterion, bound, cases, unit, str(out), origin))
     return found
