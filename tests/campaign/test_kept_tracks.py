@@ -220,3 +220,8 @@ def test_a_script_reads_one_run(tmp_path: Path) -> None:
     assert kept.tracks().collect().equals(runs.tracks().collect())
     with pytest.raises(CampaignError, match="keeps no tracks"):
         st.campaign("kvlcc2_l7", order, runs=20, duration=30.0, dt=0.2).tracks()
+
+
+def test_parts_of_stored_runs_take_no_longer_than_others(campaign: Campaign) -> None:
+    stored = (replace(campaign.cases[0], whole=True),)
+    assert usual_chunk(stored, None) == 2048 < usual_chunk(campaign.cases, None)

@@ -27,12 +27,16 @@ from ..ships import Ship
 from ..ships.writing import to_toml
 from .designs import Design, check_runs
 from .inputs import Input
+from .tallies import tally_of
 from .tracks import Tracks as Tracks
 
 __all__ = ["Campaign", "CampaignError", "Case", "Correlated", "Criterion", "Tracks", "usual_chunk"]
 
 CHUNK = 16384
 """Usual number of runs in a part: some tenths of a second of work, a file of one or two megabytes."""
+
+STORED = 2048
+"""The same where each run is stored and read as a whole: a second of work, so that Ctrl-C is answered in that time."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +72,10 @@ class Case:
 
 
 def usual_chunk(cases: Sequence[Case], tracks: Tracks | None) -> int:
-    """Number of runs in a part; with tracks, of a file of convenient size."""
-    return CHUNK if tracks is None else min(tracks.chunk(case.samples, CHUNK) for case in cases)
+    """Number of runs in a part: a second of work at most, and tracks of a file of convenient size."""
+    stored = any(case.whole or tally_of(case.manoeuvre, case.dt, {}, flowing=False) is None for case in cases)
+    most = STORED if stored else CHUNK
+    return most if tracks is None else min(tracks.chunk(case.samples, most) for case in cases)
 
 
 @dataclass(frozen=True)
