@@ -51,7 +51,7 @@ def compare(tmp_path: Path, runs: int, chunk: int, duration: float, kills: int, 
 
 
 def test_kills_change_no_byte(tmp_path: Path) -> None:
-    compare(tmp_path, 50_000, 1000, 20.0, 2, 0.4, 1)
+    compare(tmp_path, 100_000, 2000, 20.0, 2, 0.4, 1)
 
 
 @pytest.mark.long

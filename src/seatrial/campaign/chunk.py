@@ -209,9 +209,7 @@ def components_of(size: Any, angle: Any) -> tuple[Any, Any]:
     return size * np.cos(angle), size * np.sin(angle)
 
 
-def _gusts(
-    campaign: Campaign, case: Case, here: Mapping[str, Any], first: int, lanes: int
-) -> Iterator[Array]:
+def _gusts(campaign: Campaign, case: Case, here: Mapping[str, Any], first: int, lanes: int) -> Iterator[Array]:
     """The wind of each run, with a seed that is a function of the campaign's seed and the run's number."""
     seeds = (uniform(campaign.seed, 1, first, first + lanes, _SEEDS)[:, 0] * 2.0**53).astype(np.int64)
     for lane in range(lanes):
