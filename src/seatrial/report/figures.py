@@ -18,6 +18,7 @@ from ..data import Array, Trial, unwrapped
 from ..models import unit
 from ..validate import Comparison
 from ..validate.metrics import pairs, segments
+from .figure_data import with_data
 
 Styles = Mapping[str, tuple[str, Any]]
 """Colour and dashes by label."""
@@ -274,7 +275,8 @@ def svg(figure: Any, salt: str) -> str:
     text = re.sub(r'(<svg[^>]*?) width="[^"]*"| height="[^"]*pt"', r"\1", text, count=2)
     text = re.sub(r'<g id="[A-Za-z0-9_.]+_\d+">', "<g>", text)
     # Coordinates need no more than two decimals; the figures on the axes keep theirs.
-    return re.sub(r'(?:\bd|transform|x|y|points)="[^"]*"', lambda m: re.sub(r"(\d+\.\d\d)\d+", r"\1", m[0]), text)
+    text = re.sub(r'(?:\bd|transform|x|y|points)="[^"]*"', lambda m: re.sub(r"(\d+\.\d\d)\d+", r"\1", m[0]), text)
+    return with_data(text, figure)
 
 
 def _every(samples: int) -> int:

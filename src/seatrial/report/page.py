@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -16,8 +17,12 @@ from typing import Any
 from ..core.errors import ReportError as ReportError
 from ..core.files import plain as plain
 from ..core.files import write_together
+from .figure_data import taken
 
 _STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
+_SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
+_NAME = 60
+"""Letters of the name of a file of numbers."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,7 @@ class Page:
             '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
             '<meta name="viewport" content="width=device-width, initial-scale=1">'
             f"<title>{text(self.title)}</title><style>\n{_STYLE}</style></head>"
-            f"<body><main><h1>{text(self.title)}</h1>{body}</main></body></html>\n"
+            f"<body><main><h1>{text(self.title)}</h1>{body}</main><script>\n{_SCRIPT}</script></body></html>\n"
         )
 
     @property
@@ -131,9 +136,11 @@ def bullets(lines: Iterable[str]) -> str:
 
 
 def figure(svg: str, caption: str) -> str:
-    """A drawing with a line beneath; `svg` is taken as it is."""
-    line = text(caption)
-    return f'<figure role="img" aria-label="{line}">{svg}<figcaption>{line}</figcaption></figure>'
+    """A drawing with a line beneath, and a link to the numbers that it holds (`figure_data`)."""
+    line, (drawing, data) = text(caption), taken(svg)
+    name = re.sub(r"[^a-z0-9]+", "-", caption.lower()).strip("-")[:_NAME] or "figure"
+    link = f' <a class="data" download="{name}.csv.gz" href="{data}">data (CSV)</a>' if data else ""
+    return f'<figure><div role="img" aria-label="{line}">{drawing}</div><figcaption>{line}{link}</figcaption></figure>'
 
 
 def gallery(*drawn: str, least: int = 420) -> str:

@@ -1,0 +1,71 @@
+"""The numbers behind a figure are those drawn, a click away; tables sort; nothing comes from outside."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import gzip
+import io
+import math
+import re
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from seatrial.report import figures
+from seatrial.report.figure_data import taken, with_data
+from seatrial.report.page import Page, Section, figure, table
+
+
+def numbers(address: str) -> list[dict[str, str]]:
+    text = gzip.decompress(base64.b64decode(address.partition(",")[2])).decode()
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def drawn() -> Figure:
+    fig, (upper, lower) = figures.canvas(2)
+    t = np.linspace(0.0, 10.0, 101)
+    upper.plot(t, np.sin(t), label="measured")
+    upper.plot(t, np.where(t > 5.0, np.nan, np.cos(t)))
+    upper.axhline(0.5)
+    upper.set(xlabel="t [s]", ylabel="r [°/s]")
+    lower.bar([1.0, 2.0], [3.0, 4.0])
+    lower.scatter([0.25], [7.0], label="peaks")
+    return fig
+
+
+def test_the_file_holds_what_is_drawn_and_no_rules() -> None:
+    _, address = taken(figures.svg(drawn(), "x"))
+    rows = numbers(address)
+    measured = [row for row in rows if row["series"] == "measured"]
+    assert {row["panel"] for row in measured} == {"r [°/s] over t [s]"}
+    assert len(measured) == 101
+    assert math.isclose(float(measured[30]["y"]), math.sin(3.0), rel_tol=1e-5)
+    assert len([row for row in rows if row["series"] == "line 2"]) == 51  # gaps are left out
+    assert not [row for row in rows if row["series"] == "line 3"]
+    assert [(row["x"], row["y"]) for row in rows if row["series"] == "bars 1"] == [("1", "3"), ("2", "4")]
+    assert [(row["x"], row["y"]) for row in rows if row["series"] == "peaks"] == [("0.25", "7")]
+
+
+def test_a_figure_has_a_link_named_by_its_caption_and_the_drawing_keeps_no_copy() -> None:
+    html = figure(figures.svg(drawn(), "x"), "Track, north up")
+    assert 'download="track-north-up.csv.gz"' in html
+    assert "<metadata>" not in html
+    assert html.count("base64") == 1
+
+
+def test_a_figure_without_numbers_has_no_link() -> None:
+    assert "href" not in figure(with_data("<svg></svg>", Figure()), "nothing")
+    assert "href" not in figure("<svg></svg>", "a drawing by hand")
+
+
+def test_the_same_figure_gives_the_same_bytes() -> None:
+    assert figures.svg(drawn(), "x") == figures.svg(drawn(), "x")
+
+
+def test_a_page_sorts_its_tables_and_fetches_nothing() -> None:
+    body = table(("ship", "L [m]"), [("a", "7"), ("b", "320"), ("c", "3")])
+    html = Page("Ships", (Section("One", body),)).html
+    assert "aria-sort" in html
+    assert "prefers-color-scheme:dark" in html
+    assert not re.search(r'(?:src|href)="(?!data:)', html)
