@@ -14,10 +14,10 @@ from ... import FitError, Problem
 from ...record import Settings
 from ...trajectory.batch import Data, Many
 from .density import Posterior
-from .hamiltonian import Sampler
+from .sampling import sampler_of
 
 # Moves that adapt; draws between those that are ranked, so that they are nearly independent; rounds of redrawing.
-_WARM, _THIN, _ROUNDS = 90, 3, 100
+_WARM, _THIN, _ROUNDS = 60, 4, 100
 
 
 def truths(problem: Problem, count: int, rng: np.random.Generator) -> Array:
@@ -60,10 +60,11 @@ def calibrate(
     mean = np.repeat(vector.mean[None], repeats, axis=0)
     data = Data(np.repeat(cut.state0[None], repeats, axis=0), measured, mean)
     ends = many.descend(truth, data=data, tolerance=1e-8)
-    root: Array = np.linalg.cholesky(Posterior(many, 1.0, data).laplace(ends.values)).astype(np.float64)
+    laplace = Posterior(many, 1.0, data).laplace(ends.values)
+    root: Array = np.linalg.cholesky(laplace).astype(np.float64)
     groups = np.repeat(np.arange(repeats), chains)
     posterior = Posterior(many, 1.0, data.of(groups))
-    sampler = Sampler(posterior, vector.low, vector.high, _WARM, draws, seed, groups)
+    sampler = sampler_of(posterior, ends.values, laplace, _WARM, draws, seed, groups)
     start = ends.values[groups] + (root[groups] @ rng.standard_normal((len(groups), len(vector), 1)))[:, :, 0]
     found = sampler.run(sampler.begun(np.clip(start, vector.low, vector.high), root))
     kept = found.drawn[_WARM::_THIN].reshape(-1, repeats, chains, len(vector))

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....data import Array
+from .chains import Chains
 
 Density = Callable[[Array], tuple[Array, Array]]
 """Log density (lanes,), -inf where there is none, and its gradient (lanes, free) at values (lanes, free)."""
@@ -27,36 +28,6 @@ _AIM, _DURATION, _MOST = 0.75, (0.5, 2.0), 16
 _FIRST, _LEAST, _DIVERGENT = 0.6, 1e-4, 1000.0
 # Reflections at bounds within one drift before the move is given up.
 _BOUNCES = 50
-
-
-@dataclass(frozen=True)
-class Chains:
-    """Where all chains stand, and what they have drawn.
-
-    Attributes:
-        values, gradient: shape (lanes, free).
-        density: log density, shape (lanes,).
-        step: leapfrog step in whitened units, shape (groups,).
-        root: of the metric, shape (groups, free, free).
-        move: number of moves made, warm-up included.
-        calls: evaluations of the density by each chain.
-        drawn: values after each move, warm-up included, shape (moves, lanes, free).
-        densities: shape (moves, lanes).
-        accepted: acceptance probability of each move, shape (moves, lanes).
-        divergent: moves of each chain after the warm-up whose energy was lost, shape (lanes,).
-    """
-
-    values: Array
-    gradient: Array
-    density: Array
-    step: Array
-    root: Array
-    move: int
-    calls: int
-    drawn: Array
-    densities: Array
-    accepted: Array
-    divergent: NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -81,13 +52,8 @@ class Sampler:
 
     def begun(self, values: Array, root: Array) -> Chains:
         """Chains at their starts, shape (lanes, free), with a root of the covariance, shape (groups, free, free)."""
-        count = self.warm + self.draws
         density, gradient = self.density(values)
-        return Chains(
-            values.copy(), gradient, density, np.full(len(root), _FIRST), root, 0, 1,
-            np.zeros((count, *values.shape)), np.zeros((count, len(values))), np.zeros((count, len(values))),
-            np.zeros(len(values), dtype=np.intp),
-        )  # fmt: skip
+        return Chains.begun(values, density, gradient, np.full(len(root), _FIRST), root, self.warm + self.draws)
 
     def run(self, chains: Chains, each: Callable[[Chains], None] | None = None) -> Chains:
         """Make the moves that are left; `each` is called after every one."""

@@ -10,15 +10,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....core.files import packed, write_whole
 from ....data import Array
 from ....models import STATES
 from ... import Fit, FitError, Problem, StudyError
 from ...resume import kept_arrays
+from .chains import Chains
 from .density import Posterior, posterior_of
-from .hamiltonian import Chains, Sampler
+from .hamiltonian import Sampler
+from .plain import Plain
 from .sampled import Sampled
+from .walking import Walker
 
 CHAINS = 8
 LEAST = 50 * CHAINS
@@ -28,6 +32,8 @@ LEAST = 50 * CHAINS
 _WARM, _SHARE = 100, 0.5
 # Starts lie so many of Laplace's sigmas about the optimum, and are halved where the density has fallen too far.
 _SPREAD, _HALVINGS, _FALL = 1.0, 12, 1.0
+# The Gaussian that a walk leaves as it is is so many times as wide as Laplace's, where a parameter has no prior.
+_WIDE = 30.0
 # Time between writings of the checkpoint [s].
 _PAUSE = 5.0
 
@@ -73,7 +79,7 @@ def sample(
     best = posterior.many.descend(fit.values[None], iterations=100, tolerance=1e-8).values[0]
     laplace, vector, draws = posterior.laplace(best[None]), problem.vector, -(-count // CHAINS)
     warm = max(_WARM, round(_SHARE * draws))
-    sampler = Sampler(posterior, vector.low, vector.high, warm, draws, seed, np.zeros(CHAINS, dtype=np.intp))
+    sampler = sampler_of(posterior, best[None], laplace, warm, draws, seed, np.zeros(CHAINS, dtype=np.intp))
     print_ = hashlib.sha256(f"{fit.digest} {fit.values.tolist()} {count} {seed}".encode()).hexdigest()[:16]
     clock = _Clock(time.process_time(), time.perf_counter())
     chains = _resumed(checkpoint, print_, clock)
@@ -95,6 +101,28 @@ def sample(
         int(chains.divergent.sum()), best, laplace[0], posterior.variance, tails(posterior, best), clock.spent,
         chains.calls, print_,
     )  # fmt: skip
+
+
+def sampler_of(
+    posterior: Posterior, centre: Array, laplace: Array, warm: int, draws: int, seed: int, groups: NDArray[np.intp]
+) -> Sampler | Walker:
+    """A walk where starts of windows are measured, so that predictions do; Hamiltonian moves where they are estimated.
+
+    An estimated start takes derivatives of its window whatever the parameters do, and then the gradient costs no more.
+
+    Args:
+        centre, laplace: greatest density of each group and covariance there, shape (groups, free) and with another
+            free.
+        warm, draws, seed, groups: as `Sampler` has them.
+    """
+    vector = posterior.many.problem.vector
+    if posterior.many.begun:
+        return Sampler(posterior, vector.low, vector.high, warm, draws, seed, groups)
+    own, data = np.isfinite(vector.sigma), posterior.data
+    mean = np.broadcast_to(vector.mean, centre.shape) if data is None else data.mean[np.unique(groups, True)[1]]
+    wide = _WIDE * np.sqrt(np.diagonal(laplace, axis1=1, axis2=2))
+    return Walker(Plain.of(posterior, len(groups)), np.where(own, mean, centre), np.where(own, vector.sigma, wide),
+                  vector.low, vector.high, warm, draws, seed, groups)  # fmt: skip
 
 
 def starts(posterior: Posterior, best: Array, covariance: Array, count: int, seed: int) -> Array:

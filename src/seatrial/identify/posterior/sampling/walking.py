@@ -1,0 +1,151 @@
+"""Random walks of many chains in step, which need no gradient: one call of the density a move, for all chains.
+
+A walk pays where a prediction is far cheaper than its derivatives, and where the density has small jumps that no
+gradient tells.  Steps are preconditioned Crank-Nicolson in the directions of the learned covariance (Law 2014; Cui, Law
+and Marzouk 2016): what the data leave to the prior is drawn anew from it, at no cost in acceptance, and what they fix
+moves by as much as they leave.  So the acceptance suffers from the directions that the data fix, not from all.  Random
+numbers follow from seed and move alone, so a run that was interrupted goes on as if it had not been.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....data import Array
+from .chains import Chains
+
+Value = Callable[[Array], Array]
+"""Log density (lanes,), -inf where there is none, at values (lanes, free)."""
+
+# Acceptance aimed at in many dimensions, and what one dimension adds (Roberts and Rosenthal 2001); scatter of the
+# logarithm of the squared step; its limits.
+_AIM, _MORE, _SCATTER, _LEAST, _GREATEST = 0.234, 0.2, 1.0, 1e-8, 10.0
+# Squared step in units of the covariance is so much over the number of parameters (Gelman, Roberts and Gilks 1996).
+_STEP = 2.38**2
+# The metric is learned at these parts of the warm-up, of the latter part of the draws so far; those count beside so
+# many for each parameter that the metric before stands for.
+_LEARNED, _LATTER, _BEFORE = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8), 0.5, 1.0
+# Least curvature of the likelihood in a direction, that of the prior being 1.
+_CURVED = 0.05
+
+
+class _Metric(NamedTuple):
+    """Directions of each group in which its steps are independent.
+
+    Attributes:
+        there, back: from unit Gaussian coordinates to values, and back, shape (groups, free, free).
+        curved: curvature of the likelihood over that of the prior, shape (groups, free).
+    """
+
+    there: Array
+    back: Array
+    curved: Array
+
+
+@dataclass(frozen=True)
+class Walker:
+    """How chains walk.
+
+    Attributes:
+        density: what is drawn from.
+        mean, sigma: of the Gaussian that the steps leave as it is: the prior, or one that is wide, shape (groups, free).
+        low, high: bounds, shape (free,).
+        warm, draws: draws of each chain while it adapts, and that are kept; as many moves to a draw as parameters.
+        seed: of all random numbers.
+        groups: posterior that each lane draws from, shape (lanes,): chains of one share step and metric.
+    """
+
+    density: Value
+    mean: Array
+    sigma: Array
+    low: Array
+    high: Array
+    warm: int
+    draws: int
+    seed: int
+    groups: NDArray[np.intp]
+
+    def begun(self, values: Array, root: Array) -> Chains:
+        """Chains at their starts, shape (lanes, free), with a root of the covariance, shape (groups, free, free)."""
+        step = np.full(len(root), _STEP / values.shape[1])
+        return Chains.begun(values, self.density(values), np.zeros((len(values), 0)), step, root, self.warm + self.draws)
+
+    def run(self, chains: Chains, each: Callable[[Chains], None] | None = None) -> Chains:
+        """Make the draws that are left; `each` is called after every one."""
+        metric = self._metric(chains)
+        while chains.move < self.warm + self.draws:
+            chains = self._drawn(chains, metric)
+            if chains.move <= self.warm:
+                chains = self._adapted(chains)
+                metric = self._metric(chains)
+            if each:
+                each(chains)
+        return chains
+
+    def _metric(self, chains: Chains) -> _Metric:
+        """Directions from the covariance of each group, in units of the prior."""
+        weight, vectors = np.linalg.eigh(_covariance(chains.root / self.sigma[:, :, None]))
+        curved = np.maximum(1.0 / np.maximum(weight, 1e-300) - 1.0, _CURVED)
+        across = self.sigma[:, :, None]
+        return _Metric(across * vectors, (vectors / across).transpose(0, 2, 1), curved)
+
+    def _drawn(self, chains: Chains, metric: _Metric) -> Chains:
+        """As many moves of all chains as there are parameters."""
+        lanes, n = chains.values.shape
+        rng = np.random.Generator(np.random.Philox(key=[self.seed, chains.move]))
+        there, back = metric.there[self.groups], metric.back[self.groups]
+        centre, curved = self.mean[self.groups], metric.curved[self.groups]
+        values, density = chains.values, chains.density
+        z, total = _times(back, values - centre), np.zeros(lanes)
+        for _ in range(n):
+            squared = chains.step[self.groups] * np.exp(_SCATTER * rng.standard_normal(lanes) - 0.5 * _SCATTER**2)
+            anew = (squared[:, None] / (squared[:, None] + curved))
+            then = np.sqrt(1.0 - anew) * z + np.sqrt(anew) * rng.standard_normal((lanes, n))
+            moved = centre + _times(there, then)
+            inside = ((moved >= self.low) & (moved <= self.high)).all(axis=1)
+            found = self.density(np.where(inside[:, None], moved, values))
+            # The step leaves the unit Gaussian as it is, so that what the density has beyond it decides.
+            change = found - density + 0.5 * ((then**2).sum(axis=1) - (z**2).sum(axis=1))
+            accept = np.where(inside & np.isfinite(found), np.exp(np.minimum(change, 0.0)), 0.0)
+            taken, total = rng.random(lanes) < accept, total + accept
+            z, values = np.where(taken[:, None], then, z), np.where(taken[:, None], moved, values)
+            density = np.where(taken, found, density)
+        at = chains.move
+        chains.drawn[at], chains.densities[at], chains.accepted[at] = values, density, total / n
+        return replace(chains, values=values, density=density, move=at + 1, calls=chains.calls + n)
+
+    def _adapted(self, chains: Chains) -> Chains:
+        """Step by the acceptance of the chains of each group; metric at some parts of the warm-up."""
+        done, n = chains.move, chains.values.shape[1]
+        count = np.bincount(self.groups, minlength=len(chains.step))
+        rate = np.bincount(self.groups, chains.accepted[done - 1], minlength=len(count)) / count
+        step = chains.step * np.exp((rate - _AIM - _MORE / n) * 4.0 / (0.1 * done + 1.0) ** 0.5)
+        step = np.clip(step, _LEAST, _GREATEST)
+        if done not in {round(part * self.warm) for part in _LEARNED}:
+            return replace(chains, step=step)
+        recent = chains.drawn[int((1.0 - _LATTER) * done) : done]
+        root = np.stack([_learned(chains.root[g], recent[:, self.groups == g]) for g in range(len(step))])
+        return replace(chains, step=step, root=root)
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    return (matrix @ vector[:, :, None])[:, :, 0]
+
+
+def _covariance(root: Array) -> Array:
+    return root @ root.transpose(0, 2, 1)
+
+
+def _learned(root: Array, drawn: Array) -> Array:
+    """Root of the covariance of draws (draws, chains, free), drawn towards the root before by as many as is needed."""
+    n = root.shape[0]
+    flat = drawn.reshape(-1, n)
+    unit = np.linalg.solve(root, (flat - flat.mean(axis=0)).T)
+    before = _BEFORE * n
+    mixed = (unit @ unit.T + before * np.eye(n)) / (flat.shape[0] + before)
+    return root @ np.linalg.cholesky(mixed)
