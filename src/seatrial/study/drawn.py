@@ -1,10 +1,15 @@
-"""Draws of a posterior on disk: posterior.npz, posterior.nc where ArviZ is there, and their summary in fit.json."""
+"""What is found of a posterior after the fit, on disk.
+
+Draws: posterior.npz, posterior.nc where ArviZ is there, and their summary in fit.json; and there what trials that were
+left out in turn say of it.
+"""
 
 from __future__ import annotations
 
 import io
 import json
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +18,11 @@ import numpy as np
 from ..core.files import packed, plain, write_whole
 from ..data import Array
 from ..identify import StudyError
+from ..identify.posterior.left_out import Power
 from ..identify.posterior.sampling.sampled import Sampled
 from .store import SUMMARY, load_fit_summary
 
-DRAWS, NETCDF, KEY = "posterior.npz", "posterior.nc", "posterior"
+DRAWS, NETCDF, KEY, LEFT_OUT = "posterior.npz", "posterior.nc", "posterior", "left_out"
 
 
 def save_draws(found: Sampled, folder: str | Path) -> Path:
@@ -67,3 +73,30 @@ def read_draws(path: str | Path) -> tuple[tuple[str, ...], Array]:
     if not (len(draws) and np.isfinite(draws).all()):
         raise StudyError(f"{path}: holds no finite draws; seatrial identify STUDY --sample N makes them")
     return paths, draws
+
+
+def save_power(found: Power, folder: str | Path) -> None:
+    """Write what left-out trials say into the fit.json of their fit.
+
+    Raises:
+        StudyError: no fit in the folder.
+    """
+    where = Path(folder)
+    document = {**load_fit_summary(where), LEFT_OUT: found.numbers()}
+    write_whole(where / SUMMARY, json.dumps(plain(document), indent=1) + "\n")
+
+
+def read_power(document: Mapping[str, Any], path: Path) -> Power | None:
+    """What left-out trials say, from the content of a fit.json; None where it has nothing.
+
+    Raises:
+        StudyError: it was edited to what it cannot be.
+    """
+    table = document.get(LEFT_OUT)
+    if table is None:
+        return None
+    try:
+        return Power.read(table)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise StudyError(f"{path}: {LEFT_OUT} cannot be read ({error}); seatrial identify STUDY --left-out makes it "
+                         "again") from None  # fmt: skip

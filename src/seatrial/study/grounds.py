@@ -29,6 +29,8 @@ _OUTLIERS, _MARGIN, _SAME = 1e-3, 0.1, 0.05
 _SLOW = 0.1
 # What a trial that does not log it is taken to have: still air, no waves, deep water.
 _USUAL = {"U_T": 0.0, "H_S": 0.0, "depth": math.inf}
+SURROUNDINGS = tuple(_USUAL)
+"""Channels of ranges that are no motion of the ship and no control."""
 
 
 @dataclass(frozen=True)

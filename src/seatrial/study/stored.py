@@ -18,9 +18,11 @@ from ..core.errors import ShipError
 from ..core.parameters import Free, ParameterError, read, specs
 from ..data import Array
 from ..identify import Fit, StudyError, Verdict
+from ..identify.posterior.left_out import Power
 from ..ships import Ship
 from ..ships.files import load
 from .arrays import ARRAYS, Held, read_arrays
+from .drawn import read_power
 from .store import HISTORY, MODEL, SUMMARY, load_fit_summary
 
 _ABSENT = {"low": -math.inf, "high": math.inf, "prior": math.nan, "prior_sigma": math.inf}
@@ -78,6 +80,7 @@ class Posterior:
         digest: of the fit.
         grounds: trials of the fit and the ranges they cover (`grounds.grounds`); empty for a fit of before they were
             kept.
+        power: how much less the likelihood is worth by trials left out in turn; None where none were.
     """
 
     ship: Ship
@@ -86,6 +89,7 @@ class Posterior:
     covariance: Array
     digest: str
     grounds: Mapping[str, Any]
+    power: Power | None = None
 
     @property
     def covered(self) -> dict[str, tuple[float, float]]:
@@ -99,14 +103,12 @@ class Posterior:
         Raises:
             StudyError: hardly any draw is within them.
         """
-        values, vectors = np.linalg.eigh(self.covariance)
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
         known = specs(self.ship.model)
         low = np.array([max(one.low, known[one.path].low) for one in self.free])
         high = np.array([min(one.high, known[one.path].high) for one in self.free])
         rng, kept = np.random.default_rng(seed), np.zeros((0, len(self.free)))
         for _ in range(_TRIES):
-            drawn = self.mean + rng.standard_normal((count, len(self.free))) @ root.T
+            drawn = self._normal(count, rng)
             inside = np.all((drawn >= low) & (drawn <= high), axis=1)
             kept = np.vstack([kept, drawn[inside]])
             if len(kept) >= count:
@@ -115,6 +117,14 @@ class Posterior:
             f"{self.ship.name}: {len(kept)} of {_TRIES * count} draws of the posterior are within the bounds of the "
             "study; it is not normal there: fix or free the parameters at a bound, and fit again"
         )
+
+    def _normal(self, count: int, rng: np.random.Generator) -> Array:
+        """Draws whatever the bounds, shape (count, free)."""
+        if self.power is not None:
+            return self.power.draws(self.free, self.mean, self.covariance, count, rng)
+        values, vectors = np.linalg.eigh(self.covariance)
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        return self.mean + rng.standard_normal((count, len(self.free))) @ root.T
 
 
 # Draws are thrown away outside the bounds; fewer than one in so many within them is no normal density.
@@ -147,7 +157,8 @@ def posterior(model: str | Path) -> Posterior:
     if not fit.free or not np.all(np.isfinite(fit.covariance)) or not np.any(fit.covariance):
         raise StudyError(f"{file}: its fit has no covariance ({SUMMARY}); {HOW} with an estimator that gives one, "
                          "such as shooting:Trajectory")  # fmt: skip
-    return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.get("grounds") or {})
+    return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.get("grounds") or {},
+                     read_power(summary, file.parent / SUMMARY))  # fmt: skip
 
 
 def _open(value: float | None) -> float:

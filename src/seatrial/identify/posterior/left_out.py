@@ -61,12 +61,34 @@ class Power:
         across, fixed = directions(free, covariance)
         return max(self.left, 1.0) * (across / (1.0 + fixed / self.factor)) @ across.T
 
+    def shares(self, free: tuple[Free, ...], covariance: Array) -> Array:
+        """Part of the variance of its prior that each parameter keeps at T, shape (free,); 0 of one without a prior."""
+        sigma = Vector.of(free).sigma
+        return np.where(np.isfinite(sigma), np.diag(self.covariance(free, covariance)) / sigma**2, 0.0)
+
+    def numbers(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"factor": self.factor, "trials": self.trials, "left": self.left, "errors": dict(self.errors),
+                "words": list(self.words)}  # fmt: skip
+
+    @staticmethod
+    def read(table: Mapping[str, Any]) -> Power:
+        """From what `numbers` gave.
+
+        Raises:
+            KeyError, TypeError, ValueError: it is not as that.
+        """
+        factor, left, trials = float(table["factor"]), float(table["left"]), int(table["trials"])
+        if not (1.0 <= factor < np.inf and 0.0 <= left < np.inf and trials >= LEAST):
+            raise ValueError(f"factor {factor:g}, left {left:g}, trials {trials}")
+        return Power(factor, trials, {str(name): float(one) for name, one in table["errors"].items()}, left)
+
     @property
     def words(self) -> tuple[str, ...]:
         """What it says, one line each."""
         before = np.sqrt(np.mean(list(self.errors.values())))
-        told = (f"of {self.trials} trials each is missed by {before:.2g} times what the fit to the others expects "
-                f"(root mean square); the likelihood counts by 1/{self.factor:.3g}")  # fmt: skip
+        told = (f"each of {self.trials} trials is missed by {before:.2g} times what the fit to the others expects (root "
+                f"mean square), so the data count by 1/{self.factor:.2g}")  # fmt: skip
         if self.left <= 1.1:
             return (told,)
         return (told, f"the priors are too narrow for these errors: draws are widened by {np.sqrt(self.left):.2g} "

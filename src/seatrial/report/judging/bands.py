@@ -20,6 +20,11 @@ PARAMETERS_ONLY = (
     "weather or of instruments: a real ship may lie outside more often than they say"
 )
 """What no band of this kind counts; shown wherever one is given."""
+LEFT_OUT = (
+    "these bands are as wide as the errors of trials that were left out of the fit in turn, for the error of the model's "
+    "form there; weather and instruments count only as those trials had them"
+)
+"""What bands count whose posterior left-out trials have widened."""
 
 _DEGREES = math.degrees(1.0)
 _SIGNS = {"u": ("surge speed", "m/s", 1.0), "v_m": ("sway speed", "m/s", 1.0), "r": ("rate of turn", "°/s", _DEGREES),

@@ -1,4 +1,8 @@
-"""A manoeuvre of a fitted ship with bands: draws from the posterior of its fit, refused beyond its trials."""
+"""A manoeuvre of a fitted ship with bands: draws from the posterior of its fit.
+
+Beyond the trials of the fit bands are refused where only the fit's own covariance is known; one that left-out trials
+have widened gives them for motions and controls, as what the trials leave open then keeps the width of its prior.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +18,10 @@ from ...core.files import packed, write_together
 from ...data.trialfile import write_trial
 from ...manoeuvres import Index, by_demand
 from ...models import STATES
-from ...report.judging.bands import PARAMETERS_ONLY, page, reach
+from ...report.judging.bands import LEFT_OUT, PARAMETERS_ONLY, page, reach
 from ...report.page import write
 from ...ships.steering import by_angle
-from ...study.grounds import Beyond, beyond, kind_of
+from ...study.grounds import SURROUNDINGS, Beyond, beyond, kind_of
 from ...study.store import load_fit_summary
 from ...study.stored import Posterior, posterior
 from .. import RequestError
@@ -27,6 +31,9 @@ from ..simulation import Simulated, simulate
 DRAWS, _MOST = 1000, 20_000
 # A quantile is worth its name with so many draws beyond it.
 _TAIL = 5
+# A parameter is left open where so much of its prior variance stays.
+_LOOSE = 0.5
+LEAVE_OUT = "; or let trials left out in turn widen them (seatrial identify STUDY -o RUN --left-out)"
 # Rows of each track that are exported.
 _EXPORTED = 201
 
@@ -41,7 +48,8 @@ class Banded:
         level: share of the draws within a band.
         posterior: what was drawn from.
         draws: parameters of each run, shape (draws, free).
-        beyond: channels in which the run leaves the trials of the fit; empty unless that was accepted.
+        beyond: channels in which the run leaves the trials of the fit; empty unless that was accepted, or the posterior
+            says what is open there.
         caveats: what the bands do not say, one line each, the first always.
     """
 
@@ -74,7 +82,8 @@ def simulate_with_bands(
     Args:
         level: of the bands [%].
         draws: number of runs.
-        extrapolate: give bands where the run leaves the ranges of the trials of the fit; else it is refused.
+        extrapolate: give bands where the run leaves the ranges of the trials of the fit; else it is refused, but for
+            motions and controls of a fit whose posterior left-out trials have widened.
         out: trial file of the run; bands go beside it as .bands.npz, .bands.html and .bands.json.
 
     The others are the options of `seatrial simulate`.
@@ -125,10 +134,12 @@ def _beyond(held: Posterior, ran: Simulated, extrapolate: bool) -> tuple[Beyond,
             "again, or accept bands of unknown validity with --extrapolate"
         )
     found = beyond(held.covered, ran.trial, ran.ship.model.controls)
-    if found and not extrapolate:
+    told = held.power is not None and not any(one.channel in SURROUNDINGS for one in found)
+    if found and not extrapolate and not told:
         raise RequestError(
             f"--bands: the run leaves the trials of the fit: {'; '.join(map(reach, found))}; nothing is known of the "
             "error there; fit trials that go so far, or accept it with --extrapolate"
+            f"{'' if held.power is not None else LEAVE_OUT}"
         )
     return found
 
@@ -136,18 +147,30 @@ def _beyond(held: Posterior, ran: Simulated, extrapolate: bool) -> tuple[Beyond,
 def _caveats(
     model: str, held: Posterior, ran: Simulated, out_of: tuple[Beyond, ...], found: Bands
 ) -> tuple[str, ...]:  # fmt: skip
-    lines = [PARAMETERS_ONLY]
-    tested = load_fit_summary(Path(model).parent).get("diagnosis")
-    if tested is not None and not tested.get("explained", True):
-        lines.append("the model does not explain the trials of its fit: the bands are too narrow")
+    if held.power is not None:
+        lines = [LEFT_OUT, *held.power.words]
+    else:
+        lines = [PARAMETERS_ONLY]
+        tested = load_fit_summary(Path(model).parent).get("diagnosis")
+        if tested is not None and not tested.get("explained", True):
+            lines.append("the model does not explain the trials of its fit: the bands are too narrow")
     if out_of:
-        lines.append(f"extrapolated: {'; '.join(map(reach, out_of))}; the bands are not widened for it")
+        lines.append(f"extrapolated: {'; '.join(map(reach, out_of))}; {_open_there(held)}")
     kinds, kind = held.grounds.get("kinds", ()), kind_of(ran.trial)
     if kinds and kind not in kinds:
         lines.append(f"no trial of the fit is of this kind ({kind}); they are {', '.join(kinds)}")
     if lost := int(np.isfinite(found.failed).sum()):
         lines.append(f"{lost} of {len(found.failed)} draws left the validity of the ship file or blew up on their way")
     return tuple(lines)
+
+
+def _open_there(held: Posterior) -> str:
+    """What the bands count beyond the trials."""
+    if held.power is None:
+        return "the bands are not widened for it"
+    loose = int((held.power.shares(held.free, held.covariance) > _LOOSE).sum())
+    return (f"there the bands are as wide as the priors of what the trials leave open ({loose} of {len(held.free)} free "
+            "parameters), which no trial has tested; coefficients that the study holds count as exact")  # fmt: skip
 
 
 def _write(banded: Banded, out: Path, note: Note) -> None:
