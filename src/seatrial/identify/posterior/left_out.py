@@ -17,10 +17,12 @@ import numpy as np
 
 from ...core.parameters import Free
 from ...data import Array
+from ...models import STATES
 from .. import Fit, Problem, StudyError
 from ..record import scales
 from ..trajectory.batch import Many
 from ..vector import Vector
+from .ensemble import white
 from .sampling.density import Posterior, posterior_of
 
 LEAST = 3
@@ -28,6 +30,8 @@ LEAST = 3
 
 # A parameter without a prior has one of so many times its own sigma.
 _WIDE = 100.0
+# The noise of instruments is estimated; what exceeds so many times its variance is no noise.
+_SURE = 1.25
 # Range of the factor that is looked for, and halvings.
 _GREATEST, _HALVINGS = 1e8, 60
 
@@ -119,8 +123,10 @@ def power(fit: Fit, problem: Problem, settings: Any) -> Power:
         raise StudyError(f"{len(problem.trials)} trials are too few to leave each out in turn; fit {LEAST} or more")
     # Scales that are estimated from the trials stay those of all of them.
     whole = replace(problem, loss=replace(problem.loss, sigma=scales(problem)))
-    variance = posterior_of(fit, whole, settings).variance
-    found = {trial.name: _told(whole, k, settings, fit.values, variance) for k, trial in enumerate(problem.trials)}
+    variance, level = posterior_of(fit, whole, settings).variance, white(fit, whole, settings)
+    sigma = np.array([level[name] for name in STATES])
+    found = {trial.name: _told(whole, k, settings, fit.values, variance, sigma)
+             for k, trial in enumerate(problem.trials)}  # fmt: skip
     missed = list(found.values())
     low, high = 0.0, float(np.log(_GREATEST))
     if _mean(missed, 1.0) <= 1.0:
@@ -138,17 +144,19 @@ class _Missed:
 
     Attributes:
         squares: summed squared error of each channel, in units of its scale, shape (channels,).
+        noise: what instruments add to it, at the samples and through the starts of windows, shape (channels,).
         slopes: its derivatives with respect to `across`, squared and summed, shape (channels, free).
         fixed: curvature of the likelihood of the others in these directions, shape (free,).
     """
 
     squares: Array
+    noise: Array
     slopes: Array
     fixed: Array
 
     def expected(self, factor: float) -> Array:
         """What the squares are on average where the likelihood counts by 1/factor, shape (channels,)."""
-        return self.slopes @ (1.0 / (1.0 + self.fixed / factor))
+        return _SURE * self.noise + self.slopes @ (1.0 / (1.0 + self.fixed / factor))
 
 
 def _mean(found: Sequence[_Missed], factor: float) -> float:
@@ -157,18 +165,20 @@ def _mean(found: Sequence[_Missed], factor: float) -> float:
     return float((squares / np.sum([one.expected(factor) for one in found], axis=0)).mean())
 
 
-def _told(problem: Problem, left: int, settings: Any, start: Array, variance: float) -> _Missed:
-    """The trial at this place, as a fit to the others predicts it."""
+def _told(problem: Problem, left: int, settings: Any, start: Array, variance: float, sigma: Array) -> _Missed:
+    """The trial at this place, as a fit to the others predicts it; `sigma` is the noise of each state."""
     parts = [(problem.trials[left],), tuple(t for k, t in enumerate(problem.trials) if k != left)]
     alone, others = (Many.like(replace(problem, trials=some, validation=()), settings) for some in parts)
     values = others.descend(start[None], iterations=60, tolerance=1e-8).values
     across, fixed = directions(problem.free, Posterior(others, variance).laplace(values)[0])
-    errors, slopes = _answer(alone, values)
-    return _Missed((errors**2).sum(axis=0), ((slopes @ across) ** 2).sum(axis=0), fixed)
+    errors, slopes, begun, scale = _answer(alone, values)
+    noise = ((begun * sigma) ** 2).sum(axis=(0, 2)) + ((scale * sigma[list(alone.compared)]) ** 2).sum(axis=0)
+    return _Missed((errors**2).sum(axis=0), noise, ((slopes @ across) ** 2).sum(axis=0), fixed)
 
 
-def _answer(many: Many, values: Array) -> tuple[Array, Array]:
-    """Errors of predictions over their scales, shape (rows, channels), and their slopes (rows, channels, free).
+def _answer(many: Many, values: Array) -> tuple[Array, Array, Array, Array]:
+    """Errors of predictions over their scales, shape (rows, channels), their slopes by parameter (rows, channels,
+    free) and by measured state at the start (rows, channels, 6), and the scales (rows, channels).
 
     Starts of windows that are estimated are the best ones, and answer to the parameters.
     """
@@ -182,8 +192,10 @@ def _answer(many: Many, values: Array) -> tuple[Array, Array]:
         state0, cut.series, many.shared, lanewise=np.repeat(values, len(state0), axis=0), dt=cut.dt, steps=cut.steps,
         every=cut.every, method=many.method, threads=many.threads,
     )  # fmt: skip
-    own = slopes[..., :n] + np.einsum("wrcs,wsn->wrcn", slopes[..., n:][..., list(many.begun)], answer)
+    begun = slopes[:, :, states, n : n + len(STATES)].copy()
+    own = slopes[:, :, states, :n] + np.einsum("wrcs,wsn->wrcn", begun[..., list(many.begun)], answer)
+    begun[..., list(many.begun)] = 0.0
     scale = cut.scale[:, :, states]
     errors = (run[:, :, states] - cut.measured[:, :, states]) * scale
     rows = (scale > 0).all(axis=2)
-    return errors[rows], (own[:, :, states] * scale[..., None])[rows]
+    return errors[rows], (own * scale[..., None])[rows], (begun * scale[..., None])[rows], scale[rows]

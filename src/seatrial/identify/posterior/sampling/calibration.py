@@ -17,7 +17,7 @@ from .density import Posterior
 from .sampling import sampler_of
 
 # Moves that adapt; draws between those that are ranked, so that they are nearly independent; rounds of redrawing.
-_WARM, _THIN, _ROUNDS = 60, 4, 100
+_WARM, _THIN, _ROUNDS = 120, 4, 100
 
 
 def truths(problem: Problem, count: int, rng: np.random.Generator) -> Array:

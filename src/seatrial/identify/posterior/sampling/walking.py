@@ -29,7 +29,9 @@ _AIM, _MORE, _SCATTER, _LEAST, _GREATEST = 0.234, 0.2, 1.0, 1e-8, 10.0
 _STEP = 2.38**2
 # The metric is learned at these parts of the warm-up, of the latter part of the draws so far; those count beside so
 # many for each parameter that the metric before stands for.
-_LEARNED, _LATTER, _BEFORE = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8), 0.5, 1.0
+_LEARNED, _LATTER, _BEFORE = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8), 0.5, 1.0
+# A draw of the warm-up takes as many moves as there are parameters, over this: the metric is learned of more of them.
+FINER = 8
 # Least curvature of the likelihood in a direction, that of the prior being 1.
 _CURVED = 0.05
 
@@ -55,7 +57,8 @@ class Walker:
         density: what is drawn from.
         mean, sigma: of the Gaussian that the steps leave as it is: the prior, or one that is wide, shape (groups, free).
         low, high: bounds, shape (free,).
-        warm, draws: draws of each chain while it adapts, and that are kept; as many moves to a draw as parameters.
+        warm, draws: draws of each chain while it adapts, and that are kept; a kept one takes as many moves as there are
+            parameters, one of the warm-up a part of them.
         seed: of all random numbers.
         groups: posterior that each lane draws from, shape (lanes,): chains of one share step and metric.
     """
@@ -95,14 +98,15 @@ class Walker:
         return _Metric(across * vectors, (vectors / across).transpose(0, 2, 1), curved)
 
     def _drawn(self, chains: Chains, metric: _Metric) -> Chains:
-        """As many moves of all chains as there are parameters."""
+        """The moves of all chains to the next draw."""
         lanes, n = chains.values.shape
+        moves = n if chains.move >= self.warm else -(-n // FINER)
         rng = np.random.Generator(np.random.Philox(key=[self.seed, chains.move]))
         there, back = metric.there[self.groups], metric.back[self.groups]
         centre, curved = self.mean[self.groups], metric.curved[self.groups]
         values, density = chains.values, chains.density
         z, total = _times(back, values - centre), np.zeros(lanes)
-        for _ in range(n):
+        for _ in range(moves):
             squared = chains.step[self.groups] * np.exp(_SCATTER * rng.standard_normal(lanes) - 0.5 * _SCATTER**2)
             anew = (squared[:, None] / (squared[:, None] + curved))
             then = np.sqrt(1.0 - anew) * z + np.sqrt(anew) * rng.standard_normal((lanes, n))
@@ -116,15 +120,15 @@ class Walker:
             z, values = np.where(taken[:, None], then, z), np.where(taken[:, None], moved, values)
             density = np.where(taken, found, density)
         at = chains.move
-        chains.drawn[at], chains.densities[at], chains.accepted[at] = values, density, total / n
-        return replace(chains, values=values, density=density, move=at + 1, calls=chains.calls + n)
+        chains.drawn[at], chains.densities[at], chains.accepted[at] = values, density, total / moves
+        return replace(chains, values=values, density=density, move=at + 1, calls=chains.calls + moves)
 
     def _adapted(self, chains: Chains) -> Chains:
         """Step by the acceptance of the chains of each group; metric at some parts of the warm-up."""
         done, n = chains.move, chains.values.shape[1]
         count = np.bincount(self.groups, minlength=len(chains.step))
         rate = np.bincount(self.groups, chains.accepted[done - 1], minlength=len(count)) / count
-        step = chains.step * np.exp((rate - _AIM - _MORE / n) * 4.0 / (0.1 * done + 1.0) ** 0.5)
+        step = chains.step * np.exp((rate - _AIM - _MORE / n) * 2.0 / (0.05 * done + 1.0) ** 0.5)
         step = np.clip(step, _LEAST, _GREATEST)
         if done not in {round(part * self.warm) for part in _LEARNED}:
             return replace(chains, step=step)
