@@ -14,8 +14,10 @@ from seatrial.identify.posterior.sampling.calibration import calibrate
 from seatrial.identify.posterior.sampling.density import Posterior, check_proper, posterior_of
 from seatrial.identify.posterior.sampling.diagnostics import effective, effective_mean, rhat
 from seatrial.identify.posterior.sampling.hamiltonian import Sampler
+from seatrial.identify.posterior.sampling.plain import Plain
 from seatrial.identify.posterior.sampling.sampled import Sampled
 from seatrial.identify.posterior.sampling.sampling import LEAST, sample
+from seatrial.identify.posterior.sampling.walking import Walker
 from seatrial.identify.resume import ResumeError
 from seatrial.identify.trajectory.gauss_newton import Normal
 from seatrial.identify.trajectory.shooting import Trajectory
@@ -141,6 +143,46 @@ def test_the_diagnostics_are_those_of_arviz():
     assert effective(draws)[0] == pytest.approx(float(az.ess(same)), rel=0.03)
 
 
+def walked(density, mean, sigma, low, high, root, *, draws=400, warm=300, chains=8, seed=1):
+    n = len(mean)
+    walker = Walker(density, np.array([mean]), np.array([sigma]), low, high, warm, draws, seed,
+                    np.zeros(chains, dtype=np.intp))  # fmt: skip
+    start = np.clip(np.asarray(mean) + np.random.default_rng(seed).standard_normal((chains, n)), low, high)
+    return walker.run(walker.begun(start, root[None])).drawn[warm:]
+
+
+def test_a_walk_has_the_moments_of_prior_and_data_together():
+    """Twenty parameters, of which data fix one closely, one loosely and leave the others to the prior."""
+    n = 20
+    mean, sigma, data = np.arange(n) / 10.0, np.full(n, 2.0), np.zeros(n)
+    data[0], data[1] = 0.01**-2, 1.0
+    found = walked(lambda x: -0.5 * ((data * (x - 1.0) ** 2).sum(axis=1) + (((x - mean) / sigma) ** 2).sum(axis=1)),
+                   mean, sigma, *wide(n), np.diag(np.append([0.02, 1.0], np.full(n - 2, 1.0))))  # fmt: skip
+    precision = data + sigma**-2
+    error = effective_mean(found) ** -0.5
+    away = (found.mean(axis=(0, 1)) - (data + mean * sigma**-2) / precision) * np.sqrt(precision)
+    assert (np.abs(away) < 4.5 * error).all()
+    assert found.std(axis=(0, 1)) * np.sqrt(precision) == pytest.approx(1.0, abs=0.15)
+    # Twenty moves are an independent draw: only two directions are fixed.  A walk through all takes three times as many.
+    assert effective(found).min() > 0.6 * found.shape[0] * found.shape[1]
+
+
+def test_a_walk_does_not_mind_small_jumps_or_a_bound():
+    """A density that a gradient would misread: steps of 0.5 in its logarithm at every tenth."""
+
+    def density(x):
+        return -0.5 * (x[:, 0] ** 2) + 0.5 * (np.floor(10.0 * x[:, 0]) % 2)
+
+    low, high = np.array([0.0]), np.array([np.inf])
+    found = walked(density, [0.0], [1.0], low, high, np.eye(1), draws=3000)
+    x = np.arange(0.0005, 6.0, 0.001)
+    weight = np.exp(density(x[:, None]))
+    assert (found >= 0.0).all()
+    assert found.mean() == pytest.approx(np.average(x, weights=weight), abs=0.04)
+    odd = np.floor(10.0 * x) % 2 == 1
+    assert (np.floor(10.0 * found) % 2).mean() == pytest.approx(weight[odd].sum() / weight.sum(), abs=0.02)
+
+
 @pytest.fixture(scope="module")
 def turns():
     told = problem(SHIP, loss=LOSS, angles=(10, -35), paths=("hull.R_0", "rudder.kappa"), duration=200.0)
@@ -161,6 +203,14 @@ def test_the_gradient_is_that_of_the_density(turns, fitted):
         h = 1e-4 * fitted.sigma[k] * np.eye(2)[k]
         up, down = posterior(np.stack([at + h, at - h]))[0]
         assert posterior(at[None])[1][0, k] == pytest.approx((up - down) / (2 * h[k]), rel=1e-5)
+
+
+def test_the_density_without_a_gradient_is_the_one_with(turns, fitted):
+    posterior = posterior_of(fitted, turns, ESTIMATOR)
+    values = fitted.values + np.linspace(-1.0, 1.0, 5)[:, None] * fitted.sigma
+    assert Plain.of(posterior, 5)(values) == pytest.approx(posterior(values)[0], rel=1e-12)
+    values[2, 0] = np.nan
+    assert Plain.of(posterior, 5)(values)[2] == -np.inf
 
 
 def test_draws_of_a_ship_agree_with_laplace_where_that_is_right(turns, fitted):
@@ -256,7 +306,7 @@ def test_ranks_of_two_hundred_truths_are_uniform_for_five_ships(name):
                  ratio=0.6))  # fmt: skip
     told = Problem(ship, (trial,), free, Loss({"x": 0.02 * ship.L_pp, "y": 0.02 * ship.L_pp, "psi": 0.02}, 0.0))
     estimator = Trajectory(window=240 * dt, every=4, initial="measured", threads=2)
-    found = calibrate(told, estimator, repeats=200, draws=60, seed=1)
+    found = calibrate(told, estimator, repeats=200, draws=160, seed=1)
     assert found.shape == (200, len(free))
     for column in found.T:
         assert kstest(column, "uniform").pvalue > 0.01

@@ -24,8 +24,7 @@ from .plain import Plain
 from .sampled import Sampled
 from .walking import FINER, Walker
 
-CHAINS, WALKS = 8, 4
-"""Chains of Hamiltonian moves, which fill the kernel, and of walks: fewer, as each has to come from its start."""
+CHAINS = 8
 LEAST = 50 * CHAINS
 """Fewest draws that R-hat and effective sizes can be read from."""
 
@@ -79,16 +78,15 @@ def sample(
     # An optimiser stops where a step gains a share of the objective; a density is known to a fraction of one.
     best = posterior.many.descend(fit.values[None], iterations=100, tolerance=1e-8).values[0]
     walks = not posterior.many.begun
-    lanes = WALKS if walks else CHAINS
-    laplace, draws = posterior.laplace(best[None]), -(-count // lanes)
+    laplace, draws = posterior.laplace(best[None]), -(-count // CHAINS)
     warm = max(_WARM, round(_SHARE * draws)) * (FINER if walks else 1)
-    sampler = sampler_of(posterior, best[None], laplace, warm, draws, seed, np.zeros(lanes, dtype=np.intp))
+    sampler = sampler_of(posterior, best[None], laplace, warm, draws, seed, np.zeros(CHAINS, dtype=np.intp))
     print_ = hashlib.sha256(f"{fit.digest} {fit.values.tolist()} {count} {seed}".encode()).hexdigest()[:16]
     clock = _Clock(time.process_time(), time.perf_counter())
     chains = _resumed(checkpoint, print_, clock)
     if chains is None:
         root = np.linalg.cholesky(laplace).astype(np.float64)
-        chains = sampler.begun(starts(posterior, best, laplace[0], lanes, seed), root)
+        chains = sampler.begun(starts(posterior, best, laplace[0], CHAINS, seed), root)
 
     def each(now: Chains) -> None:
         if told:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -27,9 +28,10 @@ Value = Callable[[Array], Array]
 _AIM, _MORE, _SCATTER, _LEAST, _GREATEST = 0.234, 0.2, 1.0, 1e-8, 10.0
 # Squared step in units of the covariance is so much over the number of parameters (Gelman, Roberts and Gilks 1996).
 _STEP = 2.38**2
-# The metric is learned at these parts of the warm-up, of the latter part of the draws so far; those count beside so
-# many for each parameter that the metric before stands for.
-_LEARNED, _LATTER, _BEFORE = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8), 0.5, 1.0
+# The metric is learned after so many draws, again whenever there are more of them by a share, and for the last time at
+# a part of the warm-up; of the latter part of the draws so far, beside so many for each parameter that the metric before
+# stands for.
+_FIRST, _AGAIN, _LAST, _LATTER, _BEFORE = 8, 0.15, 0.8, 0.5, 1.0
 # A draw of the warm-up takes as many moves as there are parameters, over this: the metric is learned of more of them.
 FINER = 8
 # Least curvature of the likelihood in a direction, that of the prior being 1.
@@ -90,6 +92,15 @@ class Walker:
                 each(chains)
         return chains
 
+    @cached_property
+    def _learning(self) -> frozenset[int]:
+        """Draws after which the metric is learned."""
+        found, done = {round(_LAST * self.warm)}, float(_FIRST)
+        while done < _LAST * self.warm:
+            found.add(round(done))
+            done *= 1.0 + _AGAIN
+        return frozenset(found)
+
     def _metric(self, chains: Chains) -> _Metric:
         """Directions from the covariance of each group, in units of the prior."""
         weight, vectors = np.linalg.eigh(_covariance(chains.root / self.sigma[:, :, None]))
@@ -130,7 +141,7 @@ class Walker:
         rate = np.bincount(self.groups, chains.accepted[done - 1], minlength=len(count)) / count
         step = chains.step * np.exp((rate - _AIM - _MORE / n) * 2.0 / (0.05 * done + 1.0) ** 0.5)
         step = np.clip(step, _LEAST, _GREATEST)
-        if done not in {round(part * self.warm) for part in _LEARNED}:
+        if done not in self._learning:
             return replace(chains, step=step)
         recent = chains.drawn[int((1.0 - _LATTER) * done) : done]
         root = np.stack([_learned(chains.root[g], recent[:, self.groups == g]) for g in range(len(step))])
