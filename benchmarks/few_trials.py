@@ -26,7 +26,7 @@ from timing import machine
 from seatrial.campaign import Case
 from seatrial.campaign.reading import whole_indices
 from seatrial.core.parameters import Scalar, spec, update
-from seatrial.core.symbolic import magnitude, speed
+from seatrial.core.symbolic import cos, magnitude, sin, speed
 from seatrial.data import Array, Trial
 from seatrial.environment import Uniform
 from seatrial.forces import Flow, Force, Slipstream
@@ -73,13 +73,15 @@ class OtherHull(Polynomial):
 
 @dataclass(frozen=True, kw_only=True)
 class OtherRudder(OffCentre):
-    """A rudder that loses a part of its force with the square of its angle."""
+    """A rudder that loses a part of its force with the square of the angle of attack."""
 
-    stall: Scalar = spec("", "share lost at one radian")
+    stall: Scalar = spec("", "share lost at a right angle")
 
     def force(self, flow: Flow, slipstream: Slipstream) -> Force:
-        found, left = super().force(flow, slipstream), 1.0 - self.stall * flow.delta * flow.delta
-        return Force(*(left * one for one in found))
+        u_R, v_R = self._inflow(flow, slipstream)
+        delta = flow.delta + self.delta_0
+        attack = (u_R * sin(delta) - v_R * cos(delta)) / speed(u_R, v_R)
+        return Force(*((1.0 - self.stall * attack * attack) * one for one in super().force(flow, slipstream)))
 
 
 def published() -> Ship:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ranks import SHIPS, ranks
 from scipy.stats import kstest, truncnorm
 from suzaku_turns import GNSS, SHIP, problem
 
@@ -283,30 +284,11 @@ def test_ranks_tell_a_posterior_that_is_too_narrow(turns, monkeypatch):
     assert min(kstest(column, "uniform").pvalue for column in found.T) < 0.01
 
 
-CALIBRATED = {
-    "suzaku": ("hull.R_0", "rudder.kappa"),
-    "kvlcc2_l7": ("hull.Y_v", "hull.N_r", "rudder.t_R"),
-    "esso_osaka_3m": ("hull.Y_v", "hull.N_v", "hull.N_r"),
-    "kcs": ("hull.N_r", "rudder.a_H"),
-    "mariner": ("derivatives.Y_v", "derivatives.N_v"),
-}
-
-
 @pytest.mark.long
-@pytest.mark.parametrize("name", CALIBRATED)
+@pytest.mark.parametrize("name", SHIPS)
 def test_ranks_of_two_hundred_truths_are_uniform_for_five_ships(name):
-    """Coefficients of each ship from a zigzag of 120 s with the noise of a GNSS and a gyro."""
-    ship = load(name)
-    speed, n_P = approach(ship)
-    policy = Zigzag(n_P=n_P, delta=np.radians(10.0), psi=np.radians(10.0))
-    duration = 12.0 * ship.L_pp / speed
-    dt = round(duration / 240.0, 2)
-    trial = simulate(ship, policy, speed=speed, duration=240 * dt, dt=dt, name="zigzag")
-    free = tuple(replace(f, prior=f.start, sigma=0.15 * abs(f.start)) for f in near(ship.model, *CALIBRATED[name],
-                 ratio=0.6))  # fmt: skip
-    told = Problem(ship, (trial,), free, Loss({"x": 0.02 * ship.L_pp, "y": 0.02 * ship.L_pp, "psi": 0.02}, 0.0))
-    estimator = Trajectory(window=240 * dt, every=4, initial="measured", threads=2)
-    found = calibrate(told, estimator, repeats=200, draws=160, seed=1)
-    assert found.shape == (200, len(free))
+    """Coefficients of each ship from a zigzag with the noise of a GNSS and a gyro."""
+    found = ranks(name)
+    assert found.shape == (200, len(SHIPS[name]))
     for column in found.T:
         assert kstest(column, "uniform").pvalue > 0.01

@@ -179,3 +179,42 @@ def test_what_is_extrapolated_says_so(run: Path) -> None:
     found = simulate_with_bands(str(run), "turning", 95.0, draws=300, side="port", rudder=35.0, extrapolate=True)
     assert {one.channel for one in found.beyond} >= {"delta"}
     assert any(line.startswith("extrapolated: ") for line in found.caveats)
+
+
+def left_out(run: Path, factor: float = 9.0, **more: object) -> Path:
+    """The same run with what left-out trials would have said of it."""
+    file = run.with_name("fit.json")
+    said = {"factor": factor, "trials": 4, "left": 1.0, "errors": {"one": 81.0, "two": 1.0}, **more}
+    file.write_text(json.dumps({**json.loads(file.read_text()), "left_out": said}))
+    return run
+
+
+def test_left_out_trials_widen_bands_and_give_them_beyond_the_trials(run: Path) -> None:
+    """The trials go to starboard: to port the fit's own covariance is refused, the widened one is not."""
+    settings = {"draws": 300, "side": "port", "rudder": 35.0}
+    before = simulate_with_bands(str(run), "turning", 95.0, extrapolate=True, **settings)
+    with pytest.raises(RequestError, match="--left-out"):
+        simulate_with_bands(str(run), "turning", 95.0, **settings)
+    after = simulate_with_bands(str(left_out(run)), "turning", 95.0, **settings)
+    assert {one.channel for one in after.beyond} >= {"delta"}
+    assert "left out of the fit in turn" in after.caveats[0]
+    assert "each of 4 trials is missed by 6.4 times" in after.caveats[1]
+    assert any("as wide as the priors of what the trials leave open (0 of 3 free parameters)" in line
+               for line in after.caveats)  # fmt: skip
+    widths = [found[2].value - found[1].value for found in (one.indices["advance"] for one in (before, after))]
+    assert widths[1] > 2.0 * widths[0]
+
+
+def test_no_left_out_trial_tells_of_other_surroundings(run: Path) -> None:
+    file = left_out(run).with_name("fit.json")
+    document = json.loads(file.read_text())
+    document["grounds"]["covered"]["depth"] = [1.0, 2.0]
+    file.write_text(json.dumps(document))
+    with pytest.raises(RequestError, match=r"leaves the trials of the fit: depth deep m \(trials: 1\.00 to 2\.00"):
+        simulate_with_bands(str(run), "turning", 95.0, draws=300, rudder=35.0)
+
+
+@pytest.mark.parametrize("wrong", [{"factor": 0.0}, {"factor": "nine"}, {"trials": 1}, {"errors": 3}])
+def test_what_left_out_trials_say_is_not_edited(run: Path, wrong: dict[str, object]) -> None:
+    with pytest.raises(StudyError, match=r"fit\.json: left_out cannot be read .* --left-out makes it again"):
+        simulate_with_bands(str(left_out(run, **wrong)), "turning", 95.0)  # type: ignore[arg-type]

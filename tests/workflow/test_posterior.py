@@ -8,6 +8,7 @@ import pytest
 
 from seatrial.identify import StudyError
 from seatrial.study.drawn import read_draws
+from seatrial.study.stored import posterior
 from seatrial.workflow import RequestError
 from seatrial.workflow.campaigns.reading import campaign_of
 from seatrial.workflow.identify import identify
@@ -91,3 +92,26 @@ def test_a_file_that_holds_no_draws_is_refused(tmp_path):
     (tmp_path / "posterior.npz").write_text("no archive")
     with pytest.raises(StudyError, match="cannot be read"):
         read_draws(tmp_path / "posterior.npz")
+
+
+def test_trials_left_out_in_turn_are_kept_with_the_fit(run, tmp_path):
+    with pytest.raises(RequestError, match=r"--left-out: 1 trials are too few to leave each out in turn; train on 3"):
+        identify(run[0], tmp_path / "one", left_out=True)
+    assert not (tmp_path / "one" / "fit.json").exists()
+    more = STUDY.replace('["a"]', '["*"]') + "".join(
+        f'[virtual.trials.{name}]\ntype = "zigzag:Zigzag"\nrudder = {angle}\nheading = {angle}\n'
+        for name, angle in (("b", 20.0), ("c", 5.0))
+    )
+    study = tmp_path / "study.toml"
+    study.write_text(more)
+    identify(study, tmp_path / "run", left_out=True)
+    told = json.loads((tmp_path / "run" / "fit.json").read_text())["left_out"]
+    assert told["trials"] == 3
+    assert set(told["errors"]) == {"a", "b", "c"}
+    assert told["factor"] >= 1.0
+    held = posterior(tmp_path / "run" / "model.toml")
+    assert held.power is not None
+    assert held.power.factor == told["factor"]
+    before = (tmp_path / "run" / "fit.json").read_bytes()
+    identify(study, tmp_path / "run", left_out=True)
+    assert (tmp_path / "run" / "fit.json").read_bytes() == before

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.stats import chi2
 
 from ...core.parameters import Free
 from ...data import Array
@@ -30,8 +31,9 @@ LEAST = 3
 
 # A parameter without a prior has one of so many times its own sigma.
 _WIDE = 100.0
-# The noise of instruments is estimated; what exceeds so many times its variance is no noise.
-_SURE = 1.25
+# What noise explains in so many of a hundred cases is taken for noise: that of its start bends a whole window, so that
+# there are no more independent errors of this kind than windows.
+_CHANCE = 0.95
 # Range of the factor that is looked for, and halvings.
 _GREATEST, _HALVINGS = 1e8, 60
 
@@ -128,13 +130,7 @@ def power(fit: Fit, problem: Problem, settings: Any) -> Power:
     found = {trial.name: _told(whole, k, settings, fit.values, variance, sigma)
              for k, trial in enumerate(problem.trials)}  # fmt: skip
     missed = list(found.values())
-    low, high = 0.0, float(np.log(_GREATEST))
-    if _mean(missed, 1.0) <= 1.0:
-        high = 0.0
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if _mean(missed, float(np.exp(middle))) > 1.0 else (low, middle)
-    factor = float(np.exp(high))
+    factor = _factor(missed)
     return Power(factor, len(found), {name: _mean([one], 1.0) for name, one in found.items()}, _mean(missed, factor))
 
 
@@ -147,33 +143,47 @@ class _Missed:
         noise: what instruments add to it, at the samples and through the starts of windows, shape (channels,).
         slopes: its derivatives with respect to `across`, squared and summed, shape (channels, free).
         fixed: curvature of the likelihood of the others in these directions, shape (free,).
+        windows: that the trial was cut into.
     """
 
     squares: Array
     noise: Array
     slopes: Array
     fixed: Array
+    windows: int
 
-    def expected(self, factor: float) -> Array:
-        """What the squares are on average where the likelihood counts by 1/factor, shape (channels,)."""
-        return _SURE * self.noise + self.slopes @ (1.0 / (1.0 + self.fixed / factor))
+    def explained(self, factor: float) -> Array:
+        """What the parameters add to the squares on average, the likelihood counting by 1/factor, shape (channels,)."""
+        return self.slopes @ (1.0 / (1.0 + self.fixed / factor))
 
 
 def _mean(found: Sequence[_Missed], factor: float) -> float:
     """Squared errors over the expected ones: of all trials together, so that great motions count; mean of channels."""
-    squares = np.sum([one.squares for one in found], axis=0)
-    return float((squares / np.sum([one.expected(factor) for one in found], axis=0)).mean())
+    windows = sum(one.windows for one in found)
+    sure = float(chi2.ppf(_CHANCE, windows)) / windows
+    expected = np.sum([sure * one.noise + one.explained(factor) for one in found], axis=0)
+    return float((np.sum([one.squares for one in found], axis=0) / expected).mean())
+
+
+def _factor(missed: Sequence[_Missed]) -> float:
+    """By which the likelihood is to count less, so that the errors are those that are expected."""
+    low, high = 0.0, 0.0 if _mean(missed, 1.0) <= 1.0 else float(np.log(_GREATEST))
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _mean(missed, float(np.exp(middle))) > 1.0 else (low, middle)
+    return float(np.exp(high))
 
 
 def _told(problem: Problem, left: int, settings: Any, start: Array, variance: float, sigma: Array) -> _Missed:
     """The trial at this place, as a fit to the others predicts it; `sigma` is the noise of each state."""
-    parts = [(problem.trials[left],), tuple(t for k, t in enumerate(problem.trials) if k != left)]
-    alone, others = (Many.like(replace(problem, trials=some, validation=()), settings) for some in parts)
+    parts = [[t for k, t in enumerate(problem.trials) if (k == left) is out] for out in (True, False)]
+    alone, others = (Many.like(replace(problem, trials=tuple(some), validation=()), settings) for some in parts)
     values = others.descend(start[None], iterations=60, tolerance=1e-8).values
     across, fixed = directions(problem.free, Posterior(others, variance).laplace(values)[0])
     errors, slopes, begun, scale = _answer(alone, values)
     noise = ((begun * sigma) ** 2).sum(axis=(0, 2)) + ((scale * sigma[list(alone.compared)]) ** 2).sum(axis=0)
-    return _Missed((errors**2).sum(axis=0), noise, ((slopes @ across) ** 2).sum(axis=0), fixed)
+    return _Missed((errors**2).sum(axis=0), noise, ((slopes @ across) ** 2).sum(axis=0), fixed,
+                   len(alone.windows.state0))  # fmt: skip
 
 
 def _answer(many: Many, values: Array) -> tuple[Array, Array, Array, Array]:

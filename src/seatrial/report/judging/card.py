@@ -23,7 +23,8 @@ _CLAIMED, _HOLDS, _CHANCE = 0.95, 0.9, 3.0
 _BANDS = (
     "Held: share of the measurements within bands of 95 %, drawn from the posterior of the parameters with the noise "
     "of the instruments at the start and at the reading. Errors of the form of the model, of weather and controls are "
-    "not in these bands: where they hold less often than 95 %, take the errors, not the bands."
+    "in these bands only as far as trials left out of the fit in turn have widened it (identify --left-out): where they "
+    "hold less often than 95 %, take the errors, not the bands."
 )
 
 
@@ -108,7 +109,8 @@ def _head(card: Card) -> str:
              f"fitted to {len(names)} trials ({counted}); judged on {len(card.unseen)} unseen trials.")  # fmt: skip
     warned = [*card.missing]
     if _explained(card) is False:
-        warned.insert(0, "The model does not explain the trials of its fit: its sigmas and bands are too narrow.")
+        warned.insert(0, "The model does not explain the trials of its fit: its sigmas are too narrow"
+                      + ("." if "left_out" in card.summary else ", and its bands."))  # fmt: skip
     best = [row for row in card.rows if row.horizon == card.rows[-1].horizon][-1:]
     shown = [(f"{number(row.error['position'], 2)} m", f"position error after {row.horizon:.4g} s") for row in best]
     shown += [(f"{number(_DEGREES * row.error['heading'], 2)}°", "heading error") for row in best]
@@ -120,9 +122,9 @@ def _validity(card: Card) -> str:
     if not card.covered:
         return soft("This fit did not keep the ranges of its trials (an older version): fit it again.")
     rows = [_range(name, ends) for name, ends in card.covered.items()]
+    refused = "" if "left_out" in card.summary else ", and seatrial simulate --bands refuses it"
     words = ("Lowest and highest value in the trials of the fit, without a thousandth of outliers at either end. "
-             "Beyond them, and for other kinds of manoeuvre, the model extrapolates: no error is known there, and "
-             "seatrial simulate --bands refuses it.")  # fmt: skip
+             f"Beyond them, and for other kinds of manoeuvre, the model extrapolates: no error is known there{refused}.")
     kinds = ", ".join(card.grounds.get("kinds", ()))
     half = -(-len(rows) // 2)
     halves = "".join(table(("", "from", "to", "unit"), some, words=(3,)) for some in (rows[:half], rows[half:]))
