@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 from timing import machine
+
 from seatrial.campaign import Case
 from seatrial.campaign.reading import whole_indices
 from seatrial.core.parameters import Scalar, spec, update
@@ -99,7 +100,8 @@ def truth(ship: Ship, rng: np.random.Generator) -> Ship:
     moved = {f.path: f.prior + f.sigma * float(np.clip(rng.standard_normal(), -2, 2)) for f in free_of(ship)}
     model: Any = update(ship.model, moved)
     own, blade = ({f.name: getattr(part, f.name) for f in fields(part)} for part in (model.hull, model.rudder))
-    hull = OtherHull(**own, C_Y=rng.uniform(0.0, 0.3), C_N=rng.uniform(0.0, 0.01), k_X=rng.uniform(-0.3, 0.3), U_0=SPEED)
+    drag = {"C_Y": rng.uniform(0.0, 0.3), "C_N": rng.uniform(0.0, 0.01), "k_X": rng.uniform(-0.3, 0.3), "U_0": SPEED}
+    hull = OtherHull(**own, **drag)
     rudder = OtherRudder(**blade, stall=rng.uniform(0.0, 0.6))
     return replace(ship, model=replace(model, hull=hull, rudder=rudder), validity={})
 

@@ -54,7 +54,9 @@ class Power:
     errors: Mapping[str, float]
     left: float
 
-    def draws(self, free: tuple[Free, ...], mean: Array, covariance: Array, count: int, rng: np.random.Generator) -> Array:
+    def draws(
+        self, free: tuple[Free, ...], mean: Array, covariance: Array, count: int, rng: np.random.Generator
+    ) -> Array:  # fmt: skip
         """Draws of the parameters, each with a factor of its own, shape (count, free); bounds are not looked at."""
         factor = self.factor * self.trials / rng.chisquare(self.trials, count)
         across, fixed = directions(free, covariance)
@@ -93,8 +95,8 @@ class Power:
     def words(self) -> tuple[str, ...]:
         """What it says, one line each."""
         before = np.sqrt(np.mean(list(self.errors.values())))
-        told = (f"each of {self.trials} trials is missed by {before:.2g} times what the fit to the others expects (root "
-                f"mean square), so the data count by 1/{self.factor:.2g}")  # fmt: skip
+        told = (f"each of {self.trials} trials is missed by {before:.2g} times what the fit to the others expects "
+                f"(root mean square), so the data count by 1/{self.factor:.2g}")  # fmt: skip
         if self.left <= 1.1:
             return (told,)
         return (told, f"the priors are too narrow for these errors: draws are widened by {np.sqrt(self.left):.2g} "
@@ -102,8 +104,11 @@ class Power:
 
 
 def directions(free: tuple[Free, ...], covariance: Array) -> tuple[Array, Array]:
-    """Directions in which prior and data are independent: columns that are one prior sigma long, shape (free, free),
-    and the curvature of the likelihood in each, that of the prior being 1, shape (free,).
+    """Directions in which prior and data are independent, and how the data fix them.
+
+    Returns:
+        Columns that are one prior sigma long, shape (free, free), and the curvature of the likelihood in each, that of
+        the prior being 1, shape (free,).
     """
     sigma = Vector.of(free).sigma
     unit = np.where(np.isfinite(sigma), sigma, _WIDE * np.sqrt(np.diag(covariance)))
@@ -187,10 +192,11 @@ def _told(problem: Problem, left: int, settings: Any, start: Array, variance: fl
 
 
 def _answer(many: Many, values: Array) -> tuple[Array, Array, Array, Array]:
-    """Errors of predictions over their scales, shape (rows, channels), their slopes by parameter (rows, channels,
-    free) and by measured state at the start (rows, channels, 6), and the scales (rows, channels).
+    """Errors of predictions and what they depend on; estimated starts are the best ones, and answer to the parameters.
 
-    Starts of windows that are estimated are the best ones, and answer to the parameters.
+    Returns:
+        Errors over their scales, shape (rows, channels), their slopes by parameter (rows, channels, free) and by
+        measured state at the start (rows, channels, 6), and the inverse scales (rows, channels).
     """
     cut, states, n = many.windows, list(many.compared), values.shape[1]
     state0, answer = cut.state0.copy(), np.zeros((len(cut.state0), 0, n))

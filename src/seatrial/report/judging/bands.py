@@ -21,8 +21,8 @@ PARAMETERS_ONLY = (
 )
 """What no band of this kind counts; shown wherever one is given."""
 LEFT_OUT = (
-    "these bands are as wide as the errors of trials that were left out of the fit in turn, for the error of the model's "
-    "form there; weather and instruments count only as those trials had them"
+    "these bands are as wide as the errors of trials that were left out of the fit in turn, and so count the error of "
+    "the model's form there; weather and instruments count only as those trials had them"
 )
 """What bands count whose posterior left-out trials have widened."""
 

@@ -23,8 +23,8 @@ _CLAIMED, _HOLDS, _CHANCE = 0.95, 0.9, 3.0
 _BANDS = (
     "Held: share of the measurements within bands of 95 %, drawn from the posterior of the parameters with the noise "
     "of the instruments at the start and at the reading. Errors of the form of the model, of weather and controls are "
-    "in these bands only as far as trials left out of the fit in turn have widened it (identify --left-out): where they "
-    "hold less often than 95 %, take the errors, not the bands."
+    "in these bands only as far as trials left out of the fit in turn have widened it (identify --left-out): where "
+    "they hold less often than 95 %, take the errors, not the bands."
 )
 
 
@@ -124,7 +124,8 @@ def _validity(card: Card) -> str:
     rows = [_range(name, ends) for name, ends in card.covered.items()]
     refused = "" if "left_out" in card.summary else ", and seatrial simulate --bands refuses it"
     words = ("Lowest and highest value in the trials of the fit, without a thousandth of outliers at either end. "
-             f"Beyond them, and for other kinds of manoeuvre, the model extrapolates: no error is known there{refused}.")
+             "Beyond them, and for other kinds of manoeuvre, the model extrapolates: no error is known there"
+             f"{refused}.")  # fmt: skip
     kinds = ", ".join(card.grounds.get("kinds", ()))
     half = -(-len(rows) // 2)
     halves = "".join(table(("", "from", "to", "unit"), some, words=(3,)) for some in (rows[:half], rows[half:]))

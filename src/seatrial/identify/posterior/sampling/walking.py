@@ -29,9 +29,9 @@ _AIM, _MORE, _SCATTER, _LEAST, _GREATEST = 0.234, 0.2, 1.0, 1e-8, 10.0
 # Squared step in units of the covariance is so much over the number of parameters (Gelman, Roberts and Gilks 1996).
 _STEP = 2.38**2
 # The metric is learned after so many draws, again whenever there are more of them by a share, and for the last time at
-# a part of the warm-up; of the latter part of the draws so far, beside so many for each parameter that the metric before
-# stands for.
-_FIRST, _AGAIN, _LAST, _LATTER, _BEFORE = 8, 0.15, 0.8, 0.5, 1.0
+# a part of the warm-up; of the latter part of the draws so far, beside so many for each parameter that the metric
+# before stands for.
+_FIRST, _AGAIN, _LAST, _LATTER, _BEFORE = 8, 0.15, 0.8, 0.6, 0.2
 # A draw of the warm-up takes as many moves as there are parameters, over this: the metric is learned of more of them.
 FINER = 8
 # Least curvature of the likelihood in a direction, that of the prior being 1.
@@ -57,7 +57,7 @@ class Walker:
 
     Attributes:
         density: what is drawn from.
-        mean, sigma: of the Gaussian that the steps leave as it is: the prior, or one that is wide, shape (groups, free).
+        mean, sigma: of the Gaussian that the steps leave as it is, the prior or a wide one, shape (groups, free).
         low, high: bounds, shape (free,).
         warm, draws: draws of each chain while it adapts, and that are kept; a kept one takes as many moves as there are
             parameters, one of the warm-up a part of them.
@@ -77,8 +77,8 @@ class Walker:
 
     def begun(self, values: Array, root: Array) -> Chains:
         """Chains at their starts, shape (lanes, free), with a root of the covariance, shape (groups, free, free)."""
-        step = np.full(len(root), _STEP / values.shape[1])
-        return Chains.begun(values, self.density(values), np.zeros((len(values), 0)), step, root, self.warm + self.draws)
+        step, none = np.full(len(root), _STEP / values.shape[1]), np.zeros((len(values), 0))
+        return Chains.begun(values, self.density(values), none, step, root, self.warm + self.draws)
 
     def run(self, chains: Chains, each: Callable[[Chains], None] | None = None) -> Chains:
         """Make the draws that are left; `each` is called after every one."""
