@@ -170,7 +170,7 @@ def _open_there(held: Posterior) -> str:
         return "the bands are not widened for it"
     loose = int((held.power.shares(held.free, held.covariance) > _LOOSE).sum())
     return (f"there the bands are as wide as the priors of what the trials leave open ({loose} of {len(held.free)} "
-            "free parameters), which no trial has tested; coefficients that the study holds count as exact")  # fmt: skip
+            "free parameters), which no trial has tested; what the study holds counts as exact")  # fmt: skip
 
 
 def _write(banded: Banded, out: Path, note: Note) -> None:
