@@ -257,10 +257,12 @@ def real(draws: int) -> dict[str, Any]:
 def overshot(fit: Fit, draws: Mapping[str, Array], trials: Sequence[Trial]) -> Iterator[dict[str, Any]]:
     """Both overshoots of measured zigzags and their bands [deg]; rudders reverse where the tank did."""
     sys.path.insert(0, str(ROOT / "studies" / "reports"))
-    from kvlcc2_captive import executed, overshoots
+    from kvlcc2_captive import executed, overshoots  # type: ignore[import-not-found]
 
     for trial in trials:
         policy = manoeuvre(trial)
+        if not isinstance(policy, Zigzag):
+            continue
         late = executed(trial, policy.delta, policy.psi) - policy.psi
         held = replace(policy, n_P=float(np.nanmean(trial["n_P"])), psi=policy.psi + late)
         start = np.array([[0.0, 0.0, 0.0, *(float(trial[name][0]) for name in ("u", "v_m", "r"))]])

@@ -127,7 +127,8 @@ class Walker:
             # The step leaves the unit Gaussian as it is, so that what the density has beyond it decides.
             change = found - density + 0.5 * ((then**2).sum(axis=1) - (z**2).sum(axis=1))
             accept = np.where(inside & np.isfinite(found), np.exp(np.minimum(change, 0.0)), 0.0)
-            taken, total = rng.random(lanes) < accept, total + accept
+            taken: NDArray[np.bool_] = rng.random(lanes) < accept
+            total = total + accept
             z, values = np.where(taken[:, None], then, z), np.where(taken[:, None], moved, values)
             density = np.where(taken, found, density)
         at = chains.move
