@@ -18,7 +18,7 @@ class Chains:
         values: shape (lanes, free).
         gradient: of the log density, shape (lanes, free), or (lanes, 0) where none is needed.
         density: log density, shape (lanes,).
-        step: of a leapfrog in whitened units, or squared of a walk, shape (groups,).
+        step: of a leapfrog in whitened units, shape (groups,), or squared of a walk by kind of move, shape (groups, 2).
         root: of the covariance that is the metric, shape (groups, free, free).
         move: number of moves that were kept, warm-up included.
         calls: evaluations of the density by each chain.

@@ -2,8 +2,8 @@
 
 A walk pays where a prediction is far cheaper than its derivatives, and where the density has small jumps that no
 gradient tells.  Steps are preconditioned Crank-Nicolson in the directions of the learned covariance (Law 2014; Cui, Law
-and Marzouk 2016): what the data leave to the prior is drawn anew from it, at no cost in acceptance, and what they fix
-moves by as much as they leave.  So the acceptance suffers from the directions that the data fix, not from all.  Random
+and Marzouk 2016), by turns in those that the data fix, which move by as much as they leave, and in those that they leave
+to the prior, which are drawn anew from it as far as the data let them.  Each kind has a step of its own.  Random
 numbers follow from seed and move alone, so a run that was interrupted goes on as if it had not been.
 """
 
@@ -34,8 +34,8 @@ _STEP = 2.38**2
 _FIRST, _AGAIN, _LAST, _LATTER, _BEFORE = 8, 0.15, 0.8, 0.6, 0.2
 # A draw of the warm-up takes as many moves as there are parameters, over this: the metric is learned of more of them.
 FINER = 8
-# Least curvature of the likelihood in a direction, that of the prior being 1.
-_CURVED = 0.05
+# Least curvature of the likelihood in a direction, that of the prior being 1; the data fix what has more than the other.
+_CURVED, _FIXED = 0.05, 1.0
 
 
 class _Metric(NamedTuple):
@@ -77,16 +77,16 @@ class Walker:
 
     def begun(self, values: Array, root: Array) -> Chains:
         """Chains at their starts, shape (lanes, free), with a root of the covariance, shape (groups, free, free)."""
-        step, none = np.full(len(root), _STEP / values.shape[1]), np.zeros((len(values), 0))
+        step, none = np.full((len(root), 2), _STEP / values.shape[1]), np.zeros((len(values), 0))
         return Chains.begun(values, self.density(values), none, step, root, self.warm + self.draws)
 
     def run(self, chains: Chains, each: Callable[[Chains], None] | None = None) -> Chains:
         """Make the draws that are left; `each` is called after every one."""
         metric = self._metric(chains)
         while chains.move < self.warm + self.draws:
-            chains = self._drawn(chains, metric)
+            chains, rates = self._drawn(chains, metric)
             if chains.move <= self.warm:
-                chains = self._adapted(chains)
+                chains = self._adapted(chains, rates)
                 metric = self._metric(chains)
             if each:
                 each(chains)
@@ -108,18 +108,23 @@ class Walker:
         across = self.sigma[:, :, None]
         return _Metric(across * vectors, (vectors / across).transpose(0, 2, 1), curved)
 
-    def _drawn(self, chains: Chains, metric: _Metric) -> Chains:
-        """The moves of all chains to the next draw."""
+    def _drawn(self, chains: Chains, metric: _Metric) -> tuple[Chains, Array]:
+        """The moves of all chains to the next draw, and the acceptance of each by kind, shape (2, lanes), or NaN."""
         lanes, n = chains.values.shape
         moves = n if chains.move >= self.warm else -(-n // FINER)
         rng = np.random.Generator(np.random.Philox(key=[self.seed, chains.move]))
         there, back = metric.there[self.groups], metric.back[self.groups]
         centre, curved = self.mean[self.groups], metric.curved[self.groups]
         values, density = chains.values, chains.density
-        z, total = _times(back, values - centre), np.zeros(lanes)
-        for _ in range(moves):
-            squared = chains.step[self.groups] * np.exp(_SCATTER * rng.standard_normal(lanes) - 0.5 * _SCATTER**2)
-            anew = (squared[:, None] / (squared[:, None] + curved))
+        z, total, made = _times(back, values - centre), np.zeros((2, lanes)), np.zeros((2, 1))
+        fixed = curved > _FIXED
+        for move in range(chains.calls, chains.calls + moves):
+            kind = move % 2
+            chosen = fixed == (kind == 0)
+            # where there is nothing of a kind, all move
+            chosen |= ~chosen.any(axis=1, keepdims=True)
+            squared = chains.step[self.groups, kind] * np.exp(_SCATTER * rng.standard_normal(lanes) - 0.5 * _SCATTER**2)
+            anew = np.where(chosen, squared[:, None] / (squared[:, None] + curved), 0.0)
             then = np.sqrt(1.0 - anew) * z + np.sqrt(anew) * rng.standard_normal((lanes, n))
             moved = centre + _times(there, then)
             inside = ((moved >= self.low) & (moved <= self.high)).all(axis=1)
@@ -128,20 +133,23 @@ class Walker:
             change = found - density + 0.5 * ((then**2).sum(axis=1) - (z**2).sum(axis=1))
             accept = np.where(inside & np.isfinite(found), np.exp(np.minimum(change, 0.0)), 0.0)
             taken: NDArray[np.bool_] = rng.random(lanes) < accept
-            total = total + accept
+            total[kind] += accept
+            made[kind] += 1.0
             z, values = np.where(taken[:, None], then, z), np.where(taken[:, None], moved, values)
             density = np.where(taken, found, density)
         at = chains.move
-        chains.drawn[at], chains.densities[at], chains.accepted[at] = values, density, total / moves
-        return replace(chains, values=values, density=density, move=at + 1, calls=chains.calls + moves)
+        chains.drawn[at], chains.densities[at], chains.accepted[at] = values, density, total.sum(axis=0) / moves
+        with np.errstate(invalid="ignore"):
+            rates = total / made
+        return replace(chains, values=values, density=density, move=at + 1, calls=chains.calls + moves), rates
 
-    def _adapted(self, chains: Chains) -> Chains:
-        """Step by the acceptance of the chains of each group; metric at some parts of the warm-up."""
+    def _adapted(self, chains: Chains, rates: Array) -> Chains:
+        """Steps by the acceptance of the chains of each group; metric at some parts of the warm-up."""
         done, n = chains.move, chains.values.shape[1]
-        count = np.bincount(self.groups, minlength=len(chains.step))
-        rate = np.bincount(self.groups, chains.accepted[done - 1], minlength=len(count)) / count
-        step = chains.step * np.exp((rate - _AIM - _MORE / n) * 2.0 / (0.05 * done + 1.0) ** 0.5)
-        step = np.clip(step, _LEAST, _GREATEST)
+        aim = _AIM + _MORE / n
+        rate = np.stack([[one[self.groups == g].mean() for one in rates] for g in range(len(chains.step))])
+        change = np.where(np.isfinite(rate), rate - aim, 0.0) * 2.0 / (0.05 * done + 1.0) ** 0.5
+        step = np.clip(chains.step * np.exp(change), _LEAST, _GREATEST)
         if done not in self._learning:
             return replace(chains, step=step)
         recent = chains.drawn[int((1.0 - _LATTER) * done) : done]
