@@ -247,7 +247,7 @@ def real(draws: int) -> dict[str, Any]:
     bands = {label: drawn(fit, some) for label, some in posteriors(fit, found, draws).items()}
     before, own = (of_ship(replace(ship, validity={})) for ship in (published(), fit.ship))
     out["all zigzags"] = {"fitted": len(every), "factor": found.factor, "errors": dict(found.errors), "turns": {
-        name: {"published": before[name] / fit.ship.L_pp, "fit": own[name] / fit.ship.L_pp,
+        name: {"published": before[name] / fit.ship.L_pp, "value": own[name] / fit.ship.L_pp,
                **{label: [one / fit.ship.L_pp for one in edges(some[name])] for label, some in bands.items()}}
         for name in own if name.startswith("turn")
     }}  # fmt: skip

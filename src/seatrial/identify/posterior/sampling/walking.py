@@ -166,10 +166,13 @@ def _covariance(root: Array) -> Array:
 
 
 def _learned(root: Array, drawn: Array) -> Array:
-    """Root of the covariance of draws (draws, chains, free), drawn towards the root before by as many as is needed."""
+    """Root of the covariance of draws (draws, chains, free), drawn towards the root before by as many as is needed.
+
+    Each chain counts about its own mean: chains that have not come together yet are further apart than any of them goes.
+    """
     n = root.shape[0]
-    flat = drawn.reshape(-1, n)
-    unit = np.linalg.solve(root, (flat - flat.mean(axis=0)).T)
+    flat = (drawn - drawn.mean(axis=0)).reshape(-1, n)
+    unit = np.linalg.solve(root, flat.T)
     before = _BEFORE * n
     mixed = (unit @ unit.T + before * np.eye(n)) / (flat.shape[0] + before)
     return root @ np.linalg.cholesky(mixed)
