@@ -68,7 +68,7 @@ def page(
     remark = ("A dash: fewer draws than the level reach it, or it is read of single runs only. Quantiles of the draws, "
               "each index and each time by itself.")  # fmt: skip
     return Page(title, (
-        Section("", note("What these bands count, and what not", (line[:1].upper() + line[1:] + "." for line in caveats))),
+        Section("", note("What these bands count", (line[:1].upper() + line[1:] + "." for line in caveats))),
         Section("Indices", table(("index", "value", "from", "to", "unit"), map(_row, indices.items()), words=(4,))
                 + soft(remark), {"indices": {n: _numbers(*three) for n, three in indices.items()}}),
         Section("Motion", drawn),

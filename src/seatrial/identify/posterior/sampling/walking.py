@@ -2,8 +2,8 @@
 
 A walk pays where a prediction is far cheaper than its derivatives, and where the density has small jumps that no
 gradient tells.  Steps are preconditioned Crank-Nicolson in the directions of the learned covariance (Law 2014; Cui, Law
-and Marzouk 2016), by turns in those that the data fix, which move by as much as they leave, and in those that they leave
-to the prior, which are drawn anew from it as far as the data let them.  Each kind has a step of its own.  Random
+and Marzouk 2016), by turns in those that the data fix, which move by as much as they leave, and in those that they
+leave to the prior, which are drawn anew from it as far as the data let them.  Each kind has a step of its own.  Random
 numbers follow from seed and move alone, so a run that was interrupted goes on as if it had not been.
 """
 
@@ -34,7 +34,7 @@ _STEP = 2.38**2
 _FIRST, _AGAIN, _LAST, _LATTER, _BEFORE = 8, 0.15, 0.8, 0.6, 0.2
 # A draw of the warm-up takes as many moves as there are parameters, over this: the metric is learned of more of them.
 FINER = 8
-# Least curvature of the likelihood in a direction, that of the prior being 1; the data fix what has more than the other.
+# Least curvature of the likelihood in a direction, that of the prior being 1, and from where on the data fix it.
 _CURVED, _FIXED = 0.05, 1.0
 
 
@@ -166,13 +166,10 @@ def _covariance(root: Array) -> Array:
 
 
 def _learned(root: Array, drawn: Array) -> Array:
-    """Root of the covariance of draws (draws, chains, free), drawn towards the root before by as many as is needed.
-
-    Each chain counts about its own mean: chains that have not come together yet are further apart than any of them goes.
-    """
+    """Root of the covariance of draws (draws, chains, free), drawn towards the root before by as many as is needed."""
     n = root.shape[0]
-    flat = (drawn - drawn.mean(axis=0)).reshape(-1, n)
-    unit = np.linalg.solve(root, flat.T)
+    flat = drawn.reshape(-1, n)
+    unit = np.linalg.solve(root, (flat - flat.mean(axis=0)).T)
     before = _BEFORE * n
     mixed = (unit @ unit.T + before * np.eye(n)) / (flat.shape[0] + before)
     return root @ np.linalg.cholesky(mixed)
