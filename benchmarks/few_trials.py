@@ -157,7 +157,7 @@ def runs(fit: Fit, draws: Array, policy: Manoeuvre, start: Array, seconds: float
     vary = {f"ship.{one.path}": column for one, column in zip(fit.free, draws.T, strict=True)}
     case = Case("few", ship, policy, float(start[0, 3]), seconds, DT)
     names = TURN if isinstance(policy, Turning) else OVER
-    return whole_indices(case, names, vary, start, Uniform().series(DT, steps)[None], len(draws), steps, 2)
+    return whole_indices(case, names, vary, start, Uniform().series(DT, steps)[None], len(draws), steps, 2)[0]
 
 
 def posteriors(fit: Fit, found: Power, count: int) -> dict[str, Array]:

@@ -134,7 +134,7 @@ Instruments = Annotated[
 ]  # fmt: skip
 FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
 Sample = Annotated[int | None, Option("--sample", metavar="N", help="Add N samples of the posterior of the fit.")]
-LeftOut = Annotated[bool, Option("--left-out", help="Widen bands by the errors of trials left out in turn.")]
+LeftOut = Annotated[bool, Option("--left-out", help="Set the width of bands by leaving out trials in turn.")]
 FitFor = Annotated[
     str | None, Option("--for", metavar="PURPOSE", help="Judge for a use; exit 0 fit, 3 not fit, 4 cannot tell.")
 ]  # fmt: skip

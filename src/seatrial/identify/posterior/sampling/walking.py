@@ -127,7 +127,7 @@ class Walker:
             anew = np.where(chosen, squared[:, None] / (squared[:, None] + curved), 0.0)
             then = np.sqrt(1.0 - anew) * z + np.sqrt(anew) * rng.standard_normal((lanes, n))
             moved = centre + _times(there, then)
-            inside = ((moved >= self.low) & (moved <= self.high)).all(axis=1)
+            inside: NDArray[np.bool_] = np.all((moved >= self.low) & (moved <= self.high), axis=1)
             found = self.density(np.where(inside[:, None], moved, values))
             # The step leaves the unit Gaussian as it is, so that what the density has beyond it decides.
             change = found - density + 0.5 * ((then**2).sum(axis=1) - (z**2).sum(axis=1))
