@@ -1,9 +1,9 @@
-"""The hybrid of the 3 m Esso Osaka in five folds of FRT-DS-ESSO: each width of its residual, and the width chosen anew.
+"""The hybrid of the 3 m Esso Osaka in five folds of FRT-DS-ESSO: each width of its residual, and their mean.
 
     SEATRIAL_DATA=DIR python examples/hybrid_folds.py [-o hybrid_folds.json]
 
-A figure at one width is of a setting that was picked among settings compared on these folds; where each fold chooses
-its width from its own training files, the held-out files had no part in that choice.
+The study fits every width and takes the mean of the parameters, so nothing is chosen by looking at files held out.  A
+single width is a setting that was compared with others on these folds.
 """
 
 from __future__ import annotations
@@ -11,19 +11,20 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from seatrial.data import Trial
 from seatrial.data.formats.frt_esso import read
 from seatrial.data.prepare import drop_trailing_gaps
 from seatrial.ships import Ship
 from seatrial.simulate.replay import replay
-from seatrial.study.study import read_study
+from seatrial.study.study import Study, read_study
 from seatrial.validate import Comparison
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
@@ -33,6 +34,13 @@ STUDY = Path(__file__).parents[1] / "studies" / "esso_osaka_hybrid.toml"
 KINDS = ("random", "turning", "zigzag", "berthing")
 COPY = "turn_cut_14-Sep-2020_15_58_08"  # repeats part of turn_14-Sep-2020_15_58_08
 FOLDS, RESTART = 5, 100.0
+Files = dict[str, list[Trial]]
+
+
+def read_files() -> Files:
+    """The files of each kind, in the order of their names."""
+    return {kind: [drop_trailing_gaps(read(f)) for f in sorted((ROOT / kind).glob("*.csv")) if f.stem != COPY]
+            for kind in KINDS}  # fmt: skip
 
 
 def errors(ship: Ship, trials: Sequence[Trial]) -> list[Comparison]:
@@ -41,20 +49,15 @@ def errors(ship: Ship, trials: Sequence[Trial]) -> list[Comparison]:
                     sigma=ESSO_OSAKA_SIGMA) for t in trials]  # fmt: skip
 
 
-def crossed(estimator: Any, problem: Any, files: dict[str, list[Trial]], label: str) -> dict[str, Any]:
-    """Errors of the files held out, by kind and together, and the width of each fold."""
-    held: dict[str, list[Comparison]] = {kind: [] for kind in KINDS}
-    widths: list[float] = []
-    for fold in range(FOLDS):
-        train = tuple(t for kind in KINDS for i, t in enumerate(files[kind]) if i % FOLDS != fold)
-        fit = estimator.fit(replace(problem, trials=train))
-        found = re.search(r"prior width (\S+) by", fit.status)
-        widths.append(float(found[1]) if found else float(estimator.widths[0]))
-        for kind in KINDS:
-            held[kind] += errors(fit.ship, [t for i, t in enumerate(files[kind]) if i % FOLDS == fold])
-        sys.stderr.write(f"{label}, fold {fold + 1}: width {widths[-1]:g}\n")
-    out = {kind: pooled(some) for kind, some in held.items()}
-    return {"widths": widths, **out, "together": pooled([c for some in held.values() for c in some])}
+def fold(study: Study, files: Files, number: int) -> dict[str, Ship]:
+    """The ships fitted without the files of a fold: with each width, and with the mean of all."""
+    train = tuple(t for kind in KINDS for i, t in enumerate(files[kind]) if i % FOLDS != number)
+    who: Any = study.estimator
+    problem = replace(study.problem, trials=train)
+    found = {f"width {w:g}": values for w, (values, _) in zip(who.widths, who.each(problem), strict=True)}
+    found["mean of the widths"] = np.mean(list(found.values()), axis=0)
+    vector = problem.vector
+    return {label: problem.ship.having(vector.by_path(values)) for label, values in found.items()}
 
 
 def main() -> None:
@@ -64,13 +67,17 @@ def main() -> None:
     out: Path = asked.parse_args().out
     if not ROOT.is_dir():
         sys.exit(f"{ROOT}: no such folder; set SEATRIAL_DATA (public set NAOE-5thLab/FRT-DS-ESSO)")
-    files = {kind: [drop_trailing_gaps(read(f)) for f in sorted((ROOT / kind).glob("*.csv")) if f.stem != COPY]
-             for kind in KINDS}  # fmt: skip
-    study = read_study(STUDY)
-    who: Any = study.estimator
-    found = {f"width {w:g}": crossed(replace(who, widths=(w,)), study.problem, files, f"width {w:g}")
-             for w in who.widths}  # fmt: skip
-    found["width chosen in each fold"] = crossed(who, study.problem, files, "chosen")
+    study, files = read_study(STUDY), read_files()
+    held: dict[str, dict[str, list[Comparison]]] = {}
+    for number in range(FOLDS):
+        for label, ship in fold(study, files, number).items():
+            rows = held.setdefault(label, {kind: [] for kind in KINDS})
+            for kind in KINDS:
+                rows[kind] += errors(ship, [t for i, t in enumerate(files[kind]) if i % FOLDS == number])
+        sys.stderr.write(f"fold {number + 1} of {FOLDS}\n")
+    found = {label: {**{kind: pooled(some) for kind, some in rows.items()},
+                     "together": pooled([c for some in rows.values() for c in some])}
+             for label, rows in held.items()}  # fmt: skip
     told = {"what": "standardised error of files held out, five folds, restart 100 s",
             "command": "SEATRIAL_DATA=DIR python examples/hybrid_folds.py", **found}  # fmt: skip
     out.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")

@@ -96,7 +96,7 @@ class Widths(Trajectory):
         if not np.isfinite(scores[best]):
             raise FitError("left-out trials blow up with every width of the prior; give the smaller ones, 0 the least")
         fit = self._plain(problem, best).fit(
-            self._scaled(problem, best), progress=progress, checkpoint=checkpoint, pool=pool
+            self.scaled(problem, best), progress=progress, checkpoint=checkpoint, pool=pool
         )
         told = ", ".join(f"{w:g}: {score:.3g}" for w, score in scores.items())
         why = ", the only one given" if alone else f" by left-out trials ({told})"
@@ -118,6 +118,14 @@ class Widths(Trajectory):
         if count < self.parts:
             of = "" if count == len(problem.trials) else f" (the {len(problem.trials)} trials are parts of them)"
             raise StudyError(f"estimator.parts is {self.parts}; there are {count} recordings to leave out{of}")
+        self.check_varied(problem)
+
+    def check_varied(self, problem: Problem) -> None:
+        """Refuse a problem with nothing to vary.
+
+        Raises:
+            StudyError: no parameter to vary, or one of them without a prior.
+        """
         varied = [f for f in problem.free if self._varied(f.path)]
         if not varied:
             raise StudyError(f"estimator.vary fits no free parameter: {', '.join(self.vary)}")
@@ -146,20 +154,24 @@ class Widths(Trajectory):
 
     def _plain(self, problem: Problem, width: float) -> Trajectory:
         """The estimator of one width; `later` goes where nothing would join later."""
-        late = [f.path for f in self._scaled(problem, width).free if any(fnmatchcase(f.path, p) for p in self.later)]
+        late = [f.path for f in self.scaled(problem, width).free if any(fnmatchcase(f.path, p) for p in self.later)]
         return Trajectory(
             self.window, self.stride, self.every, self.dt, self.method, self.iterations, self.tolerance,
             self.later if late else (), self.starts, self.seed, self.threads, self.initial,
         )  # fmt: skip
 
-    def _scaled(self, problem: Problem, width: float) -> Problem:
+    def scaled(self, problem: Problem, width: float) -> Problem:
         """The problem with the priors of `vary` scaled by `width`; with 0 these are held at their means."""
         if width > 0:
             free = tuple(replace(f, sigma=width * f.sigma) if self._varied(f.path) else f for f in problem.free)
             return replace(problem, free=free)
-        means = {f.path: f.prior if np.isfinite(f.prior) else f.start for f in problem.free if self._varied(f.path)}
+        means = self.means(problem)
         kept = tuple(f for f in problem.free if f.path not in means)
         return replace(problem, ship=problem.ship.having(means), free=kept)
+
+    def means(self, problem: Problem) -> dict[str, float]:
+        """Prior means of the parameters of `vary`, by path."""
+        return {f.path: f.prior if np.isfinite(f.prior) else f.start for f in problem.free if self._varied(f.path)}
 
     def _left_out(
         self, problem: Problem, width: float, before: int = 0, progress: Progress | None = None
@@ -183,7 +195,7 @@ class Widths(Trajectory):
         loss = replace(problem.loss, sigma=scales(problem))
         out = dealt(problem.trials, self.parts)[part]
         seen = tuple(t for t in problem.trials if not any(t is other for other in out))
-        inner = self._scaled(replace(problem, trials=seen, validation=(), loss=loss), width)
+        inner = self.scaled(replace(problem, trials=seen, validation=(), loss=loss), width)
         try:
             found = self._plain(problem, width).fit(inner)
         except FitError:

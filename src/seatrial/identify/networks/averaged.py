@@ -1,0 +1,111 @@
+"""Mean of a hybrid's fits with several prior widths of its correction: nothing is selected.
+
+A correction beside the physics needs data in proportion to the number of its parameters.  `widths:Widths` selects the
+width that predicts left-out trials best, and from some thirty recordings that choice is itself uncertain.  Physics
+alone errs by its form and a wide correction by the accidents of its data, so their errors have little in common, and
+the mean of the fits is better than the fit of any width.  The correction is linear in its weights: the mean of the
+parameters is, but for the physics between the fits, the mean of the forces, and one model.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ...core.executors import Pool
+from ...data import Array
+from .. import Fit, FitError, Problem, Progress, StudyError
+from ..digest import digest
+from ..lint import linted
+from ..trajectory.local import finished
+from ..trajectory.shooting import Trajectory
+from ..watch import stage
+from .widths import Widths
+
+
+@dataclass(frozen=True)
+class Averaged(Trajectory):
+    """Trajectory least squares with several prior widths of some parameters, and the mean of their parameters.
+
+    The fits go from the narrowest width to the widest, each from where the one before ended: a correction should not
+    learn what the physics can explain.
+
+    Attributes:
+        widths: factors on the prior deviations of `vary`, one fit each; with 0 these stay at the mean of their prior.
+        vary: shell-style patterns of the parameters whose priors are scaled together.
+    """
+
+    widths: tuple[float, ...] = (0.0, 0.3, 1.0)
+    vary: tuple[str, ...] = ("residual_*", "unit_*")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        choice = Widths(widths=self.widths, vary=self.vary)  # refuses widths and patterns that cannot be
+        object.__setattr__(self, "widths", tuple(sorted(choice.widths)))
+        object.__setattr__(self, "vary", choice.vary)
+        if self.later:
+            raise StudyError("estimator.later: the width 0 fits the physics first; leave it out")
+
+    @property
+    def estimates_common(self) -> bool:
+        """It estimates no errors of instruments."""
+        return False
+
+    @property
+    def weights_stay(self) -> bool:
+        """Fits whose parameters are averaged need one set of weights."""
+        return True
+
+    @linted
+    def fit(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None,
+        pool: Pool | None = None,
+    ) -> Fit:  # fmt: skip
+        """Estimate the free parameters as the mean over the widths; see `Estimator`.
+
+        Covariance and verdicts are those at the mean, under the priors as the problem has them.
+
+        Raises:
+            StudyError: no parameter to vary, or one of them without a prior.
+            FitError: the model blows up with one of the widths, or at the mean.
+        """
+        began = time.perf_counter()
+        Widths(widths=self.widths, vary=self.vary, parts=2).check_varied(problem)
+        fits = list(self.each(problem, progress=progress, checkpoint=checkpoint, pool=pool))
+        mean = np.mean([found for found, _ in fits], axis=0)
+        objective, _ = self._objectives(problem)
+        none = np.zeros(objective.nuisances)
+        cost = objective.cost(objective.extended(mean), none)
+        if not np.isfinite(cost):
+            raise FitError("the model blows up at the mean of the widths; give widths that are closer together")
+        history = np.concatenate([fit.history for _, fit in fits])
+        told = ", ".join(f"{w:g} ({fit.status})" for w, (_, fit) in zip(self.widths, fits, strict=True))
+        out = finished(problem, objective, objective.extended(mean), none, history,
+                       sum(fit.evaluations for _, fit in fits), f"mean of prior widths {told}",
+                       digest(problem, self))  # fmt: skip
+        return replace(out, objective=cost, seconds=time.perf_counter() - began)
+
+    def each(
+        self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None,
+        pool: Pool | None = None,
+    ) -> Iterator[tuple[Array, Fit]]:  # fmt: skip
+        """Values of all free parameters with each width, from the narrowest on, shape (free,), and the fit."""
+        choice, begun = Widths(widths=self.widths, vary=self.vary, parts=2), problem
+        for k, width in enumerate(self.widths):
+            stage(progress, f"averaging widths: fit {k + 1} of {len(self.widths)}")
+            kept = None if checkpoint is None else checkpoint.with_suffix(f".width{k}{checkpoint.suffix}")
+            fit = self._plain().fit(choice.scaled(begun, width), progress=progress, checkpoint=kept, pool=pool)
+            found = {f.path: f.start for f in problem.free} | choice.means(problem) if width == 0 else {}
+            found |= fit.vector.by_path(fit.values)
+            begun = replace(problem, free=problem.vector.started(found))
+            yield np.array([found[f.path] for f in problem.free]), fit
+
+    def _plain(self) -> Trajectory:
+        return Trajectory(
+            self.window, self.stride, self.every, self.dt, self.method, self.iterations, self.tolerance, (),
+            self.starts, self.seed, self.threads, self.initial,
+        )  # fmt: skip
