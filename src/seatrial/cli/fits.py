@@ -70,32 +70,32 @@ def identify(
 def predict(
     model: o.ShipName, trials: o.Trials, out: o.PredictionFolder, restart: o.Restart = None,
     smooth_start: o.SmoothStart = None, current: o.Current = None, fit_first: o.FitFirst = None,
-    instruments: o.Instruments = None, json: o.Json = False,
+    history: o.History = None, instruments: o.Instruments = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Predict trials from their controls and initial states."""
     from ..workflow.request import positive
     from ..workflow.validate import predict as run
 
-    positive(restart=restart, smooth_start=smooth_start)
+    positive(restart=restart, smooth_start=smooth_start, history=history)
     outcome = run(model, trials, out, restart=restart, smooth_start=smooth_start, current=current,
-                  fit_first=fit_first, instruments=instruments, sink=Terminal())  # fmt: skip
+                  fit_first=fit_first, history=history, instruments=instruments, sink=Terminal())  # fmt: skip
     end(outcome, json)
 
 
 def validate(
     model: o.ShipName, trials: o.Trials, out: o.Report = None, restart: o.Restart = None,
     smooth_start: o.SmoothStart = None, scale: o.Scale = None, current: o.Current = None,
-    fit_first: o.FitFirst = None, instruments: o.Instruments = None, purpose: o.FitFor = None,
-    limit: o.Limit = None, json: o.Json = False,
+    fit_first: o.FitFirst = None, history: o.History = None, instruments: o.Instruments = None,
+    purpose: o.FitFor = None, limit: o.Limit = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Validate a model on trials beside two baselines."""
     from ..workflow.comparing import STATUS
     from ..workflow.request import positive
     from ..workflow.validate import validate as run
 
-    positive(restart=restart, smooth_start=smooth_start)
+    positive(restart=restart, smooth_start=smooth_start, history=history)
     outcome = run(model, trials, out=out, restart=restart, smooth_start=smooth_start, scale=scale, current=current,
-                  fit_first=fit_first, instruments=instruments, purpose=purpose, limits=limit,
+                  fit_first=fit_first, history=history, instruments=instruments, purpose=purpose, limits=limit,
                   sink=Terminal())  # fmt: skip
     end(outcome, json)
     if outcome.result.fitness is not None:

@@ -108,7 +108,7 @@ def replay(
         every=ready.each, steps=(ready.steps - 1) * ready.each + 1, method=method, threads=threads,
         memory0=ready.memory,
     )  # fmt: skip
-    out = _joined(run, trial, ready.t, ready.starts, ready.begun.shape[1])
+    out = joined(run, trial, ready.t, ready.starts, ready.begun.shape[1])
     meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
     return Trial(trial.name, ready.t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
 
@@ -173,7 +173,7 @@ def prepared(
     return Prepared(t, state, starts, begun, lanes, remembered, dt, substeps(ship, dt, method), steps)
 
 
-def _joined(run: Rollout, trial: Trial, t: Array, starts: Sequence[int], width: int) -> Array:
+def joined(run: Rollout, trial: Trial, t: Array, starts: Sequence[int], width: int) -> Array:
     """The lanes of a run one after the other, at the rows of the trial, shape (rows, width).
 
     Raises:

@@ -21,6 +21,7 @@ from .request import positive, vector
 
 if TYPE_CHECKING:
     from ..choosing.purposes import Purpose
+    from ..simulate.carried import Carrier
     from ..validate.fit_first import Beginning
     from ..validate.fitness import Fitness, Found
 
@@ -62,12 +63,12 @@ class Judged:
 
 def compared(
     ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float], base: Ship | None = None,
-    *, smooth_start: float | None = None, begun: Mapping[str, Beginning] | None = None,
+    *, smooth_start: float | None = None, begun: Mapping[str, Beginning] | None = None, carrier: Carrier | None = None,
 ) -> tuple[tuple[Comparison, ...], tuple[str, ...]]:
     """Each trial beside the ship, the ship it was fitted from (`base`, or as its file says), and constant velocity.
 
     A trial in `begun` is compared from there on; all begin in the same state, and its manoeuvre, being cut, has no
-    indices.
+    indices.  With a `carrier` the ship is predicted by it, and the others as they are.
 
     Returns:
         The comparisons, and a line for each prediction that blew up, which is left out.
@@ -83,7 +84,9 @@ def compared(
         length = ship.L_pp if first is None else None
         for label, model in _models(ship, base).items():
             try:
-                predicted = replay(model, trial, restart=restart, smooth_start=smooth_start, begin=begin)
+                predicted = carrier.replay(trial, restart=restart, smooth_start=smooth_start) \
+                    if carrier is not None and model is ship else \
+                    replay(model, trial, restart=restart, smooth_start=smooth_start, begin=begin)
             except SimulationError as error:
                 failed.append(f"{label}: {error}")
                 continue
@@ -95,6 +98,24 @@ def compared(
             steady = constant_velocity(part, restart, None if first is None else first.state)
             found.append(compare(part, steady, label=CONSTANT_VELOCITY, restart=restart, sigma=sigma, L_pp=length))
     return tuple(found), tuple(failed)
+
+
+def carrier_of(ship: Ship, history: float | None, fit_first: float | None) -> Carrier | None:
+    """The ship with what acted before each start carried on; None where no history is asked for.
+
+    Raises:
+        RequestError: with --fit-first, or a model in discrete time.
+    """
+    if history is None:
+        return None
+    if fit_first is not None:
+        raise RequestError("--history: --fit-first already estimates how a trial begins; give one of the two")
+    if isinstance(ship.model, Sampled):
+        raise RequestError(f"--history: {ship.name} is a model in discrete time, which has no accelerations to carry "
+                           "on; leave the option out")  # fmt: skip
+    from ..simulate.carried import Carrier
+
+    return Carrier.of(ship, history)
 
 
 def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mapping[str, float]:

@@ -26,6 +26,7 @@ from ..validate.metrics import scale_words
 from . import SILENT, Document, Outcome, RequestError, Sink
 from .comparing import (
     Around,
+    carrier_of,
     compared,
     fitness,
     fitness_table,
@@ -133,8 +134,8 @@ def _compared(
 def validate(
     model: str, paths: Sequence[Path], *, out: Path | None = None, restart: float | None = None,
     smooth_start: float | None = None, scale: str | None = None, current: str | None = None,
-    fit_first: float | None = None, instruments: str | None = None, purpose: str | None = None,
-    limits: str | None = None, sink: Sink = SILENT,
+    fit_first: float | None = None, history: float | None = None, instruments: str | None = None,
+    purpose: str | None = None, limits: str | None = None, sink: Sink = SILENT,
 ) -> Outcome[Report]:  # fmt: skip
     """Compare a model and its baselines with trials, and judge it for a purpose where one is named.
 
@@ -142,7 +143,8 @@ def validate(
         model: a name of the library, or a ship file.
         paths: trial files, or folders of them.
         out: page to write, with its numbers beside it.
-        restart, smooth_start, scale, current, fit_first, instruments, limits: as the options of `seatrial validate`.
+        restart, smooth_start, scale, current, fit_first, history, instruments, limits: as the options of
+            `seatrial validate`.
         purpose: as its option --for; the verdict is `Report.fitness`.
 
     Returns:
@@ -164,6 +166,7 @@ def validate(
     asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
     comparisons, failed = compared(
         ship, asked.trials, restart, sigma, smooth_start=smooth_start, begun=asked.begun,
+        carrier=carrier_of(ship, history, fit_first),
     )  # fmt: skip
     spread = spread_of(model, ship, trials, sink)
     fit = None if wanted is None else fitness(wanted, ship, asked.trials, seen, smooth_start)
@@ -175,6 +178,7 @@ def validate(
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
                     "errors divided by": scaled, "restart": "none" if restart is None else f"{restart:g} s",
                     **({} if smooth_start is None else {"starts": f"from the readings of {smooth_start:g} s"}),
+                    **({} if history is None else {"carried on": f"what acted in {history:g} s before each start"}),
                     **{k: str(made[k]) for k in ("study", "digest", "date") if k in made}},
     )  # fmt: skip
     if out is not None:
@@ -203,7 +207,8 @@ def _purpose(purpose: str | None, limits: str | None, fit_first: float | None) -
 
 def predict(
     model: str, paths: Sequence[Path], out: Path, *, restart: float | None = None, smooth_start: float | None = None,
-    current: str | None = None, fit_first: float | None = None, instruments: str | None = None, sink: Sink = SILENT,
+    current: str | None = None, fit_first: float | None = None, history: float | None = None,
+    instruments: str | None = None, sink: Sink = SILENT,
 ) -> Outcome[tuple[Trial, ...]]:  # fmt: skip
     """Predict trials on their own rows, and write the predictions as trial files to `out`; other arguments as above.
 
@@ -217,11 +222,13 @@ def predict(
     predictions: list[Trial] = []
     failed: list[str] = []
     asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
+    carrier = carrier_of(ship, history, fit_first)
     for trial in asked.trials:
         first = asked.begun.get(trial.name)
         begin = None if first is None else (first.t, first.state)
         try:
-            one = replay(ship, trial, restart=restart, smooth_start=smooth_start, begin=begin)
+            one = carrier.replay(trial, restart=restart, smooth_start=smooth_start) if carrier is not None else \
+                replay(ship, trial, restart=restart, smooth_start=smooth_start, begin=begin)
             predictions.append(one if first is None else one.noting(f"begins at {first.t:g} s in an estimated state"))
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
@@ -231,7 +238,8 @@ def predict(
     written = tuple(str(out / f"{one.name}.csv") for one in predictions)
     spread = spread_of(model, ship, trials, sink)
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
-    document = {"model": ship.name, "restart": restart, "written": list(written), **begun, **spread_numbers(spread)}
+    document = {"model": ship.name, "restart": restart, **({} if history is None else {"history": history}),
+                "written": list(written), **begun, **spread_numbers(spread)}
     return Outcome(tuple(predictions), document, written, tuple(failed))
 
 
