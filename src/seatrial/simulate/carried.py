@@ -142,13 +142,26 @@ class Carrier:
             starts: rows, each of which is the last that is known.
         """
         acting = np.hstack([series, np.zeros((len(t), len(DISTURBED)))])
-        rates = self.compiled.evaluate(np.hstack([np.nan_to_num(state), hidden]), acting, self.parameters)
-        span = np.diff(t)[:, None]
-        beyond = np.nan_to_num(np.diff(state[:, _VELOCITIES], axis=0) / span - rates[:-1, _VELOCITIES])
+        acted = np.nan_to_num(beyond(self.compiled, self.parameters, t, np.hstack([state, hidden]), acting))
+        span = np.diff(t)
         out = np.zeros((len(starts), len(DISTURBED)))
         for k, row in enumerate(starts):
             began = int(np.searchsorted(t, t[row] - self.history * (1.0 + 1e-9)))
             age = t[row] - t[began + 1 : row + 1]
-            weight = np.exp(-age / self.slow.filter) * span[began:row, 0] / self.slow.filter
-            out[k] = weight @ beyond[began:row]
+            weight = np.exp(-age / self.slow.filter) * span[began:row] / self.slow.filter
+            out[k] = weight @ acted[began:row]
         return out
+
+
+def beyond(compiled: Simulator, parameters: Array, t: Array, state: Array, acting: Array) -> Array:
+    """Measured accelerations from each row to the next less those of the model, shape (rows - 1, 3).
+
+    Ahead and to starboard [m/s^2], in yaw [rad/s^2]; NaN where the velocities have a gap.
+
+    Args:
+        t: times of the rows [s].
+        state: measured, with what the model remembers, shape (rows, states).
+        acting: controls and environment, shape (rows, inputs).
+    """
+    rates = compiled.evaluate(np.nan_to_num(state), acting, parameters)
+    return np.diff(state[:, _VELOCITIES], axis=0) / np.diff(t)[:, None] - rates[:-1, _VELOCITIES]

@@ -19,6 +19,7 @@ import numpy as np
 from ...core.executors import Pool
 from ...data import Array
 from .. import Fit, FitError, Problem, Progress, StudyError
+from ..diagnosis.pushed import undisturbed
 from ..digest import digest
 from ..lint import linted
 from ..trajectory.local import finished
@@ -37,18 +38,23 @@ class Averaged(Trajectory):
     Attributes:
         widths: factors on the prior deviations of `vary`, one fit each; with 0 these stay at the mean of their prior.
         vary: shell-style patterns of the parameters whose priors are scaled together.
+        pushed: leave out the seconds of the trials in which something pushes the ship that the narrowest fit does not
+            hold (`diagnosis.pushed`), means of so many seconds being compared [s]; None uses all of them.
     """
 
     widths: tuple[float, ...] = (0.0, 0.3, 1.0)
     vary: tuple[str, ...] = ("residual_*", "unit_*")
+    pushed: float | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         choice = Widths(widths=self.widths, vary=self.vary)  # refuses widths and patterns that cannot be
         object.__setattr__(self, "widths", tuple(sorted(choice.widths)))
         object.__setattr__(self, "vary", choice.vary)
+        if self.pushed is not None and not self.pushed > 0.0:
+            raise StudyError(f"estimator.pushed is {self.pushed:g}; it is the seconds of a mean, above zero")
         if self.later:
-            raise StudyError("estimator.later: the width 0 fits the physics first; leave it out")
+            raise StudyError("estimator.later: each width goes on from the one before; leave it out")
 
     @property
     def estimates_common(self) -> bool:
@@ -95,14 +101,18 @@ class Averaged(Trajectory):
     ) -> Iterator[tuple[Array, Fit]]:  # fmt: skip
         """Values of all free parameters with each width, from the narrowest on, shape (free,), and the fit."""
         choice, begun = Widths(widths=self.widths, vary=self.vary, parts=2), problem
-        for k, width in enumerate(self.widths):
-            stage(progress, f"averaging widths: fit {k + 1} of {len(self.widths)}")
+        means, plain = choice.means(problem), self._plain()
+        rounds = self.widths if self.pushed is None else (0.0, *self.widths)
+        for k, width in enumerate(rounds):
+            stage(progress, f"averaging widths: fit {k + 1} of {len(rounds)}")
             kept = None if checkpoint is None else checkpoint.with_suffix(f".width{k}{checkpoint.suffix}")
-            fit = self._plain().fit(choice.scaled(begun, width), progress=progress, checkpoint=kept, pool=pool)
-            found = {f.path: f.start for f in problem.free} | choice.means(problem) if width == 0 else {}
-            found |= fit.vector.by_path(fit.values)
-            begun = replace(problem, free=problem.vector.started(found))
-            yield np.array([found[f.path] for f in problem.free]), fit
+            fit = plain.fit(choice.scaled(begun, width), progress=progress, checkpoint=kept, pool=pool)
+            found = means | fit.vector.by_path(fit.values)
+            begun = replace(begun, free=problem.vector.started(found))
+            if self.pushed is not None and k == 0:
+                begun = replace(begun, trials=undisturbed(fit.ship, problem.trials, self.pushed))
+            else:
+                yield np.array([found[f.path] for f in problem.free]), fit
 
     def _plain(self) -> Trajectory:
         return Trajectory(
