@@ -84,13 +84,14 @@ class Averaged(Trajectory):
         fits = list(self.each(problem, progress=progress, checkpoint=checkpoint, pool=pool))
         mean = np.mean([found for found, _ in fits], axis=0)
         objective, _ = self._objectives(problem)
-        none = np.zeros(objective.nuisances)
-        cost = objective.cost(objective.extended(mean), none)
+        p = objective.extended(mean)
+        starts = objective.begun(p)
+        cost = objective.cost(p, starts)
         if not np.isfinite(cost):
             raise FitError("the model blows up at the mean of the widths; give widths that are closer together")
         history = np.concatenate([fit.history for _, fit in fits])
         told = ", ".join(f"{w:g} ({fit.status})" for w, (_, fit) in zip(self.widths, fits, strict=True))
-        out = finished(problem, objective, objective.extended(mean), none, history,
+        out = finished(problem, objective, p, starts, history,
                        sum(fit.evaluations for _, fit in fits), f"mean of prior widths {told}",
                        digest(problem, self))  # fmt: skip
         return replace(out, objective=cost, seconds=time.perf_counter() - began)

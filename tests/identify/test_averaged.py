@@ -1,0 +1,48 @@
+"""The mean over prior widths: of the fits it says, within them, and as good as one of them on its own truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from seatrial.identify import StudyError
+from seatrial.identify.networks.averaged import Averaged
+from seatrial.identify.trajectory.shooting import Trajectory
+from test_widths import BARE, FREE, problem, trials
+
+TRUE = BARE.having({"residual_Y.d_n_N": 0.3, "residual_N.d_n_N": -0.2})
+
+
+def test_the_mean_lies_between_its_widths() -> None:
+    own = problem(trials(TRUE, 0.01, 25.0))
+    estimator = Averaged(window=12.5, widths=(1.0, 0.0), threads=1)
+    told = estimator.fit(own)
+    each = [values for values, _ in estimator.each(own)]
+    assert told.values == pytest.approx(np.mean(each, axis=0), rel=1e-12)
+    assert each[0][1:] == pytest.approx((0.0, 0.0))
+    assert each[1][1] > 0.1  # drawn to none by its prior, but towards the truth
+    assert each[1][2] < -0.1
+    assert told.status.startswith("mean of prior widths 0 (converged), 1 (converged)")
+    assert [f.path for f in told.free] == [f.path for f in FREE]
+    assert told.ship.model.residual_Y.get("d_n_N") == pytest.approx(told.values[1])
+
+
+def test_one_width_is_the_fit_itself() -> None:
+    own = problem(trials(TRUE, 0.01, 25.0))
+    plain = Trajectory(window=12.5, threads=1).fit(own)
+    alone = Averaged(window=12.5, widths=(1.0,), threads=1).fit(own)
+    assert alone.values == pytest.approx(plain.values, rel=1e-9)
+    assert alone.objective == pytest.approx(plain.objective, rel=1e-3)  # starts are searched anew
+
+
+@pytest.mark.parametrize(("given", "told"), [
+    ({"widths": ()}, "widths is"), ({"later": ("residual_*",)}, "estimator.later"), ({"pushed": 0.0}, "pushed is 0"),
+])  # fmt: skip
+def test_settings_that_cannot_be(given: dict[str, object], told: str) -> None:
+    with pytest.raises(StudyError, match=told):
+        Averaged(**given)  # type: ignore[arg-type]
+
+
+def test_it_needs_something_to_vary() -> None:
+    with pytest.raises(StudyError, match="vary fits no free parameter"):
+        Averaged(window=12.5, vary=("rudder.*",)).fit(problem(trials(BARE, 0.0, 25.0)))
