@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from test_widths import BARE, FREE, problem, trials
 
 from seatrial.identify import StudyError
 from seatrial.identify.networks.averaged import Averaged
 from seatrial.identify.trajectory.shooting import Trajectory
-from test_widths import BARE, FREE, problem, trials
 
 TRUE = BARE.having({"residual_Y.d_n_N": 0.3, "residual_N.d_n_N": -0.2})
 
