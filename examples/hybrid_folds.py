@@ -2,8 +2,8 @@
 
     SEATRIAL_DATA=DIR python examples/hybrid_folds.py [-o hybrid_folds.json]
 
-The study fits every width and takes the mean of the parameters, so nothing is chosen by looking at files held out.  A
-single width is a setting that was compared with others on these folds.
+The study fits every width and takes the mean of the parameters, so nothing is chosen by looking at files held out.  The
+last row predicts with the mean and with the minute before each start (`predict --history 60`).
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import os
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from seatrial.data import Trial
 from seatrial.data.formats.frt_esso import read
 from seatrial.data.prepare import drop_trailing_gaps
 from seatrial.ships import Ship
+from seatrial.simulate.carried import Carrier
 from seatrial.simulate.replay import replay
 from seatrial.study.study import Study, read_study
 from seatrial.validate import Comparison
@@ -33,7 +35,9 @@ ROOT = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared"
 STUDY = Path(__file__).parents[1] / "studies" / "esso_osaka_hybrid.toml"
 KINDS = ("random", "turning", "zigzag", "berthing")
 COPY = "turn_cut_14-Sep-2020_15_58_08"  # repeats part of turn_14-Sep-2020_15_58_08
-FOLDS, RESTART = 5, 100.0
+FOLDS, RESTART, HISTORY = 5, 100.0, 60.0
+MEAN = "mean of the widths"
+CARRIED = f"the same, --history {HISTORY:g}"
 Files = dict[str, list[Trial]]
 
 
@@ -43,10 +47,11 @@ def read_files() -> Files:
             for kind in KINDS}  # fmt: skip
 
 
-def errors(ship: Ship, trials: Sequence[Trial]) -> list[Comparison]:
+def errors(ship: Ship, trials: Sequence[Trial], history: float | None = None) -> list[Comparison]:
     """Predictions restarted every 100 s, against the measurement."""
-    return [compare(t, replay(ship, t, restart=RESTART, method="euler"), label="", restart=RESTART,
-                    sigma=ESSO_OSAKA_SIGMA) for t in trials]  # fmt: skip
+    run = partial(replay, ship) if history is None else Carrier.of(ship, history).replay
+    return [compare(t, run(t, restart=RESTART, method="euler"), label="", restart=RESTART, sigma=ESSO_OSAKA_SIGMA)
+            for t in trials]  # fmt: skip
 
 
 def fold(study: Study, files: Files, number: int) -> dict[str, Ship]:
@@ -55,7 +60,7 @@ def fold(study: Study, files: Files, number: int) -> dict[str, Ship]:
     who: Any = study.estimator
     problem = replace(study.problem, trials=train)
     found = {f"width {w:g}": values for w, (values, _) in zip(who.widths, who.each(problem), strict=True)}
-    found["mean of the widths"] = np.mean(list(found.values()), axis=0)
+    found[MEAN] = np.mean(list(found.values()), axis=0)
     vector = problem.vector
     return {label: problem.ship.having(vector.by_path(values)) for label, values in found.items()}
 
@@ -64,23 +69,25 @@ def main() -> None:
     """Measure, print and write."""
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("-o", "--out", type=Path, default=Path("hybrid_folds.json"))
-    out: Path = asked.parse_args().out
+    where: Path = asked.parse_args().out
     if not ROOT.is_dir():
         sys.exit(f"{ROOT}: no such folder; set SEATRIAL_DATA (public set NAOE-5thLab/FRT-DS-ESSO)")
     study, files = read_study(STUDY), read_files()
     held: dict[str, dict[str, list[Comparison]]] = {}
     for number in range(FOLDS):
-        for label, ship in fold(study, files, number).items():
+        out = {kind: [t for i, t in enumerate(files[kind]) if i % FOLDS == number] for kind in KINDS}
+        ships = fold(study, files, number)
+        for label, ship in (*ships.items(), (CARRIED, ships[MEAN])):
             rows = held.setdefault(label, {kind: [] for kind in KINDS})
-            for kind in KINDS:
-                rows[kind] += errors(ship, [t for i, t in enumerate(files[kind]) if i % FOLDS == number])
+            for kind, trials in out.items():
+                rows[kind] += errors(ship, trials, HISTORY if label == CARRIED else None)
         sys.stderr.write(f"fold {number + 1} of {FOLDS}\n")
     found = {label: {**{kind: pooled(some) for kind, some in rows.items()},
                      "together": pooled([c for some in rows.values() for c in some])}
              for label, rows in held.items()}  # fmt: skip
     told = {"what": "standardised error of files held out, five folds, restart 100 s",
             "command": "SEATRIAL_DATA=DIR python examples/hybrid_folds.py", **found}  # fmt: skip
-    out.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    where.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     for label, one in found.items():
         figures = " ".join(f"{kind} {one[kind]:.4f}" for kind in (*KINDS, "together"))
         sys.stdout.write(f"{label}: {figures}\n")

@@ -2,19 +2,41 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from test_widths import BARE, FREE, problem, trials
 
-from seatrial.identify import StudyError
+from seatrial.core.parameters import Free
+from seatrial.identify import Loss, Problem, StudyError
 from seatrial.identify.networks.averaged import Averaged
 from seatrial.identify.trajectory.shooting import Trajectory
+from seatrial.manoeuvres.turning import Turning
+from seatrial.models import STATES
+from seatrial.ships import Ship
+from seatrial.ships.files import load
+from seatrial.simulate.run import simulate
 
+BARE = load("esso_osaka_3m_hybrid")
 TRUE = BARE.having({"residual_Y.d_n_N": 0.3, "residual_N.d_n_N": -0.2})
+Y_v = BARE.model.hull.Y_v
+FREE = (Free("hull.Y_v", Y_v, prior=Y_v, sigma=0.3 * abs(Y_v)),
+        *(Free(f"residual_{path}", 0.0, prior=0.0, sigma=1.0) for path in ("Y.d_n_N", "N.d_n_N")))  # fmt: skip
+SIZE = dict(zip(STATES, (1.0, 1.0, 0.2, 0.1, 0.05, 0.02), strict=True))
+
+
+def turns(ship: Ship) -> Problem:
+    """Four turns of 25 s with a hundredth of the scales as noise."""
+    rng, made = np.random.default_rng(0), []
+    for k, delta in enumerate((0.1, -0.3, 0.2, -0.2)):
+        trial = simulate(ship, Turning(delta=delta, n_P=9.0), speed=0.3, duration=25.0, dt=0.1, method="euler")
+        noisy = {n: trial[n] + 0.01 * s * rng.standard_normal(len(trial)) for n, s in SIZE.items()}
+        made.append(replace(trial.having(**noisy), name=f"turn_{k}"))
+    return Problem(BARE, tuple(made), FREE, Loss(SIZE, 1.0))
 
 
 def test_the_mean_lies_between_its_widths() -> None:
-    own = problem(trials(TRUE, 0.01, 25.0))
+    own = turns(TRUE)
     estimator = Averaged(window=12.5, widths=(1.0, 0.0), threads=1)
     told = estimator.fit(own)
     each = [values for values, _ in estimator.each(own)]
@@ -28,7 +50,7 @@ def test_the_mean_lies_between_its_widths() -> None:
 
 
 def test_one_width_is_the_fit_itself() -> None:
-    own = problem(trials(TRUE, 0.01, 25.0))
+    own = turns(TRUE)
     plain = Trajectory(window=12.5, threads=1).fit(own)
     alone = Averaged(window=12.5, widths=(1.0,), threads=1).fit(own)
     assert alone.values == pytest.approx(plain.values, rel=1e-9)
@@ -45,4 +67,4 @@ def test_settings_that_cannot_be(given: dict[str, object], told: str) -> None:
 
 def test_it_needs_something_to_vary() -> None:
     with pytest.raises(StudyError, match="vary fits no free parameter"):
-        Averaged(window=12.5, vary=("rudder.*",)).fit(problem(trials(BARE, 0.0, 25.0)))
+        Averaged(window=12.5, vary=("rudder.*",)).fit(turns(BARE))
