@@ -39,7 +39,7 @@ def test_a_right_model_carries_nothing_on() -> None:
     carried = Carrier.of(SHIP, 60.0).replay(made, restart=30.0)
     plain = replay(SHIP, made, restart=30.0)
     assert carried.stack(*STATES) == pytest.approx(plain.stack(*STATES), abs=2e-3)
-    assert carried.meta["history"] == 60.0
+    assert carried.meta["processing"][-1] == "what acted in 60 s before each start carried on"
 
 
 def test_an_unlogged_wind_acts_on() -> None:

@@ -136,6 +136,30 @@ def test_predictions_begin_after_the_seconds_that_were_fitted(fitted: Path, tmp_
     assert set(outcome.document["fit_first"]["b"]["estimated"]) >= {"current.north", "bias.psi"}
 
 
+def test_history_is_of_the_model_alone(fitted: Path, tmp_path: Path) -> None:
+    model, logs = str(fitted / "mine.toml"), [fitted / "logs" / "b.csv"]
+    plain, carried = (validate(model, logs, restart=20.0, history=some).result.trials["b"] for some in (None, 15.0))
+    (label,) = set(plain) - {"constant velocity", "untuned", "published"}
+    for other in set(plain) - {label}:
+        assert carried[other].standardised == plain[other].standardised
+    assert carried[label].standardised != plain[label].standardised
+    (one,) = predict(model, logs, tmp_path / "p", restart=20.0, history=15.0).result
+    assert one["u"] == pytest.approx(carried[label].predicted["u"])
+
+
+@pytest.mark.parametrize("command", ["predict", "validate"])
+def test_histories_that_cannot_be(fitted: Path, tmp_path: Path, capsys, command: str) -> None:
+    out = ["-o", str(tmp_path / "out")] if command == "predict" else []
+    for model, more, told in (("kvlcc2_l7", ["--history", "0"], "history"),
+                              ("kvlcc2_l7", ["--history", "9", "--fit-first", "9"], "--history: --fit-first already"),
+                              ("kvlcc2_l7_arx", ["--history", "9"], "in discrete time")):  # fmt: skip
+        capsys.readouterr()
+        assert main([command, model, str(fitted / "logs"), *out, *more]) == 2
+        (*_, line) = capsys.readouterr().err.splitlines()
+        assert told in line
+        assert not (tmp_path / "out").exists()
+
+
 def test_a_fit_that_predicts_worse_than_before_says_so_first(fitted: Path, tmp_path: Path, capsys) -> None:
     """A model file whose coefficient was moved after the fit."""
     shutil.copytree(fitted / "run", tmp_path / "run")

@@ -119,9 +119,9 @@ class Carrier:
             every=ready.each, steps=(ready.steps - 1) * ready.each + 1, method=method, threads=threads,
         )  # fmt: skip
         out = joined(run, trial, ready.t, ready.starts, ready.begun.shape[1])
-        told = f"predicted by {self.ship.name}"
-        meta = {**trial.meta, "source": told, "restart": restart, "history": self.history}
-        return Trial(trial.name, ready.t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+        meta = {**trial.meta, "source": f"predicted by {self.ship.name}", "restart": restart}
+        made = Trial(trial.name, ready.t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+        return made.noting(f"what acted in {self.history:g} s before each start carried on")
 
     def before(self, trial: Trial, ready: Prepared) -> Array:
         """Shares of what has acted before each start, shape (starts, 3)."""
