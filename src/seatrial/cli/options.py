@@ -130,7 +130,7 @@ FitFirst = Annotated[
     float | None, Option(metavar="S", help="Estimate start, current and biases on S seconds; predict the rest.")
 ]  # fmt: skip
 History = Annotated[
-    float | None, Option(metavar="S", help="Carry on what acted beyond the model in S seconds before a start.")
+    float | None, Option(metavar="S", help="Add what acted beyond the model in the S seconds before each start.")
 ]  # fmt: skip
 Instruments = Annotated[
     str | None, Option(metavar="MODEL", help="Use the instrument errors of the fit of this model.toml.")
