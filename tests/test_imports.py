@@ -10,7 +10,7 @@ import sys
 from house import MODULES, ROOT, arrows, circles, dotted, imported, imports, short
 
 ROOMS = (
-    "core", "engine", "data", "environment", "forces", "actuators", "models", "ships", "sensors", "manoeuvres",
+    "core", "engine", "data", "environment", "forces", "harbour", "actuators", "models", "ships", "sensors", "manoeuvres",
     "simulate", "identify", "study", "validate", "campaign", "report", "choosing", "exchange", "realtime", "envs",
     "bench", "testing", "workflow", "face", "cli",
 )

@@ -45,7 +45,7 @@ class Mmg(Composed):
         around = Surroundings.of(state, environment)
         flow = around.flow(self.body, control[0], control[1])
         force = self.force(flow, control[2:])
-        body = afloat(self.body, self.hull, flow)
+        body = afloat(self.body, self.hull, flow, self.extras.components)
         return around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
 
     def force(self, flow: Flow, control: Scalars = ()) -> Force:
