@@ -69,12 +69,16 @@ class Grid:
         field: its tables for the engine, the `stops` and `walls` of a cell behind what is interpolated.
         stops, walls: how many of each a cell holds at most.
         curve: the curve of its fenders.
+        stiffness: of all fenders that a ship touches at once, at first [N/m].
+        bare: whether a quay has no fenders.
     """
 
     field: Field
     stops: int
     walls: int
     curve: Curve
+    stiffness: float
+    bare: bool
 
 
 def grid_of(chart: Chart, ship: Size, cell: float | None = None, *, hard: float = 1e8) -> Grid:
@@ -108,7 +112,8 @@ def grid_of(chart: Chart, ship: Size, cell: float | None = None, *, hard: float 
         near.side(wall, reach)
     names, which, sets, (most_stops, most_walls) = near.tables(curve)
     field = Field(SMOOTH, names, float(north[0]), float(east[0]), size, _smooth(chart, ship, N, E), which, sets)
-    return Grid(field, most_stops, most_walls, curve)
+    bare = any(quay.fender is None for quay in chart.quays)
+    return Grid(field, most_stops, most_walls, curve, _stiffness(chart, ship.L), bare)
 
 
 def _smooth(chart: Chart, ship: Size, N: Points, E: Points) -> Points:
@@ -154,6 +159,13 @@ def _stops(chart: Chart, curve: Curve, hard: float) -> list[Stop]:
         else:
             found += [_corner(point, curve, hard) for point in quay.line]
     return found
+
+
+def _stiffness(chart: Chart, L: float) -> float:
+    """Of the fenders that the longest part of a ship of length L touches at once."""
+    found = [f.reaction / f.height * f.curve.reactions[1] / f.curve.deflections[1] * max(L / f.spacing, 1.0)
+             for quay in chart.quays if (f := quay.fender) is not None]  # fmt: skip
+    return max(found, default=0.0)
 
 
 def _corner(point: Points, curve: Curve, hard: float) -> Stop:

@@ -163,6 +163,10 @@ class Composed(Model):
     def feels_wind(self) -> bool:
         return self.wind is not None
 
+    def answer(self, force: Force, flow: Flow) -> tuple[Scalar, Scalar, Scalar]:
+        """Rates of u, v_m [m/s^2] and r [rad/s^2] at rest under a force alone, in the water of `flow`."""
+        return self.body.acceleration(force, 0.0, 0.0, 0.0)
+
     def thrust(self, flow: Flow, control: Scalars) -> Force:
         """Sum of the thrusters' forces under their own controls, in the order of `controls`."""
         total = Force(0.0, 0.0, 0.0)

@@ -58,6 +58,10 @@ class Mmg(Composed):
             total = total - self.wind.force(flow._replace(u_A=flow.u, v_A=flow.v_m))
         return total + self.thrust(flow, control) if control else total
 
+    def answer(self, force: Force, flow: Flow) -> tuple[Scalar, Scalar, Scalar]:
+        body = afloat(self.body, self.hull, flow, self.extras.components)
+        return body.acceleration(force, 0.0, 0.0, 0.0)
+
     def loads(self, flow: Flow, rates: Scalars) -> Loads:
         """What a captive test measures; the rudder by itself is this one without its action on the hull."""
         pull, slipstream = self.propeller.force(flow)
