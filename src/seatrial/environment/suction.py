@@ -30,7 +30,7 @@ def between(b: Array) -> Array:
     return np.where(b > _FAR, b**-5.0 / 48.0, closed)
 
 
-def suction(d: Array, h: Array, L: float, images: int = 20) -> Array:
+def suction(d: Array, h: Array, L: float, images: int = 10) -> Array:
     """phi at distances d [m] of a wall from the centreline in water of depth h [m] (infinite where deep)."""
     total = between(2.0 * d / L)
     with np.errstate(over="ignore", invalid="ignore"):

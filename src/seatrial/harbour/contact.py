@@ -2,7 +2,7 @@
 
 The hull is a convex outline, its own mirror image.  A fender is a point with a height: it is compressed by as much as
 the hull comes nearer than that, along the shortest way from the outline to it; a corner of a wall is a hard one of half
-a metre.  A corner of the hull is pushed out of a wall by a spring.  All three and the lines have a potential P(x, y,
+a metre.  A corner of the hull is pushed out of a wall by a spring without friction.  All three and the lines have a potential P(x, y,
 psi), so that what the hull loses is what they store; friction and the loss in the rubber (Hunt and Crossley) only take.
 
 Stepping (`Contact.first`, `last`): half of the elastic impulse, the step of the ship without contact, the other half, as
@@ -25,7 +25,6 @@ from ..environment.grid import Stop, Wall
 
 # Thickness of a wall [m], and what keeps roots and quotients finite at zero.
 _THICK, _TINY = 5.0, 1e-18
-_WALL_MU = 0.3
 
 Push = Callable[[Scalars], Scalars]
 """Rates (u, v_m, r) of a force (X, Y, N) on the ship at rest."""
@@ -189,7 +188,7 @@ class Contact:
         delta = larger(best, 0.0)
         R = self.hard * delta
         n_x, n_y = w_along * wall.along_x - w_off * wall.along_y, w_along * wall.along_y + w_off * wall.along_x
-        return Touch(delta, R, 0.5 * R * delta, a, b, n_x * c + n_y * s, n_y * c - n_x * s, _WALL_MU, 0.0)
+        return Touch(delta, R, 0.5 * R * delta, a, b, n_x * c + n_y * s, n_y * c - n_x * s, 0.0, 0.0)
 
     def elastic(self, state: Scalars, near: Scalars) -> tuple[list[Touch], Scalars, Scalar]:
         """Contacts, the force X, Y, N of all that is elastic, and what it stores [J]."""
@@ -211,7 +210,7 @@ class Contact:
         touches, force, stored = self.elastic(state, near)
         v, gained = _kicked(state[3:6], force, push, 0.5 * h)
         ahead = tuple(0.5 * h * rate for rate in rates[3:6])
-        v = _rubbed(v, ahead, touches, push, 0.5 * h)
+        v = _rubbed(v, ahead, touches[: self.stops], push, 0.5 * h)
         return (*state[:3], *v, *state[6:], stored - gained)
 
     def last(self, h: Scalar, state: Scalars, kept: Scalar, near: Scalars, push: Push) -> Scalars:
@@ -221,9 +220,9 @@ class Contact:
         share = larger(stored + gained - kept, 0.0) / larger(_kinetic(v, push), _TINY)
         slower = root(larger(1.0 - share, 0.0))
         v = tuple(slower * one for one in v)
-        for touch in touches:
+        for touch in touches[: self.stops]:
             v = _damped(v, touch, push, h)
-        v = _rubbed(v, (0.0, 0.0, 0.0), touches, push, 0.5 * h)
+        v = _rubbed(v, (0.0, 0.0, 0.0), touches[: self.stops], push, 0.5 * h)
         return (*state[:3], *v, *state[6:])
 
 

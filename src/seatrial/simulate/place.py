@@ -93,7 +93,9 @@ class Place:
             around = Charted(*acting[controls:first])
             own = model_of(parameters)
             flow = Surroundings.of(state, around).flow(own.body)
-            return lambda force: own.answer(Force(*force), flow)
+            X, Y, N = (own.answer(Force(*unit), flow) for unit in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+            return lambda force: tuple(
+                force[0] * x + force[1] * y + force[2] * n for x, y, n in zip(X, Y, N, strict=True))  # fmt: skip
 
         return Kicks(
             lambda h, z, k, a, p: contact.first(h, z, k, a[first:], push(z, a, p)),
