@@ -110,7 +110,7 @@ def grid_of(chart: Chart, ship: Size, cell: float | None = None, *, hard: float 
         near.point(stop, reach + stop.height)
     for wall in walls:
         near.side(wall, reach)
-    names, which, sets, (most_stops, most_walls) = near.tables(curve)
+    names, which, sets, (most_stops, most_walls) = near.tables()
     field = Field(SMOOTH, names, float(north[0]), float(east[0]), size, _smooth(chart, ship, N, E), which, sets)
     bare = any(quay.fender is None for quay in chart.quays)
     return Grid(field, most_stops, most_walls, curve, _stiffness(chart, ship.L), bare)
@@ -202,9 +202,10 @@ class _Near:
         self.sides.append(wall)
         self.walled.append(nearest(np.array([wall[:2], end]), self.N, self.E)[0] <= reach)
 
-    def tables(self, curve: Curve) -> tuple[tuple[str, ...], NDArray[np.int64], Points, tuple[int, int]]:
+    def tables(self) -> tuple[tuple[str, ...], NDArray[np.int64], Points, tuple[int, int]]:
         """Names, the set of each cell, the sets, and how many stops and walls one holds."""
-        marks = np.array([*self.held, *self.walled]).reshape(len(self.held) + len(self.walled), -1).T
+        marks = np.array([np.zeros(self.N.shape, dtype=bool), *self.held, *self.walled]).reshape(
+            1 + len(self.held) + len(self.walled), -1).T[:, 1:]  # fmt: skip
         kinds, which = np.unique(marks, axis=0, return_inverse=True)
         none = np.flatnonzero(~kinds.any(axis=1))
         first = len(self.held)
