@@ -20,6 +20,8 @@ GRAVITY, KNOT = 9.81, 1852.0 / 3600.0
 
 # The root of 1 - F^2 ends here: none of the formulae holds near the critical speed.
 _CRITICAL = 0.95
+# Deeper than so much of it per draught is deep water.
+_DEEP = 0.02
 
 
 class Hull(NamedTuple):
@@ -58,6 +60,16 @@ def _power(x: Scalar, n: float) -> Scalar:
     return exp(n * log(larger(x, 1e-12)))
 
 
+def _above(x: Scalar, limit: float) -> Scalar:
+    """One from the limit on, else zero."""
+    return _held(1e9 * (x - limit) + 1.0)
+
+
+def _held(x: Scalar) -> Scalar:
+    """x within 0 and 1; by sizes, as a choice between numbers that all lanes share keeps a compiler from vectors."""
+    return 0.5 * (magnitude(x) - magnitude(x - 1.0) + 1.0)
+
+
 def froude(V: Scalar, h: Scalar) -> Scalar:
     """Froude number of the depth, held below .95."""
     return smaller(magnitude(V) / root(GRAVITY * h), _CRITICAL)
@@ -70,7 +82,7 @@ def _tuck(V: Scalar, h: Scalar) -> Scalar:
 
 def icorels(V: Scalar, h: Scalar, hull: Hull, channel: Channel = OPEN) -> Scalar:
     """C_s nabla/L^2 F^2/sqrt(1 - F^2); C_s 1.7, 2.0, 2.4 for C_b below .7, below .8, above; F below .7."""
-    C_s = where(hull.C_b < 0.7, 1.7, where(hull.C_b < 0.8, 2.0, 2.4))
+    C_s = 1.7 + 0.3 * _above(hull.C_b, 0.7) + 0.4 * _above(hull.C_b, 0.8)
     return C_s * hull.volume / (hull.L * hull.L) * _tuck(V, h)
 
 
@@ -176,9 +188,14 @@ def return_flow(V: float, h: float, hull: Hull, channel: Channel) -> float:
 
 def ends(S: Scalar, C_b: Scalar) -> tuple[Scalar, Scalar]:
     """Sinkage of bow and stern [m], from the larger one (from a public code); even keel at rest."""
-    share = clip(1.0 - 40.0 * (0.7 - C_b) * (0.7 - C_b), 0.0, 1.0)
+    other = share(C_b) * S
     bow_first = C_b >= 0.7
-    return where(bow_first, S, share * S), where(bow_first, share * S, S)
+    return where(bow_first, S, other), where(bow_first, other, S)
+
+
+def share(C_b: Scalar) -> Scalar:
+    """Sinkage of the other end over the larger one."""
+    return _held(1.0 - 40.0 * (0.7 - C_b) * (0.7 - C_b))
 
 
 def under_keel(V: Scalar, h: Scalar, hull: Hull, form: str = "icorels", channel: Channel = OPEN) -> Scalar:
@@ -188,8 +205,6 @@ def under_keel(V: Scalar, h: Scalar, hull: Hull, form: str = "icorels", channel:
 
 def sunk(V: Scalar, d_over_h: Scalar, hull: Hull, form: str) -> Scalar:
     """Draught over depth under way: the depth less the mean sinkage of bow and stern; as it is in deep water."""
-    shallow = larger(d_over_h, 0.02)
-    h = hull.d / shallow
-    bow, stern = ends(FORMS[form](V, h, hull, OPEN), hull.C_b)
-    less = clip(0.5 * (bow + stern) / h, 0.0, 0.5)
-    return where(d_over_h > 0.02, d_over_h / (1.0 - less), d_over_h)
+    h = hull.d / larger(d_over_h, _DEEP)
+    mean = 0.5 * (1.0 + share(hull.C_b)) * FORMS[form](V, h, hull, OPEN)
+    return d_over_h / (1.0 - clip(mean * d_over_h / hull.d, 0.0, 0.5))
