@@ -9,7 +9,7 @@ above 8 kn is not modelled, nor the wash of a tug on a short line.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, pi
+from math import pi
 from typing import ClassVar
 
 from ..core.parameters import Scalar, Scalars, spec
@@ -19,19 +19,23 @@ from . import Flow, Force, ThrusterModule
 
 @dataclass(frozen=True, kw_only=True)
 class PushTug(ThrusterModule):
-    """A tug that pushes square on the side of the hull at (x, y): its order is a force [N], never a pull."""
+    """A tug that pushes square on the side of the hull at (x, y): its order is a push [N].
+
+    Made fast with a line (`pulls` above zero) it also pulls that much of its bollard push, by an order below zero.
+    """
 
     prefixes: ClassVar[tuple[str, ...]] = ("f",)
 
     x: Scalar = spec("m", "where it pushes, ahead of midship")
     y: Scalar = spec("m", "where it pushes, to starboard; it pushes to the other side")
-    f_max: Scalar = spec("N", "bollard push", (0.0, 1e8), default=inf)
+    f_max: Scalar = spec("N", "bollard push", (0.0, 1e8))
+    pulls: Scalar = spec("", "bollard pull over push; 0 without a line", (0.0, 1.5), default=0.0)
     U_end: Scalar = spec("m/s", "speed at which it must use all its power to stay (from memory)", (0.1, 20.0),
                          default=3.6)  # fmt: skip
 
     def force(self, flow: Flow, control: Scalars) -> Force:
         left = clip(1.0 - (speed(flow.u, flow.v_m) - 1e-6) / self.U_end, 0.0, 1.0)
-        Y = -sign(self.y) * left * clip(control[0], 0.0, self.f_max)
+        Y = -sign(self.y) * left * clip(control[0], -self.pulls * self.f_max, self.f_max)
         return Force(0.0, Y, self.x * Y)
 
 
@@ -43,7 +47,7 @@ class LineTug(ThrusterModule):
 
     x: Scalar = spec("m", "its fairlead, ahead of midship")
     y: Scalar = spec("m", "its fairlead, to starboard", default=0.0)
-    f_max: Scalar = spec("N", "bollard pull", (0.0, 1e8), default=inf)
+    f_max: Scalar = spec("N", "bollard pull", (0.0, 1e8))
     rise: Scalar = spec("rad", "angle of the line to the water", (0.0, 0.5 * pi), default=0.0)
     U_free: Scalar = spec("m/s", "free speed, at which no pull is left (from memory)", (0.1, 20.0), default=6.4)
 

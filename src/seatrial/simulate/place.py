@@ -172,8 +172,8 @@ def aground_or_inside(place: Place, start: tuple[float, ...], draught: float) ->
     return f"it starts aground, in {depth:.1f} m of water with a draught of {draught:.1f} m" if depth <= draught else ""
 
 
-def along(place: Place, x: Array, y: Array) -> Array:
-    """What a logged track meets, shape (rows, len(SMOOTH)): depth, banks and quay as inputs of a replay."""
-    if place.grid is None:
-        return np.zeros((len(x), len(SMOOTH)))
-    return place.grid.field.look(x, y)[0][:, : len(SMOOTH)]
+def depths(place: Place, x: Array, y: Array) -> Array:
+    """Depth of the water along a track [m], as a ship there meets it; infinite where deep."""
+    looked = place.grid.field.look(x, y)[0][:, 0] if place.grid else np.zeros(len(x))
+    with np.errstate(divide="ignore"):
+        return 1.0 / looked

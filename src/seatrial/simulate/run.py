@@ -22,7 +22,7 @@ from ..ships import Ship, ShipError
 from .approach import approach, fastest, straight, surge_balance, time_step
 from .lanes import check_varied, prepare
 from .loop import closed_loop, logged, open_loop, open_loop_parameters
-from .place import Place, aground_or_inside
+from .place import Place, aground_or_inside, depths
 
 __all__ = ["approach", "campaign", "closed_loop", "fastest", "open_loop", "open_loop_parameters", "simulate",
            "straight", "surge_balance", "time_step"]  # fmt: skip
@@ -208,7 +208,8 @@ def simulate(
     if run.failures:
         raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}", run.failures[0].time)
     around = surroundings(environment, step, round(duration / step) + 1)
-    return recorded(ship, policy, run.t, run.values[0], around, dt=step, every=every, stride=stride, name=name)
+    trial = recorded(ship, policy, run.t, run.values[0], around, dt=step, every=every, stride=stride, name=name)
+    return trial if place is None or place.grid is None else trial.having(depth=depths(place, trial["x"], trial["y"]))
 
 
 def recorded(

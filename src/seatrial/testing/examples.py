@@ -69,7 +69,7 @@ MODULES: tuple[Any, ...] = (
     QuayTunnel(**TUNNEL, K_T=0.3, B=1.27, k_q=0.4, l_q=2.0),
     QuayTunnel(**TUNNEL, T_0=4.0, n_0=20.0, loss_form="froude", a_Y1=-4.0, a_N1=-6.0, B=1.27, k_q=0.4, l_q=2.0),
     QuayTunnel(**TUNNEL, K_T=0.3, loss_form="jet", c_Y=4.0, c_N=7.0, to_port=0.9, B=1.27, k_q=0.4, l_q=2.0),
-    PushTug(x=2.0, y=0.6, f_max=150.0),
+    PushTug(x=2.0, y=0.6, f_max=150.0, pulls=0.9),
     LineTug(x=-3.0, y=0.2, f_max=150.0, rise=0.2),
     DredgedAnchor(H=20.0, x=3.2),
 )
