@@ -143,7 +143,7 @@ class Buffers:
     @staticmethod
     def of(system: System, blocks: int, free: int, shared: Array) -> Buffers:
         """Zeros for a system with that many parameters a lane."""
-        names = (len(system.states), max(len(system.memory), 1), len(system.series), max(free, 1))
+        names = (len(system.states), max(len(system.memory), 1), len(system.given), max(free, 1))
         state, memory, series, own = (np.zeros((blocks, count, LANES)) for count in names)
         return Buffers(state, memory, series, own, np.append(shared, 0.0),
                        np.zeros((blocks, 2, len(system.stored), LANES)))  # fmt: skip

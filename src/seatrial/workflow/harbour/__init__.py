@@ -30,8 +30,9 @@ from ...simulate.run import simulate
 SHIP = "kvlcc2_harbour"
 """The ship of a run that names none."""
 
-# Rudder [rad]; in shallow water a ship turns slowly, so its yaw is damped more and it looks farther ahead (lengths).
-_HARD, _FIRMER, _AHEAD = math.radians(35.0), 2.0, 2.5
+# Rudder [rad]; in shallow water a ship turns slowly, so its yaw is damped more.
+# Look-ahead, and the way to a waypoint at which the next leg is taken, in lengths.
+_HARD, _FIRMER, _AHEAD, _TURN = math.radians(35.0), 2.0, 1.2, 0.4
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ def _following(ship: Ship, chart: Chart, speed: float, aside: float = 0.0) -> _P
     settings = Settings(n_P, speed, ship.L_pp, _HARD)
     K_p, K_d, _ = usual_gains(settings)
     path = waypoints([(float(a), float(b)) for a, b in line + across])
-    policy = TrackFollowing(n_P, K_p, _FIRMER * K_d, _AHEAD * ship.L_pp, 0.5 * ship.L_pp, delta_max=_HARD, path=path)
+    policy = TrackFollowing(n_P, K_p, _FIRMER * K_d, _AHEAD * ship.L_pp, _TURN * ship.L_pp, delta_max=_HARD, path=path)
     whole = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()) - ahead
     return _Plan((float(x), float(y), psi, speed, 0.0, 0.0), policy, 0.9 * whole / speed)
 
