@@ -149,8 +149,10 @@ def test_a_grid_gives_depth_suction_and_the_way_to_the_quay() -> None:
 
 
 def test_depths_by_area_and_slope() -> None:
-    chart = Chart("a", 40.0, banks=(Bank(np.array([[-100.0, 50.0], [100.0, 50.0]]), 0.5),))
-    assert chart.depth_at(np.array([0.0, 0.0]), np.array([40.0, -60.0])) == pytest.approx([5.0, 40.0])
+    """The water is to starboard of a bank: a line southwards has it in the west, and land in the east."""
+    chart = Chart("a", 40.0, banks=(Bank(np.array([[100.0, 50.0], [0.0, 50.0], [-100.0, 80.0]]), 0.5),))
+    found = chart.depth_at(np.array([50.0, 50.0, 50.0, -1.0]), np.array([40.0, -60.0, 60.0, 52.0]))
+    assert found == pytest.approx([5.0, 40.0, 0.0, 0.0])
 
 
 def test_a_chart_without_banks_is_silent() -> None:

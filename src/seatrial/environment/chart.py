@@ -28,7 +28,12 @@ class Area:
 
 @dataclass(frozen=True, eq=False)
 class Bank:
-    """The waterline of a bank that falls off with a slope, rise over run; infinite for a wall."""
+    """The waterline of a bank, the water to starboard of it as it is drawn.
+
+    Attributes:
+        line: its points.
+        slope: rise over run, at which it falls off; infinite for a wall.
+    """
 
     line: Points
     slope: float = math.inf
@@ -110,8 +115,9 @@ class Chart:
         for area in self.areas:
             found[inside(area.outline, north, east)] = area.depth
         for bank in self.banks:
-            if math.isfinite(bank.slope):
-                found = np.minimum(found, nearest(bank.line, north, east)[0] * bank.slope)
+            off = offshore(bank.line, north, east)
+            under = np.full(np.shape(off), np.inf) if math.isinf(bank.slope) else off * bank.slope
+            found = np.where(off > 0.0, np.minimum(found, under), 0.0)
         return found
 
 
@@ -135,6 +141,21 @@ def nearest(line: Points, north: Points, east: Points) -> tuple[Points, Points, 
         safe = np.where(off > 0.0, off, 1.0)
         toward = np.where(closer, np.stack([x / safe, y / safe]), toward)
     return best, toward[0], toward[1]
+
+
+def offshore(line: Points, north: Points, east: Points) -> Points:
+    """Distance of places from a line [m], above zero where they lie to starboard of it."""
+    best, square = np.full(np.shape(north), np.inf), np.zeros(np.shape(north))
+    side = np.zeros(np.shape(north))
+    for (a, b), (t, s), length in zip(*sides(line), strict=True):
+        x, y = north - a, east - b
+        across, along = y * t - x * s, np.clip(x * t + y * s, 0.0, length)
+        off = np.hypot(x - along * t, y - along * s)
+        # at a corner two sides are as near: the one that is seen more squarely has the say
+        closer = (off < best - 1e-9) | ((np.abs(off - best) <= 1e-9) & (np.abs(across) > square))
+        side, square = np.where(closer, np.sign(across), side), np.where(closer, np.abs(across), square)
+        best = np.where(closer, off, best)
+    return side * best
 
 
 def inside(outline: Points, north: Points, east: Points) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ import numpy as np
 from ...core.errors import RequestError
 from ...core.parameters import unknown
 from ...data import Trial
-from ...environment import Uniform
+from ...data.trialfile import write_trial
 from ...environment.chart import Chart, nearest
 from ...environment.geojson import load_chart
 from ...manoeuvres import Index, Policy, Settings
@@ -26,10 +26,13 @@ from ...simulate.approach import approach, straight
 from ...simulate.contacts import contact_indices, keel_indices
 from ...simulate.place import Other, Place, place_of
 from ...simulate.run import simulate
+from ..request import numbers, surroundings
 
 SHIP = "kvlcc2_harbour"
 """The ship of a run that names none."""
 
+# Speeds [m/s] and durations [s] below this.
+_MOST = 1e5
 # Rudder [rad]; in shallow water a ship turns slowly, so its yaw is damped more.
 # Look-ahead, and the way to a waypoint at which the next leg is taken, in lengths.
 _HARD, _FIRMER, _AHEAD, _TURN = math.radians(35.0), 2.0, 1.2, 0.4
@@ -57,37 +60,47 @@ class _Plan:
 
 
 def harbour(
-    what: str, ship: str = SHIP, chart: str | Path | None = None, *, wind: tuple[float, float] = (0.0, 0.0),
-    speed: float | None = None, duration: float | None = None, start: tuple[float, float, float] | None = None,
+    what: str, ship: str = SHIP, chart: str | Path | None = None, *, wind: str | None = None, speed: float | None = None,
+    duration: float | None = None, start: str | None = None, out: Path | None = None,
 ) -> Ran:  # fmt: skip
     """Run one of `RUNS`.
 
     Args:
         what: berthing, unberthing, lock, canal or meeting.
-        ship: a ship with two tugs `fore` and `aft` for a berth.
+        ship: a ship; for a berth one with two tugs `fore` and `aft`.
         chart: a chart of the library or a file; by default the usual one of the run.
-        wind: true wind [m/s] and the direction it comes from [rad].
+        wind: true wind as M/S,DEG, where it comes from.
         speed: in a lock or canal [m/s].
         duration: of the run [s].
-        start: midship north and east [m], and heading [rad], in place of the usual one.
+        start: midship north and east [m] and heading [deg] as X,Y,DEG, in place of the usual one.
+        out: trial file to write.
 
     Raises:
-        RequestError: no such run, ship or chart; a chart or a ship that it cannot be made with.
+        RequestError: no such run, ship or chart; a value that cannot be read; what the run cannot be made with.
         SimulationError: the run fails.
     """
     if what not in RUNS:
         raise RequestError(unknown(what, RUNS, "run in a harbour"))
     usual, plan_of = RUNS[what]
+    for option, value in (("--speed", speed), ("--duration", duration)):
+        if value is not None and not 0.0 < value < _MOST:
+            raise RequestError(f"{option} is {value:g}; it is above zero, and below {_MOST:g}")
     vessel, there = load(ship), load_chart(chart or usual)
+    around = surroundings(vessel, wind=wind)
     plan = plan_of(vessel, there, speed)
-    begun = plan.start if start is None else (*start, *plan.start[3:])
+    begun = plan.start if start is None else (*_pose(start), *plan.start[3:])
     place = place_of(vessel, there, other=plan.other)
-    trial = simulate(
-        vessel, plan.policy, duration=duration or plan.duration, start=begun, place=place, every=10,
-        environment=Uniform(*wind),
-    )  # fmt: skip
+    trial = simulate(vessel, plan.policy, duration=duration or plan.duration, start=begun, place=place, every=10,
+                     environment=around.weather, name=f"{vessel.name}_{what}")  # fmt: skip
+    if out is not None:
+        write_trial(trial, out)
     figures = {**contact_indices(trial, vessel, place), **keel_indices(trial, vessel), **_beside(trial, there)}
     return Ran(vessel, there, place, trial, figures)
+
+
+def _pose(text: str) -> tuple[float, float, float]:
+    x, y, heading = numbers("--start", text, "X,Y,DEG such as 250,-60,0")
+    return x, y, math.radians(heading)
 
 
 def _beside(trial: Trial, chart: Chart) -> dict[str, Index]:
