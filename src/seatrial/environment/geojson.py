@@ -85,14 +85,14 @@ class _Reading:
             kind, thing = self._feature(feature)
             found[kind].append(thing)
         self.at = str(self.path)
-        depth = self.number(self.said, "depth", math.inf)
+        depth, name = self.number(self.said, "depth", math.inf), str(self.said.get("name") or self.path.stem)
         try:
             return Chart(
-                self.said.get("name") or self.path.stem, depth, tuple(found["depth"]), tuple(found["bank"]),
+                name, depth, tuple(found["depth"]), tuple(found["bank"]),
                 tuple(found["quay"]), tuple(found["fairway"]), str(self.said.get("source", "")),
             )  # fmt: skip
         except ChartError as error:
-            raise ChartError(f"{self.path}: {error}") from None
+            raise ChartError(f"{self.path}: {str(error).removeprefix(f'{name}: ')}") from None
 
     def keys(self, said: Mapping[str, Any], known: tuple[str, ...], what: str) -> None:
         for key in said:

@@ -14,7 +14,7 @@ from ..core.symbolic import cos, larger, root, sin
 from ..data import Array
 from ..engine import Kicks, Scalars
 from ..environment import CHANNELS, PLACE, Charted
-from ..environment.chart import Chart, crosses
+from ..environment.chart import Chart, crosses, sides
 from ..environment.grid import SMOOTH, Grid, Size, grid_of
 from ..forces import Force
 from ..harbour.contact import Contact, Line, Push, distance, outline
@@ -161,12 +161,12 @@ def aground_or_inside(place: Place, start: tuple[float, ...], draught: float) ->
     x, y, psi = start[:3]
     c, s = math.cos(psi), math.sin(psi)
     for k, quay in enumerate(place.chart.quays, 1):
-        for (a, b), (p, q) in zip(quay.line[:-1], quay.line[1:], strict=True):
-            # both ways round: a corner of the hull behind the face, and the face within the hull
-            along = np.linspace(0.0, 1.0, 1 + max(int(math.hypot(p - a, q - b) / (0.1 * place.hull[-1][0])), 2))
-            for t in along:
-                north, east = a + t * (p - a) - x, b + t * (q - b) - y
-                if distance(place.hull, north * c + east * s, east * c - north * s)[0] < 0.0:
+        for (a, b), (t, e), length in zip(*sides(quay.line), strict=True):
+            ahead, off = (x - a) * t + (y - b) * e, (y - b) * t - (x - a) * e
+            behind = 0.0 <= ahead <= length and -2.0 * place.hull[-1][0] < off < 0.0
+            for way in np.linspace(0.0, length, 1 + max(int(length / (0.1 * place.hull[-1][0])), 2)):
+                north, east = a + way * t - x, b + way * e - y
+                if behind or distance(place.hull, north * c + east * s, east * c - north * s)[0] < 0.0:
                     return f"it starts inside quay {k}; midship is at {x:.1f} m north, {y:.1f} m east"
     depth = float(place.chart.depth_at(np.array([x]), np.array([y]))[0])
     return f"it starts aground, in {depth:.1f} m of water with a draught of {draught:.1f} m" if depth <= draught else ""
