@@ -17,18 +17,28 @@ from seatrial.environment.grid import SMOOTH, Size, Stop, grid_of
 from seatrial.environment.suction import between, suction
 
 SHIP = Size(320.0, 58.0, 20.8)
-FACE = {"type": "Feature", "properties": {"kind": "quay"}, "geometry": {"type": "LineString", "coordinates": [[0, 400], [0, 0]]}}
+FACE = {
+    "type": "Feature",
+    "properties": {"kind": "quay"},
+    "geometry": {"type": "LineString", "coordinates": [[0, 400], [0, 0]]},
+}
 
 
 def document(**changes: Any) -> dict[str, Any]:
-    base = {"type": "FeatureCollection", "schema": "seatrial-chart/1", "frame": "metres", "depth": 25.0, "features": [FACE]}
+    base = {
+        "type": "FeatureCollection",
+        "schema": "seatrial-chart/1",
+        "frame": "metres",
+        "depth": 25.0,
+        "features": [FACE],
+    }
     return base | changes
 
 
 def feature(kind: str, points: Any, **properties: Any) -> dict[str, Any]:
     polygon = kind == "depth"
-    return {"type": "Feature", "properties": {"kind": kind, **properties},
-            "geometry": {"type": "Polygon" if polygon else "LineString", "coordinates": [points] if polygon else points}}  # fmt: skip
+    shape = {"type": "Polygon", "coordinates": [points]} if polygon else {"type": "LineString", "coordinates": points}
+    return {"type": "Feature", "properties": {"kind": kind, **properties}, "geometry": shape}
 
 
 def read(folder: Path, said: Any) -> Chart:
@@ -101,7 +111,11 @@ def test_a_chart_that_cannot_be_is_refused_in_one_line(about: str, tmp_path: Pat
 
 def test_what_is_no_chart_is_refused(tmp_path: Path) -> None:
     (tmp_path / "b.geojson").write_text('{"depth": NaN}', encoding="utf-8")
-    for name, about in ((tmp_path / "b.geojson", "NaN"), (tmp_path / "none.geojson", "none.geojson"), ("cannal", "near: canal")):
+    for name, about in (
+        (tmp_path / "b.geojson", "NaN"),
+        (tmp_path / "none.geojson", "none.geojson"),
+        ("cannal", "near: canal"),
+    ):
         with pytest.raises(ChartError, match=about):
             load_chart(name)
 
@@ -119,7 +133,8 @@ def test_geometry() -> None:
 
 def test_the_mirror_ship_has_the_published_numbers() -> None:
     """KVLCC2 at 3 m/s, midship section .998 B d: force towards the wall in kN by distance and depth."""
-    known = {0.75: (364, 983, 1226, 1339), 1.0: (211, 710, 886, 968), 1.5: (86, 395, 493, 539), 2.0: (41, 236, 294, 321),
+    known = {0.75: (364, 983, 1226, 1339), 1.0: (211, 710, 886, 968), 1.5: (86, 395, 493, 539),
+             2.0: (41, 236, 294, 321),
              3.0: (12, 98, 123, 134)}  # fmt: skip
     scale = 1025.0 * 9.0 * (0.998 * SHIP.B * SHIP.d / SHIP.L) ** 2 / 1e3
     for over, row in known.items():
@@ -177,7 +192,9 @@ def test_a_cell_holds_what_the_hull_can_reach() -> None:
 
 def test_two_curves_in_one_chart_are_refused() -> None:
     line = np.array([[100.0, 0.0], [0.0, 0.0]])
-    quays = tuple(Quay(line + 200.0 * k, Fender(CURVES[name], 1.0, 1e6, 10.0)) for k, name in enumerate(("cone", "element")))
+    quays = tuple(
+        Quay(line + 200.0 * k, Fender(CURVES[name], 1.0, 1e6, 10.0)) for k, name in enumerate(("cone", "element"))
+    )
     with pytest.raises(ChartError, match="one curve"):
         grid_of(Chart("a", 25.0, quays=quays), SHIP)
 

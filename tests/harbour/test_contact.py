@@ -158,7 +158,9 @@ def test_friction_lets_go_beyond_its_limit() -> None:
     stops = [stop._replace(mu=0.1, chi=5.0) for stop in FENDERS]
     sets = [value for one in (*stops, *QUAY) for value in one]
     contact = Contact(outline(L, B), CURVES["cone"], len(stops), len(QUAY), 4.0 * M)
-    rows = run(floating(contact, sets, 1, wind=(80e3, 400e3)), [0.0, -0.5 * B - 0.95, 0, 0, 0, 0], 0.1, 300.0, every=10)[0]
+    rows = run(
+        floating(contact, sets, 1, wind=(80e3, 400e3)), [0.0, -0.5 * B - 0.95, 0, 0, 0, 0], 0.1, 300.0, every=10
+    )[0]
     assert rows[-1, 0] == pytest.approx(0.5 * (80e3 - 0.1 * 400e3) / M * 300.0**2, rel=0.1)
 
 

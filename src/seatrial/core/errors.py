@@ -12,7 +12,8 @@ import tomllib
 from typing import Literal
 
 __all__ = [
-    "BusyError", "CampaignError", "ChartError", "ClusterError", "CommandError", "CompilerError", "DataError", "DeviceError",
+    "BusyError", "CampaignError", "ChartError", "ClusterError",
+    "CommandError", "CompilerError", "DataError", "DeviceError",
     "FitError", "LoopError", "NmeaError", "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError",
     "RequestError", "ResumeError", "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError",
     "StudyError", "TaskError", "TomlError", "UsageError", "WeatherError", "WireError",

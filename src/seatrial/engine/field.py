@@ -1,7 +1,8 @@
 """A field over the earth's plane: inputs of a system that are read where it is, once a step.
 
-The field is a regular grid: one look costs the same whatever its size.  Values at the nodes are interpolated bilinearly;
-what lies near (fenders, walls) is a row of numbers that holds within a cell.  Row 0 says that nothing is near.
+The field is a regular grid: one look costs the same whatever its size.  Values at the nodes are interpolated
+bilinearly; what lies near (fenders, walls) is a row of numbers that holds within a cell.  Row 0 says that nothing is
+near.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import Array
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

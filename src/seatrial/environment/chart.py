@@ -86,14 +86,18 @@ class Chart:
                 raise ChartError(f"{self.name}: a depth of {depth:g} m; depths are positive down, in m")
         for k, bank in enumerate(self.banks, 1):
             if not bank.slope > 0.0:
-                raise ChartError(f"{self.name}: bank {k} has a slope of {bank.slope:g}; it is rise over run, above zero")
+                raise ChartError(
+                    f"{self.name}: bank {k} has a slope of {bank.slope:g}; it is rise over run, above zero"
+                )
         for what, lines in (("quay", [q.line for q in self.quays]), ("bank", [b.line for b in self.banks])):
             for k, line in enumerate(lines, 1):
                 if len(line) < 2 or not (np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-6).all():
                     raise ChartError(f"{self.name}: {what} {k} needs two points or more, no two alike in a row")
                 if crossed := crosses(line):
                     a, b = crossed
-                    raise ChartError(f"{self.name}: {what} {k} crosses itself, side {a} with side {b}; draw it in one way")
+                    raise ChartError(
+                        f"{self.name}: {what} {k} crosses itself, side {a} with side {b}; draw it in one way"
+                    )
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
@@ -106,7 +110,10 @@ class Chart:
                  *self.fairways]  # fmt: skip
         if not lines:
             raise ChartError(f"{self.name}: an empty chart; it has no depth area, bank, quay or fairway")
-        low, high = np.min([line.min(axis=0) for line in lines], axis=0), np.max([one.max(axis=0) for one in lines], axis=0)
+        low, high = (
+            np.min([line.min(axis=0) for line in lines], axis=0),
+            np.max([one.max(axis=0) for one in lines], axis=0),
+        )
         return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
     def depth_at(self, north: Points, east: Points) -> Points:

@@ -45,7 +45,9 @@ class Curve:
             if not high > 0.0:
                 raise ChartError(f"a fender curve falls to {high:g} at deflection {b:g}; a fender never pulls")
             if b == s[-1] and not high > low:
-                raise ChartError(f"a fender curve falls at its end, from {low:g} to {high:g}; it ends in a stop that rises")
+                raise ChartError(
+                    f"a fender curve falls at its end, from {low:g} to {high:g}; it ends in a stop that rises"
+                )
 
     @property
     def _hinges(self) -> tuple[tuple[float, float], ...]:

@@ -170,7 +170,9 @@ class _Reading:
             self.keys(own, _CURVE, "key of a curve")
             lists = [own.get(key) for key in _CURVE[:2]]
             if not all(isinstance(one, list) and all(isinstance(x, int | float) for x in one) for one in lists):
-                raise ChartError("a fender curve has lists of deflections and reactions, as shares of height and rating")
+                raise ChartError(
+                    "a fender curve has lists of deflections and reactions, as shares of height and rating"
+                )
             s, R = (tuple(map(float, cast("list[float]", one))) for one in lists)
             known = Curve(s, R, self.number(own, "rated", s[-1] if s else 1.0))
         numbers = {key: self.number(said, key) for key in ("height", "reaction", "spacing")}
@@ -183,10 +185,7 @@ class _Reading:
             pairs = np.zeros((0, 0))
         if pairs.ndim != 2 or pairs.shape[1] != 2 or len(pairs) < 2 or not np.isfinite(pairs).all():
             raise ChartError(f"{self.at}: coordinates are two points or more, each of two numbers")
-        if self.datum is None:
-            points = pairs[:, ::-1].copy()
-        else:
-            points = self._placed(pairs)
+        points = pairs[:, ::-1].copy() if self.datum is None else self._placed(pairs)
         far = float(np.abs(points).max())
         if far > _FARTHEST:
             raise ChartError(f"{self.at}: a point {far / 1000.0:.0f} km from the datum; a harbour lies within "
@@ -197,13 +196,15 @@ class _Reading:
         """Metres of [longitude, latitude]."""
         here, (lon, lat) = cast("Datum", self.datum), pairs.T
         if (np.abs(lat) > 90.0).any():
-            raise ChartError(f"{self.at}: latitude {float(lat[np.abs(lat) > 90.0][0]):g}; points are [longitude, latitude]")
+            raise ChartError(
+                f"{self.at}: latitude {float(lat[np.abs(lat) > 90.0][0]):g}; points are [longitude, latitude]"
+            )
         off = np.maximum(np.abs(lat - here.latitude), np.abs(np.remainder(lon - here.longitude + 180.0, 360.0) - 180.0))
         if (off > 5.0).any():
             k = int(np.argmax(off))
             raise ChartError(
-                f"{self.at}: point {k + 1} at latitude {lat[k]:g}, longitude {lon[k]:g} is in another part of the world than "
-                f"the datum, {here.latitude:g}, {here.longitude:g}; check the hemisphere, and that points are "
+                f"{self.at}: point {k + 1} at latitude {lat[k]:g}, longitude {lon[k]:g} is in another part of the "
+                f"world than the datum, {here.latitude:g}, {here.longitude:g}; check the hemisphere, and that points are "
                 "[longitude, latitude]"
             )
         return np.column_stack(here.track(lat, lon))

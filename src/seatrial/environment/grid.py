@@ -2,7 +2,8 @@
 
 Suction depends on the length of the ship and is tabulated for it: at each node the sum over the banks and closed quays
 of the unit vector towards the nearest point of each times the suction of a wall there (`suction`), so any number of
-them costs as much as one.  Fenders, walls and corners that the ship may reach from within a cell are its row of numbers.
+them costs as much as one.  Fenders, walls and corners that the ship may reach from within a cell are its row of
+numbers.
 """
 
 from __future__ import annotations
@@ -96,9 +97,13 @@ def grid_of(chart: Chart, ship: Size, cell: float | None = None, *, hard: float 
     size = cell or max(0.25 * ship.B, 0.02 * ship.L)
     margin = ship.L
     low_n, high_n, low_e, high_e = chart.extent
-    rows, columns = (math.ceil((high - low + 2.0 * margin) / size) + 1 for low, high in ((low_n, high_n), (low_e, high_e)))
+    rows, columns = (
+        math.ceil((high - low + 2.0 * margin) / size) + 1 for low, high in ((low_n, high_n), (low_e, high_e))
+    )
     if not size > 0.0 or rows * columns > _NODES:
-        raise ChartError(f"{chart.name}: a grid of {rows} by {columns} nodes; {_NODES:.0e} are the most, by a larger cell")
+        raise ChartError(
+            f"{chart.name}: a grid of {rows} by {columns} nodes; {_NODES:.0e} are the most, by a larger cell"
+        )
     north, east = low_n - margin + size * np.arange(rows), low_e - margin + size * np.arange(columns)
     N, E = np.meshgrid(north, east, indexing="ij")
     curve = _curve(chart)
@@ -222,4 +227,3 @@ class _Near:
             sets[at, begin : begin + len(others)] = others
         index = np.where(np.isin(which.ravel(), none), 0, which.ravel() + 1)
         return names, index.reshape(self.N.shape).astype(np.int64), sets, (K, W)
-

@@ -31,7 +31,7 @@ def between(b: Array) -> Array:
 
 
 def suction(d: Array, h: Array, L: float, images: int = 10) -> Array:
-    """phi at distances d [m] of a wall from the centreline in water of depth h [m] (infinite where deep)."""
+    """Phi at distances d [m] of a wall from the centreline in water of depth h [m] (infinite where deep)."""
     total = between(2.0 * d / L)
     with np.errstate(over="ignore", invalid="ignore"):
         for k in range(1, images + 1):

@@ -41,7 +41,8 @@ from .lanes import Lanes
 from .system import Work
 from .tasks import Berth, Course, Task, TaskError, Track, shown
 
-__all__ = ["IDS", "Berth", "Canal", "Course", "Quay", "Settings", "ShipEnv", "ShipVectorEnv", "Task", "TaskError", "Track"]
+__all__ = ["IDS", "Berth", "Canal", "Course", "Quay", "Settings", "ShipEnv", "ShipVectorEnv", "Task", "TaskError",
+           "Track"]  # fmt: skip
 
 Observation = NDArray[np.float32]
 Flags = NDArray[np.bool_]

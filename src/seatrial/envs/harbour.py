@@ -18,10 +18,11 @@ from .tasks import Judged, Scale, Seen, Start, any_of, outside, spread
 class Quay:
     """Berthing with contact at the quay of the chart `tanker_quay`, whose face runs north to south along east = 0.
 
-    The reward of an action is the way made towards the fenders in breadths, heading error counting as `heading` breadths
-    per radian, less `waiting` and ``effort a^2``, and less ``hard (v/limit)^2`` of the speed at which the hull meets the
-    fenders.  An episode is over when the ship lies on its fenders, parallel and below `slow`, which pays `berthed`; when
-    it meets them at more than `crash`, and beyond `area` or where the model no longer holds, which costs `berthed`.
+    The reward of an action is the way made towards the fenders in breadths, heading error counting as `heading`
+    breadths per radian, less `waiting` and ``effort a^2``, and less ``hard (v/limit)^2`` of the speed at which the hull
+    meets the fenders.  An episode is over when the ship lies on its fenders, parallel and below `slow`, which pays
+    `berthed`; when it meets them at more than `crash`, and beyond `area` or where the model no longer holds, which
+    costs `berthed`.
 
     Attributes:
         off: least and greatest way off the fenders at the start, in breadths.
@@ -54,8 +55,8 @@ class Quay:
     goal: ClassVar[tuple[str, ...]] = ()
     memory: ClassVar[tuple[str, ...]] = ("to_go",)
     seen: ClassVar[tuple[Seen, ...]] = (
-        Seen("along / B", -10.0, 10.0), Seen("gap / B", -1.0, 10.0), Seen("psi", -1.0, 1.0), Seen("u / 0.1 m/s", -10.0, 10.0),
-        Seen("v_m / 0.1 m/s", -10.0, 10.0), Seen("r L / 0.1 m/s", -10.0, 10.0),
+        Seen("along / B", -10.0, 10.0), Seen("gap / B", -1.0, 10.0), Seen("psi", -1.0, 1.0),
+        Seen("u / 0.1 m/s", -10.0, 10.0), Seen("v_m / 0.1 m/s", -10.0, 10.0), Seen("r L / 0.1 m/s", -10.0, 10.0),
     )  # fmt: skip
     turns: ClassVar[float] = 0.0
     chart: ClassVar[str] = "tanker_quay"
@@ -101,9 +102,9 @@ class Quay:
 class Canal:
     """Keep to the middle of the chart `canal`, whose banks draw the ship and turn its bow off.
 
-    The reward of an action is ``-(y/B)^2 - heading (1 - cos psi) - rudder a^2`` times `pace`; beyond `off` breadths from
-    the middle, turned by more than half a right angle, or where the model no longer holds, the episode is over, which
-    costs `lost`.
+    The reward of an action is ``-(y/B)^2 - heading (1 - cos psi) - rudder a^2`` times `pace`; beyond `off` breadths
+    from the middle, turned by more than half a right angle, or where the model no longer holds, the episode is over,
+    which costs `lost`.
 
     Attributes:
         aside: largest way off the middle at the start, in breadths.

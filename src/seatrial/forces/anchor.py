@@ -1,8 +1,8 @@
 """Anchors: what one holds, and one that is dragged along the bottom on a short scope as a brake.
 
-H_M = H_R (m_A/4536 kg)^b.  The form is published; H_R and b of stockless anchors, and the force of one that is dredged, are
-from memory: a ship file states its own.  Catenary and chain friction are not here; a ship that rides to an anchor is one
-on a line (`contact.Line`) with the holding power as the setting of its winch.
+H_M = H_R (m_A/4536 kg)^b.  The form is published; H_R and b of stockless anchors, and the force of one that is
+dredged, are from memory: a ship file states its own.  Catenary and chain friction are not here; a ship that rides to
+an anchor is one on a line (`contact.Line`) with the holding power as the setting of its winch.
 """
 
 from __future__ import annotations

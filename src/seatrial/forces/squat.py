@@ -66,7 +66,7 @@ def _above(x: Scalar, limit: float) -> Scalar:
 
 
 def _held(x: Scalar) -> Scalar:
-    """x within 0 and 1; by sizes, as a choice between numbers that all lanes share keeps a compiler from vectors."""
+    """X within 0 and 1; by sizes, as a choice between numbers that all lanes share keeps a compiler from vectors."""
     return 0.5 * (magnitude(x) - magnitude(x - 1.0) + 1.0)
 
 

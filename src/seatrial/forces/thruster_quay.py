@@ -1,7 +1,8 @@
 """A side thruster whose jet strikes a closed quay: part of the thrust comes back on the hull.
 
-T (1 - k_q exp(-c/l_q)) with c the gap to the quay, for the jet that goes towards it only.  The form is an assumption and
-no table of it was found; ten to sixty percent are quoted for leaving a closed quay (from memory).  k_q is 0 by default.
+T (1 - k_q exp(-c/l_q)) with c the gap to the quay, for the jet that goes towards it only.  The form is an assumption
+and no table of it was found; ten to sixty percent are quoted for leaving a closed quay (from memory).  k_q is 0 by
+default.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Tugs without a hull of their own: a force where each is made fast or pushes, less by the speed of the ship.
 
 How fast a tug answers belongs to its actuator in the ship file: `lag` 5 to 15 s for its thrust, `dead_time` for the
-order over the radio, `rate` for going round.  The curves over speed are from memory and no maker's polar: direct pull falls to
-zero at the tug's free speed (12 to 13 kn), half of a push is lost at 3 to 4 kn and nearly all at 6 kn.  Indirect towing
-above 8 kn is not modelled, nor the wash of a tug on a short line.
+order over the radio, `rate` for going round.  The curves over speed are from memory and no maker's polar: direct pull
+falls to zero at the tug's free speed (12 to 13 kn), half of a push is lost at 3 to 4 kn and nearly all at 6 kn.
+Indirect towing above 8 kn is not modelled, nor the wash of a tug on a short line.
 """
 
 from __future__ import annotations

@@ -2,20 +2,22 @@
 
 The hull is a convex outline, its own mirror image.  A fender is a point with a height: it is compressed by as much as
 the hull comes nearer than that, along the shortest way from the outline to it; a corner of a wall is a hard one of half
-a metre.  A corner of the hull is pushed out of a wall by a spring without friction.  All three and the lines have a potential P(x, y,
-psi), so that what the hull loses is what they store; friction and the loss in the rubber (Hunt and Crossley) only take.
+a metre.  A corner of the hull is pushed out of a wall by a spring without friction.  All three and the lines have a
+potential P(x, y, psi), so that what the hull loses is what they store; friction and the loss in the rubber (Hunt and
+Crossley) only take.
 
-Stepping (`Contact.first`, `last`): half of the elastic impulse, the step of the ship without contact, the other half, as
-in Verlet's method; then the velocity is scaled down wherever kinetic and stored energy have grown, which is what makes
-"no energy gained" a property of the method instead of its step.  Friction is Coulomb's: it takes the sliding speed away
-at once as far as mu times the pressure reaches, and looks half a step ahead by the rates of the ship, so a ship that
-lies under wind and fenders does not creep.
+Stepping (`Contact.first`, `last`): half of the elastic impulse, the step of the ship without contact, the other half,
+as in Verlet's method; then the velocity is scaled down wherever kinetic and stored energy have grown, which is what
+makes "no energy gained" a property of the method instead of its step.  Friction is Coulomb's: it takes the sliding
+speed away at once as far as mu times the pressure reaches, and looks half a step ahead by the rates of the ship, so a
+ship that lies under wind and fenders does not creep.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 from ..core.parameters import Scalar, Scalars
@@ -102,7 +104,9 @@ def outline(L: float, B: float) -> tuple[tuple[float, float], ...]:
     return tuple((x * L, y * B) for x, y in shape)
 
 
-def distance(half: tuple[tuple[float, float], ...], a: Scalar, b: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
+def distance(
+    half: tuple[tuple[float, float], ...], a: Scalar, b: Scalar
+) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
     """Distance of a point from a hull, below zero inside; the nearest point of the hull, the unit vector from it.
 
     Args:
@@ -114,7 +118,7 @@ def distance(half: tuple[tuple[float, float], ...], a: Scalar, b: Scalar) -> tup
     best: Scalar = 1e12
     within: Scalar = -1e12
     at_a, at_b, in_a, in_b = (0.0,) * 4
-    for (p, q), (p_2, q_2) in zip(half, half[1:], strict=False):
+    for (p, q), (p_2, q_2) in pairwise(half):
         e, f = p_2 - p, q_2 - q
         length = (e * e + f * f) ** 0.5
         e, f = e / length, f / length
@@ -233,7 +237,9 @@ def _dot(p: Scalars, q: Scalars) -> Scalar:
 def _kicked(v: Scalars, force: Scalars, push: Push, h: Scalar) -> tuple[Scalars, Scalar]:
     """Velocities after a force for a time, and the kinetic energy that it gave."""
     a = push(force)
-    return tuple(one + h * rate for one, rate in zip(v, a, strict=True)), h * (_dot(force, v) + 0.5 * h * _dot(force, a))
+    return tuple(one + h * rate for one, rate in zip(v, a, strict=True)), h * (
+        _dot(force, v) + 0.5 * h * _dot(force, a)
+    )
 
 
 def _kinetic(v: Scalars, push: Push) -> Scalar:

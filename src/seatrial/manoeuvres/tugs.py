@@ -32,7 +32,9 @@ class TugBerthing(Policy):
     arm: Scalar = spec("m", "way of each tug from midship", (1e-3, 1e3))
     side: Scalar = spec("", "side that the tugs are on, 1 starboard, -1 port", (-1.0, 1.0))
     closing: Scalar = spec("m/s", "largest speed across", (0.0, 5.0), default=0.2)
-    touching: Scalar = spec("m/s", "speed at the end of the way, held on until something stops it", (0.0, 1.0), default=0.04)
+    touching: Scalar = spec(
+        "m/s", "speed at the end of the way, held on until something stops it", (0.0, 1.0), default=0.04
+    )
     wanting: Scalar = spec("s", "time in which the way left would be gone", (1.0, 1e4), default=200.0)
     answer: Scalar = spec("s", "time in which a wrong speed is mended", (1.0, 1e4), default=100.0)
     fore: str = "f_fore"

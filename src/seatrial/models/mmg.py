@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..core.parameters import Parts, Scalars, choice, parts
+from ..core.parameters import Parts, Scalar, Scalars, choice, parts
 from ..core.symbolic import cos, sin
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule

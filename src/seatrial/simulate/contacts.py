@@ -38,7 +38,7 @@ def contact_indices(trial: Trial, ship: Ship, place: Place) -> dict[str, Index]:
     if place.contact is None or place.grid is None or not place.contact.stops:
         return {}
     found = _touches(trial, place)
-    delta, reaction, energy, closing, a = (found[:, k :: 5] for k in range(5))
+    delta, reaction, energy, closing, a = (found[:, k::5] for k in range(5))
     delta = np.where(reaction > 0.0, delta, 0.0)  # a cell with fewer fenders has empty places
     touching = (delta > 0.0).any(axis=1)
     if not touching.any():

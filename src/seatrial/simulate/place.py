@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..core.parameters import Scalar
-from ..core.symbolic import cos, larger, root, sin
+from ..core.symbolic import larger, root
 from ..data import Array
 from ..engine import Kicks, Scalars
 from ..environment import CHANNELS, PLACE, Charted
@@ -132,7 +132,9 @@ def place_of(
         ChartError: a chart that cannot be tabulated.
     """
     if isinstance(ship.model, Sampled) or not isinstance(ship.model, Composed):
-        raise ShipError(f"{ship.name}: a chart needs a ship of a body and forces (mmg, fossen); this family has neither")
+        raise ShipError(
+            f"{ship.name}: a chart needs a ship of a body and forces (mmg, fossen); this family has neither"
+        )
     size = Size(ship.L_pp, float(ship.model.breadth), float(ship.model.draught))
     half = hull or outline(size.L, size.B)
     _convex(half)
@@ -147,7 +149,9 @@ def place_of(
 def _convex(half: tuple[tuple[float, float], ...]) -> None:
     points = np.array(half)
     if len(points) < 3 or points[0, 1] != 0.0 or points[-1, 1] != 0.0 or crosses(points):
-        raise ShipError("hull: half an outline goes from the middle of the stern to the stem, through three points or more")
+        raise ShipError(
+            "hull: half an outline goes from the middle of the stern to the stem, through three points or more"
+        )
     sides = np.diff(points, axis=0)
     turns = sides[:-1, 0] * sides[1:, 1] - sides[:-1, 1] * sides[1:, 0]
     if not (turns < 1e-9).all():

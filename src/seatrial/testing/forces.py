@@ -15,7 +15,6 @@ from ..data import Array
 from . import discovery as found
 from .discovery import INPUTS, PAIRS, Part, biases, compiled, even, require
 
-
 # Alongside a quay with a bank behind it and a ship abeam; and in the corner of a dock, with one right ahead.
 _NEAR = (0.2, 0.8, 0.0, 0.6, 0.0, 0.5, 0.8, 1.0, 1.0)
 _ACROSS = (0.5, -1.0, -0.3, -0.2, 1.2, 0.0, -1.0, 0.6, 1.5)

@@ -60,8 +60,8 @@ class _Plan:
 
 
 def harbour(
-    what: str, ship: str = SHIP, chart: str | Path | None = None, *, wind: str | None = None, speed: float | None = None,
-    duration: float | None = None, start: str | None = None, out: Path | None = None,
+    what: str, ship: str = SHIP, chart: str | Path | None = None, *, wind: str | None = None,
+    speed: float | None = None, duration: float | None = None, start: str | None = None, out: Path | None = None,
 ) -> Ran:  # fmt: skip
     """Run one of `RUNS`.
 

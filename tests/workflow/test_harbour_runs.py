@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from seatrial.cli.app import main
-from seatrial.core.errors import RequestError
 from seatrial.simulate.contacts import LIMIT, MEAN
 from seatrial.workflow.harbour import RUNS, harbour
 
@@ -33,8 +32,8 @@ def test_a_wrong_request_is_one_line_and_exit_2(
 
 def test_a_chart_of_ones_own_is_refused_with_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "own.geojson"
-    crossed = {"type": "Feature", "properties": {"kind": "quay"},
-               "geometry": {"type": "LineString", "coordinates": [[0, 0], [100, 0], [100, 100], [50, -50]]}}  # fmt: skip
+    shape = {"type": "LineString", "coordinates": [[0, 0], [100, 0], [100, 100], [50, -50]]}
+    crossed = {"type": "Feature", "properties": {"kind": "quay"}, "geometry": shape}
     path.write_text(json.dumps({"type": "FeatureCollection", "schema": "seatrial-chart/1", "frame": "metres",
                                 "features": [crossed]}), encoding="utf-8")  # fmt: skip
     assert main(["harbour", "canal", "--chart", str(path)]) == 2
