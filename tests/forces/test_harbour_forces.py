@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -203,7 +204,7 @@ def test_the_cushion_is_off_unless_asked_for() -> None:
 
 
 def test_a_thruster_loses_thrust_where_its_jet_strikes_the_quay_only() -> None:
-    size = {"x": 140.0, "D": 3.0, "K_T": 0.4}
+    size: dict[str, Any] = {"x": 140.0, "D": 3.0, "K_T": 0.4}
     free, tied = Tunnel(**size), QuayTunnel(**size, B=B, k_q=0.5, l_q=10.0)
     beside = water(quay_v=1.0 / (0.5 * B + 10.0))  # a quay to starboard, ten metres off
     off, onto = (-4.0,), (4.0,)

@@ -77,7 +77,8 @@ class _Reading:
         self.datum = self._datum() if frame == "latlon" else None
 
     def chart(self) -> Chart:
-        features, found = self.said.get("features"), {kind: [] for kind in KINDS}
+        features = self.said.get("features")
+        found: dict[str, list[Any]] = {kind: [] for kind in KINDS}
         if not isinstance(features, list):
             raise ChartError(f"{self.path}: features is missing; it is a list")
         for k, feature in enumerate(cast("list[Any]", features), 1):
@@ -204,7 +205,7 @@ class _Reading:
             k = int(np.argmax(off))
             raise ChartError(
                 f"{self.at}: point {k + 1} at latitude {lat[k]:g}, longitude {lon[k]:g} is in another part of the "
-                f"world than the datum, {here.latitude:g}, {here.longitude:g}; check the hemisphere, and that points are "
-                "[longitude, latitude]"
+                f"world than the datum, {here.latitude:g}, {here.longitude:g}; check the hemisphere, and that points "
+                "are [longitude, latitude]"
             )
         return np.column_stack(here.track(lat, lon))

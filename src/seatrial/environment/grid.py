@@ -104,8 +104,9 @@ def grid_of(chart: Chart, ship: Size, cell: float | None = None, *, hard: float 
         raise ChartError(
             f"{chart.name}: a grid of {rows} by {columns} nodes; {_NODES:.0e} are the most, by a larger cell"
         )
-    north, east = low_n - margin + size * np.arange(rows), low_e - margin + size * np.arange(columns)
-    N, E = np.meshgrid(north, east, indexing="ij")
+    north = low_n - margin + size * np.arange(rows, dtype=np.float64)
+    east = low_e - margin + size * np.arange(columns, dtype=np.float64)
+    N, E = (np.asarray(one, dtype=np.float64) for one in np.meshgrid(north, east, indexing="ij"))
     curve = _curve(chart)
     stops, walls = _stops(chart, curve, hard), _walls(chart)
     # a hull reaches half its diagonal beyond midship, a fender its height towards it; a cell half its own diagonal
@@ -193,8 +194,8 @@ class _Near:
 
     def __init__(self, rows: int, columns: int, north: float, east: float, size: float) -> None:
         self.size, self.stops, self.sides = size, list[Stop](), list[Wall]()
-        self.N, self.E = np.meshgrid(north + size * (np.arange(rows - 1) + 0.5),
-                                     east + size * (np.arange(columns - 1) + 0.5), indexing="ij")  # fmt: skip
+        middles = (low + size * (np.arange(count - 1) + 0.5) for low, count in ((north, rows), (east, columns)))
+        self.N, self.E = (np.asarray(one, dtype=np.float64) for one in np.meshgrid(*middles, indexing="ij"))
         self.held: list[NDArray[np.bool_]] = []
         self.walled: list[NDArray[np.bool_]] = []
 
