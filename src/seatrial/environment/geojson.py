@@ -122,7 +122,7 @@ class _Reading:
     def _feature(self, feature: Any) -> tuple[str, Any]:
         said = self.table(feature, "feature")
         properties, geometry = (self.table(said.get(key), key) for key in ("properties", "geometry"))
-        kind = properties.get("kind")
+        kind = str(properties.get("kind", ""))
         if kind not in KINDS:
             raise ChartError(f"{self.at}: {unknown(str(kind), KINDS, 'kind')}")
         shape, own = KINDS[kind]
