@@ -26,7 +26,7 @@ def push(force: Any) -> Any:
     return tuple(f / m for f, m in zip(force, MASS, strict=True))
 
 
-def floating(contact: Contact, sets: Any, substeps: int = 1, wind: tuple[float, float] = (0.0, 0.0)) -> System:
+def floating(contact: Contact, sets: Any, substeps: int = 1) -> System:
     """A ship without water: mass, a steady force [N] north and east, and contact; logs energy and compression."""
     near = tuple(f"near_{k}" for k in range(len(sets)))
     field = Field((), near, -1e4, -1e4, 2e4, np.zeros((2, 2, 0)), np.array([[1]]), np.array([[0.0] * len(near), sets]))
@@ -36,7 +36,8 @@ def floating(contact: Contact, sets: Any, substeps: int = 1, wind: tuple[float, 
         import casadi as ca
 
         c, s = ca.cos(psi), ca.sin(psi)
-        X, Y = wind[0] * c + wind[1] * s, wind[1] * c - wind[0] * s
+        north, east = parameters
+        X, Y = north * c + east * s, east * c - north * s
         return u * c - v * s, u * s + v * c, r, X / MASS[0], Y / MASS[1], 0.0
 
     def before(t: Any, dt: Any, state: Any, memory: Any, series: Any, parameters: Any) -> Any:
@@ -49,8 +50,8 @@ def floating(contact: Contact, sets: Any, substeps: int = 1, wind: tuple[float, 
         return series, (), (stored, deepest)
 
     return System(
-        ("x", "y", "psi", "u", "v", "r"), near, (), derivative, acting=near, logged=("stored", "deepest"),
-        before=before, field=field,
+        ("x", "y", "psi", "u", "v", "r"), near, ("north", "east"), derivative, acting=near,
+        logged=("stored", "deepest"), before=before, field=field,
         kicks=Kicks(lambda h, z, k, a, p: contact.first(h, z, k, a, push),
                     lambda h, z, e, a, p: contact.last(h, z, e, a, push), substeps),
     )  # fmt: skip
@@ -61,10 +62,13 @@ def energy(rows: Any) -> Any:
     return 0.5 * sum(m * rows[..., 3 + k] ** 2 for k, m in enumerate(MASS)) + rows[..., 6]
 
 
-def run(system: System, start: Any, dt: float, seconds: float, every: int = 1, back_end: str = "auto") -> Any:
+def run(
+    system: System, start: Any, dt: float, seconds: float, every: int = 1, back_end: str = "auto",
+    wind: tuple[float, float] = (0.0, 0.0),
+) -> Any:  # fmt: skip
     start = np.atleast_2d(np.asarray(start, dtype=float))
     done = simulator(system, back_end=back_end).run(
-        start, np.zeros((len(start), 1, 0)), np.zeros(0), dt=dt, steps=round(seconds / dt) + 1, every=every
+        start, np.zeros((len(start), 1, 0)), np.array(wind), dt=dt, steps=round(seconds / dt) + 1, every=every
     )
     assert not done.failures
     return done.values
@@ -95,7 +99,7 @@ def test_the_back_ends_agree() -> None:
 
 QUAY = [Wall(200.0, 0.0, -1.0, 0.0, 400.0)]
 """A face from north to south along east = 0, the water to the west of it."""
-FENDERS = [Stop(float(k), 0.0, 1.0, 700e3, 0.2, 0.0) for k in range(-75, 76, 30)]
+FENDERS = [Stop(float(k), 0.0, 1.0, 700e3, 0.2, 0.0) for k in (-60, 0, 60)]
 
 
 def impacts(count: int) -> Any:
@@ -132,7 +136,7 @@ def test_no_impact_gains_energy_or_passes_through(count: int, mu: float, chi: fl
 
 def test_lanes_do_not_see_their_neighbours() -> None:
     """Bit by bit the same alone, in a block with ships far off, and in another place of it."""
-    system, start = harbour(0.2, 2.0, 2), impacts(40)
+    system, start = harbour(0.2, 2.0, 5), impacts(40)
     start[::3, 1] -= 500.0
     together = run(system, start, 0.1, 20.0)
     assert (run(system, start[::-1], 0.1, 20.0)[::-1] == together).all()
@@ -142,11 +146,8 @@ def test_lanes_do_not_see_their_neighbours() -> None:
 
 def test_a_ship_pressed_on_its_fenders_by_wind_does_not_creep() -> None:
     """Ten minutes under a force on the quay and one along it, within friction: a millimetre."""
-    stops = [stop._replace(mu=0.3, chi=5.0) for stop in FENDERS]
-    sets = [value for one in (*stops, *QUAY) for value in one]
-    contact = Contact(outline(L, B), CURVES["cone"], len(stops), len(QUAY), 4.0 * M)
-    system = floating(contact, sets, 1, wind=(60e3, 400e3))
-    rows = run(system, [0.0, -0.5 * B - 0.95, 0.0, 0.0, 0.0, 0.0], 0.1, 2400.0, every=100)[0]
+    start = [0.0, -0.5 * B - 0.95, 0.0, 0.0, 0.0, 0.0]
+    rows = run(harbour(0.3, 5.0, 5), start, 0.1, 2400.0, every=100, wind=(60e3, 400e3))[0]
     moved = np.abs(rows[-60:, :2] - rows[-1, :2]).max(axis=0)
     assert moved[0] < 1e-3
     assert moved[1] < 1e-3
@@ -155,12 +156,8 @@ def test_a_ship_pressed_on_its_fenders_by_wind_does_not_creep() -> None:
 
 def test_friction_lets_go_beyond_its_limit() -> None:
     """Along the quay with more than mu times the pressure the ship slides away."""
-    stops = [stop._replace(mu=0.1, chi=5.0) for stop in FENDERS]
-    sets = [value for one in (*stops, *QUAY) for value in one]
-    contact = Contact(outline(L, B), CURVES["cone"], len(stops), len(QUAY), 4.0 * M)
-    rows = run(
-        floating(contact, sets, 1, wind=(80e3, 400e3)), [0.0, -0.5 * B - 0.95, 0, 0, 0, 0], 0.1, 300.0, every=10
-    )[0]
+    start = [0.0, -0.5 * B - 0.95, 0.0, 0.0, 0.0, 0.0]
+    rows = run(harbour(0.1, 5.0, 5), start, 0.1, 300.0, every=10, wind=(80e3, 400e3))[0]
     assert rows[-1, 0] == pytest.approx(0.5 * (80e3 - 0.1 * 400e3) / M * 300.0**2, rel=0.1)
 
 
