@@ -10,9 +10,9 @@ import sys
 from house import MODULES, ROOT, arrows, circles, dotted, imported, imports, short
 
 ROOMS = (
-    "core", "engine", "data", "environment", "forces", "actuators", "models", "ships", "sensors", "manoeuvres",
-    "simulate", "identify", "study", "validate", "campaign", "report", "choosing", "exchange", "realtime", "envs",
-    "bench", "testing", "workflow", "face", "cli",
+    "core", "engine", "data", "environment", "forces", "harbour", "actuators", "models", "ships", "sensors",
+    "manoeuvres", "simulate", "identify", "study", "validate", "campaign", "report", "choosing", "exchange", "realtime",
+    "envs", "bench", "testing", "workflow", "face", "cli",
 )
 """From left to right: a room may import those before it and itself."""
 

@@ -12,7 +12,8 @@ import tomllib
 from typing import Literal
 
 __all__ = [
-    "BusyError", "CampaignError", "ClusterError", "CommandError", "CompilerError", "DataError", "DeviceError",
+    "BusyError", "CampaignError", "ChartError", "ClusterError",
+    "CommandError", "CompilerError", "DataError", "DeviceError",
     "FitError", "LoopError", "NmeaError", "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError",
     "RequestError", "ResumeError", "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError",
     "StudyError", "TaskError", "TomlError", "UsageError", "WeatherError", "WireError",
@@ -70,6 +71,10 @@ class NmeaError(DataError):
     def __init__(self, text: str, reason: Reason) -> None:
         super().__init__(text)
         self.reason: Reason = reason
+
+
+class ChartError(RequestError):
+    """A chart, a fender or a place in a harbour that cannot be; the text says where and what would be right."""
 
 
 class WeatherError(RequestError):

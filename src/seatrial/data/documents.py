@@ -7,6 +7,7 @@ a few lines become gigabytes.
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Callable, Mapping
@@ -46,6 +47,20 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
         DataError: no such file, not YAML, no mapping, a key twice, an anchor or an alias, too large or too deep.
     """
     return _read(existing(path), "YAML", lambda here: _yaml(here.read_text(encoding="utf-8")))
+
+
+def read_json(path: str | Path) -> dict[str, Any]:
+    """A JSON file of keys with values.
+
+    Raises:
+        DataError: no such file, not JSON, too large or too deep, a number that is none.
+    """
+    return _read(existing(path), "JSON", lambda here: json.loads(
+        here.read_text(encoding="utf-8"), parse_constant=_no_number))  # fmt: skip
+
+
+def _no_number(text: str) -> Any:
+    raise DataError(f"{text} is no number of JSON; leave the key out")
 
 
 def yaml_text(said: Mapping[str, Any]) -> str:

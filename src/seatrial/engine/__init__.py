@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import SimulationError as SimulationError
 from ..core.parameters import Scalar
+
+if TYPE_CHECKING:
+    from .field import Field
 
 Array = NDArray[np.float64]
 Scalars = tuple[Scalar, ...]
@@ -43,6 +46,23 @@ class Plant(Protocol):
 
 
 @dataclass(frozen=True)
+class Kicks:
+    """Impulses before and after each step of the motion, for forces too stiff for its integrator (contact).
+
+    Where the field has nothing near on any lane of a block they are left out: there they must not change a bit.
+
+    Attributes:
+        first: (h, state, rates, acting, parameters) -> (*state, kept): the impulse before a step of `h` [s].
+        last: (h, state, kept, acting, parameters) -> state: the one after it.
+        substeps: steps of the motion in a time step.
+    """
+
+    first: Callable[[Scalar, Scalars, Scalars, Scalars, Scalars], Scalars]
+    last: Callable[[Scalar, Scalars, Scalar, Scalars, Scalars], Scalars]
+    substeps: int = 1
+
+
+@dataclass(frozen=True)
 class System:
     """Everything that is integrated together: plant, actuators, policy.
 
@@ -59,6 +79,8 @@ class System:
         hidden: names of what the plant remembers, handed in behind the memory and not stored.
         plant: hidden values (lanes, hidden) -> what moves the ship, in place of `derivative` and by Euler's
             rule, as its rates hold over a step; None for whatever can be traced.
+        field: gives the last series at the place of the ship; the others are given from outside.
+        kicks: impulses of contact at the things near that the field gives; they need `before` and a field.
     """
 
     states: tuple[str, ...]
@@ -71,6 +93,14 @@ class System:
     before: Before | None = None
     hidden: tuple[str, ...] = ()
     plant: Callable[[Array], Plant] | None = None
+    field: Field | None = None
+    kicks: Kicks | None = None
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of the series that are given from outside."""
+        looked = len(self.field.names) + len(self.field.near) if self.field else 0
+        return self.series[: len(self.series) - looked]
 
     @property
     def stored(self) -> tuple[str, ...]:

@@ -176,7 +176,10 @@ def _head(sizes: Mapping[str, int]) -> str:
     return HEADER + "".join(f"#define {name} {size}L\n" for name, size in sizes.items())
 
 
-def rollout_source(system: System, rhs: Function, before: Function | None, lanewise: dict[int, int]) -> str:
+def rollout_source(
+    system: System, rhs: Function, before: Function | None, lanewise: dict[int, int],
+    kicks: tuple[Function, Function] | None = None,
+) -> str:  # fmt: skip
     """C source of the kernel that integrates `system` over lanes."""
     acting = len(system.acting or system.series)
     ns, nm, nl = len(system.states), len(system.memory), len(system.logged)
@@ -190,7 +193,40 @@ def rollout_source(system: System, rhs: Function, before: Function | None, lanew
         kinds = ("scalar", "scalar", "lane", "lane", "lane", "parameters")
         text += lane_function("before", before, kinds, lanewise)
         prepare = "before(t0+t*dt,dt,z,m,s,q,P,y); const double*a=y;"
-    return text + _loop("rollout.c").replace("PREPARE", prepare)
+    macros = _loop_macros(system) | {"PREPARE": prepare}
+    if system.field is not None:
+        text = text.replace(HEADER, HEADER + _field_sizes(system)) + _loop("field.c")
+    for name, f in zip(("kick_in", "kick_out"), kicks or (), strict=False):
+        text += lane_function(name, f, ("scalar", "lane", "lane", "lane", "parameters"), lanewise)
+    loop = _loop("rollout.c")
+    for name, line in macros.items():
+        loop = loop.replace(f"{name}\n", f"{line}\n")
+    return text + loop
+
+
+def _field_sizes(system: System) -> str:
+    field = system.field
+    sizes = {"NG": len(system.given), "NF": len(field.names), "NE": len(field.near)} if field else {}
+    return "".join(f"#define {name} {size}L\n" for name, size in sizes.items())
+
+
+def _loop_macros(system: System) -> dict[str, str]:
+    """Lines of the loop that only some systems have: looks into a field, substeps between kicks."""
+    looked, kicks = system.field is not None, system.kicks
+    steps = kicks.substeps if kicks else 1
+    around = "double with[(NG+NF+NE+1)*LB]={0}; long seen[LB]={0},close=0;"
+    if kicks:
+        around += " double kick[(NS+1)*LB];"
+    first = ("if(close){rhs(z,a,q,P,k); kick_in(h,z,k,a,q,P,kick); for(long i=0;i<NS*LB;i++)z[i]=kick[i];}"
+             if kicks else "")  # fmt: skip
+    last = ("if(close){kick_out(h,z,kick+NS*LB,a,q,P,w); for(long i=0;i<NS*LB;i++)z[i]=w[i];} }"
+            if kicks else "")  # fmt: skip
+    return {
+        "AROUND": around if looked else "",
+        "LOOK": "for(long i=0;i<NG*LB;i++)with[i]=s[i]; close=look(z,W,with+NG*LB,seen); s=with;" if looked else "",
+        "SUBSTEPS": f"const double h=dt/{steps}.0; for(long sub=0;sub<{steps}L;sub++){{" if kicks else "const double h=dt;",
+        "FIRST": first, "LAST": last,
+    }  # fmt: skip
 
 
 def sensitivity_source(system: System, j: Jacobian, lanewise: dict[int, int]) -> str:

@@ -62,7 +62,7 @@ class _Compiled:
                 f"series hold {packed.lanes} lanes of {packed.steps} steps; the run has {lanes} of {steps}, "
                 "so give as many lanes, and as many steps or one"
             )
-        names = self.system.series
+        names = self.system.given
         if packed.channels != len(names):
             raise ValueError(f"series hold {packed.channels} channels; the system takes {', '.join(names)}")
         return packed
@@ -211,6 +211,8 @@ def _machine(device: str | Device, precision: str, system: System) -> Device | N
     machine = device_of(device, precision)
     if machine is not None and system.plant is not None:
         raise DeviceError("a network of many weights runs on arrays, not in a kernel of a device; take the processor")
+    if machine is not None and system.field is not None:
+        raise DeviceError("a chart is read by kernels of the processor only; take the processor")
     return machine
 
 

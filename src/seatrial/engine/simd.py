@@ -63,6 +63,11 @@ def pack(series: Array) -> Packed:
     return Packed(blocks(series), series.shape[0])
 
 
+def field_of(system: System) -> int:
+    """Address of the tables that a system looks into; 0 where it looks into none."""
+    return system.field.pointers.ctypes.data if system.field else 0
+
+
 def _shared(values: Array) -> Array:
     return np.ascontiguousarray(np.append(values, 0.0), dtype=np.float64)
 
@@ -92,7 +97,8 @@ def _places(system: System, lanewise: tuple[str, ...]) -> dict[int, int]:
 @lru_cache(maxsize=_TRACED)
 def _rollout_source(system: System, lanewise: tuple[str, ...]) -> str:
     return rollout_source(
-        system, trace.right_hand_side(system), trace.preparation(system), _places(system, lanewise)
+        system, trace.right_hand_side(system), trace.preparation(system), _places(system, lanewise),
+        trace.kicks(system),
     )  # fmt: skip
 
 
@@ -114,7 +120,7 @@ class SimdRollout:
     def compile(system: System, lanewise: tuple[str, ...]) -> SimdRollout:
         """Trace, print, compile (or take from the cache) and load."""
         code = library(_rollout_source(system, lanewise))
-        _declare(code.rollout, "lll dd ll aaa ll aaa l")
+        _declare(code.rollout, "lll dd ll aaa ll aaa l a")
         _declare(code.evaluate, "l aaaaa")
         return SimdRollout(system, code)
 
@@ -131,6 +137,7 @@ class SimdRollout:
             self.code.rollout(
                 first, last, steps, t0, dt, every, int(rk4), Z.ctypes.data, M.ctypes.data,
                 *series.strides, Q.ctypes.data, P.ctypes.data, out.ctypes.data, rows,
+                field_of(self.system),
             )  # fmt: skip
 
         _spread(job, count, threads)

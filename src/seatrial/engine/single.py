@@ -15,6 +15,7 @@ import numpy as np
 from . import Array, System
 from .csource import LANES
 from .rollout import Simulator, is_rk4
+from .simd import field_of
 from .virtual import Packed
 
 _LONG, _DOUBLE, _ARRAY = ctypes.c_long, ctypes.c_double, ctypes.c_void_p
@@ -70,7 +71,7 @@ class KernelStep(Stepper):
         state, memory, series = (_ARRAY(address) for address in where)
         fixed = (unused.ctypes.data, self._parameters.ctypes.data, end.ctypes.data)
         return (_DOUBLE(dt), _LONG(1), _LONG(int(is_rk4(method))), state, memory, series, _LONG(0), _LONG(0),
-                *(_ARRAY(address) for address in fixed), _LONG(2))  # fmt: skip
+                *(_ARRAY(address) for address in fixed), _LONG(2), _ARRAY(field_of(system)))  # fmt: skip
 
     def give(self, place: int, value: float) -> None:
         self._series[place] = value
@@ -98,7 +99,7 @@ class VirtualStep(Stepper):
         self._simulator, self._parameters, self._dt, self._rk4 = simulator, parameters, dt, is_rk4(method)
         system: System = simulator.system
         self._states, self._carried = len(system.states), len(system.states) + len(system.memory)
-        self._series = np.zeros((1, 1, len(system.series)))
+        self._series = np.zeros((1, 1, len(system.given)))
         self.now: Any = [0.0] * len(system.stored)
 
     def give(self, place: int, value: float) -> None:

@@ -65,6 +65,19 @@ def preparation(system: System) -> Function | None:
     return ca.Function("before", [t, dt, *vectors], [ca.cse(ca.vertcat(*map(_column, stepped)))])
 
 
+def kicks(system: System) -> tuple[Function, Function] | None:
+    """CasADi functions (h, z, k, a, p) -> (state, kept) and (h, z, kept, a, p) -> state, or None."""
+    if system.kicks is None:
+        return None
+    h, names = ca.SX.sym("h"), (system.states, system.acting or system.series, system.parameters)
+    (z, a, p), scalars = _symbols("zap", names)
+    (rates, kept), (slopes, (one,)) = _symbols("kw", (system.states, ("kept",)))
+    first = _column(system.kicks.first(h, scalars[0], slopes, *scalars[1:]))
+    last = _column(system.kicks.last(h, scalars[0], one, *scalars[1:]))
+    return (ca.Function("first", [h, z, rates, a, p], [ca.cse(first)]),
+            ca.Function("last", [h, z, kept, a, p], [ca.cse(last)]))  # fmt: skip
+
+
 def jacobian(system: System, free: tuple[str, ...]) -> Jacobian:
     """Exact Jacobians of the rates with respect to the state and the parameters in `free`."""
     inputs, rates = _rates(system)

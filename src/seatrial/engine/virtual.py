@@ -81,6 +81,7 @@ class VirtualRollout:
     lanewise: tuple[str, ...]
     rhs: Function | None
     before: Function | None
+    kicks: tuple[Function, Function] | None = None
 
     pack = staticmethod(pack)
 
@@ -88,7 +89,7 @@ class VirtualRollout:
     def compile(system: System, lanewise: tuple[str, ...]) -> VirtualRollout:
         """Trace what can be traced; there is nothing to compile."""
         rhs = trace.right_hand_side(system) if system.plant is None else None
-        return VirtualRollout(system, lanewise, rhs, trace.preparation(system))
+        return VirtualRollout(system, lanewise, rhs, trace.preparation(system), trace.kicks(system))
 
     def evaluate(self, state: Array, acting: Array, lanewise: Array, shared: Array) -> Array:
         """Rates of every lane for one call of the right-hand side, shape (lanes, states).
@@ -113,7 +114,7 @@ class VirtualRollout:
             if self.rhs is not None:
                 rhs = self.rhs.map(state0.shape[0])
                 return self._stepped(
-                    lambda z, a: _moved(lambda x: np.array(rhs(x.T, rows_of(a), P)).T, z, dt, rk4),
+                    lambda z, a: self._kicked(lambda x: np.array(rhs(x.T, rows_of(a), P)).T, z, a, P, dt, rk4),
                     state0, memory0, series, P, t0, dt, steps, every,
                 )  # fmt: skip
             plant = self._plant(memory0[:, len(self.system.memory) :])
@@ -121,6 +122,21 @@ class VirtualRollout:
                 return self._stepped(
                     lambda z, a: z + dt * plant.rates(z, a), state0, memory0, series, P, t0, dt, steps, every
                 )
+
+    def _kicked(
+        self, slope: Callable[[Array], Array], z: Array, a: Array, P: Array, dt: float, rk4: bool
+    ) -> Array:
+        """`z` one step later, with the impulses of contact around each part of the step."""
+        if self.kicks is None or self.system.kicks is None:
+            return _moved(slope, z, dt, rk4)
+        first, last = (one.map(z.shape[0]) for one in self.kicks)
+        steps = self.system.kicks.substeps
+        h = np.full((1, z.shape[0]), dt / steps)
+        for _ in range(steps):
+            start = np.array(first(h, z.T, slope(z).T, a.T, P))
+            z = _moved(slope, start[:-1].T, dt / steps, rk4)
+            z = np.array(last(h, z.T, start[-1:], a.T, P)).T
+        return z
 
     def _stepped(
         self, moved: Callable[[Array, Array], Array], state0: Array, memory0: Array, series: Packed, P: Array,
@@ -133,6 +149,8 @@ class VirtualRollout:
         out, one = np.empty((lanes, (steps - 1) // every + 1, len(system.stored))), np.ones((1, lanes))
         for k in range(steps):
             acting, after, logged = series.series[:, min(k, series.steps - 1)], m, m[:, :0]
+            if system.field is not None:
+                acting = np.hstack([acting, system.field.look(z[:, 0], z[:, 1])[0]])
             if before is not None:
                 y = np.array(before((t0 + k * dt) * one, dt * one, rows_of(z), rows_of(m), rows_of(acting), P)).T
                 acting, after, logged = y[:, :na], y[:, na : na + nm], y[:, na + nm :]

@@ -4,7 +4,8 @@ Contract: a `Weather` gives the channels of `CHANNELS` per time step; an `Enviro
 floats or symbols.  `Uniform` is steady weather; `weather` has gusts, measured series and sums.  Wind and waves are
 given by the direction they come FROM, current by the direction it goes TOWARDS, all clockwise from north.  The
 channels are earth-fixed components, so that a right-hand side needs only the sine and cosine of the heading, which it
-computes in any case.
+computes in any case.  What lies around the ship (`PLACE`: banks, a quay, another ship) depends on where it is and is
+looked up at each step (`grid`); a `Charted` environment has it besides the channels.
 """
 
 from __future__ import annotations
@@ -41,6 +42,37 @@ class Environment(NamedTuple):
     per_depth: Scalar = 0.0
 
 
+class Charted(NamedTuple):
+    """An `Environment` on a chart: its channels, then those of `PLACE`, all of them zero on open water.
+
+    Attributes:
+        bank_x, bank_y: sum over the banks of the unit vector towards each times its suction [-].
+        quay_x, quay_y: unit vector towards the nearest quay over its distance from midship [1/m].
+        other_x, other_y: midship of another ship less the own one, north and east [m].
+        other_u, other_v: its velocity through the water, north and east [m/s].
+        other_L, other_A: its length [m] and midship section [m^2]; 0 where there is none.
+    """
+
+    wind_x: Scalar = 0.0
+    wind_y: Scalar = 0.0
+    current_x: Scalar = 0.0
+    current_y: Scalar = 0.0
+    wave_x: Scalar = 0.0
+    wave_y: Scalar = 0.0
+    wave_T: Scalar = 0.0
+    per_depth: Scalar = 0.0
+    bank_x: Scalar = 0.0
+    bank_y: Scalar = 0.0
+    quay_x: Scalar = 0.0
+    quay_y: Scalar = 0.0
+    other_x: Scalar = 0.0
+    other_y: Scalar = 0.0
+    other_u: Scalar = 0.0
+    other_v: Scalar = 0.0
+    other_L: Scalar = 0.0
+    other_A: Scalar = 0.0
+
+
 _TURN = (-4.0 * math.pi, 4.0 * math.pi)  # a heading and a bearing may add up to more than one turn
 RANGES = {
     "U_T": Spec("m/s", "true wind speed", 0.0, 150.0), "gamma_T": Spec("rad", "where it comes from", *_TURN),
@@ -51,6 +83,7 @@ RANGES = {
 """Ranges of weather: records of wind, current and sea lie within; a direction beyond two turns is in degrees."""
 
 CHANNELS = Environment._fields
+PLACE = Charted._fields[len(CHANNELS) :]
 CALM = Environment()
 VECTORS = (("wind", "U_T", "gamma_T"), ("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
 """Vectors of the environment: stem of their components in `CHANNELS`, size and direction in a trial."""

@@ -1,6 +1,6 @@
 """Gymnasium environments: ships for reinforcement learning.
 
-Importing this room registers three environments, each as a single one and as a vector of ships in one kernel::
+Importing this room registers five environments, each as a single one and as a vector of ships in one kernel::
 
     import gymnasium
     import seatrial.envs
@@ -36,11 +36,13 @@ from ..ships import Ship
 from ..ships.files import load
 from .device import DeviceLanes
 from .episodes import Settings, settings_of
+from .harbour import Canal, Quay
 from .lanes import Lanes
 from .system import Work
 from .tasks import Berth, Course, Task, TaskError, Track, shown
 
-__all__ = ["IDS", "Berth", "Course", "Settings", "ShipEnv", "ShipVectorEnv", "Task", "TaskError", "Track"]
+__all__ = ["IDS", "Berth", "Canal", "Course", "Quay", "Settings", "ShipEnv", "ShipVectorEnv", "Task", "TaskError",
+           "Track"]  # fmt: skip
 
 Observation = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -203,7 +205,8 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
 
 
 IDS = {"seatrial/Course-v0": ("kvlcc2_l7", Course()), "seatrial/Track-v0": ("kvlcc2_l7", Track()),
-       "seatrial/Berth-v0": ("esso_osaka_3m_harbour", Berth())}  # fmt: skip
+       "seatrial/Berth-v0": ("esso_osaka_3m_harbour", Berth()), "seatrial/Quay-v0": ("kvlcc2_harbour", Quay()),
+       "seatrial/Canal-v0": ("kvlcc2_harbour", Canal())}  # fmt: skip
 """Registered environments: the default ship and the task."""
 
 for _id, (_ship, _task) in IDS.items():

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,14 @@ from ..core.parameters import unknown
 from ..data import Array
 from ..engine import System
 from ..environment import CALM, CHANNELS, Environment
+from ..environment.geojson import load_chart
 from ..models import STATES
 from ..models.settled import begun, settled
 from ..realtime.helm import Helm
 from ..ships import Ship
 from ..simulate.approach import approach, fastest, rounded_down
 from ..simulate.loop import loop_memory, loop_values
+from ..simulate.place import place_of
 from .system import Work, actions, compiled_of, free_names, ranges_of, refused, scale_of
 from .tasks import Task, TaskError, shown, spread
 
@@ -44,6 +47,7 @@ class Settings:
         wind: least and greatest true wind of an episode, from any direction [m/s].
         current: least and greatest current of an episode, towards any direction [m/s].
         randomise: parameters of the ship (`hull.Y_v`) and by which share of their value they differ to either side.
+        chart: a chart of the library, or a file; None for what the task sails on, if anything.
     """
 
     period: float | None = None
@@ -52,6 +56,7 @@ class Settings:
     wind: tuple[float, float] = (0.0, 0.0)
     current: tuple[float, float] = (0.0, 0.0)
     randomise: Mapping[str, float] = field(default_factory=dict[str, float])
+    chart: str | Path | None = None
 
 
 def work_of(ship: Ship, task: Task, settings: Settings) -> Work:
@@ -67,8 +72,10 @@ def work_of(ship: Ship, task: Task, settings: Settings) -> Work:
     orders = actions(ship, task, ranges)
     if settings.wind[1] and not _feels_wind(ship):
         raise TaskError(f"wind: {ship.name} has no force of wind; leave it at (0, 0)")
+    chart = settings.chart or task.chart
+    place = place_of(ship, load_chart(chart)) if chart else None
     return Work(ship, task, scale_of(ship, period), orders, ranges, period / steps, settings.limit,
-                task.turns * turns)  # fmt: skip
+                task.turns * turns, place)  # fmt: skip
 
 
 def settings_of(given: Mapping[str, Any]) -> Settings:

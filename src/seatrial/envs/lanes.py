@@ -16,6 +16,7 @@ from ..data import Array
 from ..engine import System
 from ..engine.csource import LANES
 from ..engine.rollout import Simulator, simulator
+from ..engine.simd import field_of
 from ..engine.virtual import Packed
 from ..environment import CHANNELS
 from ..ships import Ship
@@ -142,7 +143,7 @@ class Buffers:
     @staticmethod
     def of(system: System, blocks: int, free: int, shared: Array) -> Buffers:
         """Zeros for a system with that many parameters a lane."""
-        names = (len(system.states), max(len(system.memory), 1), len(system.series), max(free, 1))
+        names = (len(system.states), max(len(system.memory), 1), len(system.given), max(free, 1))
         state, memory, series, own = (np.zeros((blocks, count, LANES)) for count in names)
         return Buffers(state, memory, series, own, np.append(shared, 0.0),
                        np.zeros((blocks, 2, len(system.stored), LANES)))  # fmt: skip
@@ -158,7 +159,7 @@ def stepping(simulator: Simulator, buffers: Buffers, dt: float, steps: int, thre
         values.ctypes.data for values in (buffers.state, buffers.memory, buffers.series, buffers.own, buffers.shared,
                                           buffers.out))  # fmt: skip
     numbers = (steps + 1, 0.0, dt, steps, 1)
-    arrays = (state, memory, series, buffers.series[0].size, 0, own, shared, out, 2)
+    arrays = (state, memory, series, buffers.series[0].size, 0, own, shared, out, 2, field_of(simulator.system))
     parts = min(threads, blocks)
     if parts == 1:
         return lambda: run(0, blocks, *numbers, *arrays)

@@ -20,6 +20,7 @@ from ..models import Sampled, Stepped
 from ..realtime.helm import Helm, limits, obeying
 from ..ships import Ship
 from ..simulate.loop import closed_loop
+from ..simulate.place import Place
 from .tasks import Judged, Scalars, Scale, Seen, Task, TaskError, any_of, held, outside
 
 REWARDS = 1e3
@@ -97,6 +98,7 @@ class Work:
         dt: time step [s].
         limit: actions after which an episode is cut off.
         turns: revolutions that no action orders [1/s].
+        place: where it sails; None on open water.
     """
 
     ship: Ship
@@ -107,6 +109,7 @@ class Work:
     dt: float
     limit: int
     turns: float
+    place: Place | None = None
 
     @property
     def seen(self) -> tuple[Seen, ...]:
@@ -156,7 +159,7 @@ def compiled_of(work: Work) -> tuple[System, System]:
     Series are the environment, the action, the goal and whether the lane is held; the memory is that of the loop,
     the actions taken and the task's; logged are the observation, the reward, terminated and truncated.
     """
-    inner = closed_loop(work.ship, Helm(work.ship.model.controls), work.dt)
+    inner = closed_loop(work.ship, Helm(work.ship.model.controls), work.dt, work.place)
     order_names = tuple(f"action.{order.name}" for order in work.orders)
 
     def derivative(state: Scalars, acting: Scalars, parameters: Scalars) -> Scalars:
@@ -165,26 +168,34 @@ def compiled_of(work: Work) -> tuple[System, System]:
 
     system = System(
         states=inner.states, parameters=inner.parameters,
-        series=(*CHANNELS, *order_names, *(f"goal.{name}" for name in work.task.goal), "held"),
+        series=(*CHANNELS, *order_names, *(f"goal.{name}" for name in work.task.goal), "held", *_looked(inner)),
         memory=(*inner.memory, "actions", *(f"task.{name}" for name in work.task.memory)),
         acting=(*inner.acting, "moving"), derivative=derivative, before=_before(work, inner),
         logged=(*(one.name for one in work.seen), "reward", "terminated", "truncated"),
+        field=inner.field, kicks=inner.kicks,
     )  # fmt: skip
     return system, inner
+
+
+def _looked(inner: System) -> tuple[str, ...]:
+    """Names of the series that a chart gives."""
+    return inner.series[len(inner.given) :]
 
 
 def _before(work: Work, inner: System) -> Callable[..., tuple[Scalars, Scalars, Scalars]]:
     around, chosen, kept = len(CHANNELS), len(work.orders), len(inner.memory)
     goal = around + chosen
+    looked = len(_looked(inner))
     places = [inner.memory.index(name) for name in work.ship.model.controls]
     advance: Any = inner.before
 
     def before(
         t: Scalar, dt: Scalar, state: Scalars, memory: Scalars, series: Scalars, parameters: Scalars
     ) -> tuple[Scalars, Scalars, Scalars]:
+        series, chart = series[: len(series) - looked], series[len(series) - looked :]
         loop, done, own = memory[:kept], memory[kept], memory[kept + 1 :]
         orders = work.ordered(series[around:goal])
-        acting, after, _ = advance(t, dt, state, loop, (*series[:around], *orders), parameters)
+        acting, after, _ = advance(t, dt, state, loop, (*series[:around], *orders, *chart), parameters)
         controls = tuple(loop[k] for k in places)
         said = work.judged(state, controls, Environment(*series[:around]), series[goal:-1], own)
         # the clock starts at each action, so its first step is known by the time

@@ -90,6 +90,7 @@ class Task(Protocol):
         memory: names of what is carried from action to action.
         seen: what is observed, before the controls, which come last.
         turns: revolutions at the start, as a share of those of the approach.
+        chart: the chart that it sails on, of the library; empty for open water.
     """
 
     @property
@@ -104,6 +105,8 @@ class Task(Protocol):
     def seen(self) -> tuple[Seen, ...]: ...
     @property
     def turns(self) -> float: ...
+    @property
+    def chart(self) -> str: ...
 
     def begin(self, scale: Scale, draws: Array) -> Start:
         """Episodes of these draws in [0, 1), shape (lanes, self.draws).
@@ -191,6 +194,7 @@ class Course:
     memory: ClassVar[tuple[str, ...]] = ()
     seen: ClassVar[tuple[Seen, ...]] = (Seen("sin e", -1.0, 1.0), Seen("cos e", -1.0, 1.0), *MOTION)
     turns: ClassVar[float] = 1.0
+    chart: ClassVar[str] = ""
 
     def begin(self, scale: Scale, draws: Array) -> Start:
         """Any heading, at the approach speed; the course ordered up to `change` to either side."""
@@ -250,6 +254,7 @@ class Track:
         Seen("sin turn ahead", -1.0, 1.0), Seen("cos turn ahead", -1.0, 1.0), *MOTION,
     )  # fmt: skip
     turns: ClassVar[float] = 1.0
+    chart: ClassVar[str] = ""
 
     def begin(self, scale: Scale, draws: Array) -> Start:
         """At the approach speed near the origin, where the first leg begins in any direction."""
@@ -330,6 +335,7 @@ class Berth:
         Seen("room to the quay / L", -2.0, 20.0), *MOTION,
     )  # fmt: skip
     turns: ClassVar[float] = 0.0
+    chart: ClassVar[str] = ""
 
     def begin(self, scale: Scale, draws: Array) -> Start:
         """Short of the berth and off the quay, nearly parallel to it, with little way on."""

@@ -48,6 +48,11 @@ class Flow(NamedTuple):
         wave_u, wave_v: significant wave height, the components it comes from in ship axes [m].
         wave_T: mean period of the waves [s]; 0 without waves.
         d_over_h: draught over depth of the water; 0 in deep water.
+        bank_u, bank_v: suction of the banks, the components towards them in ship axes [-]; 0 without banks.
+        quay_u, quay_v: towards the nearest quay, over its distance from midship [1/m]; 0 without a quay.
+        xi, eta: midship of another ship ahead of and to starboard of the own one [m].
+        U_2: its velocity through the water along the own bow [m/s].
+        L_2, A_2: its length [m] and midship section [m^2]; 0 where there is none.
     """
 
     u: Scalar
@@ -64,6 +69,15 @@ class Flow(NamedTuple):
     wave_v: Scalar = 0.0
     wave_T: Scalar = 0.0
     d_over_h: Scalar = 0.0
+    bank_u: Scalar = 0.0
+    bank_v: Scalar = 0.0
+    quay_u: Scalar = 0.0
+    quay_v: Scalar = 0.0
+    xi: Scalar = 0.0
+    eta: Scalar = 0.0
+    U_2: Scalar = 0.0
+    L_2: Scalar = 0.0
+    A_2: Scalar = 0.0
 
 
 class Slipstream(NamedTuple):

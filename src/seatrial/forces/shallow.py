@@ -2,8 +2,8 @@
 
 The factors are functions of d/h, draught over depth, and are one exactly in deep water.  Range: h/d
 from 1.2 on; in still shallower water the factors of h/d = 1.2 hold (`SHALLOWEST`), since those of both
-methods grow without bound as the keel nears the bottom.  Squat, banks and the wave system near the
-critical depth Froude number are not in them; nor are wake, thrust deduction and flow straightening.
+methods grow without bound as the keel nears the bottom.  Banks and the wave system near the
+critical depth Froude number are not in the factors; nor are wake, thrust deduction and flow straightening.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from ..core.parameters import Scalar, choice, spec
 from ..core.symbolic import clip, exp, log, smaller
 from . import Flow, Force, ForceModule
 from .body import Body
+from .cushion import Cushion
 from .hull import Polynomial
+from .squat import Hull, sunk
 
 SHALLOWEST = 1.2
 """Depth over draught below which the factors stay as they are there."""
@@ -112,16 +114,22 @@ class ShallowPolynomial(Polynomial):
 
     B: Scalar = spec("m", "breadth", (1e-3, 1e3))
     C_b: Scalar = spec("", "block coefficient", (0.1, 1.0))
+    squat: str = choice("squat that takes water from under the keel", ("none", "icorels", "barrass2004"), "none")
     form: str = choice("factors of the linear derivatives", ("ankudinov1990", "kijima1990"), "ankudinov1990")
 
     def factors(self, flow: Flow) -> Factors:
-        """Factors at the depth of the flow."""
+        """Factors at the depth of the flow, less the mean sinkage."""
         form = kijima1990 if self.form == "kijima1990" else ankudinov1990
-        return form(flow.d_over_h, flow.L_pp, self.B, flow.d, self.C_b)
+        return form(self.shallow(flow), flow.L_pp, self.B, flow.d, self.C_b)
+
+    def shallow(self, flow: Flow) -> Scalar:
+        """Draught over depth under way, with the squat of the ship's choice."""
+        hull = Hull(flow.L_pp, self.B, flow.d, self.C_b)
+        return flow.d_over_h if self.squat == "none" else sunk(flow.u, flow.d_over_h, hull, self.squat)
 
     def force(self, flow: Flow) -> Force:
         k = self.factors(flow)
-        s = clip(flow.d_over_h, 0.0, 1.0 / SHALLOWEST)
+        s = clip(self.shallow(flow), 0.0, 1.0 / SHALLOWEST)
         here = Polynomial(
             R_0=self.R_0 * (1.0 + 0.388 * s * s), X_vv=self.X_vv * k.drift, X_vr=self.X_vr * k.Y_r,
             X_rr=self.X_rr * k.N_r, X_vvvv=self.X_vvvv * k.drift,
@@ -133,12 +141,15 @@ class ShallowPolynomial(Polynomial):
         return here.force(flow)
 
 
-def afloat(body: Body, hull: ForceModule, flow: Flow) -> Body:
-    """`body` with the added mass of the water it floats in; as it is where `hull` knows no depth.
+def afloat(body: Body, hull: ForceModule, flow: Flow, extras: tuple[ForceModule, ...] = ()) -> Body:
+    """`body` with the added mass of the water it floats in; as it is where neither hull nor a cushion knows it.
 
     Only m_y and J_z change: no published factor of m_x could be checked, and it is small.
     """
-    if not isinstance(hull, ShallowPolynomial):
-        return body
-    k = hull.factors(flow)
-    return replace(body, m_y=body.m_y * k.m_y, J_z=body.J_z * k.J_z)
+    if isinstance(hull, ShallowPolynomial):
+        k = hull.factors(flow)
+        body = replace(body, m_y=body.m_y * k.m_y, J_z=body.J_z * k.J_z)
+    for module in extras:
+        if isinstance(module, Cushion):
+            body = replace(body, m_y=body.m_y + module.added(flow, body.m_y))
+    return body

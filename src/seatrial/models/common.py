@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 
 from ..core.parameters import Parts, Scalar, Scalars
 from ..core.symbolic import cos, sin
-from ..environment import Environment, through_water, to_body, to_earth
+from ..environment import Charted, Environment, through_water, to_body, to_earth
 from ..forces import Flow, Force, ForceModule, ThrusterModule
 from . import Model
 
@@ -68,10 +68,10 @@ class Surroundings(NamedTuple):
     v_r: Scalar
     cos_psi: Scalar
     sin_psi: Scalar
-    environment: Environment
+    environment: Environment | Charted
 
     @classmethod
-    def of(cls, state: Scalars, environment: Environment) -> Surroundings:
+    def of(cls, state: Scalars, environment: Environment | Charted) -> Surroundings:
         """What a ship in `state` meets."""
         _, _, psi, u, v_m, r = state[:6]
         c, s = cos(psi), sin(psi)
@@ -83,10 +83,19 @@ class Surroundings(NamedTuple):
         around = self.environment
         u_W, v_W = to_body(around.wind_x, around.wind_y, self.cos_psi, self.sin_psi)
         wave_u, wave_v = to_body(around.wave_x, around.wave_y, self.cos_psi, self.sin_psi)
-        return Flow(
+        flow = Flow(
             self.u_r, self.v_r, self.r, n_P, delta, u_W + self.u, v_W + self.v_m, body.rho, body.L_pp, body.d,
             wave_u, wave_v, around.wave_T, body.d * around.per_depth,
         )  # fmt: skip
+        return flow if isinstance(around, Environment) else self._charted(flow, around)
+
+    def _charted(self, flow: Flow, around: Charted) -> Flow:
+        """The flow with what lies around the ship, in its axes."""
+        vectors = ((around.bank_x, around.bank_y), (around.quay_x, around.quay_y), (around.other_x, around.other_y))
+        bank, quay, other = (to_body(*one, self.cos_psi, self.sin_psi) for one in vectors)
+        U_2, _ = to_body(around.other_u, around.other_v, self.cos_psi, self.sin_psi)
+        return flow._replace(bank_u=bank[0], bank_v=bank[1], quay_u=quay[0], quay_v=quay[1], xi=other[0],
+                             eta=other[1], U_2=U_2, L_2=around.other_L, A_2=around.other_A)  # fmt: skip
 
     def rates(self, acceleration: tuple[Scalar, Scalar, Scalar]) -> Scalars:
         """Rates of the six states, from rates of the velocities through the water.
@@ -153,6 +162,10 @@ class Composed(Model):
     @property
     def feels_wind(self) -> bool:
         return self.wind is not None
+
+    def answer(self, force: Force, flow: Flow) -> tuple[Scalar, Scalar, Scalar]:
+        """Rates of u, v_m [m/s^2] and r [rad/s^2] at rest under a force alone, in the water of `flow`."""
+        return self.body.acceleration(force, 0.0, 0.0, 0.0)
 
     def thrust(self, flow: Flow, control: Scalars) -> Force:
         """Sum of the thrusters' forces under their own controls, in the order of `controls`."""

@@ -158,6 +158,9 @@ class Fossen(Composed):
         force = self.force(flow, control[fixed:])
         return around.rates(self.inertia.acceleration(force, flow.u, flow.v_m, flow.r))
 
+    def answer(self, force: Force, flow: Flow) -> tuple[Scalar, Scalar, Scalar]:
+        return self.inertia.acceleration(force, 0.0, 0.0, 0.0)
+
     def force(self, flow: Flow, control: Scalars = ()) -> Force:
         """Damping and all external forces; `control` holds those of the thrusters."""
         total = self.damping.force(flow)

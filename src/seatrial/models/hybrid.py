@@ -74,7 +74,7 @@ class Hybrid(Mmg):
         flow = around.flow(self.body, control[0], control[1])
         force = self.force(flow, control[2:])
         force = force + self.residual(flow, slow_n)
-        body = afloat(self.body, self.hull, flow)
+        body = afloat(self.body, self.hull, flow, self.extras.components)
         rates = around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
         return (
             *rates, (environment.wind_x + environment.current_x - wind_x) / self.tau_wind,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..core.parameters import Parts, Scalars, choice, parts
+from ..core.parameters import Parts, Scalar, Scalars, choice, parts
 from ..core.symbolic import cos, sin
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
@@ -45,7 +45,7 @@ class Mmg(Composed):
         around = Surroundings.of(state, environment)
         flow = around.flow(self.body, control[0], control[1])
         force = self.force(flow, control[2:])
-        body = afloat(self.body, self.hull, flow)
+        body = afloat(self.body, self.hull, flow, self.extras.components)
         return around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
 
     def force(self, flow: Flow, control: Scalars = ()) -> Force:
@@ -57,6 +57,10 @@ class Mmg(Composed):
         if self.wind is not None and self.still_air == "resistance":
             total = total - self.wind.force(flow._replace(u_A=flow.u, v_A=flow.v_m))
         return total + self.thrust(flow, control) if control else total
+
+    def answer(self, force: Force, flow: Flow) -> tuple[Scalar, Scalar, Scalar]:
+        body = afloat(self.body, self.hull, flow, self.extras.components)
+        return body.acceleration(force, 0.0, 0.0, 0.0)
 
     def loads(self, flow: Flow, rates: Scalars) -> Loads:
         """What a captive test measures; the rudder by itself is this one without its action on the hull."""

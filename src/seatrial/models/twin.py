@@ -48,6 +48,9 @@ class TwinMmg(Composed):
         body = afloat(self.body, self.hull, flow)
         return around.rates(body.acceleration(force, flow.u, flow.v_m, flow.r))
 
+    def answer(self, force: Force, flow: Flow) -> tuple[Scalar, Scalar, Scalar]:
+        return afloat(self.body, self.hull, flow).acceleration(force, 0.0, 0.0, 0.0)
+
     def force(self, flow: Flow, control: Scalars) -> Force:
         """Sum of all external forces under the controls of `controls`."""
         n_1, n_2, delta_1, delta_2 = control[:4]

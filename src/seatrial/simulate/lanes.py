@@ -19,6 +19,7 @@ from ..models import STATES
 from ..models.settled import settled
 from ..ships import Ship, ShipError
 from .loop import closed_loop, loop_memory, loop_values
+from .place import Place
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def check_varied(ship: Ship, policy: Policy, names: Iterable[str]) -> None:
 
 def prepare(
     ship: Ship, policy: Policy, dt: float, vary: Mapping[str, Array], start: Array, around: Array, lanes: int,
-    device: str | Device = "cpu", precision: str = "double",
+    device: str | Device = "cpu", precision: str = "double", place: Place | None = None,
 ) -> Lanes:  # fmt: skip
     """The compiled loop with its lanes; a loop of the same structure is compiled once.
 
@@ -70,8 +71,9 @@ def prepare(
         lanes: number of runs.
         device: "cpu", or "cuda" for a GPU.
         precision: "double"; a GPU also takes "single".
+        place: where the ship sails.
     """
-    system = closed_loop(ship, policy, dt)
+    system = closed_loop(ship, policy, dt, place)
     columns = {name: np.asarray(column, dtype=np.float64) for name, column in vary.items()}
     memory = _begin(ship, policy, dt, {n: v for n, v in columns.items() if n.startswith("policy.")}, start)
     rest = _settled(ship, system, memory, around[:, 0])

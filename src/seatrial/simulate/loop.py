@@ -14,10 +14,12 @@ from ..actuators import Servo, queue_length, queued, table
 from ..core.parameters import Parts, Scalar, Terms, unknown, update, values
 from ..data import Array
 from ..engine import Scalars, System
-from ..environment import CHANNELS, Environment
+from ..environment import CHANNELS, PLACE, Charted, Environment
+from ..environment.grid import SMOOTH
 from ..manoeuvres import Policy, Scheduled
 from ..models import Sampled, Stepped, kinematics
 from ..ships import Ship, ShipError
+from .place import Place
 
 _VELOCITIES = ("rate_u", "rate_v_m", "rate_r")
 _OFFSETS = ("current_x", "current_y")
@@ -195,6 +197,7 @@ class _Loop:
     names: tuple[str, ...]
     sources: tuple[_Shares, ...]
     held: tuple[tuple[str, ...], ...]
+    place: Place | None = None
 
     @property
     def sampled(self) -> Sampled | None:
@@ -246,6 +249,9 @@ class _Loop:
     ) -> tuple[Scalars, Scalars, Scalars]:
         """One time step of policy and actuators, before that of the ship's motion."""
         around, given = series[: len(CHANNELS)], series[len(CHANNELS) :]
+        if self.place is not None:
+            end = len(given) - len(self.place.names)
+            given, around = given[:end], self.place.around(t, state, around, given[end:])
         at = sum(len(group) for group in self.held)
         lags, remembered = memory[at : at + len(self.lags)], memory[at + len(self.lags) :]
         ordered, remembered = self.orders(t, state, remembered, given, p)
@@ -265,19 +271,24 @@ class _Loop:
         return (*acting, *around, *rates), (*after, *lags, *remembered), ordered
 
     def derivative(self, state: Scalars, acting: Scalars, parameters: Scalars) -> Scalars:
-        return _rates(self.model(parameters), state, acting)
+        if self.place is None:
+            return _rates(self.model(parameters), state, acting)
+        n = len(self.ship.model.controls)
+        around: Any = Charted(*acting[n : n + len(CHANNELS) + len(PLACE)])
+        return self.model(parameters).derivative(state, acting[:n], around)
 
 
-def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
+def closed_loop(ship: Ship, policy: Policy, dt: float, place: Place | None = None) -> System:
     """Ship, actuators and policy as one system; its memory is that of actuators, model and policy.
 
     Parameters are named ``ship.<path>``, ``propeller.<limit>``, ``rudder.<limit>`` (other actuators by their control,
     ``alpha_1.rate``) and ``policy.<name>``.  A dead time is a queue of orders of the length of the time step `dt` [s].
+    At a `place` the depth, banks and quays are those of its chart, and the weather's depth is not used.
 
     Raises:
         ShipError: the policy orders a control that the ship lacks.
     """
-    loop = _Loop(ship, policy, dt, tuple(loop_values(ship, policy)), _sources(ship, policy), _memory(ship, dt))
+    loop = _Loop(ship, policy, dt, tuple(loop_values(ship, policy)), _sources(ship, policy), _memory(ship, dt), place)
     if loop.stepped:
         return _closed_loop(loop)
     free = frozenset(loop.names)
@@ -287,7 +298,7 @@ def closed_loop(ship: Ship, policy: Policy, dt: float) -> System:
             lambda: _closed_loop(loop), loop.names, loop.sources, loop.held, dt, logged(ship, policy),
             *(_structure(part, free, prefix)
               for prefix, part in (("ship.", ship.model), ("policy.", policy), *servos)),
-            *(servo.at_once for _, servo in servos),
+            *(servo.at_once for _, servo in servos), place,
         ))  # fmt: skip
     except TypeError:  # a model with arrays is not compared
         return _closed_loop(loop)
@@ -297,9 +308,15 @@ def _closed_loop(loop: _Loop) -> System:
     ship, policy = loop.ship, loop.policy
     controls = ship.model.controls
     flat = tuple(name for group in loop.held for name in group)
+    place, near = loop.place, ()
+    if place is not None:
+        near = (*PLACE, *place.names[len(SMOOTH) :])
     return System(
-        states=ship.model.states, memory=(*flat, *loop.lags, *policy.memory), series=(*CHANNELS, *loop.given),
-        acting=(*controls, *CHANNELS, *(_VELOCITIES if loop.sampled and not loop.stepped else ())),
+        states=ship.model.states, memory=(*flat, *loop.lags, *policy.memory),
+        series=(*CHANNELS, *loop.given, *(place.names if place else ())),
+        acting=(*controls, *CHANNELS, *near, *(_VELOCITIES if loop.sampled and not loop.stepped else ())),
+        field=place.grid.field if place and place.grid else None,
+        kicks=place.kicks(len(controls), place.substeps(ship, loop.dt), loop.model) if place else None,
         logged=logged(ship, policy), parameters=loop.names, derivative=loop.derivative, before=loop.before,
         hidden=loop.stepped.memory if loop.stepped else (), plant=loop.stepped.plant if loop.stepped else None,
     )  # fmt: skip

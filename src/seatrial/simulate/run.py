@@ -22,6 +22,7 @@ from ..ships import Ship, ShipError
 from .approach import approach, fastest, straight, surge_balance, time_step
 from .lanes import check_varied, prepare
 from .loop import closed_loop, logged, open_loop, open_loop_parameters
+from .place import Place, aground_or_inside, depths
 
 __all__ = ["approach", "campaign", "closed_loop", "fastest", "open_loop", "open_loop_parameters", "simulate",
            "straight", "surge_balance", "time_step"]  # fmt: skip
@@ -56,7 +57,7 @@ def campaign(
     ship: Ship, policy: Policy, vary: Mapping[str, Array], *, speed: float, duration: float,
     environment: Weather | Array | None = None, dt: float | None = None, every: int = 1,
     method: str = "rk4", threads: int | None = None, start: tuple[float, ...] | None = None,
-    device: str | Device = "cpu", precision: str = "double",
+    device: str | Device = "cpu", precision: str = "double", place: Place | None = None,
 ) -> Rollout:  # fmt: skip
     """Run `policy` over many lanes at once, one compiled kernel for all.
 
@@ -66,6 +67,7 @@ def campaign(
         threads: of the processor; None takes all of them.
         device: "cpu", or "cuda" for a GPU.
         precision: "double"; a GPU also takes "single".
+        place: where the ship sails (`place.place_of`); the depth is then that of its chart.
 
     Returns:
         The stored rows; a lane that fails is listed in `failures`, the others continue.
@@ -84,8 +86,10 @@ def campaign(
     six = (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0) if start is None else start
     if len(six) != len(STATES):
         raise ShipError(f"start: {len(six)} numbers; give x, y, psi, u, v_m, r")
+    if place is not None and (wrong := aground_or_inside(place, six, float(ship.model.draught))):
+        raise ShipError(f"{ship.name}: {wrong}; move the start into the water")
     prepared = prepare(
-        ship, policy, step, vary, np.array([six], dtype=np.float64), around[None], lanes, device, precision
+        ship, policy, step, vary, np.array([six], dtype=np.float64), around[None], lanes, device, precision, place
     )
     return prepared.simulator.run(
         prepared.state, prepared.series, prepared.shared, memory0=prepared.memory, lanewise=prepared.lanewise,
@@ -169,7 +173,7 @@ def simulate(
     ship: Ship, policy: Policy, *, speed: float | None = None, duration: float,
     environment: Weather | Array | None = None, dt: float | None = None, every: int = 1,
     method: str = "rk4", name: str | None = None, start: tuple[float, ...] | None = None,
-    device: str | Device = "cpu",
+    device: str | Device = "cpu", place: Place | None = None,
 ) -> Trial:  # fmt: skip
     """Run `ship` under `policy` and return the trial that a logger would record.
 
@@ -183,6 +187,7 @@ def simulate(
         every: record every so many steps.
         start: initial (x, y, psi, u, v_m, r) over ground, in place of `speed`.
         device: "cpu", or "cuda" for a GPU, which is worth its while for campaigns only.
+        place: where the ship sails (`place.place_of`).
 
     Returns:
         The states, each control as it acts and as ordered (``<control>_cmd``), and the channels of the environment
@@ -198,12 +203,13 @@ def simulate(
     run = campaign(
         ship, policy, {}, speed=ship.speed if speed is None else speed, duration=duration,
         environment=environment, dt=dt, every=every // stride, method=method, threads=1, start=start,
-        device=device,
+        device=device, place=place,
     )  # fmt: skip
     if run.failures:
         raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}", run.failures[0].time)
     around = surroundings(environment, step, round(duration / step) + 1)
-    return recorded(ship, policy, run.t, run.values[0], around, dt=step, every=every, stride=stride, name=name)
+    trial = recorded(ship, policy, run.t, run.values[0], around, dt=step, every=every, stride=stride, name=name)
+    return trial if place is None or place.grid is None else trial.having(depth=depths(place, trial["x"], trial["y"]))
 
 
 def recorded(

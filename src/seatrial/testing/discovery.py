@@ -151,6 +151,10 @@ def classes_of(room: ModuleType) -> Iterator[type]:
                 yield cls
 
 
+INPUTS = len(Flow._fields) - 3
+"""Inputs of a force: what it feels besides the density and the size of the ship."""
+
+
 class Part(NamedTuple):
     """A force module and the ship it is tried on: density, length, draught, speed, revolutions."""
 
@@ -172,19 +176,21 @@ class Part(NamedTuple):
         U, L = self.U, self.L_pp
         own = [{"n": self.n, "alpha": 1.0}.get(prefix, 100.0) for prefix in self.prefixes]
         waves = (0.01 * L, 0.01 * L, L**0.5)
-        return np.array([U, 0.4 * U, 0.8 * U / L, self.n, 0.7, 3 * U, 3 * U, *waves, 0.8, *own])
+        place = (1.0, 1.0, 4 / L, 4 / L, 0.3 * L, 0.8 * L, U, L, 0.1 * self.d * L)
+        return np.array([U, 0.4 * U, 0.8 * U / L, self.n, 0.7, 3 * U, 3 * U, *waves, 0.8, *place, *own])
 
     @property
     def mirror(self) -> np.ndarray:
         """Sign of each input in the mirror."""
-        signs = (1, -1, -1, 1, -1, 1, -1, 1, -1, 1, 1)
+        signs = (1, -1, -1, 1, -1, 1, -1, 1, -1, 1, 1, 1, -1, 1, -1, 1, -1, 1, 1, 1)
         return np.array([*signs, *(control_sign(prefix, self.module) for prefix in self.prefixes)])
 
     def outputs(self, x: Any) -> tuple[Any, ...]:
         """X, Y, N and the slipstream where there is one, from flow and own controls."""
-        flow = Flow._make((*x[:7], self.rho, self.L_pp, self.d, *x[7:11]))
+        at = INPUTS
+        flow = Flow._make((*x[:7], self.rho, self.L_pp, self.d, *x[7:at]))
         if self.prefixes:
-            return tuple(self.module.force(flow, tuple(x[11:])))
+            return tuple(self.module.force(flow, tuple(x[at:])))
         if len(inspect.signature(self.module.force).parameters) == 2:  # a rudder
             D = 0.03 * self.L_pp
             race = 0.25 * flow.n_P * magnitude(flow.n_P) * D * D

@@ -8,14 +8,20 @@ from typing import Any
 
 from ..core.parameters import Parts, values
 from ..forces import thruster, waves, wind_blendermann, wind_isherwood
+from ..forces.anchor import DredgedAnchor
 from ..forces.azimuth import Azimuth, ThrustAzimuth
+from ..forces.bank import Bank
+from ..forces.cushion import Cushion
 from ..forces.damping import CrossFlowDrag
 from ..forces.hull import Polynomial
+from ..forces.passing import Passing
 from ..forces.propeller import KoseWake
 from ..forces.rudder_linear import Linear
 from ..forces.rudder_neutral import OffCentre
 from ..forces.shallow import ShallowPolynomial
 from ..forces.thruster_fixed import Fixed
+from ..forces.thruster_quay import QuayTunnel
+from ..forces.tug import LineTug, PushTug
 from ..identify.posterior.freer import with_units
 from ..models.fossen import Fossen, Inertia, Particulars
 from ..models.harbour import Harbour, Quay
@@ -57,6 +63,15 @@ MODULES: tuple[Any, ...] = (
     ),
     waves.MeanDrift(),
     waves.HeadSea(B=1.27, L_BWL=1.0),
+    Bank(A_M=0.58, c_bank=1.2, x_bank=-0.2),
+    Passing(A_M=0.58, B=1.27),
+    Cushion(B=1.27, k_c=0.7),
+    QuayTunnel(**TUNNEL, K_T=0.3, B=1.27, k_q=0.4, l_q=2.0),
+    QuayTunnel(**TUNNEL, T_0=4.0, n_0=20.0, loss_form="froude", a_Y1=-4.0, a_N1=-6.0, B=1.27, k_q=0.4, l_q=2.0),
+    QuayTunnel(**TUNNEL, K_T=0.3, loss_form="jet", c_Y=4.0, c_N=7.0, to_port=0.9, B=1.27, k_q=0.4, l_q=2.0),
+    PushTug(x=2.0, y=0.6, f_max=150.0, pulls=0.9),
+    LineTug(x=-3.0, y=0.2, f_max=150.0, rise=0.2),
+    DredgedAnchor(H=20.0, x=3.2),
 )
 
 

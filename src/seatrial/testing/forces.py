@@ -13,7 +13,11 @@ import numpy as np
 from .. import forces
 from ..data import Array
 from . import discovery as found
-from .discovery import PAIRS, Part, biases, compiled, even, require
+from .discovery import INPUTS, PAIRS, Part, biases, compiled, even, require
+
+# Alongside a quay with a bank behind it and a ship abeam; and in the corner of a dock, with one right ahead.
+_NEAR = (0.2, 0.8, 0.0, 0.6, 0.0, 0.5, 0.8, 1.0, 1.0)
+_ACROSS = (0.5, -1.0, -0.3, -0.2, 1.2, 0.0, -1.0, 0.6, 1.5)
 
 
 def grid(part: Part) -> Array:
@@ -23,15 +27,19 @@ def grid(part: Part) -> Array:
         (0.0, 0.4, -0.4), (0.0, 0.2, -0.2), (0.0, 0.3, -0.3), (0.0, 1.0, -1.0), (0.0, 0.5, 1.2),
         ((0, 0), (-1, 0.5)), ((0, 0, 0), (0.8, 0.2, 0.9), (-0.8, 0.2, 0)), (0.0, 0.8, 1.25, 1.4),
     )  # fmt: skip
-    rows = [(u, v, r, n, d, *wind, *waves, h, *([n, d, 0.4][:own])) for u, v, r, n, d, wind, waves, h in moves]
+    near = itertools.cycle(((0.0,) * 9, _NEAR, _ACROSS, (0.0,) * 9, (0.0,) * 9, (0.0,) * 9, (0.0,) * 9))
+    rows = [(u, v, r, n, d, *wind, *waves, h, *place, *([n, d, 0.4][:own]))
+            for (u, v, r, n, d, wind, waves, h), place in zip(moves, near, strict=False)]  # fmt: skip
     tiny = [(1e-9, 0, 0, 0, 0.3), (0, 1e-7, 1e-9, 1e-6, -0.3, 1e-8), (0.3, 0, 0, 0, math.pi / 1.4), (0, -1e-12)]
-    rows += [(*row, *([0.0] * (11 + own - len(row)))) for row in tiny]
+    rows += [(*row, *([0.0] * (INPUTS + own - len(row)))) for row in tiny]
     return np.array(rows, dtype=float) * part.size
 
 
 def samples(part: Part) -> Array:
-    """Inputs at random, of the usual size."""
-    return np.random.default_rng(7).uniform(-1, 1, (150, len(part.size))) * part.size
+    """Inputs at random, of the usual size; another ship is half as long as the own one or more."""
+    rows = np.random.default_rng(7).uniform(-1, 1, (150, len(part.size))) * part.size
+    rows[:, INPUTS - 2] = 0.5 * (part.L_pp + np.abs(rows[:, INPUTS - 2]))
+    return rows
 
 
 def untried_forces() -> list[str]:
@@ -53,7 +61,7 @@ def declared(part: Part) -> None:
 def silent_at_rest(part: Part) -> None:
     """No force in still air and water with stopped propellers, whatever the rudder, the azimuth and the depth."""
     for angle, depth in ((0.0, 0.0), (0.4, 0.6), (-1.0, 1.2)):
-        x = [0.0] * 4 + [angle] + [0.0] * 4 + [3.0, depth]
+        x = [0.0] * 4 + [angle] + [0.0] * 4 + [3.0, depth, 0.5, -0.5, 0.01, 0.02, 0.1, 0.2, 0.0, 5.0, 1.0]
         x += [angle if prefix == "alpha" else 0.0 for prefix in part.prefixes]
         forced = part.outputs(tuple(x))[:3]
         require(all(abs(y) == 0 for y in forced), f"at rest, angle {angle}, d/h {depth}: X, Y, N are {forced}")

@@ -131,7 +131,7 @@ class MmgHull(_Hull):
         total = self.hull.force(flow) + outer
         for module in self.extras.components:
             total = total + module.force(flow)
-        return afloat(self.body, self.hull, flow).acceleration(total, flow.u, flow.v_m, flow.r)
+        return afloat(self.body, self.hull, flow, self.extras.components).acceleration(total, flow.u, flow.v_m, flow.r)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,230 @@
+"""A chart as a ship reads it: a regular grid of depth, suction of the banks and way to the quay, and what it may touch.
+
+Suction depends on the length of the ship and is tabulated for it: at each node the sum over the banks and closed quays
+of the unit vector towards the nearest point of each times the suction of a wall there (`suction`), so any number of
+them costs as much as one.  Fenders, walls and corners that the ship may reach from within a cell are its row of
+numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..engine.field import Field
+from .chart import Bank, Chart, ChartError, Points, nearest, sides, spaced
+from .fenders import CURVES, Curve
+from .suction import suction
+
+SMOOTH = ("chart.per_depth", "chart.bank_x", "chart.bank_y", "chart.quay", "chart.quay_x", "chart.quay_y")
+"""What is interpolated: one over depth, suction, distance of the quay [m] and the unit vector towards it."""
+
+# Distance of a quay where there is none [m], least depth that is kept [m], nodes of a grid at most.
+_NONE, _DRY, _NODES = 1e6, 0.1, 4_000_000
+
+
+class Stop(NamedTuple):
+    """A fender, or the corner of a wall: a point that pushes where the hull comes within its height."""
+
+    north: float
+    east: float
+    height: float
+    reaction: float
+    mu: float
+    chi: float
+
+
+class Wall(NamedTuple):
+    """One side of a bare wall, the water to starboard of its direction."""
+
+    north: float
+    east: float
+    along_x: float
+    along_y: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Size:
+    """The size of a ship as a chart needs it.
+
+    Attributes:
+        L, B, d: length, breadth and draught [m].
+    """
+
+    L: float
+    B: float
+    d: float
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A chart for one ship.
+
+    Attributes:
+        field: its tables for the engine, the `stops` and `walls` of a cell behind what is interpolated.
+        stops, walls: how many of each a cell holds at most.
+        curve: the curve of its fenders.
+        stiffness: of all fenders that a ship touches at once, at first [N/m].
+        bare: whether a quay has no fenders.
+    """
+
+    field: Field
+    stops: int
+    walls: int
+    curve: Curve
+    stiffness: float
+    bare: bool
+
+
+def grid_of(chart: Chart, ship: Size, cell: float | None = None, *, hard: float = 1e8) -> Grid:
+    """Tabulate a chart for a ship.
+
+    Args:
+        chart: the chart.
+        ship: the size of the ship.
+        cell: distance of the nodes [m]; by default a quarter of the breadth.
+        hard: stiffness of bare walls and their corners [N/m].
+
+    Raises:
+        ChartError: fenders of different curves; an empty chart; a grid too large.
+    """
+    size = cell or max(0.25 * ship.B, 0.02 * ship.L)
+    margin = ship.L
+    low_n, high_n, low_e, high_e = chart.extent
+    rows, columns = (
+        math.ceil((high - low + 2.0 * margin) / size) + 1 for low, high in ((low_n, high_n), (low_e, high_e))
+    )
+    if not size > 0.0 or rows * columns > _NODES:
+        raise ChartError(
+            f"{chart.name}: a grid of {rows} by {columns} nodes; {_NODES:.0e} are the most, by a larger cell"
+        )
+    north = low_n - margin + size * np.arange(rows, dtype=np.float64)
+    east = low_e - margin + size * np.arange(columns, dtype=np.float64)
+    N, E = (np.asarray(one, dtype=np.float64) for one in np.meshgrid(north, east, indexing="ij"))
+    curve = _curve(chart)
+    stops, walls = _stops(chart, curve, hard), _walls(chart)
+    # a hull reaches half its diagonal beyond midship, a fender its height towards it; a cell half its own diagonal
+    reach = 0.5 * math.hypot(ship.L, ship.B) + 0.75 * size
+    near = _Near(rows, columns, north[0], east[0], size)
+    for stop in stops:
+        near.point(stop, reach + stop.height)
+    for wall in walls:
+        near.side(wall, reach)
+    names, which, sets, (most_stops, most_walls) = near.tables()
+    field = Field(SMOOTH, names, float(north[0]), float(east[0]), size, _smooth(chart, ship, N, E), which, sets)
+    bare = any(quay.fender is None for quay in chart.quays)
+    return Grid(field, most_stops, most_walls, curve, _stiffness(chart, ship.L), bare)
+
+
+def _smooth(chart: Chart, ship: Size, N: Points, E: Points) -> Points:
+    depth = np.maximum(chart.depth_at(N, E), _DRY)
+    bank = np.zeros((2, *N.shape))
+    full = max((h for h in (chart.depth, *(a.depth for a in chart.areas)) if math.isfinite(h)), default=0.0)
+    for line, run in _banks(chart):
+        off, x, y = nearest(line, N, E)
+        # a sloped bank acts like a wall through the middle of its slope; nearer than B + d the form does not hold
+        wall = np.maximum(off - 0.5 * run * full, 0.5 * (ship.B + ship.d))
+        bank += np.stack([x, y]) * suction(wall, np.maximum(depth, 1.02 * ship.d), ship.L)
+    away, quay = np.full(N.shape, _NONE), np.zeros((2, *N.shape))
+    for one in chart.quays:
+        off, x, y = nearest(one.line, N, E)
+        quay = np.where(off < away, np.stack([x, y]), quay)
+        away = np.minimum(away, np.maximum(off, 0.5 * ship.B))
+    return np.stack([1.0 / depth, *bank, away, *quay], axis=-1)
+
+
+def _banks(chart: Chart) -> Iterator[tuple[Points, float]]:
+    """Lines that draw a ship, with run over rise."""
+    for thing in (*chart.banks, *chart.quays):
+        if isinstance(thing, Bank):
+            yield thing.line, 1.0 / thing.slope
+        elif thing.closed:
+            yield thing.line, 0.0
+
+
+def _curve(chart: Chart) -> Curve:
+    curves = {quay.fender.curve for quay in chart.quays if quay.fender}
+    if len(curves) > 1:
+        raise ChartError(f"{chart.name}: fenders of {len(curves)} curves; a chart has fenders of one curve")
+    return next(iter(curves), CURVES["linear"])
+
+
+def _stops(chart: Chart, curve: Curve, hard: float) -> list[Stop]:
+    found: list[Stop] = []
+    for quay in chart.quays:
+        if quay.fender is not None:
+            f = quay.fender
+            points, _ = spaced(quay.line, f.spacing)
+            found += [Stop(float(a), float(b), f.height, f.reaction, f.mu, f.chi) for a, b in points]
+        else:
+            found += [_corner(point, curve, hard) for point in quay.line]
+    return found
+
+
+def _stiffness(chart: Chart, L: float) -> float:
+    """Of the fenders that the longest part of a ship of length L touches at once."""
+    found = [f.reaction / f.height * f.curve.reactions[1] / f.curve.deflections[1] * max(L / f.spacing, 1.0)
+             for quay in chart.quays if (f := quay.fender) is not None]  # fmt: skip
+    return max(found, default=0.0)
+
+
+def _corner(point: Points, curve: Curve, hard: float) -> Stop:
+    """The corner of a bare wall: a stop of half a metre whose first stiffness is that of the wall."""
+    height = 0.5
+    slope = curve.reactions[1] / curve.deflections[1]
+    return Stop(float(point[0]), float(point[1]), height, hard * height / slope, 0.3, 0.0)
+
+
+def _walls(chart: Chart) -> list[Wall]:
+    """Every side of every quay: behind fenders too the wall stands."""
+    return [
+        Wall(float(p[0]), float(p[1]), float(t[0]), float(t[1]), float(length))
+        for quay in chart.quays for p, t, length in zip(*sides(quay.line), strict=True)
+    ]  # fmt: skip
+
+
+class _Near:
+    """Which stops and walls each cell of a grid holds."""
+
+    def __init__(self, rows: int, columns: int, north: float, east: float, size: float) -> None:
+        self.size, self.stops, self.sides = size, list[Stop](), list[Wall]()
+        middles = (low + size * (np.arange(count - 1) + 0.5) for low, count in ((north, rows), (east, columns)))
+        self.N, self.E = (np.asarray(one, dtype=np.float64) for one in np.meshgrid(*middles, indexing="ij"))
+        self.held: list[NDArray[np.bool_]] = []
+        self.walled: list[NDArray[np.bool_]] = []
+
+    def point(self, stop: Stop, reach: float) -> None:
+        self.stops.append(stop)
+        self.held.append(np.hypot(self.N - stop.north, self.E - stop.east) <= reach)
+
+    def side(self, wall: Wall, reach: float) -> None:
+        end = (wall.north + wall.length * wall.along_x, wall.east + wall.length * wall.along_y)
+        self.sides.append(wall)
+        self.walled.append(nearest(np.array([wall[:2], end]), self.N, self.E)[0] <= reach)
+
+    def tables(self) -> tuple[tuple[str, ...], NDArray[np.int64], Points, tuple[int, int]]:
+        """Names, the set of each cell, the sets, and how many stops and walls one holds."""
+        marks = np.array([np.zeros(self.N.shape, dtype=bool), *self.held, *self.walled]).reshape(
+            1 + len(self.held) + len(self.walled), -1).T[:, 1:]  # fmt: skip
+        kinds, which = np.unique(marks, axis=0, return_inverse=True)
+        none = np.flatnonzero(~kinds.any(axis=1))
+        first = len(self.held)
+        counts = [(int(row[:first].sum()), int(row[first:].sum())) for row in kinds]
+        K, W = max((c[0] for c in counts), default=0), max((c[1] for c in counts), default=0)
+        names = (*(f"stop_{k}.{f}" for k in range(K) for f in Stop._fields),
+                 *(f"wall_{k}.{f}" for k in range(W) for f in Wall._fields))  # fmt: skip
+        sets = np.zeros((len(kinds) + 1, len(names)))
+        for at, row in enumerate(kinds, 1):
+            some = [value for k in np.flatnonzero(row[:first]) for value in self.stops[k]]
+            sets[at, : len(some)] = some
+            begin = K * len(Stop._fields)
+            others = [value for k in np.flatnonzero(row[first:]) for value in self.sides[k]]
+            sets[at, begin : begin + len(others)] = others
+        index = np.where(np.isin(which.ravel(), none), 0, which.ravel() + 1)
+        return names, index.reshape(self.N.shape).astype(np.int64), sets, (K, W)

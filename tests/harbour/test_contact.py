@@ -1,0 +1,214 @@
+"""Contact: what a fender takes of a ship, no energy out of nothing, no way through, no creep; lines that pull only."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.core.errors import ChartError
+from seatrial.engine import Kicks, System
+from seatrial.engine.field import Field
+from seatrial.engine.rollout import simulator
+from seatrial.environment.fenders import CURVES, Curve, Fender
+from seatrial.environment.grid import Stop, Wall
+from seatrial.harbour.contact import Contact, Line, distance, outline
+
+L, B, M = 170.0, 26.4, 39.0e6
+MASS = (M, 1.84 * M, 1.84 * M * 43.57**2)
+"""The ship of the appendix of PIANC WG33: surge, sway with added mass, and yaw with K = 43.57 m."""
+BOX = ((-0.5 * L, 0.0), (-0.5 * L, 0.5 * B), (0.5 * L, 0.5 * B), (0.5 * L, 0.0))
+
+
+def push(force: Any) -> Any:
+    return tuple(f / m for f, m in zip(force, MASS, strict=True))
+
+
+def floating(contact: Contact, sets: Any, substeps: int = 1) -> System:
+    """A ship without water: mass, a steady force [N] north and east, and contact; logs energy and compression."""
+    near = tuple(f"near_{k}" for k in range(len(sets)))
+    field = Field((), near, -1e4, -1e4, 2e4, np.zeros((2, 2, 0)), np.array([[1]]), np.array([[0.0] * len(near), sets]))
+
+    def derivative(state: Any, acting: Any, parameters: Any) -> Any:
+        _, _, psi, u, v, r = state
+        import casadi as ca
+
+        c, s = ca.cos(psi), ca.sin(psi)
+        north, east = parameters
+        X, Y = north * c + east * s, east * c - north * s
+        return u * c - v * s, u * s + v * c, r, X / MASS[0], Y / MASS[1], 0.0
+
+    def before(t: Any, dt: Any, state: Any, memory: Any, series: Any, parameters: Any) -> Any:
+        touches, _, stored = contact.elastic(state, series)
+        deepest = 0.0
+        for touch in touches:
+            import casadi as ca
+
+            deepest = ca.fmax(deepest, touch.delta)
+        return series, (), (stored, deepest)
+
+    return System(
+        ("x", "y", "psi", "u", "v", "r"), near, ("north", "east"), derivative, acting=near,
+        logged=("stored", "deepest"), before=before, field=field,
+        kicks=Kicks(lambda h, z, k, a, p: contact.first(h, z, k, a, push),
+                    lambda h, z, e, a, p: contact.last(h, z, e, a, push), substeps),
+    )  # fmt: skip
+
+
+def energy(rows: Any) -> Any:
+    """Kinetic and stored energy of each row [J]."""
+    return 0.5 * sum(m * rows[..., 3 + k] ** 2 for k, m in enumerate(MASS)) + rows[..., 6]
+
+
+def run(
+    system: System, start: Any, dt: float, seconds: float, every: int = 1, back_end: str = "auto",
+    wind: tuple[float, float] = (0.0, 0.0),
+) -> Any:  # fmt: skip
+    start = np.atleast_2d(np.asarray(start, dtype=float))
+    done = simulator(system, back_end=back_end).run(
+        start, np.zeros((len(start), 1, 0)), np.array(wind), dt=dt, steps=round(seconds / dt) + 1, every=every
+    )
+    assert not done.failures
+    return done.values
+
+
+def test_a_frictionless_fender_takes_what_theory_says() -> None:
+    """One end of the ship meets two fenders at 6 cm/s: K^2/(K^2 + x^2) of its energy, as by an independent run."""
+    stop = Stop(0.25 * L, 0.5 * B + 1.051, 1.05, 1426.8e3, 0.0, 0.0)
+    system = floating(Contact(BOX, CURVES["cone72"], 1, 0, 1e8), stop)
+    rows = run(system, [0.0, 0.0, 0.0, 0.0, 0.06, 0.0], 0.02, 14.0)[0]
+    K2, lever = 43.57**2, 0.25 * L
+    assert rows[:, 6].max() / energy(rows)[0] == pytest.approx(K2 / (K2 + lever**2), abs=1e-4)
+    assert energy(rows)[0] == pytest.approx(129.2e3, rel=1e-3)
+    assert rows[:, 7].max() == pytest.approx(0.158, abs=5e-4)
+    assert rows[-1, 4] == pytest.approx(-0.00149, abs=5e-5)  # there the force stays square to the quay
+    assert math.degrees(rows[-1, 5]) == pytest.approx(-0.0789, abs=1e-4)
+    assert (rows[:, 7] > 0.0).sum() * 0.02 == pytest.approx(8.30, abs=0.05)
+    assert energy(rows)[-1] == pytest.approx(energy(rows)[0], rel=1e-4)
+
+
+def test_the_back_ends_agree() -> None:
+    stop = Stop(0.25 * L, 0.5 * B + 1.051, 1.05, 1426.8e3, 0.2, 2.0)
+    system = floating(Contact(BOX, CURVES["cone72"], 1, 0, 1e8), stop)
+    start = [[0.0, 0.0, 0.02, 0.01, 0.1, 0.001], [0.0, -0.5, -0.1, 0.2, 0.3, 0.0]]
+    fast, slow = (run(system, start, 0.1, 10.0, back_end=name) for name in ("auto", "virtual"))
+    assert np.abs(fast - slow).max() <= 1e-9 * np.abs(fast).max()
+
+
+QUAY = [Wall(200.0, 0.0, -1.0, 0.0, 400.0)]
+"""A face from north to south along east = 0, the water to the west of it."""
+FENDERS = [Stop(float(k), 0.0, 1.0, 700e3, 0.2, 0.0) for k in (-60, 0, 60)]
+
+
+def impacts(count: int) -> Any:
+    """Ships off the quay that come at up to 1 m/s, 30 deg, turning."""
+    rng = np.random.default_rng(3)
+    psi = rng.uniform(-1.0, 1.0, count) * math.pi / 6.0
+    speed, way = rng.uniform(0.02, 1.0, count), rng.uniform(-1.0, 1.0, count) * math.pi / 6.0
+    c, s = np.cos(psi), np.sin(psi)
+    north, east = speed * np.sin(way), speed * np.cos(way)
+    y = -1.5 - 0.5 * (np.abs(s) * L + c * B)
+    return np.column_stack([rng.uniform(-30, 30, count), y, psi, north * c + east * s, east * c - north * s,
+                            rng.uniform(-0.002, 0.002, count)])  # fmt: skip
+
+
+def harbour(mu: float, chi: float, substeps: int) -> System:
+    stops = [stop._replace(mu=mu, chi=chi) for stop in FENDERS]
+    sets = [value for one in (*stops, *QUAY) for value in one]
+    return floating(Contact(outline(L, B), CURVES["cone"], len(stops), len(QUAY), 4.0 * M), sets, substeps)
+
+
+@pytest.mark.parametrize(("mu", "chi"), [(0.0, 0.0), (0.2, 2.0)])
+@pytest.mark.parametrize("count", [200, pytest.param(10_000, marks=pytest.mark.long)])
+def test_no_impact_gains_energy_or_passes_through(count: int, mu: float, chi: float) -> None:
+    """Kinetic and stored energy never rise, by 1e-9 of the first; no corner gets through the wall."""
+    rows = run(harbour(mu, chi, 5), impacts(count), 0.1, 120.0)
+    whole = energy(rows)
+    assert (np.diff(whole, axis=1).max(axis=1) <= 1e-9 * whole[:, 0]).all()
+    touched = rows[..., 7].max(axis=1) > 0.0
+    assert touched.mean() > 0.95
+    assert rows[..., 7].max() < 2.5  # of five metres of wall
+    if mu:
+        assert (whole[touched, -1] < whole[touched, 0]).all()
+
+
+def test_lanes_do_not_see_their_neighbours() -> None:
+    """Bit by bit the same alone, in a block with ships far off, and in another place of it."""
+    system, start = harbour(0.2, 2.0, 5), impacts(40)
+    start[::3, 1] -= 500.0
+    together = run(system, start, 0.1, 20.0)
+    assert (run(system, start[::-1], 0.1, 20.0)[::-1] == together).all()
+    for k in (0, 1, 17, 39):
+        assert (run(system, start[k : k + 1], 0.1, 20.0)[0] == together[k]).all()
+
+
+def test_a_ship_pressed_on_its_fenders_by_wind_does_not_creep() -> None:
+    """Ten minutes under a force on the quay and one along it, within friction: a millimetre."""
+    start = [0.0, -0.5 * B - 0.95, 0.0, 0.0, 0.0, 0.0]
+    rows = run(harbour(0.3, 5.0, 5), start, 0.1, 2400.0, every=100, wind=(60e3, 400e3))[0]
+    moved = np.abs(rows[-60:, :2] - rows[-1, :2]).max(axis=0)
+    assert moved[0] < 1e-3
+    assert moved[1] < 1e-3
+    assert rows[-1, 7] > 0.01
+
+
+def test_friction_lets_go_beyond_its_limit() -> None:
+    """Along the quay with more than mu times the pressure the ship slides away."""
+    start = [0.0, -0.5 * B - 0.95, 0.0, 0.0, 0.0, 0.0]
+    rows = run(harbour(0.1, 5.0, 5), start, 0.1, 300.0, every=10, wind=(80e3, 400e3))[0]
+    assert rows[-1, 0] == pytest.approx(0.5 * (80e3 - 0.1 * 400e3) / M * 300.0**2, rel=0.1)
+
+
+def test_distance_from_a_hull() -> None:
+    half = outline(100.0, 20.0)
+    gap, a, b, n_a, n_b = distance(half, 10.0, -15.0)
+    assert (gap, a, b, n_a, n_b) == pytest.approx((5.0, 10.0, -10.0, 0.0, -1.0))
+    assert distance(half, 55.0, 0.0)[0] == pytest.approx(5.0)
+    assert distance(half, 0.0, 4.0)[0] == pytest.approx(-6.0)
+    rng = np.random.default_rng(1)
+    for a, b in rng.uniform(-80.0, 80.0, (200, 2)).tolist():
+        gap, at_a, at_b, n_a, n_b = distance(half, a, b)
+        assert math.hypot(n_a, n_b) == pytest.approx(1.0, abs=1e-6)
+        assert (at_a + gap * n_a, at_b + gap * n_b) == pytest.approx((a, b), abs=1e-6)
+        mirrored = distance(half, a, -b)
+        assert mirrored == pytest.approx((gap, at_a, -at_b, n_a, -n_b))
+
+
+def test_a_line_pulls_and_never_pushes_and_its_energy_is_its_work() -> None:
+    line = Line(50.0, 20.0, 40.0, 8.0, 15.0, 2e6, holds=2e5)
+    slack = line.pull(0.0, 0.0, 1.0, 0.0)
+    assert line.pull(4.0, 5.0, 1.0, 0.0)[:2] == (0.0, 0.0)
+    assert slack[0] == pytest.approx(min(2e6 / 15.0 * (math.hypot(10.0, 12.0) - 15.0), 2e5))
+    for x in np.linspace(-8.0, 4.0, 13):
+        h = 1e-4
+        low, high = (line.pull(x + k * h, 0.3, math.cos(0.2), math.sin(0.2)) for k in (-1.0, 1.0))
+        T, _, a, b = line.pull(x, 0.3, math.cos(0.2), math.sin(0.2))
+        north = T * (a * math.cos(0.2) - b * math.sin(0.2))
+        assert -(high[1] - low[1]) / (2 * h) == pytest.approx(north, rel=1e-4, abs=1.0)
+    assert line.pull(-30.0, 0.0, 1.0, 0.0)[0] == pytest.approx(2e5)
+
+
+def test_fender_curves() -> None:
+    """The energy is the integral of the reaction: .5245 and .5581 of rated reaction times height."""
+    assert CURVES["cone"].both(0.70)[1] == pytest.approx(0.5245, abs=1e-4)
+    assert CURVES["cone72"].both(0.72)[1] == pytest.approx(0.5581, abs=1e-4)
+    for curve in CURVES.values():
+        for s, R in zip(curve.deflections, curve.reactions, strict=True):
+            assert curve.both(s)[0] == pytest.approx(R, abs=1e-12)
+        end = curve.deflections[-1]
+        assert curve.both(1.1 * end)[0] > curve.both(end)[0] > curve.both(0.99 * end)[0]
+    assert CURVES["cone"].both(-0.1) == (0.0, 0.0)
+    assert Fender(CURVES["cone"], 2.0, 1e6, 20.0).energy == pytest.approx(0.5245 * 2e6, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("deflections", "reactions", "about"),
+    [((0.0, 0.5, 0.4), (0.0, 1.0, 2.0), "falls: deflection"), ((0.0, 0.5, 0.7), (0.0, 1.0, 0.8), "falls at its end"),
+     ((0.0, 0.5, 0.7), (0.0, -1.0, 0.8), "falls to -1"), ((0.1, 0.5), (0.0, 1.0), "from 0 and 0 on")],
+)  # fmt: skip
+def test_a_curve_that_falls_is_refused(deflections: Any, reactions: Any, about: str) -> None:
+    with pytest.raises(ChartError, match=about) as error:
+        Curve(deflections, reactions)
+    assert "\n" not in str(error.value)
