@@ -3,7 +3,8 @@
 A family is a frozen dataclass derived from `Model` (numbers declared with `spec`, `terms`, `parts`) with one method,
 `derivative`, written for floats and symbols alike: tuples in, tuples out, no `if` on a value.  Every model carries
 the six states of the trial first and may add its own after them, which are zero in a straight run.  Positions and
-heading are kinematics over ground, velocities are over ground too, forces see the water.
+heading are kinematics over ground, velocities are over ground too, forces see the water.  A family that rolls adds
+`ROLL`; these two come first of its own, and sensors measure them: `Model.motion` has all that they measure.
 
 What the rest of the package needs to know about a family is a property of `Model`, with a default that claims nothing.
 
@@ -30,14 +31,16 @@ from ..forces import ThrusterModule
 if TYPE_CHECKING:
     from .network import Network
 
-__all__ = ["STATES", "STEERING", "UNITS", "Model", "Sampled", "Stepped", "kinematics", "unit"]
+__all__ = ["ROLL", "STATES", "STEERING", "UNITS", "Model", "Sampled", "Stepped", "kinematics", "unit"]
 
 STATES = ("x", "y", "psi", "u", "v_m", "r")
+ROLL = ("phi", "p")
+"""Heel [rad], positive with the starboard side down, and roll rate [rad/s]: the motion beyond the horizontal plane."""
 STEERING = ("n_P", "delta")
 """The orders of every manoeuvre: revolutions [1/s], and the helm: a rudder angle [rad], or what stands for it."""
 
 UNITS = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s",
-         "n_P": "1/s", "delta": "rad", "slow_wind_x": "m/s", "slow_wind_y": "m/s", "slow_n": "1/s",
+         "phi": "rad", "p": "rad/s", "n_P": "1/s", "delta": "rad", "slow_wind_x": "m/s", "slow_wind_y": "m/s", "slow_n": "1/s",
          "lead": "rad/s^2"}  # fmt: skip
 _PREFIXES = {"n": "1/s", "throttle": "-", "delta": "rad", "alpha": "rad", "f": "N", "X": "N", "Y": "N", "N": "N m"}
 
@@ -55,6 +58,12 @@ class Model(ABC):
 
     valid_at_rest: ClassVar[bool] = True
     """Whether the model is physical at rest; a family with False gives the reason in its docstring."""
+
+    @property
+    def motion(self) -> tuple[str, ...]:
+        """The first of `states`: those that a log measures, `STATES` and, of a ship that rolls, `ROLL`."""
+        rolling = self.states[len(STATES) : len(STATES) + len(ROLL)] == ROLL
+        return (*STATES, *ROLL) if rolling else STATES
 
     @abstractmethod
     def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:

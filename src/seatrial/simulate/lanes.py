@@ -66,7 +66,7 @@ def prepare(
     Args:
         dt: time step [s].
         vary: value per lane of each parameter that differs, by the names of `loop.closed_loop`.
-        start: initial x, y, psi, u, v_m, r over ground, shape (lanes or 1, 6).
+        start: initial x, y, psi, u, v_m, r over ground, then any of the model's own, shape (lanes or 1, 6 or more).
         around: inputs per step, shape (lanes or 1, steps or 1, series).
         lanes: number of runs.
         device: "cpu", or "cuda" for a GPU.
@@ -76,7 +76,7 @@ def prepare(
     system = closed_loop(ship, policy, dt, place)
     columns = {name: np.asarray(column, dtype=np.float64) for name, column in vary.items()}
     memory = _begin(ship, policy, dt, {n: v for n, v in columns.items() if n.startswith("policy.")}, start)
-    rest = _settled(ship, system, memory, around[:, 0])
+    rest = _settled(ship, system, memory, around[:, 0])[:, start.shape[1] - len(STATES) :]
     rows = max(len(start), len(rest))
     state = np.hstack([np.broadcast_to(part, (rows, part.shape[1])) for part in (start, rest)])
     return Lanes(
@@ -109,7 +109,7 @@ def _begin(ship: Ship, policy: Policy, dt: float, vary: Mapping[str, Array], sta
         return np.array([loop_memory(ship, policy, dt, shared, tuple(start[0].tolist()))], dtype=np.float64)
 
     def begin(row: Scalars) -> Scalars:
-        given = shared | dict(zip(vary, row[len(STATES) :], strict=True))
+        given = shared | dict(zip(vary, row[start.shape[1] :], strict=True))
         return loop_memory(ship, policy, dt, given, row[: len(STATES)])
 
     lanes = max(len(start), *(len(column) for column in vary.values())) if vary else len(start)

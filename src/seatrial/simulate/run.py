@@ -84,9 +84,9 @@ def campaign(
     here = Environment(*around[0, : len(CHANNELS)].tolist())
     # under way, heading north at `speed` through the water, plus the current over ground
     six = (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0) if start is None else start
-    if len(six) != len(STATES):
-        raise ShipError(f"start: {len(six)} numbers; give x, y, psi, u, v_m, r")
-    if place is not None and (wrong := aground_or_inside(place, six, float(ship.model.draught))):
+    if len(six) not in (len(STATES), len(ship.model.motion)):
+        raise ShipError(f"start: {len(six)} numbers; give {', '.join(ship.model.motion)}")
+    if place is not None and (wrong := aground_or_inside(place, six[: len(STATES)], float(ship.model.draught))):
         raise ShipError(f"{ship.name}: {wrong}; move the start into the water")
     prepared = prepare(
         ship, policy, step, vary, np.array([six], dtype=np.float64), around[None], lanes, device, precision, place
@@ -185,7 +185,7 @@ def simulate(
             `environment.CHANNELS` per step, shape (steps, 8); None is still air and still, deep water.
         dt: time step [s]; None chooses one by `time_step`.
         every: record every so many steps.
-        start: initial (x, y, psi, u, v_m, r) over ground, in place of `speed`.
+        start: initial (x, y, psi, u, v_m, r) over ground, in place of `speed`; of a ship that rolls (phi, p) as well.
         device: "cpu", or "cuda" for a GPU, which is worth its while for campaigns only.
         place: where the ship sails (`place.place_of`).
 
@@ -229,7 +229,7 @@ def recorded(
     controls, columns = ship.model.controls, closed_loop(ship, policy, dt).stored
     held = tuple(control for control in controls if ship.actuators.of(control).at_once)
     held = held if every == 1 or stride > 1 else ()
-    kept = (*STATES, *controls, *logged(ship, policy))
+    kept = (*ship.model.motion, *controls, *logged(ship, policy))
     channels = {n: rows[::stride, columns.index(n)].copy() for n in kept}
     for control in held:  # the value from this row on, not the one before it
         servo, ordered = ship.actuators.of(control), rows[:, columns.index(f"{control}_cmd")]
