@@ -120,7 +120,7 @@ class Hull:
 class Blanke(Composed, Rolling):
     """Hull and body of Blanke and Christensen (1993), driven by thrusters or by forces ordered directly.
 
-    The published model is the hull: it has neither rudder nor propeller.  A side force of a thruster, a rudder or the
+    Its r is the rate of the heading, whatever the heel.  The published model is the hull: it has neither rudder nor propeller.  A side force of a thruster, a rudder or the
     wind at the height z_T or z_W below the water line (above it, negative) rolls the ship by -z Y.
     """
 
@@ -140,7 +140,8 @@ class Blanke(Composed, Rolling):
         heeled = Heeled.of(state, environment)
         flow = heeled.around.flow(self.body)
         force = self.force(flow, heeled.phi, heeled.p, control)
-        return heeled.rates(*self.body.acceleration(force, flow.u, flow.v_m, heeled.p, flow.r, heeled.phi))
+        rates = self.body.acceleration(force, flow.u, flow.v_m, heeled.p, flow.r, heeled.phi)
+        return heeled.rates(*rates, turning=flow.r)
 
     def force(
         self, flow: Flow, phi: Scalar, p: Scalar, control: Scalars = ()

@@ -49,18 +49,22 @@ class Heeled(NamedTuple):
         around = Surroundings(u, v_m, r, u - ahead, v_m - aside / upright, c, s, environment)
         return cls(around, phi, p, upright, over)
 
-    def rates(self, du: Scalar, dv: Scalar, dp: Scalar, dr: Scalar) -> Scalars:
+    def rates(self, du: Scalar, dv: Scalar, dp: Scalar, dr: Scalar, turning: Scalar | None = None) -> Scalars:
         """Rates of the eight states, from those of the velocities through the water and of p and r.
 
         A uniform current adds its own motion and no acceleration over ground, as in the horizontal plane.
+
+        Args:
+            du, dv, dp, dr: [m/s^2, m/s^2, rad/s^2, rad/s^2].
+            turning: rate of the heading [rad/s]; None is r cos(phi).
         """
         around, upright = self.around, self.cos_phi
         north, east = to_earth(around.u, around.v_m * upright, around.cos_psi, around.sin_psi)
-        turning = around.r * upright
+        heading = around.r * upright if turning is None else turning
         u_C, v_C = around.u - around.u_r, around.v_m - around.v_r  # v_C cos(phi) is the current across
         return (
-            north, east, turning,
-            du + turning * upright * v_C, dv - around.r * u_C + self.p * v_C * self.sin_phi / upright, dr,
+            north, east, heading,
+            du + heading * upright * v_C, dv + (self.p * v_C * self.sin_phi - heading * u_C) / upright, dr,
             self.p, dp,
         )  # fmt: skip
 
