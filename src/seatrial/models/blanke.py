@@ -138,7 +138,7 @@ class Blanke(Composed, Rolling):
 
     def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         heeled = Heeled.of(state, environment)
-        flow = heeled.around.flow(self.body)
+        flow = heeled.flow(self.body)
         force = self.force(flow, heeled.phi, heeled.p, control)
         rates = self.body.acceleration(force, flow.u, flow.v_m, heeled.p, flow.r, heeled.phi)
         return heeled.rates(*rates, turning=flow.r)

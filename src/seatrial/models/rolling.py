@@ -12,8 +12,9 @@ from typing import ClassVar, NamedTuple
 from ..core.parameters import Scalar, Scalars
 from ..core.symbolic import cos, sin
 from ..environment import Environment, to_body, to_earth
+from ..forces import Flow
 from . import ROLL, STATES, Model
-from .common import Surroundings
+from .common import Afloat, Surroundings
 
 GRAVITY = 9.81
 """Gravity of the two published models [m/s^2]."""
@@ -48,6 +49,11 @@ class Heeled(NamedTuple):
         ahead, aside = to_body(environment.current_x, environment.current_y, c, s)
         around = Surroundings(u, v_m, r, u - ahead, v_m - aside / upright, c, s, environment)
         return cls(around, phi, p, upright, over)
+
+    def flow(self, body: Afloat, n_P: Scalar = 0.0, delta: Scalar = 0.0) -> Flow:
+        """The flow that force modules feel; the wind comes over the deck of a ship upright."""
+        flow, v_m = self.around.flow(body, n_P, delta), self.around.v_m
+        return flow._replace(v_A=flow.v_A - v_m + v_m * self.cos_phi)
 
     def rates(self, du: Scalar, dv: Scalar, dp: Scalar, dr: Scalar, turning: Scalar | None = None) -> Scalars:
         """Rates of the eight states, from those of the velocities through the water and of p and r.

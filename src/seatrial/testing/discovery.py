@@ -240,13 +240,14 @@ def control_size(ship: Ship) -> tuple[float, ...]:
 def state_size(ship: Ship) -> tuple[float, ...]:
     """Usual size of each state."""
     U, L = ship.speed, ship.L_pp
-    return (10 * L, 10 * L, 3.0, U, 0.3 * U, 0.5 * U / L, *([0.1 * (U / L) ** 2] * (len(ship.model.states) - 6)))
+    six, own = (10 * L, 10 * L, 3.0, U, 0.3 * U, 0.5 * U / L), ship.model.states[6:]
+    return (*six, *({"phi": 0.4, "p": 0.4 * U / L}.get(name, 0.1 * (U / L) ** 2) for name in own))
 
 
 def rate_size(ship: Ship) -> np.ndarray:
     """Natural size of the rate of each state: that of the states in the time that the ship needs for its length."""
     U, pace = ship.speed, ship.speed / ship.L_pp
-    own = [0.1 * pace**3] * (len(ship.model.states) - 6)
+    own = [{"phi": pace, "p": pace * pace}.get(name, 0.1 * pace**3) for name in ship.model.states[6:]]
     return np.array([U, U, pace, U * pace, U * pace, pace * pace, *own])
 
 

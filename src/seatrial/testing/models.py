@@ -19,7 +19,7 @@ from ..models import STATES, Model, Sampled, Stepped, unit
 from ..ships import Ship
 from ..simulate.run import approach, fastest, open_loop, open_loop_parameters, straight
 from . import discovery
-from .discovery import compiled, control_size, environment_size, even, flat, mirrored_control, rate_size, require
+from .discovery import compiled, control_size, environment_size, even, flat, mirrored_control, rate_size, require, state_size
 
 SIDES = (1, -1, -1, 1, -1, -1)
 # Physical channels that cannot be negative: the period of the waves, one over the depth.
@@ -181,9 +181,16 @@ def _carried_along(around: Environment, current: tuple[float, float]) -> Environ
     )  # fmt: skip
 
 
-def _in_ship_axes(psi: Any, current: tuple[float, float]) -> tuple[Any, Any]:
+def _in_ship_axes(psi: Any, current: tuple[float, float], phi: Any = 0.0) -> tuple[Any, Any]:
+    """Velocities u and v_m of a ship that drifts; heeled, it drifts over ground with v_m cos(phi)."""
     c, s = np.cos(psi), np.sin(psi)
-    return current[0] * c + current[1] * s, current[1] * c - current[0] * s
+    return current[0] * c + current[1] * s, (current[1] * c - current[0] * s) / np.cos(phi)
+
+
+def _heel(ship: Ship, states: Array) -> tuple[Any, Any]:
+    """Heel and roll rate in rows of states, zero of a ship that does not roll."""
+    named = dict(zip(ship.model.states, np.moveaxis(states, -1, 0), strict=False))
+    return named.get("phi", 0.0), named.get("p", 0.0)
 
 
 def rates_in_a_current(ship: Ship) -> str | None:
@@ -196,13 +203,15 @@ def rates_in_a_current(ship: Ship) -> str | None:
     for x in np.random.default_rng(11).uniform(-1, 1, (60, size.size)) * size:
         x[-2:] = np.abs(x[-2:])
         still = rates(tuple(x.tolist()))
-        u_C, v_C = _in_ship_axes(x[2], current)
+        phi, p = _heel(ship, x[:n])
+        u_C, v_C = _in_ship_axes(x[2], current, phi)
         state = (*x[:3], x[3] + u_C, x[4] + v_C, *x[5:n])
         moved = _carried_along(Environment(*x[n + c : n + c + len(CHANNELS)]), current)
         found = rates((*state, *x[n : n + c], *moved))
         wanted = np.array(still, dtype=float)
         wanted[:2] += current
-        wanted[3:5] += x[5] * v_C, -x[5] * u_C  # the ship turns within the current
+        # the ship turns, and rolls, within the current
+        wanted[3:5] += wanted[2] * v_C * np.cos(phi), (p * v_C * np.sin(phi) - wanted[2] * u_C) / np.cos(phi)
         off = np.abs(np.array(found) - wanted).max()
         require(off <= 1e-12 * np.abs(wanted).max() + 1e-15, f"at {x} a current changes more than the drift")
     return None
@@ -231,10 +240,11 @@ def motion_in_a_current(ship: Ship) -> str | None:
     start[:, 3:5] += current
     moved = _run(ship, start, _carried_along(weather, current), dt)
     wanted = still.values.copy()
-    drift = (*(speed * still.t for speed in current), 0.0, *_in_ship_axes(still.values[..., 2], current))
+    heel = _heel(ship, still.values[..., :own])[0]
+    drift = (*(speed * still.t for speed in current), 0.0, *_in_ship_axes(still.values[..., 2], current, heel))
     for k, change in enumerate(drift):
         wanted[..., k] += change
-    size = np.array([L, L, 1.0, U, U, U / L, *([(U / L) ** 2] * (own - 6))])
+    size = np.array([L, L, 1.0, U, U, U / L, *(state_size(ship)[6:])])
     require(np.isfinite(still.values).all(), "the run in still water is not finite")
     require((np.abs(moved.values - wanted) <= 1e-9 * size).all(), "in a current it moves otherwise than by the drift")
     require(np.abs(wanted - still.values)[..., :2].max() > 0.5 * L, "the run is too short to show the current")
