@@ -12,10 +12,12 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
+from .heel import in_turn
 from .reading import after, at, in_lengths, reached, through_water, track, turned
 
 _QUARTER = 0.5 * math.pi
@@ -48,7 +50,7 @@ class Turning(Manoeuvre):
         return bool(change.size and np.nanmax(change) >= _COMPLETE)
 
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """Advance, transfer and diameters [m], times [s], speed loss [-] and drift angle [rad].
+        """Advance, transfer and diameters [m], times [s], speed loss [-], drift angle and, of a run with phi, heel [rad].
 
         A figure whose heading the run never reaches, or whose channels it lacks, is left out.
         Lengths are positive towards the side of the rudder; the drift angle is positive with the
@@ -69,12 +71,12 @@ class Turning(Manoeuvre):
             for length, values in lengths.items():
                 out[length] = in_lengths(at(values, moment), L_pp)
             out[name] = Index(at(run.t, moment) - float(run.t[0]), "s")
-        return {**out, **self._steady(run, change, L_pp)}
+        last = change >= np.nanmax(change) - _QUARTER if np.nanmax(change) >= _STEADY_AFTER else None
+        return {**out, **self._steady(run, last, L_pp), **in_turn(run, self._side, last)}
 
-    def _steady(self, run: Trial, change: Array, L_pp: float) -> dict[str, Index]:
-        if not all(name in run for name in ("u", "v_m", "r")) or np.nanmax(change) < _STEADY_AFTER:
+    def _steady(self, run: Trial, last: NDArray[np.bool_] | None, L_pp: float) -> dict[str, Index]:
+        if last is None or not all(name in run for name in ("u", "v_m", "r")):
             return {}
-        last = change >= np.nanmax(change) - _QUARTER
         u, v_m = through_water(run)
         U = np.hypot(u, v_m)
         U_end = float(np.nanmean(U[last]))

@@ -17,6 +17,7 @@ from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
+from .heel import either_way
 from .reading import after, at, in_lengths, path_length, reached, turned
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth")
@@ -61,7 +62,7 @@ class Zigzag(Manoeuvre):
         return len(self._overshoots(heading, self._reversals(run, heading))) >= _NEEDED
 
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """Overshoots [rad], executes, initial turning and period [s], initial turning distance [m].
+        """Overshoots [rad], executes, initial turning and period [s], initial turning distance [m], heel [rad].
 
         `first_overshoot` follows the first reversal, which is the second execute.  `period` runs
         from the first execute to the third: rudder out, over, and out again.  `first_reversal` and
@@ -78,7 +79,7 @@ class Zigzag(Manoeuvre):
         out |= {f"{name}_reversal": Index(t, "s") for name, t in zip(_ORDINALS, times, strict=False)}
         if len(times) > 1:
             out["period"] = Index(times[1], "s")
-        return {**out, **self._initial(run, heading, L_pp)}
+        return {**out, **self._initial(run, heading, L_pp), **either_way(run)}
 
     def _initial(self, run: Trial, heading: Array, L_pp: float) -> dict[str, Index]:
         moment = reached(heading, self.psi)
