@@ -19,7 +19,7 @@ from ..data import DataError, Trial
 from ..data.check import Finding, check_folder, check_set
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
-from ..simulate.replay import gap_words, gaps, no_wind, predicted, wind_words
+from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, wind_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
 from .record import compared_as, scales, step_of
 from .trajectory.objective import TrajectoryObjective
@@ -137,10 +137,11 @@ def _free(problem: Problem) -> Iterator[Issue]:
 def _scales(problem: Problem) -> Iterator[Issue]:
     tables = {"loss.sigma": problem.loss.sigma, "nuisance.initial": problem.nuisance.initial,
               "nuisance.bias": problem.nuisance.bias}  # fmt: skip
+    motion = problem.ship.model.motion
     for where, table in tables.items():
         for name, value in table.items():
-            if name not in STATES:
-                yield Issue("error", where, unknown(name, STATES, "channel"))
+            if name not in motion:
+                yield Issue("error", where, unknown(name, motion, "channel"))
             elif not value > 0 or (math.isinf(value) and where != "nuisance.initial"):  # there, inf is free
                 yield Issue("error", f"{where}.{name}", f"is {value:g}; it must be above zero")
             elif name == "psi" and math.pi < value < math.inf:
@@ -183,6 +184,8 @@ def _trials(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
             yield Issue("error", trial.name, f"no channel {', '.join(absent)}; the model needs {', '.join(needed)}")
             continue
         yield from _trial(problem, trial)
+        if problem.ship.model.motion != STATES and not logged(trial, "phi"):
+            yield Issue("warning", trial.name, "no heel (phi); the ship rolls, and only sway and yaw tell of it")
         if any(trial is one for one in problem.trials):
             rows += int(np.isfinite(trial.stack(*needed)).all(axis=1).sum())
     if problem.trials and rows < len(problem.free):

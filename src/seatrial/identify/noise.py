@@ -91,15 +91,15 @@ def channel(trial: Trial, name: str) -> Array:
     return unwrapped(trial[name]) if name == "psi" else np.asarray(trial[name])
 
 
-def noise(trials: Sequence[Trial]) -> dict[str, float]:
-    """Noise of each state, pooled over trials: as a sidecar declares it (`meta["noise"]`), else `sensor_noise`.
+def noise(trials: Sequence[Trial], names: Sequence[str] = STATES) -> dict[str, float]:
+    """Noise of each of these states, pooled over trials: as a sidecar declares it (`meta["noise"]`), else `sensor_noise`.
 
     States that are constant in every trial are left out: they contain no information.  A simulated log without noise
     gets that of its steps, 1 % of the spread of each state.
     """
     out: dict[str, float] = {}
     spreads: dict[str, float] = {}
-    for name in STATES:
+    for name in names:
         parts = [(channel(t, name), t.meta.get("noise")) for t in trials if name in t]
         together = np.concatenate([values[np.isfinite(values)] for values, _ in parts]) if parts else np.zeros(0)
         spread = float(np.std(together)) if together.size else 0.0

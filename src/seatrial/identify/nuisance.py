@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, Trial
-from ..models import STATES
+from ..models import ROLL, STATES
+from ..models.rolling import GRAVITY
 from ..simulate.replay import logged
 from . import Nuisance, Problem, StudyError
 
@@ -23,6 +24,8 @@ CURRENT = ("environment.current_x", "environment.current_y")
 """Parameters of a compiled system that hold a constant current north and east [m/s]."""
 EVERY = "*"
 """Stands for the name of a trial where errors of instruments are the same in every trial (`Nuisance.common`)."""
+# Heel [rad] of an unlogged start; its rate is that times the root of g/L, about a roll frequency of any ship.
+_HEEL = 0.1
 INITIAL = ("free", "measured")
 """Initial states of predictions: estimated along with the parameters, or the first row as recorded."""
 
@@ -44,8 +47,21 @@ def begun_as(problem: Problem, initial: str) -> Problem:
     """
     if initial != "free" or problem.nuisance.initial:
         return problem
-    compared = [name for name in STATES if name in (problem.loss.sigma or STATES)]
-    return replace(problem, nuisance=replace(problem.nuisance, initial=dict.fromkeys(compared, math.inf)))
+    named = problem.loss.sigma or STATES
+    free = dict.fromkeys((name for name in STATES if name in named), math.inf)
+    if problem.ship.model.motion != STATES:
+        free |= _heeled(problem)
+    return replace(problem, nuisance=replace(problem.nuisance, initial=free))
+
+
+def _heeled(problem: Problem) -> dict[str, float]:
+    """Deviations of heel and roll rate at the start of a window, of a ship that rolls.
+
+    Free where every trial has logged the heel and the loss compares it, else about zero as ships heel in turns.
+    """
+    if not all(logged(trial, "phi") for trial in problem.trials):
+        return {"phi": _HEEL, "p": _HEEL * math.sqrt(GRAVITY / problem.ship.L_pp)}
+    return dict.fromkeys(ROLL, math.inf) if "phi" in problem.loss.sigma or not problem.loss.sigma else {}
 
 
 def held(problem: Problem) -> bool:
@@ -63,31 +79,33 @@ class Nuisances:
         current: whether trials have a current of their own.
         bias: indices of the channels that are read with a bias.
         deviation: standard deviation of current and biases, shape (count,).
+        motion: names of the measured states.
     """
 
     initial: Index
     current: bool
     bias: Index
     deviation: Array
+    motion: tuple[str, ...] = STATES
 
     @staticmethod
-    def of(nuisance: Nuisance) -> Nuisances:
-        """Those that a problem declares.
+    def of(nuisance: Nuisance, motion: Sequence[str] = STATES) -> Nuisances:
+        """Those that a problem declares; `motion` names the measured states of its model.
 
         Raises:
             StudyError: an unknown channel, or a deviation that is not above zero.
         """
         for name, sigma in nuisance.bias.items():
-            if name not in STATES:
-                raise StudyError(f"[nuisance] bias names '{name}'; channels are {', '.join(STATES)}")
+            if name not in motion:
+                raise StudyError(f"[nuisance] bias names '{name}'; channels are {', '.join(motion)}")
             if not sigma > 0:
                 raise StudyError(f"[nuisance] bias of {name} is {sigma:g}; it must be above zero")
         sizes = [nuisance.current] * (len(CURRENT) * (nuisance.current > 0)) + list(nuisance.bias.values())
         initial, bias = (
-            np.array([STATES.index(name) for name in names], dtype=np.intp)
+            np.array([motion.index(name) for name in names], dtype=np.intp)
             for names in (nuisance.initial, nuisance.bias)
         )
-        return Nuisances(initial, nuisance.current > 0, bias, np.array(sizes, dtype=np.float64))
+        return Nuisances(initial, nuisance.current > 0, bias, np.array(sizes, dtype=np.float64), tuple(motion))
 
     @property
     def count(self) -> int:
@@ -109,8 +127,8 @@ class Nuisances:
         return own[:, : self.currents] if self.current else None
 
     def offset(self, own: Array) -> Array:
-        """Biases added to predictions, shape (lanes, 6)."""
-        out = np.zeros((len(own), len(STATES)))
+        """Biases added to predictions, shape (lanes, motion)."""
+        out = np.zeros((len(own), len(self.motion)))
         out[:, self.bias] = own[:, self.currents :]
         return out
 
@@ -118,7 +136,7 @@ class Nuisances:
     def names(self) -> tuple[str, ...]:
         """Names of currents and biases, as in `Fit.nuisances`."""
         currents = tuple(path.rpartition(".")[2] for path in self.lanewise)
-        return (*currents, *(f"bias_{STATES[k]}" for k in self.bias))
+        return (*currents, *(f"bias_{self.motion[k]}" for k in self.bias))
 
     def by_trial(self, trials: Sequence[Trial], own: Array) -> dict[str, dict[str, float]]:
         """Currents and biases of all trials, shape (trials, count), by trial and name; empty where there are none."""
@@ -150,9 +168,9 @@ class Layout:
     deviation: Array
 
     @staticmethod
-    def of(nuisance: Nuisance, trial: Index) -> Layout:
-        """The layout for windows of these trials, shape (lanes,)."""
-        own, starts = Nuisances.of(nuisance), list(nuisance.initial.values())
+    def of(nuisance: Nuisance, trial: Index, motion: Sequence[str] = STATES) -> Layout:
+        """The layout for windows of these trials, shape (lanes,); `motion` names the measured states."""
+        own, starts = Nuisances.of(nuisance, motion), list(nuisance.initial.values())
         names, rows = np.unique(trial, return_inverse=True)
         lanes = tuple(np.flatnonzero(rows == k) for k in range(names.size))
         parts = [np.array([*(starts * len(mine)), *own.deviation], dtype=np.float64) for mine in lanes]
@@ -175,8 +193,8 @@ class Layout:
         return tuple(slice(int(a), int(a) + width) for a in first)
 
     def starts(self, eta: Array) -> Array:
-        """Offsets of the initial states of windows from the recorded ones, shape (lanes, 6)."""
-        out = np.zeros((self.trial.size, len(STATES)))
+        """Offsets of the initial states of windows from the recorded ones, shape (lanes, motion)."""
+        out = np.zeros((self.trial.size, len(self.own.motion)))
         for part, mine in zip(self.slices, self.lanes, strict=True):
             offsets = eta[part][: len(mine) * self.own.initial.size]
             out[mine[:, None], self.own.initial] = offsets.reshape(len(mine), -1)
@@ -192,8 +210,8 @@ class Layout:
 
         Args:
             index: of the trial.
-            slopes: weighted derivatives of its windows, shape (lanes, rows, 6, parameters + currents + states).
-            scale: weights of its windows, shape (lanes, rows, 6).
+            slopes: weighted derivatives of its windows, shape (lanes, rows, motion, parameters + currents + states).
+            scale: weights of its windows, shape (lanes, rows, motion).
             first: number of parameters.
         """
         part, mine, own = self.slices[index], self.lanes[index], self.own

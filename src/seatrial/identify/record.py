@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import resample
-from ..models import STATES, Model
-from ..simulate.replay import inputs, unseen
+from ..models import ROLL, STATES, Model
+from ..simulate.replay import inputs, logged, own_states
 from . import Loss, Problem, StudyError
 from .noise import noise
 
@@ -24,15 +24,20 @@ from .noise import noise
 _UNEVEN = 0.02
 
 
-def spread(trials: Sequence[Trial]) -> dict[str, float]:
-    """Standard deviation of each state over all trials together, heading unwrapped; the default sigma.
+def spread(trials: Sequence[Trial], names: Sequence[str] = STATES) -> dict[str, float]:
+    """Standard deviation of each of these states over all trials together, heading unwrapped; the default sigma.
+
+    Heel and roll rate are left out where no trial has them.
 
     Raises:
         DataError: a channel that never changes has no spread to measure errors by.
     """
     out: dict[str, float] = {}
-    for name in STATES:
-        values = np.concatenate([unwrapped(t[name]) if name == "psi" else t[name] for t in trials])
+    for name in names:
+        if name in ROLL and not any(logged(t, name) for t in trials):
+            continue
+        having = [t for t in trials if name in t] if name in ROLL else trials
+        values = np.concatenate([unwrapped(t[name]) if name == "psi" else t[name] for t in having])
         out[name] = float(np.nanstd(values))
         if not out[name] > 0:
             raise DataError(f"channel {name} is constant in every trial; give its scale in [loss] sigma")
@@ -49,7 +54,8 @@ def scales(problem: Problem) -> dict[str, float]:
         return dict(problem.loss.sigma)
     if problem.loss.scale not in ("noise", "spread"):
         raise StudyError(f"loss.scale is '{problem.loss.scale}'; it is noise or spread")
-    return noise(problem.trials) if problem.loss.scale == "noise" else spread(problem.trials)
+    names = problem.ship.model.motion
+    return noise(problem.trials, names) if problem.loss.scale == "noise" else spread(problem.trials, names)
 
 
 def step_of(trials: Sequence[Trial], dt: float | None = None) -> float:
@@ -114,8 +120,10 @@ def even(trial: Trial, dt: float) -> Trial:
     return resample(trial, dt)
 
 
-def measured(trial: Trial) -> Array:
-    """The measured states side by side, heading unwrapped, shape (rows, 6).
+def measured(trial: Trial, motion: Sequence[str] = STATES) -> Array:
+    """The measured states side by side, heading unwrapped, shape (rows, 6), or 8 with heel and roll rate.
+
+    Heel and roll rate that a trial lacks are gaps.
 
     Raises:
         DataError: a channel is missing.
@@ -123,7 +131,8 @@ def measured(trial: Trial) -> Array:
     absent = [name for name in STATES if name not in trial]
     if absent:
         raise DataError(f"{trial.name}: no channel {', '.join(absent)}; a fit needs {', '.join(STATES)}")
-    state = trial.stack(*STATES)
+    none = np.full(len(trial), np.nan)
+    state = np.column_stack([trial[name] if name in trial else none for name in motion])
     state[:, 2] = unwrapped(state[:, 2])
     return state
 
@@ -134,8 +143,8 @@ class Piece(NamedTuple):
     Attributes:
         state0: state at its start.
         series: controls and environment per step, the last row held beyond the end, shape (steps, controls + 8).
-        measured: compared rows, zero where `scale` is zero, shape (rows, 6).
-        scale: root weight over sigma of each entry, zero for a gap, shape (rows, 6).
+        measured: compared rows, zero where `scale` is zero, shape (rows, motion).
+        scale: root weight over sigma of each entry, zero for a gap, shape (rows, motion).
         rows: indices of the compared rows in the record, shape (rows,); the last one held beyond the end.
         inside: compared rows that lie within the record.
     """
@@ -153,9 +162,9 @@ class Record:
     """One trial on even steps as a model sees it, row by row.
 
     Attributes:
-        state: measured states, heading unwrapped, shape (rows, 6).
+        state: measured states, heading unwrapped, shape (rows, motion): six, or eight of a ship that rolls.
         series: what acts, controls and environment, shape (rows, controls + 8).
-        hidden: states of the model that are not measured, shape (rows, states - 6).
+        hidden: the model's states beyond the six, as measured or as `Model.recall` has them, shape (rows, states - 6).
         complete: indices of the rows with all six states.
     """
 
@@ -171,9 +180,9 @@ class Record:
         Raises:
             DataError: the trial lacks a channel.
         """
-        state, series = measured(trial), inputs(trial, model)
-        complete = np.flatnonzero(np.isfinite(state).all(axis=1))
-        return Record(state, series, unseen(model, series, trial.dt), complete)
+        state, series = measured(trial, model.motion), inputs(trial, model)
+        complete = np.flatnonzero(np.isfinite(state[:, : len(STATES)]).all(axis=1))
+        return Record(state, series, own_states(trial, model, series, trial.dt), complete)
 
     @property
     def last(self) -> int:
@@ -182,9 +191,10 @@ class Record:
 
     @property
     def bridged(self) -> Array:
-        """Measured states, gaps bridged by straight lines, shape (rows, 6)."""
+        """The six measured states, gaps bridged by straight lines, shape (rows, 6)."""
         rows, good = np.arange(len(self.state), dtype=np.float64), self.complete
-        return np.column_stack([np.interp(rows, rows[good], column[good]) for column in self.state.T])
+        six = self.state[:, : len(STATES)]
+        return np.column_stack([np.interp(rows, rows[good], column[good]) for column in six.T])
 
     def begins(self, onwards: int) -> Iterator[int]:
         """First rows of windows, each complete, `onwards` rows apart or as soon after as a row is complete."""
@@ -198,16 +208,16 @@ class Record:
         """The window of `steps` rows from row `begin`, of which every `every`-th is compared.
 
         Args:
-            scale: root weight over sigma of each state.
+            scale: root weight over sigma of each state that may be compared, shape (6,) or (motion,).
             joined: whether the first row counts in the window before.
         """
         at = np.arange(begin, begin + steps)
         held = np.minimum(at, self.last)
         rows, inside = held[::every], at[::every] <= self.last
         counts = inside & ((at[::every] > begin) if joined else True)
-        state = self.state[rows]
+        state = self.state[rows, : scale.size]
         scaled = np.where(np.isfinite(state) & counts[:, None], scale, 0.0)
-        start = np.append(self.state[begin], self.hidden[begin])
+        start = np.append(self.state[begin, : len(STATES)], self.hidden[begin])
         return Piece(start, self.series[held], np.where(scaled > 0, state, 0.0), scaled, rows, inside)
 
 
@@ -218,7 +228,7 @@ class Windows:
     Attributes:
         state0: measured state at the start of each window, shape (lanes, states).
         series: controls and environment per step, shape (lanes, steps, controls + 8).
-        measured: shape (lanes, rows, 6); zero where `scale` is zero.
+        measured: shape (lanes, rows, motion); zero where `scale` is zero.
         scale: root weight over sigma of each entry, same shape; zero marks a gap or padding.
         trial: index of the trial each window comes from, shape (lanes,).
         weight: share of a compared row that counts as independent.
@@ -237,6 +247,11 @@ class Windows:
     every: int
 
     @property
+    def width(self) -> int:
+        """States that are measured, the first ones of the model: six, or eight of a ship that rolls."""
+        return self.scale.shape[2]
+
+    @property
     def samples(self) -> int:
         """Compared rows, gaps left out."""
         return int(self.scale.any(axis=2).sum())
@@ -252,9 +267,9 @@ def share(loss: Loss, interval: float) -> float:
     return 1.0 if not loss.correlation else min(interval / loss.correlation, 1.0)
 
 
-def root_weights(sigma: Mapping[str, float], weight: float) -> Array:
-    """Root of the weight over sigma of each state, zero for those that are not compared, shape (6,)."""
-    return np.array([np.sqrt(weight) / sigma[n] if n in sigma else 0.0 for n in STATES])
+def root_weights(sigma: Mapping[str, float], weight: float, motion: Sequence[str]) -> Array:
+    """Root of the weight over sigma of each state, zero for those that are not compared, shape (motion,)."""
+    return np.array([np.sqrt(weight) / sigma[n] if n in sigma else 0.0 for n in motion])
 
 
 def lanes(
@@ -292,7 +307,7 @@ def windows(
     """
     steps = max(round(window / dt), 1) + 1
     weight = share(loss, every * dt)
-    scale = root_weights(sigma, weight)
+    scale = root_weights(sigma, weight, model.motion)
     onwards = steps - 1 if stride is None else max(round(stride / dt), 1)
     parts: list[tuple[int, Piece]] = []
     for index, trial in enumerate(trials):

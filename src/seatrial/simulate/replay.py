@@ -20,7 +20,7 @@ from ..data.prepare import resampling, true_wind
 from ..engine import Rollout, SimulationError
 from ..engine.rollout import simulator
 from ..environment import CHANNELS, VECTORS, to_body, to_earth
-from ..models import STATES, Model, Sampled, Stepped
+from ..models import ROLL, STATES, Model, Sampled, Stepped
 from ..models.settled import unseen
 from ..ships import Ship
 from .approach import substeps
@@ -73,6 +73,28 @@ def inputs(trial: Trial, model: Model) -> Array:
     return series
 
 
+def own_states(trial: Trial, model: Model, series: Array, dt: float) -> Array:
+    """The model's states beyond the six at each row, shape (rows, states - 6): as it recalls them, heel as measured.
+
+    Gaps of the heel are bridged by straight lines.  A roll rate that was not logged is the slope of the heel.
+
+    Args:
+        series: inputs per row, see `inputs`.
+        dt: time between the rows [s].
+    """
+    out = unseen(model, series, dt)
+    if model.motion == STATES or not logged(trial, "phi"):
+        return out
+    rows = np.arange(len(trial), dtype=np.float64)
+    for k, name in enumerate(ROLL):
+        if logged(trial, name):
+            good = np.isfinite(trial[name])
+            out[:, k] = np.interp(rows, rows[good], trial[name][good])
+        elif len(trial) > 1:
+            out[:, k] = np.gradient(out[:, 0], dt)
+    return out
+
+
 def held(series: Array) -> Array:
     """Each gap filled with the last value before it (the first after it, at the start)."""
     out = series.copy()
@@ -110,7 +132,7 @@ def replay(
     )  # fmt: skip
     out = joined(run, trial, ready.t, ready.starts, ready.begun.shape[1])
     meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
-    return Trial(trial.name, ready.t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+    return Trial(trial.name, ready.t, {n: out[:, k] for k, n in enumerate(ship.model.motion)}, meta=meta)
 
 
 @dataclass(frozen=True)
@@ -152,7 +174,7 @@ def prepared(
     rows = slice(int(np.argmax(good)), int(len(good) - np.argmax(good[::-1])))
     t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial, ship.model)[rows]
     dt = _step(ship, t, trial)
-    hidden = unseen(ship.model, series, dt)
+    hidden = own_states(trial.rows(rows), ship.model, series, dt)
     if begin is not None:
         late = slice(int(np.searchsorted(t, begin[0] - 1e-6 * dt)), None)
         t, state, good, series, hidden = t[late], state[late], good[late], series[late], hidden[late]

@@ -167,7 +167,7 @@ def informations(
     _, slopes = sensitivity(system, vector.paths).run(
         cut.state0, cut.series, values, dt=cut.dt, steps=cut.steps, every=cut.every, method="rk4", threads=threads
     )
-    weighted = slopes[:, :, : len(STATES)] * cut.scale[..., None]
+    weighted = slopes[:, :, : cut.width] * cut.scale[..., None]
     matrix = np.array([_reduced(lane[cut.scale[k] > 0], len(free)) for k, lane in enumerate(weighted)])
     return tuple(
         Information(run.name, matrix[cut.trial == k].sum(axis=0), dimensionless_length([run], V, ship.L_pp))

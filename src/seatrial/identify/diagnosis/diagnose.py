@@ -17,7 +17,7 @@ import numpy as np
 
 from ...core.parameters import values
 from ...data import Array, Trial
-from ...models import STATES, unit
+from ...models import unit
 from .. import Fit, Problem
 from ..noise import noise
 from ..nuisance import EVERY, begun_as
@@ -74,7 +74,7 @@ def diagnosed(
     linear = linearised(objective, p, eta, known, fixed, problem)
     vector = problem.vector
     A = linear.gram()[:, : linear.J.shape[-1]] + np.diag(np.append(vector.precision, objective.deviation**-2.0))
-    channels, size = _channels(objective, linear, A, noise(problem.trials))
+    channels, size = _channels(objective, linear, A, noise(problem.trials, problem.ship.model.motion))
     covariance, tested, apart, own_errors = _tests(objective, linear, A, channels, size, known, problem)
     tested = _with_alternatives(objective, p, eta, covariance, channels, tested, problem) if widen else tested
     shown, beside = _shown(problem), Beside.of(objective, p, eta)
@@ -105,7 +105,7 @@ def _tests(
     """Covariance for white residuals and noisy inputs, the score tests of the suspects, and trial against trial."""
     weight, by_inputs = objective.windows.weight, _by_inputs(linear, A)
     # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
-    least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(STATES)])
+    least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(problem.ship.model.motion)])
     floor = np.maximum(size, least**2)
     least_sure = _covariance(linear, A, floor / weight) + by_inputs
     tested = _suspicions(linear, A, floor, known, least_sure, problem)
@@ -132,7 +132,7 @@ def _terms(
 def _moments(linear: Linear, A: Array, size: Array, problem: Problem) -> Moments:
     """Products by trial; the scatter is that of residuals of these mean squares and of the noise of the inputs."""
     n, k = linear.J.shape[-1], linear.extra.shape[-1]
-    gram, scatter = (_bordered(one, linear.products, linear.squares) for one in (np.ones(len(STATES)), size))
+    gram, scatter = (_bordered(one, linear.products, linear.squares) for one in (np.ones(size.size), size))
     slope = np.zeros((len(linear.trials), n + k))
     for at, index in enumerate(linear.trials):
         mine = linear.trial == index
@@ -195,13 +195,14 @@ def _fixed(fit: Fit, problem: Problem) -> dict[str, float]:
 def _channels(
     objective: TrajectoryObjective, linear: Linear, A: Array, level: Mapping[str, float]
 ) -> tuple[dict[str, Channel], Array]:
-    """Residuals of each compared channel, and their mean square per degree of freedom (weighted), shape (6,)."""
+    """Residuals of each compared channel, and their mean square per degree of freedom (weighted), shape (motion,)."""
     cut, scale = objective.windows, objective.windows.scale
     back = inverse(A)
     drawn = _left(linear, A).reshape(*scale.shape, -1)
     out: dict[str, Channel] = {}
-    size = np.ones(len(STATES))
-    for k, name in enumerate(STATES):
+    motion = objective.problem.ship.model.motion
+    size = np.ones(len(motion))
+    for k, name in enumerate(motion):
         seen = scale[:, :, k] > 0
         if not seen.any():
             continue
@@ -229,7 +230,7 @@ def _channels(
 
 
 def _left(linear: Linear, A: Array) -> Array:
-    """What the parameters do not take up of the draws of the noise of the inputs, shape (lanes * rows * 6, draws)."""
+    """What the parameters do not take up of the draws of the noise of the inputs, shape (lanes * rows * motion, draws)."""
     return linear.drawn - linear.J @ (inverse(A) @ linear.mixed(linear.J, linear.drawn))
 
 
@@ -313,7 +314,7 @@ def _residuals(
         seen = cut.scale[mine].any(axis=2)
         found: dict[str, Array] = {}
         for name, channel in channels.items():
-            k = STATES.index(name)
+            k = problem.ship.model.motion.index(name)
             scale = cut.scale[mine][:, :, k]
             raw = np.where(scale > 0, linear.e[mine][:, :, k] / np.where(scale > 0, scale, 1.0), np.nan)
             found[name] = (raw / channel.noise)[seen]

@@ -10,7 +10,6 @@ import numpy as np
 
 from ...data import Array
 from ...environment import CHANNELS
-from ...models import STATES
 from .. import Problem
 from ..noise import between_rows, input_noise
 from ..trajectory.objective import TrajectoryObjective
@@ -24,15 +23,15 @@ class Linear:
     """The fit, linearised at its optimum, initial states and other nuisances of the trials eliminated.
 
     Attributes:
-        e: weighted residuals, shape (lanes, rows, 6).
-        J: weighted derivatives by the parameters, nuisances projected out, shape (lanes, rows * 6, parameters).
-        extra: the same by the suspects, shape (lanes, rows * 6, suspects).
+        e: weighted residuals, shape (lanes, rows, motion).
+        J: weighted derivatives by the parameters, nuisances projected out, shape (lanes, rows * motion, parameters).
+        extra: the same by the suspects, shape (lanes, rows * motion, suspects).
         held: the same by the fixed parameters.
         drawn: changes by draws of the noise of the inputs, weighted and projected alike.
-        leverage: of the nuisances, shape (lanes, rows, 6).
+        leverage: of the nuisances, shape (lanes, rows, motion).
         trial: index of the trial of each lane, shape (lanes,).
-        products: of the parameters with these and suspects, by trial and channel, shape (trials, 6, n, n + suspects).
-        squares: of the suspects, by trial and channel, shape (trials, 6, suspects).
+        products: of the parameters with these and suspects, by trial and channel, shape (trials, motion, n, n + suspects).
+        squares: of the suspects, by trial and channel, shape (trials, motion, suspects).
     """
 
     e: Array
@@ -47,9 +46,9 @@ class Linear:
 
     @staticmethod
     def of(e: Array, columns: Array, counts: tuple[int, ...], leverage: Array, trial: Any) -> Linear:
-        """From columns side by side, shape (lanes, rows * 6, parameters + suspects + fixed + draws)."""
+        """From columns side by side, shape (lanes, rows * motion, parameters + suspects + fixed + draws)."""
         J, extra, held, drawn = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
-        products, squares = _by_channel(columns[..., : counts[0] + counts[1]], counts[0], trial)
+        products, squares = _by_channel(columns[..., : counts[0] + counts[1]], counts[0], trial, e.shape[2])
         return Linear(e, J, extra, held, drawn, leverage, trial, products, squares)
 
     @property
@@ -59,12 +58,13 @@ class Linear:
 
     def testing(self, extra: Array) -> Linear:
         """The same with other suspects."""
-        products, squares = _by_channel(np.concatenate([self.J, extra], axis=-1), self.J.shape[-1], self.trial)
+        whole = np.concatenate([self.J, extra], axis=-1)
+        products, squares = _by_channel(whole, self.J.shape[-1], self.trial, self.e.shape[2])
         return replace(self, extra=extra, products=products, squares=squares)
 
     def gram(self, size: Array | float = 1.0) -> Array:
         """Products of the parameters with parameters and suspects, over all channels, each times its `size`."""
-        return np.einsum("c,cnk->nk", size * np.ones(len(STATES)), self.products.sum(axis=0))
+        return np.einsum("c,cnk->nk", size * np.ones(self.products.shape[1]), self.products.sum(axis=0))
 
     @staticmethod
     def mixed(one: Array, other: Array) -> Array:
@@ -73,11 +73,11 @@ class Linear:
         return one.reshape(rows, one.shape[-1]).T @ other.reshape(rows, other.shape[-1])
 
 
-def _by_channel(columns: Array, n: int, trial: Any) -> tuple[Array, Array]:
-    """Products of the first `n` columns with all, and squares of the others, by trial and channel."""
+def _by_channel(columns: Array, n: int, trial: Any, width: int) -> tuple[Array, Array]:
+    """Products of the first `n` columns with all, and squares of the others, by trial and channel; `width` channels a row."""
     products, squares = list[Array](), list[Array]()
     for index in np.unique(trial):
-        own = columns[trial == index].reshape(-1, len(STATES), columns.shape[-1])
+        own = columns[trial == index].reshape(-1, width, columns.shape[-1])
         channels = np.ascontiguousarray(own.transpose(1, 0, 2))
         products.append(np.stack([one[:, :n].T @ one for one in channels]))
         squares.append(np.einsum("crk,crk->ck", channels[:, :, n:], channels[:, :, n:]))

@@ -48,7 +48,7 @@ def in_stages(
     own, able = problem.nuisance, getattr(estimator, "estimates_common", False)
     _refuse(own.suspects, able)
     # A declared sigma may be wider than the noise, or, as a weight, narrower.
-    level, wide = noise(problem.trials), scales(problem)
+    level, wide = noise(problem.trials, problem.ship.model.motion), scales(problem)
     clean = screened(problem.trials, {name: max(sd, wide.get(name, sd)) for name, sd in level.items()})
     problem = replace(problem, trials=clean.trials)
     refuse_copies(problem, compared_as(estimator))
@@ -183,7 +183,7 @@ def _weighed(problem: Problem, channels: Mapping[str, Channel]) -> Problem:
     """The problem with the residual weights and the correlation time that a fit has left."""
     sigma = {name: one.noise * max(one.size, 1.0) for name, one in channels.items()}
     lasting = sorted(one.lasting for one in channels.values())
-    level = noise(problem.trials)
+    level = noise(problem.trials, problem.ship.model.motion)
     initial = dict(problem.nuisance.initial) or {name: level[name] for name in channels}
     return replace(
         problem, loss=Loss(sigma, lasting[len(lasting) // 2], problem.loss.weights),

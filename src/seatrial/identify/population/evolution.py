@@ -29,7 +29,6 @@ from ...data import Array, Trial
 from ...engine import Scalars, System
 from ...engine.rollout import Simulator, is_rk4, simulator
 from ...environment import CHANNELS
-from ...models import STATES
 from ...ships import Ship
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
@@ -317,7 +316,7 @@ class Layout:
     Attributes:
         moving: positions, among controls and environment, of the inputs that change with time.
         held: values of the others, by position.
-        compared: positions among `STATES` of the states that the loss compares.
+        compared: positions among the states of those that the loss compares.
         weights: constant weight of each compared state; empty if weights are series.
     """
 
@@ -331,9 +330,9 @@ def scored(ship: Ship, layout: Layout) -> System:
     """`ship` under given inputs, whose memory is the sum of weighted squared errors so far."""
     plain = open_loop(ship)
     inputs, n = plain.series, len(layout.compared)
-    each = tuple(f"weight.{STATES[k]}" for k in layout.compared)
+    each = tuple(f"weight.{ship.model.motion[k]}" for k in layout.compared)
     own, weights = (("mask",), each) if layout.weights else (each, ())
-    series = (*(inputs[k] for k in layout.moving), *(f"measured.{STATES[k]}" for k in layout.compared), *own)
+    series = (*(inputs[k] for k in layout.moving), *(f"measured.{ship.model.motion[k]}" for k in layout.compared), *own)
     held = tuple(f"held.{inputs[k]}" for k in layout.held)
     first, second = len(plain.parameters), len(plain.parameters) + len(held)
 
@@ -408,9 +407,9 @@ class Scoring:
         )  # fmt: skip
 
     def begun(self, offset: Array) -> Scoring:
-        """The same with these offsets of the initial states from the recorded ones, shape (windows, 6)."""
+        """The same with these offsets of the initial states from the recorded ones, shape (windows, motion)."""
         state0 = self.windows.state0.copy()
-        state0[:, : len(STATES)] += offset
+        state0[:, : offset.shape[1]] += offset
         return replace(self, windows=replace(self.windows, state0=state0))
 
     def batch(self, size: int) -> Batch:
@@ -467,9 +466,9 @@ def laid_out(cut: Windows) -> tuple[Layout, Array]:
     lanes, steps, inputs = cut.series.shape
     constant = [bool(np.all(cut.series[:, :, k] == cut.series[0, 0, k])) for k in range(inputs)]
     rows = cut.every * np.arange(cut.measured.shape[1])
-    measured, weight = np.zeros((lanes, steps, len(STATES))), np.zeros((lanes, steps, len(STATES)))
+    measured, weight = np.zeros((lanes, steps, cut.width)), np.zeros((lanes, steps, cut.width))
     measured[:, rows], weight[:, rows] = cut.measured, cut.scale**2
-    compared = tuple(k for k in range(len(STATES)) if weight[:, :, k].any())
+    compared = tuple(k for k in range(cut.width) if weight[:, :, k].any())
     mask = np.any(weight > 0, axis=2)
     weights = tuple(float(weight[:, :, k].max()) for k in compared)
     alike = all(np.array_equal(weight[:, :, k], w * mask) for k, w in zip(compared, weights, strict=True))

@@ -125,12 +125,14 @@ def ensemble(
     """
     many, rng = Many.like(problem, settings), np.random.default_rng(seed)
     level = white(fit, problem, settings) if noise is None else dict(noise)
-    sigma = np.array([level.get(name, 0.0) for name in STATES])
+    motion = problem.ship.model.motion
+    sigma = np.array([level.get(name, 0.0) for name in motion])
     clean, cut = many.predicted(fit.values), many.windows
     state0 = np.repeat(cut.state0[None], members, axis=0)
-    state0[:, :, : len(STATES)] = clean[:, 0] + sigma * rng.standard_normal((members, cut.state0.shape[0], len(STATES)))
+    shape = (members, cut.state0.shape[0], cut.width)
+    state0[:, :, : cut.width] = clean[:, 0] + sigma * rng.standard_normal(shape)
     measured = clean[None] + sigma * rng.standard_normal((members, *clean.shape))
-    measured[:, :, 0] = state0[:, :, : len(STATES)]
+    measured[:, :, 0] = state0[:, :, : cut.width]
     vector = problem.vector
     deviation = np.where(vector.precision > 0, vector.sigma, 0.0)
     means = vector.mean + deviation * rng.standard_normal((members, len(vector)))
@@ -158,13 +160,15 @@ def white(fit: Fit, problem: Problem, settings: Settings) -> dict[str, float]:
     What a model lacks, and what an error of the start does, changes slowly; second differences of
     neighbouring residuals hold little of it.
     """
-    every = replace(problem, loss=Loss(dict.fromkeys(STATES, 1.0), 0.0))
+    motion = problem.ship.model.motion
+    every = replace(problem, loss=Loss(dict.fromkeys(motion, 1.0), 0.0))
     many = Many.like(every, settings)
     errors = many.windows.measured - many.predicted(fit.values)
     errors = np.where(many.windows.scale > 0, errors, np.nan)
     second = errors[:, 2:] - 2.0 * errors[:, 1:-1] + errors[:, :-2]
+    seen = np.isfinite(second).any(axis=(0, 1))
     # White noise of deviation s has second differences of deviation sqrt(6) s.
-    return {name: float(np.sqrt(np.nanmean(second[:, :, k] ** 2) / 6.0)) for k, name in enumerate(STATES)}
+    return {name: float(np.sqrt(np.nanmean(second[:, :, k] ** 2) / 6.0)) for k, name in enumerate(motion) if seen[k]}
 
 
 def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:

@@ -91,10 +91,11 @@ def misfit(fit: Fit, problem: Problem, settings: Settings, *, noise: Mapping[str
         settings: how trajectories were cut and compared; the estimator that made the fit.
         noise: declared standard deviation of each measured state's noise; None estimates it (`white`).
     """
+    motion = problem.ship.model.motion
     sigma, arguments = cut_as(problem, settings)
-    level = white(fit, problem, settings) if noise is None else {n: float(noise.get(n, 0.0)) for n in STATES}
+    level = white(fit, problem, settings) if noise is None else {n: float(noise.get(n, 0.0)) for n in motion}
     # A channel without noise would have infinite weight; a millionth of the scale replaces zero.
-    level = {n: max(v, 1e-6 * sigma.get(n, 1.0), 1e-9) for n, v in level.items()}
+    level = {n: max(v, 1e-6 * sigma.get(n, 1.0), 1e-9) for n, v in level.items() if n in STATES or n in sigma}
     own = replace(problem, nuisance=Nuisance(initial=level), loss=Loss({n: level[n] for n in sigma}, 0.0))
     objective = TrajectoryObjective.build(own, own.trials, own.loss.sigma, **arguments)
     eta, vector = np.zeros(objective.nuisances), fit.vector
@@ -103,7 +104,7 @@ def misfit(fit: Fit, problem: Problem, settings: Settings, *, noise: Mapping[str
     cut = objective.windows
     left = np.where(cut.scale > 0, objective.residuals(end.p, end.eta), np.nan)
     lag = max(math.ceil((problem.loss.correlation or 0.0) / (cut.dt * cut.every)), 1)
-    return Misfit(tuple(_remainder(name, left[:, :, STATES.index(name)], lag) for name in sigma))
+    return Misfit(tuple(_remainder(name, left[:, :, motion.index(name)], lag) for name in sigma))
 
 
 def correlated(rows: Sequence[Array], least: float = 0.0, longest: int | None = None) -> tuple[float, float]:

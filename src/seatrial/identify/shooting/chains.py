@@ -61,7 +61,7 @@ def chains(
     """
     jump = every * max(round(window / (dt * every)), 1)
     weight = share(loss, every * dt)
-    scale = root_weights(sigma, weight)
+    scale = root_weights(sigma, weight, STATES)
     parts: list[tuple[int, Piece]] = []
     motion: list[Array] = []
     counts: list[tuple[int, int]] = []

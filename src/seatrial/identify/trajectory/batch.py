@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from ...data import Array, Trial
 from ...engine.rollout import Sensitivity, default_threads, sensitivity, simulator
 from ...engine.simd import LANES
-from ...models import STATES
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
@@ -140,7 +139,7 @@ class Many:
 
     Attributes:
         windows: of all trials, cut as `Trajectory` cuts them.
-        compared: positions among `models.STATES` that the loss compares.
+        compared: positions among the measured states that the loss compares.
         chunk: problems that are integrated together.
         packed: series of the windows, repeated for a chunk.
         low, high: bounds, shape (free,).
@@ -178,7 +177,7 @@ class Many:
             trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every,
             substeps=substeps(problem.ship, dt, method),
         )  # fmt: skip
-        vector, own = problem.vector, Nuisances.of(problem.nuisance)
+        vector, own = problem.vector, Nuisances.of(problem.nuisance, problem.ship.model.motion)
         near = np.array(list(problem.nuisance.initial.values())) ** -2.0
         cut.scale[:, 0, own.initial[near > 0]] = 0.0  # the prior of an initial state represents its measurement
         kernel, chunk = sensitivity(open_loop(problem.ship), vector.paths, vector.paths), _chunk(cut.state0.shape[0])
@@ -197,7 +196,7 @@ class Many:
         return Many.build(own, problem.trials, sigma, **arguments)
 
     def predicted(self, values: Array) -> Array:
-        """Predictions of all windows by one set of values, shape (windows, rows, 6)."""
+        """Predictions of all windows by one set of values, shape (windows, rows, motion)."""
         cut = self.windows
         state0 = cut.state0.copy()
         if self.begun:
@@ -206,7 +205,7 @@ class Many:
             state0, cut.series, self.shared, lanewise=np.repeat(values[None], cut.state0.shape[0], axis=0),
             dt=cut.dt, steps=cut.steps, every=cut.every, method=self.method, threads=self.threads,
         )  # fmt: skip
-        return run.values[:, :, : len(STATES)]
+        return run.values[:, :, : cut.width]
 
     def normals(self, values: Array, data: Data | None = None) -> Normals:
         """Objective and normal equations at `values`, shape (problems, free); of the best starts, these eliminated."""

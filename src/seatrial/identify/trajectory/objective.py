@@ -11,7 +11,6 @@ import numpy as np
 
 from ...data import Array, Trial
 from ...engine.rollout import Sensitivity, Simulator, sensitivity, simulator
-from ...models import STATES
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem
@@ -56,9 +55,10 @@ class TrajectoryObjective:
             trials, problem.ship.model, problem.loss, sigma, window=window, dt=dt, every=every, stride=stride,
             substeps=substeps(problem.ship, dt, method),
         )  # fmt: skip
-        layout = Layout.of(problem.nuisance, cut.trial)
+        motion = problem.ship.model.motion
+        layout = Layout.of(problem.nuisance, cut.trial, motion)
         # The prior of a free initial state represents its measurement, which must not count twice.
-        measured = [STATES.index(name) for name, sd in problem.nuisance.initial.items() if math.isfinite(sd)]
+        measured = [motion.index(name) for name, sd in problem.nuisance.initial.items() if math.isfinite(sd)]
         cut.scale[:, 0, measured] = 0.0
         system = open_loop(problem.ship)
         lanewise = layout.own.lanewise
@@ -95,7 +95,7 @@ class TrajectoryObjective:
         parameters = open_loop_parameters(self.problem.ship)
         parameters[self.where] = p[: self.where.size]
         state0 = self.windows.state0.copy()
-        state0[:, : len(STATES)] += self.layout.starts(eta)
+        state0[:, : self.windows.width] += self.layout.starts(eta)
         nuisances, own = self.layout.own, self.layout.of_trials(eta)[self.layout.trial]
         arguments: dict[str, Any] = {
             "dt": self.windows.dt, "steps": self.windows.steps, "every": self.windows.every,
@@ -116,7 +116,7 @@ class TrajectoryObjective:
         return self.windows.dt * self.windows.every
 
     def _read(self, predicted: Array, p: Array, bias: Array) -> Array:
-        """What the sensors read where the model predicts `predicted`, shape (lanes, rows, 6)."""
+        """What the sensors read where the model predicts `predicted`, shape (lanes, rows, motion)."""
         out = predicted + bias
         for one, c in zip(self.common, p[self.where.size :], strict=True):
             if one.reads:
@@ -141,7 +141,7 @@ class TrajectoryObjective:
 
     def direction(self, one: Suspect, run: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
                   parameters: Array) -> Array:  # fmt: skip
-        """Derivative of the readings by an error of an instrument, shape (lanes, rows, 6)."""
+        """Derivative of the readings by an error of an instrument, shape (lanes, rows, motion)."""
         out = np.zeros_like(run)
         if one.reads:
             out = one.reads(run, None, self._interval)
@@ -151,16 +151,16 @@ class TrajectoryObjective:
                      for other, c in zip(self.common, p[self.where.size :], strict=True) if other.acts]  # fmt: skip
             packed = self.forward.pack(changed + sum(known) if known else changed)
             with np.errstate(all="ignore"):
-                other = self.forward.run(state0, packed, parameters, **arguments).values[:, :, : len(STATES)]
+                other = self.forward.run(state0, packed, parameters, **arguments).values[:, :, : self.windows.width]
             out = out + (other - run) / one.step
         return out
 
     def residuals(self, p: Array, eta: Array) -> Array:
-        """Weighted residuals, shape (lanes, rows, 6); not finite where the model blows up."""
+        """Weighted residuals, shape (lanes, rows, motion); not finite where the model blows up."""
         state0, parameters, arguments, bias = self._arguments(p, eta)
         with np.errstate(all="ignore"):
             run = self.forward.run(state0, self.series(p), parameters, **arguments)
-            return self._weighted(self._read(run.values[:, :, : len(STATES)], p, bias))
+            return self._weighted(self._read(run.values[:, :, : self.windows.width], p, bias))
 
     def _weighted(self, predicted: Array) -> Array:
         scale = self.windows.scale
@@ -184,7 +184,8 @@ class TrajectoryObjective:
         """Objective and its exact Gauss-Newton normal equations."""
         state0, parameters, arguments, bias = self._arguments(p, eta)
         run, slopes = self.slopes.run(state0, self.series(p), parameters, **arguments)
-        run, slopes, n = run[:, :, : len(STATES)], slopes[:, :, : len(STATES)], p.size
+        width, n = self.windows.width, p.size
+        run, slopes = run[:, :, :width], slopes[:, :, :width]
         e = self._weighted(self._read(run, p, bias))
         slopes = self._columns(run, slopes, p, arguments, state0, parameters)
         slopes *= self.windows.scale[..., None]
@@ -243,7 +244,8 @@ class TrajectoryObjective:
         """
         state0, parameters, arguments, bias = self._arguments(p, eta)
         run, slopes = self.slopes.run(state0, self.series(p), parameters, **arguments)
-        run, slopes = run[:, :, : len(STATES)], slopes[:, :, : len(STATES)]
+        width = self.windows.width
+        run, slopes = run[:, :, :width], slopes[:, :, :width]
         e = self._weighted(self._read(run, p, bias))
         full = self._columns(run, slopes, p, arguments, state0, parameters)
         extra = [self.direction(one, run, p, arguments, state0, parameters) for one in suspects]
@@ -254,7 +256,7 @@ class TrajectoryObjective:
                 continue
             other = parameters.copy()
             other[names.index(path)] = value * (1.0 + _SMALL)
-            moved = self.forward.run(state0, self.series(p), other, **arguments).values[:, :, : len(STATES)]
+            moved = self.forward.run(state0, self.series(p), other, **arguments).values[:, :, : self.windows.width]
             held.append((moved - run) * (_TENTH / _SMALL))
         moved = [self._disturbed(draw, run, p, arguments, state0, parameters) for draw in draws]
         none = np.zeros((*run.shape, 0))
@@ -263,10 +265,10 @@ class TrajectoryObjective:
 
     def _disturbed(self, draw: Array, run: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
                    parameters: Array) -> Array:  # fmt: skip
-        """Change of the readings by a change of the inputs, shape (lanes, rows, 6)."""
+        """Change of the readings by a change of the inputs, shape (lanes, rows, motion)."""
         with np.errstate(all="ignore"):
             other = self.forward.run(state0, self.series(p, draw), parameters, **arguments).values
-        return other[:, :, : len(STATES)] - run
+        return other[:, :, : self.windows.width] - run
 
     def variance(self, p: Array, eta: Array) -> float:
         """Mean squared residual over sigma^2 per degree of freedom: the factor by which sigma^2 was wrong.

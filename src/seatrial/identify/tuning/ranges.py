@@ -15,7 +15,6 @@ import numpy as np
 
 from ...core.parameters import Free, read
 from ...data import Array, Trial
-from ...models import STATES
 from .. import FitError, Problem, StudyError
 from ..nuisance import Layout
 from ..posterior.misfit import correlated
@@ -76,7 +75,7 @@ class Scorer:
             trials, problem.ship.model, problem.loss, {n: factor * s for n, s in self.sigma.items()},
             window=longest(trials), dt=base.windows.dt * base.windows.every, every=1, substeps=base.windows.every,
         )  # fmt: skip
-        layout = Layout.of(problem.nuisance, cut.trial)
+        layout = Layout.of(problem.nuisance, cut.trial, problem.ship.model.motion)
         return replace(base, problem=problem, windows=cut, layout=layout, packed=base.forward.pack(cut.series))
 
     def best(
@@ -208,8 +207,8 @@ class Residuals:
 
 
 def _said(name: str, value: float) -> str:
-    if name in ("psi", "r"):
-        return f"{math.degrees(value):.3g} deg" + ("/s" if name == "r" else "")
+    if name in ("psi", "r", "phi", "p"):
+        return f"{math.degrees(value):.3g} deg" + ("/s" if name in ("r", "p") else "")
     return f"{value:.3g} m" + ("/s" if name in ("u", "v_m") else "")
 
 
@@ -219,7 +218,7 @@ def residuals(scorer: Scorer, trials: Sequence[Trial], values: Array) -> Residua
     left, scale = objective.residuals(values, objective.begun(values)), objective.windows.scale
     rms, noise, alike = dict[str, float](), dict[str, float](), dict[str, float]()
     bias, times = dict[str, dict[str, float]](), list[tuple[float, float]]()
-    for k, name in enumerate(STATES):
+    for k, name in enumerate(objective.problem.ship.model.motion):
         rows = scale[:, :, k] > 0
         if not rows.any():
             continue

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from ....data import Array
-from ....models import STATES
 from ... import FitError, Problem
 from ...record import Settings
 from ...trajectory.batch import Data, Many
@@ -56,7 +55,7 @@ def calibrate(
     with np.errstate(divide="ignore"):
         sigma = np.where(cut.scale > 0, 1.0 / cut.scale, 0.0)
     measured = clean + sigma * rng.standard_normal(clean.shape)
-    measured[:, :, 0] = cut.state0[:, : len(STATES)]  # the start is known
+    measured[:, :, 0] = cut.state0[:, : cut.width]  # the start is known
     mean = np.repeat(vector.mean[None], repeats, axis=0)
     data = Data(np.repeat(cut.state0[None], repeats, axis=0), measured, mean)
     ends = many.descend(truth, data=data, tolerance=1e-8)

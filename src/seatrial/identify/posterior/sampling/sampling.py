@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from ....core.files import packed, write_whole
 from ....data import Array
-from ....models import STATES
 from ... import Fit, FitError, Problem, StudyError
 from ...resume import kept_arrays
 from .chains import Chains
@@ -152,7 +151,7 @@ def tails(posterior: Posterior, values: Array) -> dict[str, float]:
     e = np.where(cut.scale > 0, (posterior.many.predicted(values) - cut.measured) * cut.scale, np.nan)
     e[:, 0] = np.nan  # the start, which is measured or estimated
     found: dict[str, float] = {}
-    for k, name in enumerate(STATES):
+    for k, name in enumerate(posterior.many.problem.ship.model.motion):
         one = e[..., k][np.isfinite(e[..., k])]
         if one.size and (one != 0).any():
             found[name] = float((one**4).mean() / (3.0 * (one**2).mean() ** 2))
