@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .. import Trial
 from ..prepare import Remedy, Step
+from .attitude.heel import heel_faults
 from .drift import drift_faults
 from .helm import helm_faults
 from .motion import rudder_faults, scale_faults
@@ -138,7 +139,7 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
     if len(trials) > 1:
         _by_some(judged, sound, told)
     for trial in sound:
-        for one in (rudder_faults, scale_faults, track_faults, wind_faults):
+        for one in (rudder_faults, scale_faults, track_faults, wind_faults, heel_faults):
             told[trial.name] += [fault for fault in one(trial) if not _repeats(fault, told[trial.name])]
     wrong = {name for trial in sound for one in told[trial.name] if one.severity == "error" for name in one.channels}
     shared = [*surge_faults(sound)]

@@ -71,13 +71,13 @@ def _hsva(path: Path, lines: Sequence[str]) -> Trial:
 
 def _marin(path: Path, lines: Sequence[str]) -> Trial:
     table, _ = numbers(path, lines, 3, MARIN_COLUMNS, "\t")
-    logged, _, _, heel, psi, dx, dy, _, r, delta, n = table.T
+    logged, _, _, heel, psi, dx, dy, p, r, delta, n = table.T
     t, step = _rebuilt(path, logged)
     psi = unwrapped(np.radians(psi))
     u, v_m = to_body(dx, dy, psi)
     channels = {
         "x": integral(t, dx), "y": integral(t, dy), "psi": psi, "u": u, "v_m": v_m, "r": np.radians(r),
-        "delta": -np.radians(delta), "n_P": n / 60.0, "phi": np.radians(heel),
+        "delta": -np.radians(delta), "n_P": n / 60.0, "phi": np.radians(heel), "p": np.radians(p),
     }  # fmt: skip
     title = re.search(r"(-?\d+)\s*/\s*(-?\d+)", lines[1]) if "zig" in lines[1].lower() else None
     kind = "turning" if "turn" in lines[1].lower() else "free"

@@ -1,0 +1,1 @@
+"""Checks of the attitude that a log holds."""
