@@ -23,6 +23,7 @@ from ..core.version import __version__
 from ..data import Array
 from ..environment import Uniform
 from ..manoeuvres import Manoeuvre
+from ..models import STATES
 from ..ships import Ship
 from ..ships.writing import to_toml
 from .designs import Design, check_runs
@@ -70,10 +71,15 @@ class Case:
         """Samples of each run, the first included."""
         return round(self.duration / self.dt) + 1
 
+    @property
+    def stored(self) -> bool:
+        """Whether the runs are read as a whole: so asked, or of a ship that rolls, whose heel no tally follows."""
+        return self.whole or self.ship.model.motion != STATES
+
 
 def usual_chunk(cases: Sequence[Case], tracks: Tracks | None) -> int:
     """Number of runs in a part: a second of work at most, and tracks of a file of convenient size."""
-    stored = any(case.whole or tally_of(case.manoeuvre, case.dt, {}, flowing=False) is None for case in cases)
+    stored = any(case.stored or tally_of(case.manoeuvre, case.dt, {}, flowing=False) is None for case in cases)
     most = STORED if stored else CHUNK
     return most if tracks is None else min(tracks.chunk(case.samples, most) for case in cases)
 

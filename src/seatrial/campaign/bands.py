@@ -101,7 +101,7 @@ def bands(
     north, east = (around[0, 0, CHANNELS.index(name)] for name in ("current_x", "current_y"))
     start = np.array([[0.0, 0.0, 0.0, case.speed + north, east, 0.0]])
     flowing = bool(north or east) or around.shape[1] > 1
-    tally = None if flowing else tally_of(policy, step, ship.validity, False)
+    tally = None if flowing or case.stored else tally_of(policy, step, ship.validity, False)
     if tally is not None:
         return _tallied(case, tally, vary, start, around, len(draws), threads)
     return _whole(case, vary, start, around, len(draws), threads)
@@ -179,7 +179,7 @@ def _whole(
 
 def balances(ship: Ship, policy: Manoeuvre) -> bool:
     """Whether revolutions hold the speed of the approach, and can be found for each draw."""
-    whole = not isinstance(ship.model, Sampled) and len(ship.model.states) == len(STATES)
+    whole = not isinstance(ship.model, Sampled) and ship.model.states == ship.model.motion
     orders = any(order == "n_P" for order, _ in ship.model.follows)
     return whole and orders and driven(ship) and not policy.from_rest and "n_P" in values(policy)
 

@@ -234,7 +234,7 @@ def _sailed(
     case, vary, around, steps = runs.case, runs.vary, runs.around, runs.steps
     north, east = (around[:, 0, CHANNELS.index(name)] for name in ("current_x", "current_y"))
     flowing = bool(north.any() or east.any())
-    tally = None if case.whole else tally_of(case.manoeuvre, case.dt, case.ship.validity, flowing)
+    tally = None if case.stored else tally_of(case.manoeuvre, case.dt, case.ship.validity, flowing)
     if tally is None:
         names = usual_names(case, usual.series(case.dt, steps)[None], steps)
         return whole_indices(case, names, vary, runs.start, around, runs.lanes, steps, threads, tracks)

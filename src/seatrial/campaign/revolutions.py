@@ -9,7 +9,7 @@ import numpy as np
 from ..data import Array
 from ..engine.rollout import simulator
 from ..environment import CALM
-from ..models import STATES, Sampled
+from ..models import Sampled
 from ..ships import Ship
 from ..simulate.loop import open_loop, open_loop_parameters
 from . import CampaignError
@@ -29,13 +29,13 @@ def balanced(ship: Ship, vary: Mapping[str, Array], speed: Array) -> Array:
     Raises:
         CampaignError: a model without a balance of surge, or a ship of which none is found.
     """
-    if isinstance(ship.model, Sampled) or len(ship.model.states) != len(STATES):
-        raise CampaignError(f"{ship.name}: revolutions are balanced for models of six states; give policy.n_P")
+    if isinstance(ship.model, Sampled) or ship.model.states != ship.model.motion:
+        raise CampaignError(f"{ship.name}: revolutions are balanced for models without states of their own; give policy.n_P")
     system = open_loop(ship)
     own = tuple(name[5:] for name in vary if name.startswith("ship."))
     code, shared = simulator(system, own), open_loop_parameters(ship)
     lanewise = np.column_stack([vary[f"ship.{name}"] for name in own]) if own else None
-    state = np.zeros((len(speed), len(STATES)))
+    state = np.zeros((len(speed), len(ship.model.states)))
     state[:, 3] = speed
     factors = np.array([factor if order == "n_P" else 0.0 for order, factor in ship.model.follows])
 

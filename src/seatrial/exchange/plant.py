@@ -24,6 +24,7 @@ from .writing import title
 ABOUT = {
     "x": "position north", "y": "position east", "psi": "heading, clockwise from north",
     "u": "velocity ahead over ground", "v_m": "velocity to starboard over ground, at midship", "r": "yaw rate",
+    "phi": "heel, starboard side down", "p": "roll rate, starboard side down",
     "wind_x": "true wind speed times cosine of where it comes from", "wind_y": "the same with the sine",
     "current_x": "velocity of the water northwards", "current_y": "velocity of the water eastwards",
     "wave_x": "significant height times cosine of where the waves come from", "wave_y": "the same with the sine",

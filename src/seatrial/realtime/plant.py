@@ -115,7 +115,7 @@ class Plant:
         parameters = np.array(list(loop_values(ship, policy).values()), dtype=np.float64)
         made = partial(NetworkStep, ship) if isinstance(ship.model, Stepped) else stepper
         self._stepper: Stepper = made(compiled.simulator, parameters, self.dt)
-        self._stepper.load(np.array([*six, *rest, *memory]))
+        self._stepper.load(np.array([*six, *rest[len(six) - len(STATES) :], *memory]))
         self._stepper.surround(self._around.at(0))
         for (order, factor), control in zip(ship.model.follows, self.controls, strict=True):
             low, high = gear[control]  # holds the initial speed, whatever the usual revolutions
@@ -272,13 +272,15 @@ class Plant:
         return about, values
 
     def _start(self, start: Sequence[float] | None, n_P: float | None) -> tuple[tuple[float, ...], float]:
-        """The six initial states and the revolutions."""
+        """The initial states that are given, six or more, and the revolutions."""
         ship, here = self.ship, Environment(*self._around.values)
         if start is None:
             turns = approach(ship)[1] if n_P is None else n_P
             return (0.0, 0.0, 0.0, ship.speed + here.current_x, here.current_y, 0.0), turns
-        if len(start) != len(STATES) or not all(math.isfinite(value) for value in start):
-            raise ShipError(f"{ship.name}: a start is six finite numbers: x, y, psi, u, v_m, r")
+        motion = ship.model.motion
+        if len(start) not in (len(STATES), len(motion)) or not all(math.isfinite(value) for value in start):
+            count = "six" if motion == STATES else "six or eight"
+            raise ShipError(f"{ship.name}: a start is {count} finite numbers: {', '.join(motion)}")
         if n_P is None:
             through = self._in_water(start)[0]
             n_P = approach(ship, through)[1] if through > 1e-6 * max(ship.speed, 1.0) else 0.0

@@ -28,6 +28,8 @@ PLACES = {
     "u": ("body_velocity.surge", "m/s", "velocity ahead over ground"),
     "v_m": ("body_velocity.sway", "m/s", "velocity to starboard over ground, at midship"),
     "r": ("body_velocity.yaw", "rad/s", "yaw rate, to starboard"),
+    "phi": ("ned_position.roll", "rad", "heel, starboard side down"),
+    "p": ("body_velocity.roll", "rad/s", "roll rate, starboard side down"),
 }
 RATES = (
     ("body_acceleration.surge", "m/s^2", "rate of body_velocity.surge"),

@@ -115,7 +115,7 @@ def case_of(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, arou
 
 def figure_units(case: Case, around: Uniform) -> dict[str, str]:
     """Unit of each index that the runs of a case have."""
-    tally = None if case.whole else tally_of(case.manoeuvre, case.dt, {}, flowing=False)
+    tally = None if case.stored else tally_of(case.manoeuvre, case.dt, {}, flowing=False)
     if tally is not None:
         return dict(tally.figures)
     steps = round(case.duration / case.dt) + 1
