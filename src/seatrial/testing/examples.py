@@ -25,6 +25,7 @@ from ..forces.tug import LineTug, PushTug
 from ..identify.posterior.freer import with_units
 from ..models.fossen import Fossen, Inertia, Particulars
 from ..models.harbour import Harbour, Quay
+from ..models.mmg_roll import HeelDerivatives, MmgRoll, Roll
 from ..models.network import Network, initial
 from ..models.neural import Neural
 from ..ships import Ship
@@ -105,6 +106,15 @@ SHIPS: dict[str, Ship] = {
     "dressed": _ship("dressed", replace(
         L7.model, hull=_of("ShallowPolynomial"), propeller=_of("KoseWake"), wind=_of("Isherwood"),
         waves=_of("MeanDrift"), thrusters=Parts(("bow",), (JET,)),
+    )),
+    # the MMG family with roll, all that it can carry
+    "rolling": _ship("rolling", MmgRoll(
+        **numbers(MmgRoll, L7.model) | {"wind": _of("Isherwood"), "waves": _of("MeanDrift")},
+        roll=Roll(I_x=520.0, J_x=130.0, GM=0.12, BM=0.29, B_1=60.0, B_2=120.0, B_U=30.0, z_H=0.1, z_R=0.2, z_T=0.1,
+                  z_W=-0.4, l_x=0.05, l_y=0.1),
+        heel=HeelDerivatives(X_vphi=-0.01, X_rphi=0.01, X_phiphi=-0.01, Y_phi=-0.01, Y_vvphi=0.1, Y_vphiphi=0.1,
+                             Y_rrphi=0.05, Y_rphiphi=-0.05, N_phi=-0.01, N_vvphi=-0.1, N_vphiphi=-0.1, N_rrphi=-0.05,
+                             N_rphiphi=0.05),
     )),
     # Fossen's family behind a propeller and a rudder
     "matrices": _ship("matrices", Fossen(

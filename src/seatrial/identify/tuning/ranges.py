@@ -15,6 +15,7 @@ import numpy as np
 
 from ...core.parameters import Free, read
 from ...data import Array, Trial
+from ...models import ROLL, STATES
 from .. import FitError, Problem, StudyError
 from ..nuisance import Layout
 from ..posterior.misfit import correlated
@@ -218,7 +219,7 @@ def residuals(scorer: Scorer, trials: Sequence[Trial], values: Array) -> Residua
     left, scale = objective.residuals(values, objective.begun(values)), objective.windows.scale
     rms, noise, alike = dict[str, float](), dict[str, float](), dict[str, float]()
     bias, times = dict[str, dict[str, float]](), list[tuple[float, float]]()
-    for k, name in enumerate(objective.problem.ship.model.motion):
+    for k, name in zip(range(scale.shape[2]), (*STATES, *ROLL), strict=False):
         rows = scale[:, :, k] > 0
         if not rows.any():
             continue
