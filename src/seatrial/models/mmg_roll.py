@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
-from ..core.parameters import ParameterError, Parts, Scalar, Scalars, parts, spec
+from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import cos, magnitude, sin, speed
 from ..environment import Environment
-from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
+from ..forces import Flow, Force
 from ..forces.body import Body
 from ..forces.shallow import afloat
-from .common import Composed
+from .mmg import Mmg
 from .rolling import GRAVITY, Heeled, Rolling, lateral
 
 
@@ -85,22 +85,16 @@ class HeelDerivatives:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MmgRoll(Composed, Rolling):
+class MmgRoll(Mmg, Rolling):
     """A single-propeller, single-rudder ship that sways, turns and rolls.
 
-    Its forces are those of `mmg:Mmg`, so that the file of such a ship needs [roll] and the family's name only.  Without
-    heights and heel derivatives it moves as that ship does, upright.
+    Its forces are those of `mmg:Mmg`, so that the file of such a ship needs this family's name and [roll] only; further
+    forces of one's own act at the height of the hull's.  Without heights and heel derivatives it moves as that ship
+    does, upright.
     """
 
-    body: Body
-    hull: ForceModule
-    propeller: PropellerModule
-    rudder: RudderModule
     roll: Roll
     heel: HeelDerivatives = field(default_factory=HeelDerivatives)
-    wind: ForceModule | None = None
-    waves: ForceModule | None = None
-    thrusters: Parts = parts("thruster")
 
     def __post_init__(self) -> None:
         made: Any = type(self.body)
@@ -110,21 +104,25 @@ class MmgRoll(Composed, Rolling):
     def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         heeled = Heeled.of(state, environment)
         flow = heeled.flow(self.body, control[0], control[1])
-        force, K = self.force(flow, heeled.phi, control[2:])
+        force, K = self.rolling(flow, heeled.phi, control[2:])
         K = K + self.roll.moment(heeled.phi, heeled.p, flow.u, self.body.m * GRAVITY)
         return heeled.rates(*self._acceleration(afloat(self.body, self.hull, flow), force, K, flow))
 
-    def force(self, flow: Flow, phi: Scalar, control: Scalars = ()) -> tuple[Force, Scalar]:
-        """Sum of all external forces, and their roll moment [N m]; `control` holds those of the thrusters."""
+    def rolling(self, flow: Flow, phi: Scalar, control: Scalars = ()) -> tuple[Force, Scalar]:
+        """Sum of all external forces at a heel, and their roll moment [N m]; `control` holds those of the thrusters."""
         roll = self.roll
         pull, slipstream = self.propeller.force(flow)
-        hull = self.hull.force(flow) + self.heel.force(flow, phi)
+        hull = self.hull.force(flow) + pull + self.heel.force(flow, phi)
+        for module in self.extras.components:
+            hull = hull + module.force(flow)
         steer = self.rudder.force(flow, slipstream)
-        total, K = hull + pull + steer, -roll.z_H * (hull.Y + pull.Y) - roll.z_R * steer.Y
+        total, K = hull + steer, -roll.z_H * hull.Y - roll.z_R * steer.Y
         if self.waves is not None:
             total = total + self.waves.force(flow)
         if self.wind is not None:
             blown = self.wind.force(flow)
+            if self.still_air == "resistance":
+                blown = blown - self.wind.force(flow._replace(u_A=flow.u, v_A=flow.v_m))
             total, K = total + blown, K - roll.z_W * blown.Y
         if not control:
             return total, K
