@@ -53,7 +53,7 @@ def findings(probe: Probe) -> dict[str, Finding]:
     ship = probe.ship
     found: dict[str, tuple[str, str]] = {
         **_motion(probe), **_propulsion(probe), **_manners(probe), **_low_speed(probe), **_surroundings(probe),
-        **_form(probe), **_drives(probe), **_parts(probe),
+        **_form(probe), **_drives(probe), **_parts(probe), **_heel(probe),
     }  # fmt: skip
     found |= _beyond(ship, {key for key, (answer, _) in found.items() if answer == "yes"})
     return {key: Finding(answer, f"{ship.name}: {how}") for key, (answer, how) in found.items()}
@@ -242,6 +242,20 @@ def _parts(probe: Probe) -> dict[str, tuple[str, str]]:
         return {"design_changes": ("yes", "hull, propeller and rudder are parts of their own")}
     apart = ", ".join(sorted(names))
     return {"design_changes": ("partly", f"apart: {apart}") if apart else ("no", "one whole")}
+
+
+def _heel(probe: Probe) -> dict[str, tuple[str, str]]:
+    """Whether a turn rolls the ship."""
+    ship = probe.ship
+    model: Any = ship.model
+    if model.motion == STATES:
+        return {"heel": ("no", "no state of roll")}
+    upright, turning = (begun(model, probe.state(1.0, v_m, r), probe.control(1.0, 0.0), CALM)
+                        for v_m, r in ((0.0, 0.0), (-0.1, 0.4)))  # fmt: skip
+    at = model.states.index("p")
+    rates = [model.derivative(state, probe.control(1.0, 0.0), CALM)[at] for state in (upright, turning)]
+    change = float(rates[1] - rates[0]) * (ship.L_pp / ship.speed) ** 2
+    return {"heel": _says(abs(change) > _NOTHING, f"roll acceleration {change:.2g} in a turn")}
 
 
 _EXCHANGED = ("hull", "propeller", "rudder")

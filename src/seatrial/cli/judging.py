@@ -100,7 +100,7 @@ def _show(families: Sequence[Assessment]) -> None:
         (c.about, *(_CELL.get(f.findings[c.key].answer, f.findings[c.key].answer) for f in families))
         for c in CAPABILITIES
     ]
-    show_table(("what it can represent", *(f.family.key for f in families)), rows)
+    show_table(("what it can represent", *(f.family.key for f in families)), rows, narrow=True)
     say_lines(
         "part: with a part added to the ship file. –: planned, not in the library. Answers are measured on the ships; "
         "--json says how each is known.",

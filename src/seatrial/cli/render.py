@@ -85,13 +85,15 @@ def console() -> Console:
     return Console(highlight=False, width=None if sys.stdout.isatty() else 160, soft_wrap=True)
 
 
-def show_table(head: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[int] = ()) -> None:
-    """A plain table; `right` are the columns of numbers."""
+def show_table(
+    head: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[int] = (), *, narrow: bool = False
+) -> None:
+    """A plain table; `right` are the columns of numbers, `narrow` leaves less between columns."""
     from rich import box
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0) if narrow else (0, 1))
     for k, name in enumerate(head):
         table.add_column(escape(shown(name)), justify="right" if k in right else "left", overflow="fold")
     for row in rows:
