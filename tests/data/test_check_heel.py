@@ -36,7 +36,8 @@ def log(name: str, kind: str, noisy: bool = True) -> Trial:
 
 def heard(trial: Trial, **channels: Any) -> list[Finding]:
     """Warnings and errors about heel or roll rate."""
-    return [one for one in check(trial.having(**channels)) if set(one.channels) & {"phi", "p"} and one.severity != "info"]
+    found = check(trial.having(**channels))
+    return [one for one in found if set(one.channels) & {"phi", "p"} and one.severity != "info"]
 
 
 LOGS = [(n, k) for n in ("container_son_nomoto", "naval_blanke") for k in ("turning", "zigzag")]

@@ -40,7 +40,8 @@ def test_gaps_of_the_heel_are_passed_over_and_a_run_without_heel_has_none() -> N
     one = turn(1.0)
     phi = one["phi"].copy()
     phi[:5], phi[100:120] = np.nan, np.nan
-    assert math.degrees(Turning(1.0, 0.6).indices(one.having(phi=phi), 100.0)["outward_heel"].value) == pytest.approx(8.0)
+    found = Turning(1.0, 0.6).indices(one.having(phi=phi), 100.0)
+    assert math.degrees(found["outward_heel"].value) == pytest.approx(8.0)
     bare = Trial("bare", one.t, {name: v for name, v in one.channels.items() if name != "phi"})
     for other in (bare, turn(1.0, math.nan)):
         found = Turning(1.0, 0.6).indices(other, 100.0)

@@ -75,9 +75,11 @@ def test_roll_decays_with_its_period_and_damping() -> None:
     omega = math.sqrt(3270.0 * GRAVITY * roll.GM / (roll.I_x + roll.J_x))
     zeta = roll.B_1 / (2.0 * (roll.I_x + roll.J_x) * omega)
     damped = omega * math.sqrt(1.0 - zeta**2)
-    phi = 0.01 * np.exp(-zeta * omega * trial.t) * (np.cos(damped * trial.t) + zeta * omega / damped * np.sin(damped * trial.t))
+    swing = np.cos(damped * trial.t) + zeta * omega / damped * np.sin(damped * trial.t)
+    phi = 0.01 * np.exp(-zeta * omega * trial.t) * swing
     assert np.abs(trial["phi"] - phi).max() < 1e-6
-    harder = simulate(rolling(replace(roll, B_2=2e3)), Straight(0.0), duration=40.0, dt=0.01, start=(0.0,) * 6 + (0.3, 0.0))
+    quadratic, begin = rolling(replace(roll, B_2=2e3)), (0.0,) * 6 + (0.3, 0.0)
+    harder = simulate(quadratic, Straight(0.0), duration=40.0, dt=0.01, start=begin)
     half = int(math.pi / damped / 0.01)
     assert np.abs(harder["phi"][half:]).max() / 0.3 < math.exp(-math.pi * zeta)  # quadratic damping takes more
 

@@ -153,8 +153,8 @@ def test_container_rolls_freely() -> None:
     agrees(track[: len(each)], {name: column[each] for name, column in rows.items()}, ship.L_pp)
 
 
-@pytest.mark.parametrize("name", [pytest.param("step_N200kNm", marks=long), pytest.param("step_N500kNm", marks=long),
-                                  "step_N1000kNm", "zigzag_N500kNm_20", "roll_decay_0mps", "roll_decay_8mps"])  # fmt: skip
+@pytest.mark.parametrize("name", ["step_N1000kNm", "zigzag_N500kNm_20", "roll_decay_0mps", "roll_decay_8mps",
+                                  *(pytest.param(name, marks=long) for name in ("step_N200kNm", "step_N500kNm"))])
 def test_naval_ship(name: str) -> None:
     rows, ship = reference(f"naval_4dof/{name}.csv"), load("naval_blanke")
     h = 0.02 if name.startswith("roll") else 0.05
@@ -184,7 +184,10 @@ TURNS = {
 }
 
 
-@pytest.mark.parametrize(("rpm", "angle"), [(80, 35), *(pytest.param(*one, marks=long) for one in TURNS if one != (80, 35))])
+OTHERS = [pytest.param(*one, marks=long) for one in TURNS if one != (80, 35)]
+
+
+@pytest.mark.parametrize(("rpm", "angle"), [(80, 35), *OTHERS])
 def test_indices_of_container_turns(rpm: int, angle: int) -> None:
     """By simulate, at its own step; the engine holds the mean of a ramp over a step, 1e-3 deg of the inward heel."""
     ship, policy = load("container_son_nomoto"), Turning(rpm / 60.0, math.radians(angle))
@@ -215,7 +218,8 @@ def test_indices_of_container_zigzags(
     four = ("first", "second", "third", "fourth")
     assert [math.degrees(found[f"{n}_overshoot"].value) for n in four] == pytest.approx(overshoots, abs=1.1e-3)
     assert [found[f"{n}_reversal"].value for n in four] == pytest.approx(reversals, abs=1e-6)
-    assert [math.degrees(found[f"heel_to_{n}"].value) for n in ("starboard", "port")] == pytest.approx(heels, abs=1.1e-3)
+    ways = [math.degrees(found[f"heel_to_{n}"].value) for n in ("starboard", "port")]
+    assert ways == pytest.approx(heels, abs=1.1e-3)
 
 
 def test_rates_as_printed() -> None:

@@ -42,7 +42,9 @@ OMEGA = 0.6 / math.sqrt(B / (2.0 * 9.81))
         (-0.2, 20.0, 0.0170069, ()),
     ],
 )
-def test_damping_as_another_program_has_it(OG: float, deg: float, whole: float, parts: tuple[float | None, ...]) -> None:
+def test_damping_as_another_program_has_it(
+    OG: float, deg: float, whole: float, parts: tuple[float | None, ...]
+) -> None:
     found = damping(box(OG), OMEGA, math.radians(deg))
     digits = 1e-11 if whole == 0.010156148773 else 0.51e-7
     assert found.whole == pytest.approx(whole, abs=digits)

@@ -30,7 +30,8 @@ def balanced(ship: Ship, vary: Mapping[str, Array], speed: Array) -> Array:
         CampaignError: a model without a balance of surge, or a ship of which none is found.
     """
     if isinstance(ship.model, Sampled) or ship.model.states != ship.model.motion:
-        raise CampaignError(f"{ship.name}: revolutions are balanced for models without states of their own; give policy.n_P")
+        whose = "models without states of their own"
+        raise CampaignError(f"{ship.name}: revolutions are balanced for {whose}; give policy.n_P")
     system = open_loop(ship)
     own = tuple(name[5:] for name in vary if name.startswith("ship."))
     code, shared = simulator(system, own), open_loop_parameters(ship)

@@ -92,7 +92,7 @@ def channel(trial: Trial, name: str) -> Array:
 
 
 def noise(trials: Sequence[Trial], names: Sequence[str] = STATES) -> dict[str, float]:
-    """Noise of each of these states, pooled over trials: as a sidecar declares it (`meta["noise"]`), else `sensor_noise`.
+    """Noise of each of these states over all trials: as a sidecar declares it (`meta["noise"]`), else `sensor_noise`.
 
     States that are constant in every trial are left out: they contain no information.  A simulated log without noise
     gets that of its steps, 1 % of the spread of each state.

@@ -132,7 +132,7 @@ def measured(trial: Trial, motion: Sequence[str] = STATES) -> Array:
     if absent:
         raise DataError(f"{trial.name}: no channel {', '.join(absent)}; a fit needs {', '.join(STATES)}")
     none = np.full(len(trial), np.nan)
-    state = np.column_stack([trial[name] if name in trial else none for name in motion])
+    state = np.column_stack([trial.channels.get(name, none) for name in motion])
     state[:, 2] = unwrapped(state[:, 2])
     return state
 

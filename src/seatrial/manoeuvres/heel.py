@@ -30,7 +30,8 @@ def in_turn(run: Trial, side: float, last: NDArray[np.bool_] | None) -> dict[str
     t = run.t - run.t[0]
     peak = int(np.nanargmax(outward))
     before = int(np.nanargmin(outward[: peak + 1]))
-    out = {"outward_heel": Index(max(float(outward[peak]), 0.0), "rad"), "outward_heel_time": Index(float(t[peak]), "s")}
+    out = {"outward_heel": Index(max(float(outward[peak]), 0.0), "rad"),
+           "outward_heel_time": Index(float(t[peak]), "s")}  # fmt: skip
     if outward[before] < 0.0:
         out |= {"inward_heel": Index(-float(outward[before]), "rad"), "inward_heel_time": Index(float(t[before]), "s")}
     if last is not None and np.isfinite(outward[last]).any():

@@ -50,7 +50,7 @@ class Turning(Manoeuvre):
         return bool(change.size and np.nanmax(change) >= _COMPLETE)
 
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
-        """Advance, transfer and diameters [m], times [s], speed loss [-], drift angle and, of a run with phi, heel [rad].
+        """Advance, transfer, diameters [m], times [s], speed loss [-], drift angle and, of a run with phi, heel [rad].
 
         A figure whose heading the run never reaches, or whose channels it lacks, is left out.
         Lengths are positive towards the side of the rudder; the drift angle is positive with the

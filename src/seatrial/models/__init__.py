@@ -40,8 +40,8 @@ STEERING = ("n_P", "delta")
 """The orders of every manoeuvre: revolutions [1/s], and the helm: a rudder angle [rad], or what stands for it."""
 
 UNITS = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s",
-         "phi": "rad", "p": "rad/s", "n_P": "1/s", "delta": "rad", "slow_wind_x": "m/s", "slow_wind_y": "m/s", "slow_n": "1/s",
-         "lead": "rad/s^2"}  # fmt: skip
+         "phi": "rad", "p": "rad/s", "n_P": "1/s", "delta": "rad",
+         "slow_wind_x": "m/s", "slow_wind_y": "m/s", "slow_n": "1/s", "lead": "rad/s^2"}  # fmt: skip
 _PREFIXES = {"n": "1/s", "throttle": "-", "delta": "rad", "alpha": "rad", "f": "N", "X": "N", "Y": "N", "N": "N m"}
 
 

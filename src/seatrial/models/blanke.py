@@ -1,4 +1,4 @@
-"""The family of Blanke and Christensen (1993): a fast naval ship that rolls, by one table of dimensional coefficients."""
+"""The family of Blanke and Christensen (1993): a fast naval ship that rolls, by a table of dimensional numbers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from math import inf
 from ..core.parameters import Parts, Scalar, Scalars, choice, parts, spec
 from ..core.symbolic import magnitude
 from ..environment import Environment
-from ..forces import Flow, ForceModule
+from ..forces import Flow, Force, ForceModule
 from .common import Composed
 from .rolling import GRAVITY, Heeled, Rolling, lateral
 
@@ -109,7 +109,8 @@ class Hull:
              + self.Y_phiuv * uv + self.Y_phiur * ur + self.Y_phiuu * uu)  # fmt: skip
         K = ((self.K_uuv * U + self.K_vv * V + self.K_vrr * R) * v + (self.K_ur * u + self.K_rvv * V) * r
              + self.K_phiuv * uv + self.K_phiur * ur + self.K_phiuu * uu
-             + (self.K_up * U + self.K_pp * magnitude(p) + self.K_p) * p + self.K_phiphiphi * phi * phi * phi)  # fmt: skip
+             + (self.K_up * U + self.K_pp * magnitude(p) + self.K_p) * p
+             + self.K_phiphiphi * phi * phi * phi)  # fmt: skip
         drawn = uv if self.yaw_by_heel == "phi_uv" else phi * U * magnitude(phi)
         N = (self.N_uuv * U * v + (self.N_uur * U + self.N_rvv * V + self.N_rr * R) * r
              + self.N_phiuv * drawn + (self.N_phiur * R + self.N_phiuu * U) * phi * u)  # fmt: skip
@@ -120,8 +121,9 @@ class Hull:
 class Blanke(Composed, Rolling):
     """Hull and body of Blanke and Christensen (1993), driven by thrusters or by forces ordered directly.
 
-    Its r is the rate of the heading, whatever the heel.  The published model is the hull: it has neither rudder nor propeller.  A side force of a thruster, a rudder or the
-    wind at the height z_T or z_W below the water line (above it, negative) rolls the ship by -z Y.
+    Its r is the rate of the heading, whatever the heel.  The published model is the hull: it has neither rudder nor
+    propeller.  A side force of a thruster or the wind at the height z_T or z_W below the water line (above it,
+    negative) rolls the ship by -z Y.
     """
 
     body: Body
@@ -149,8 +151,6 @@ class Blanke(Composed, Rolling):
         """X, Y [N], K and N [N m] of hull, thrusters and wind."""
         X, Y, K, N = self.hull.force(flow.u, flow.v_m, p, flow.r, phi)
         push = self.thrust(flow, control)
-        X, Y, K, N = X + push.X, Y + push.Y, K - self.z_T * push.Y, N + push.N
-        if self.wind is None:
-            return X, Y, K, N
-        blown = self.wind.force(flow)
-        return X + blown.X, Y + blown.Y, K - self.z_W * blown.Y, N + blown.N
+        blown = Force(0.0, 0.0, 0.0) if self.wind is None else self.wind.force(flow)
+        total = push + blown
+        return X + total.X, Y + total.Y, K - self.z_T * push.Y - self.z_W * blown.Y, N + total.N

@@ -76,12 +76,13 @@ class HeelDerivatives:
         v, r = flow.v_m, flow.r * flow.L_pp
         U = speed(flow.u, v)
         X = (self.X_vphi * v + self.X_rphi * r) * U + self.X_phiphi * U * U * phi
-        Y = self.Y_phi * U * U + self.Y_vvphi * v * v + self.Y_rrphi * r * r
-        N = self.N_phi * U * U + self.N_vvphi * v * v + self.N_rrphi * r * r
-        Y = Y + (self.Y_vphiphi * v + self.Y_rphiphi * r) * U * phi
-        N = N + (self.N_vphiphi * v + self.N_rphiphi * r) * U * phi
-        area = 0.5 * flow.rho * flow.L_pp * flow.d * phi
-        return Force(area * X, area * Y, area * flow.L_pp * N)
+        Y = (self.Y_phi * U + (self.Y_vphiphi * v + self.Y_rphiphi * r) * phi) * U
+        N = (self.N_phi * U + (self.N_vphiphi * v + self.N_rphiphi * r) * phi) * U
+        vv, rr, area = v * v, r * r, 0.5 * flow.rho * flow.L_pp * flow.d * phi
+        return Force(
+            area * X, area * (Y + self.Y_vvphi * vv + self.Y_rrphi * rr),
+            area * flow.L_pp * (N + self.N_vvphi * vv + self.N_rrphi * rr),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,9 +105,9 @@ class MmgRoll(Mmg, Rolling):
     def derivative(self, state: Scalars, control: Scalars, environment: Environment) -> Scalars:
         heeled = Heeled.of(state, environment)
         flow = heeled.flow(self.body, control[0], control[1])
-        force, K = self.rolling(flow, heeled.phi, control[2:])
-        K = K + self.roll.moment(heeled.phi, heeled.p, flow.u, self.body.m * GRAVITY)
-        return heeled.rates(*self._acceleration(afloat(self.body, self.hull, flow), force, K, flow))
+        force, driving = self.rolling(flow, heeled.phi, control[2:])
+        righting = self.roll.moment(heeled.phi, heeled.p, flow.u, self.body.m * GRAVITY)
+        return heeled.rates(*self._acceleration(afloat(self.body, self.hull, flow), force, driving + righting, flow))
 
     def rolling(self, flow: Flow, phi: Scalar, control: Scalars = ()) -> tuple[Force, Scalar]:
         """Sum of all external forces at a heel, and their roll moment [N m]; `control` holds those of the thrusters."""
@@ -116,18 +117,18 @@ class MmgRoll(Mmg, Rolling):
         for module in self.extras.components:
             hull = hull + module.force(flow)
         steer = self.rudder.force(flow, slipstream)
-        total, K = hull + steer, -roll.z_H * hull.Y - roll.z_R * steer.Y
+        total, moment = hull + steer, -roll.z_H * hull.Y - roll.z_R * steer.Y
         if self.waves is not None:
             total = total + self.waves.force(flow)
         if self.wind is not None:
             blown = self.wind.force(flow)
             if self.still_air == "resistance":
                 blown = blown - self.wind.force(flow._replace(u_A=flow.u, v_A=flow.v_m))
-            total, K = total + blown, K - roll.z_W * blown.Y
+            total, moment = total + blown, moment - roll.z_W * blown.Y
         if not control:
-            return total, K
+            return total, moment
         push = self.thrust(flow, control)
-        return total + push, K - roll.z_T * push.Y
+        return total + push, moment - roll.z_T * push.Y
 
     def _acceleration(
         self, body: Body, force: Force, K: Scalar, flow: Flow

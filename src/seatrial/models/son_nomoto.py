@@ -36,13 +36,14 @@ def factors(name: str) -> tuple[str, ...]:
         )
     powers = tuple(sorted(_FACTOR.findall(found[2])))
     if (len(powers) % 2 == 1) == (found[1] == "X"):
-        kind = "an even" if found[1] == "X" else "an odd"
-        raise ParameterError(f"{name} breaks the symmetry of port and starboard: {found[1]} needs {kind} number of factors")
+        needs = f"{found[1]} needs an {'even' if found[1] == 'X' else 'odd'} number of factors"
+        raise ParameterError(f"{name} breaks the symmetry of port and starboard: {needs}")
     return powers
 
 
 def _meaning(name: str) -> Spec:
-    return Spec(PRIME, f"{_FORCES[name[0]]} by {' '.join(f'{factor}`' for factor in factors(name)).replace('`', chr(39))}")
+    powers = " ".join(factor if factor == "phi" else f"{factor}'" for factor in factors(name))
+    return Spec(PRIME, f"{_FORCES[name[0]]} by {powers}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -40,15 +40,16 @@ def with_roll(ship: Ship, stability: Stability) -> Ship:
     """`ship` with heel and roll rate.
 
     The inertia is that of the roll period of the IS Code, the damping Ikeda's simplified one at 3 and 11 degrees, with
-    the lift of the hull; the lateral force of the hull and its added mass act at half the draught, that of the rudder at
-    seven tenths of it, as assumed.  No derivative by heel: a fit, or a captive test, finds them.
+    the lift of the hull; the lateral force of the hull and its added mass act at half the draught, that of the rudder
+    at seven tenths of it, as assumed.  No derivative by heel: a fit, or a captive test, finds them.
 
     Raises:
         ShipError: another family, or numbers that no ship has.
     """
     model: Any = ship.model
     if type(model) is not Mmg:
-        raise ShipError(f"{ship.name}: roll is added to a ship of the family mmg:Mmg; {type(model).__name__} is another")
+        other = type(model).__name__
+        raise ShipError(f"{ship.name}: roll is added to a ship of the family mmg:Mmg; {other} is another")
     body = model.body
     L, B, d, m, rho = (float(x) for x in (body.L_pp, body.B, body.d, body.m, body.rho))
     _possible(ship.name, stability, B, d)
@@ -58,16 +59,17 @@ def with_roll(ship: Ship, stability: Stability) -> Ship:
     omega = math.sqrt(m * GRAVITY * stability.GM / whole)
     B_1, B_2 = coefficients(hull, omega, rho)
     half, deep = stability.KG - 0.5 * d, stability.KG - 0.3 * d
+    by_ikeda, at_half = "Ikeda's simplified method, Kawahara 2009", "assumed: at half the draught"
     found: dict[str, tuple[float, str]] = {
         "I_x": (whole * (1.0 - _ADDED), f"roll period of the IS Code, {1.0 - _ADDED:g} of it the ship's own"),
         "J_x": (whole * _ADDED, f"roll period of the IS Code, {_ADDED:g} of it the water's, as assumed"),
         "GM": (stability.GM, "given"),
         "BM": (metacentric_radius(B, d, hull.C_b), "breadth, draught and C_b"),
-        "B_1": (B_1, "Ikeda's simplified method, Kawahara 2009"), "B_2": (B_2, "Ikeda's simplified method, Kawahara 2009"),
+        "B_1": (B_1, by_ikeda), "B_2": (B_2, by_ikeda),
         "B_U": (max(lift(hull, rho), 0.0), "lift of the hull, Ikeda's method"),
-        "z_H": (half, "assumed: at half the draught"), "l_x": (half, "assumed: at half the draught"),
-        "l_y": (half, "assumed: at half the draught"), "z_R": (deep, "assumed: 0.7 of the draught down"),
-        "z_T": (half, "assumed: at half the draught"), "z_W": (stability.KG - 1.3 * d, "assumed: 0.3 d above the water"),
+        "z_H": (half, at_half), "l_x": (half, at_half),
+        "l_y": (half, at_half), "z_R": (deep, "assumed: 0.7 of the draught down"),
+        "z_T": (half, at_half), "z_W": (stability.KG - 1.3 * d, "assumed: 0.3 d above the water"),
     }  # fmt: skip
     rolling = MmgRoll(**vars(model), roll=Roll(**{name: value for name, (value, _) in found.items()}))
     entries = {f"roll.{name}": Entry(why, value) for name, (value, why) in found.items()}
@@ -85,4 +87,5 @@ def _noted(notes: Mapping[str, Any], hull: Hull, omega: float) -> dict[str, Any]
     told = [f"Roll is estimated: period {2.0 * math.pi / omega:.3g} s by the IS Code, damping by Ikeda's simplified "
             "method, heights of lateral forces assumed, no derivatives by heel."]  # fmt: skip
     told += [f"Its roll damping is extrapolated: {one}." for one in hull.outside(omega)]
-    return {**notes, "title": f"{notes.get('title', '')}, with roll".strip(", "), "cautions": [*notes.get("cautions", ()), *told]}
+    title = f"{notes.get('title', '')}, with roll".strip(", ")
+    return {**notes, "title": title, "cautions": [*notes.get("cautions", ()), *told]}

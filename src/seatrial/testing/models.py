@@ -19,7 +19,17 @@ from ..models import STATES, Model, Sampled, Stepped, unit
 from ..ships import Ship
 from ..simulate.run import approach, fastest, open_loop, open_loop_parameters, straight
 from . import discovery
-from .discovery import compiled, control_size, environment_size, even, flat, mirrored_control, rate_size, require, state_size
+from .discovery import (
+    compiled,
+    control_size,
+    environment_size,
+    even,
+    flat,
+    mirrored_control,
+    rate_size,
+    require,
+    state_size,
+)
 
 SIDES = (1, -1, -1, 1, -1, -1)
 # Physical channels that cannot be negative: the period of the waves, one over the depth.

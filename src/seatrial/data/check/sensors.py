@@ -27,7 +27,8 @@ _SPIN = 4.0
 # Resolution of compass (1 deg), rate of turn (1 deg/min), log (0.1 kn), receiver (1e-4 min of latitude) and
 # anemometer (1 kn, 1 deg), by channel [SI]; and the length below which a ship is a model [m].
 _STEPS = {
-    "psi": math.radians(1.0), "phi": math.radians(0.1), "r": math.radians(1.0) / 60.0, "p": math.radians(0.1), "u": 0.0515, "v_m": 0.0515,
+    "psi": math.radians(1.0), "phi": math.radians(0.1), "r": math.radians(1.0) / 60.0, "p": math.radians(0.1),
+    "u": 0.0515, "v_m": 0.0515,
     "x": 0.186, "y": 0.186, "U_T": 0.515, "U_A": 0.515, "gamma_T": math.radians(1.0), "gamma_A": math.radians(1.0),
 }  # fmt: skip
 _SHIP = 20.0

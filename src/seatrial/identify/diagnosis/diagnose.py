@@ -105,7 +105,8 @@ def _tests(
     """Covariance for white residuals and noisy inputs, the score tests of the suspects, and trial against trial."""
     weight, by_inputs = objective.windows.weight, _by_inputs(linear, A)
     # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
-    least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(problem.ship.model.motion)])
+    motion = problem.ship.model.motion
+    least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(motion)])
     floor = np.maximum(size, least**2)
     least_sure = _covariance(linear, A, floor / weight) + by_inputs
     tested = _suspicions(linear, A, floor, known, least_sure, problem)
@@ -230,7 +231,7 @@ def _channels(
 
 
 def _left(linear: Linear, A: Array) -> Array:
-    """What the parameters do not take up of the draws of the noise of the inputs, shape (lanes * rows * motion, draws)."""
+    """What the parameters do not take up of the draws of the noise of inputs, shape (lanes * rows * motion, draws)."""
     return linear.drawn - linear.J @ (inverse(A) @ linear.mixed(linear.J, linear.drawn))
 
 

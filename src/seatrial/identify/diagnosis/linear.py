@@ -30,7 +30,7 @@ class Linear:
         drawn: changes by draws of the noise of the inputs, weighted and projected alike.
         leverage: of the nuisances, shape (lanes, rows, motion).
         trial: index of the trial of each lane, shape (lanes,).
-        products: of the parameters with these and suspects, by trial and channel, shape (trials, motion, n, n + suspects).
+        products: of the parameters with these and suspects, by trial and channel (trials, motion, n, n + suspects).
         squares: of the suspects, by trial and channel, shape (trials, motion, suspects).
     """
 
@@ -74,7 +74,7 @@ class Linear:
 
 
 def _by_channel(columns: Array, n: int, trial: Any, width: int) -> tuple[Array, Array]:
-    """Products of the first `n` columns with all, and squares of the others, by trial and channel; `width` channels a row."""
+    """Products of the first `n` columns with all, squares of the others, by trial and channel (`width` a row)."""
     products, squares = list[Array](), list[Array]()
     for index in np.unique(trial):
         own = columns[trial == index].reshape(-1, width, columns.shape[-1])

@@ -166,9 +166,9 @@ def white(fit: Fit, problem: Problem, settings: Settings) -> dict[str, float]:
     errors = many.windows.measured - many.predicted(fit.values)
     errors = np.where(many.windows.scale > 0, errors, np.nan)
     second = errors[:, 2:] - 2.0 * errors[:, 1:-1] + errors[:, :-2]
-    seen = np.isfinite(second).any(axis=(0, 1))
+    seen = np.flatnonzero(np.isfinite(second).any(axis=(0, 1))).tolist()
     # White noise of deviation s has second differences of deviation sqrt(6) s.
-    return {name: float(np.sqrt(np.nanmean(second[:, :, k] ** 2) / 6.0)) for k, name in enumerate(motion) if seen[k]}
+    return {motion[k]: float(np.sqrt(np.nanmean(second[:, :, k] ** 2) / 6.0)) for k in seen}
 
 
 def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:

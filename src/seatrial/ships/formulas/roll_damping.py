@@ -20,7 +20,7 @@ LIMITS: Limits = {
     "C_b": (0.5, 0.85), "B/d": (2.5, 4.5), "OG/d": (-1.5, 0.2), "C_m": (0.9, 0.99), "b_BK/B": (0.01, 0.06),
     "l_BK/L": (0.05, 0.4), "omega^": (0.0, 1.0),
 }  # fmt: skip
-# Kinematic viscosity of the programs [m^2/s]; their density of 102 kgf s^2/m^4 is that of sea water, here the ship's own.
+# Kinematic viscosity of the programs [m^2/s]; their density is that of sea water, here the ship's own.
 _NU = 1.14e-6
 
 
@@ -86,7 +86,9 @@ def damping(hull: Hull, omega: float, phi: float) -> Damping:
     return Damping(_friction(hull, omega, phi), _wave(hull, hat), _eddy(hull, hat, phi), _keel(hull, hat, phi))
 
 
-def coefficients(hull: Hull, omega: float, rho: float, amplitudes: tuple[float, float] = (0.05, 0.2)) -> tuple[float, float]:
+def coefficients(
+    hull: Hull, omega: float, rho: float, amplitudes: tuple[float, float] = (0.05, 0.2)
+) -> tuple[float, float]:
     """Linear [kg m^2/s] and quadratic [kg m^2] damping with the same B_44 at two amplitudes [rad].
 
     By the energy of a period B_44 = B_1 + 8/(3 pi) omega phi B_2.
