@@ -48,6 +48,8 @@ MOTION = (
     ("r", "r [°/s]", math.degrees(1.0)),
 )  # fmt: skip
 """Heading, speeds and rate of turn: channel, axis label, factor from SI units."""
+HEEL = (("phi", "φ [°]", math.degrees(1.0)), ("p", "p [°/s]", math.degrees(1.0)))
+"""Heel and roll rate, where they are measured and predicted."""
 _CONTROLS = (
     ("rad", "angle [°]", math.degrees(1.0)), ("1/s", "revs [1/s]", 1.0), ("N", "thrust [N]", 1.0),
     ("-", "order [-]", 1.0),
@@ -93,16 +95,17 @@ def measured_track(ax: Any, measured: Trial) -> None:
     ax.set(xlabel="east y [m]", ylabel="north x [m]")
 
 
-def motion_canvas(measured: Trial) -> tuple[Any, tuple[Any, ...]]:
-    """Axes for `MOTION`, and below them the controls of the trial, drawn: rudders and azimuths, then revolutions.
+def motion_canvas(measured: Trial, more: int = 0) -> tuple[Any, tuple[Any, ...]]:
+    """Axes for `MOTION` and `more` channels, and below them the controls of the trial, drawn: rudders and azimuths, then revolutions.
 
     A control that is logged both as ordered and as it was is drawn as it was.
     """
     groups = [(label, factor, names) for kind, label, factor in _CONTROLS if (names := _controls(measured, kind))]
-    rows = len(MOTION) + len(groups)
+    motions = len(MOTION) + more
+    rows = motions + len(groups)
     figure, axes = canvas(rows, (_SIZE[0], _ROW * rows))
     step = _every(len(measured))
-    for ax, (label, factor, names) in zip(axes[len(MOTION) :], groups, strict=True):
+    for ax, (label, factor, names) in zip(axes[motions:], groups, strict=True):
         for k, name in enumerate(names):
             colour, dashes, _ = LINES[k % len(LINES)]
             ax.plot(measured.t[::step], factor * measured[name][::step], color=colour if len(names) > 1 else INK,
@@ -138,10 +141,11 @@ def measured_motion(ax: Any, measured: Trial, channel: str, factor: float) -> Ar
 
 
 def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
-    """Heading, speeds and rate of turn of one trial over time."""
+    """Heading, speeds and rate of turn of one trial over time, heel and roll rate where they are predicted."""
     measured = max(comparisons, key=lambda c: len(c.measured)).measured
-    figure, axes = motion_canvas(measured)
-    for ax, (channel, label, factor) in zip(axes, MOTION, strict=False):
+    heel = tuple(one for one in HEEL if any(one[0] in c.metrics for c in comparisons))
+    figure, axes = motion_canvas(measured, len(heel))
+    for ax, (channel, label, factor) in zip(axes, (*MOTION, *heel), strict=False):
         curves: list[Array] = []
         for c in comparisons:
             if channel not in c.metrics:

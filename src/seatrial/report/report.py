@@ -42,7 +42,7 @@ from .page import (
 
 __all__ = ["PUBLISHED", "Report", "ReportError"]
 
-_UNITS = {"x": "m", "y": "m", "psi": "°", "u": "m/s", "v_m": "m/s", "r": "°/s"}
+_UNITS = {"x": "m", "y": "m", "psi": "°", "u": "m/s", "v_m": "m/s", "r": "°/s", "phi": "°", "p": "°/s"}
 _DEGREES = math.degrees(1.0)
 _GROWTH = (
     ("position error, RMS [m]", ("x", "y"), 1.0),
@@ -202,7 +202,7 @@ def _channels(report: Evidence) -> str:
 
 def _of_channel(c: Comparison, channel: str) -> list[str]:
     m = c.metrics[channel]
-    factor = _DEGREES if channel in ("psi", "r") else 1.0
+    factor = _DEGREES if _UNITS.get(channel, "").startswith("°") else 1.0
     return [number(factor * m.rmse), number(factor * m.bias), number(m.r2), number(m.fvu), str(m.samples)]
 
 

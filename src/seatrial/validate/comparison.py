@@ -14,7 +14,7 @@ from ..environment import to_earth
 from ..manoeuvres import Index
 from ..manoeuvres.turning import Turning
 from ..manoeuvres.zigzag import Zigzag
-from ..models import STATES
+from ..models import ROLL, STATES
 from . import Comparison
 from .metrics import horizons, metrics, pairs, segments, spread, standardised
 
@@ -53,7 +53,7 @@ def compare(
 
 
 def constant_velocity(trial: Trial, restart: float | None, begin: Array | None = None) -> Trial:
-    """The baseline: from each restart the ship keeps the u, v_m and r measured there.
+    """The baseline: from each restart the ship keeps the u, v_m and r measured there; it knows nothing of heel.
 
     The kinematics are integrated exactly (an arc).  A segment begins at its first complete sample;
     rows before it are NaN.  With `begin`, a state of shape (6,), the first segment begins in that state at the first
@@ -69,7 +69,8 @@ def constant_velocity(trial: Trial, restart: float | None, begin: Array | None =
         if whole.size:
             rows = rows[rows >= whole[0]]
             out[rows] = _arc(state[whole[0]], trial.t[rows] - trial.t[rows[0]])
-    return trial.having(**dict(zip(STATES, out.T, strict=True)))
+    flat = replace(trial, channels={name: v for name, v in trial.channels.items() if name not in ROLL})
+    return flat.having(**dict(zip(STATES, out.T, strict=True)))
 
 
 def pooled(comparisons: Iterable[Comparison]) -> float:

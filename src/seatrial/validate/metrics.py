@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
-from ..models import STATES
+from ..models import ROLL, STATES
 from . import Metrics
 
 ESSO_OSAKA_SIGMA: Mapping[str, float] = MappingProxyType(
@@ -26,7 +26,7 @@ together, heading unwrapped [m, m, rad, m/s, m/s, rad/s]."""
 HORIZONS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0)
 """Upper ends of the horizon bins [s since the restart]."""
 
-_UNITS = {"x": "m", "y": "m", "psi": "deg", "u": "m/s", "v_m": "m/s", "r": "deg/s"}
+_UNITS = {"x": "m", "y": "m", "psi": "deg", "u": "m/s", "v_m": "m/s", "r": "deg/s", "phi": "deg", "p": "deg/s"}
 
 
 def scale_words(sigma: Mapping[str, float]) -> str:
@@ -86,8 +86,8 @@ def heading(measured: Array, predicted: Array, segment: NDArray[np.intp]) -> tup
 
 
 def pairs(measured: Trial, predicted: Trial, restart: float | None = None) -> dict[str, tuple[Array, Array]]:
-    """Measured and predicted channel by state, on the same rows, heading aligned; SI units."""
-    out = {n: (measured[n], predicted[n]) for n in STATES if n in measured and n in predicted}
+    """Measured and predicted channel by state, heel among them, on the same rows, heading aligned; SI units."""
+    out = {n: (measured[n], predicted[n]) for n in (*STATES, *ROLL) if n in measured and n in predicted}
     if "psi" in out:
         out["psi"] = heading(*out["psi"], segments(measured.t, restart))
     return out
