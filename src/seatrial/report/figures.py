@@ -96,7 +96,7 @@ def measured_track(ax: Any, measured: Trial) -> None:
 
 
 def motion_canvas(measured: Trial, more: int = 0) -> tuple[Any, tuple[Any, ...]]:
-    """Axes for `MOTION` and `more` channels, and below them the controls of the trial, drawn: rudders and azimuths, then revolutions.
+    """Axes for `MOTION` and `more` channels, and below them the controls of the trial: rudders, azimuths, revolutions.
 
     A control that is logged both as ordered and as it was is drawn as it was.
     """
