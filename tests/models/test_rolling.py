@@ -315,3 +315,38 @@ def test_wind_heels_a_ship_with_the_height_of_its_force() -> None:
     rates = ship.model.derivative((0.0,) * 8, (0.0, 0.0), Uniform(U_T=10.0, gamma_T=math.pi / 2).now())
     assert rates[4] < 0.0
     assert rates[7] < 0.0
+
+
+def test_a_rudder_pulse_rolls_the_container_ship_inwards_then_outwards() -> None:
+    """10 deg from 50 to 75 s at 7.3 m/s, 70 rpm: 0.346 deg at 58.1 s, then -3.751 deg at 79.9 s."""
+    steps = iter(range(10_000))
+    track = zigzag(load("container_son_nomoto"), 70.0 / 60.0, 7.3,
+                   lambda psi: math.radians(10.0) if 1000 <= next(steps) < 1500 else 0.0, 120.0)  # fmt: skip
+    phi = np.degrees(track[:, 6])
+    assert (phi[50:70].max(), int(phi[50:70].argmax()) + 50) == pytest.approx((0.346, 58), abs=1e-3)
+    assert (phi.min(), int(phi.argmin())) == pytest.approx((-3.751, 80), abs=6e-3)  # read each second
+
+
+@pytest.mark.long
+def test_a_heading_autopilot_with_a_lagging_rudder() -> None:
+    """The setting of the toolbox: order -(psi - 5 deg + 10 r) held over steps of 0.1 s, lag of 1 s, 10 deg, 5 deg/s."""
+    rows, ship, h = reference("container_4dof/pd_heading5_70rpm.csv"), load("container_son_nomoto"), 0.1
+    z, order = ca.SX.sym("z", 9), ca.SX.sym("order")
+
+    def f(y: Any) -> Any:
+        state, delta = tuple(y[i] for i in range(8)), y[8]
+        rates = ship.model.derivative(state, (70.0 / 60.0, delta), CALM)
+        return ca.vertcat(*rates, ca.fmin(ca.fmax(order - delta, -FIVE), FIVE))
+
+    a = f(z)
+    b = f(z + 0.5 * h * a)
+    c = f(z + 0.5 * h * b)
+    d = f(z + h * c)
+    step = ca.Function("step", [z, order], [z + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)])
+    x = np.array([0.0, 0.0, 0.0, 7.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    track = [x]
+    for _ in range(6000):
+        wanted = max(-2.0 * FIVE, min(2.0 * FIVE, -(x[2] - FIVE + 10.0 * x[5])))
+        x = step(x, wanted).full().ravel()
+        track.append(x)
+    agrees(np.array(track)[::10, :8], rows, ship.L_pp)
