@@ -72,6 +72,8 @@ def answers(ship: Ship) -> None:
     """States, controls and what they follow are complete; properties are of the kind that `Model` declares."""
     model = ship.model
     require(model.states[:6] == STATES, f"the first six states are {model.states[:6]}, not {STATES}")
+    rolls = bool(set(models.ROLL) & set(model.states))
+    require(rolls == (model.motion != STATES), f"{models.ROLL} come together, first behind the six: {model.states}")
     require(len(set(model.controls)) == len(model.controls) == len(model.follows), "a control without what it follows")
     nameless = [c for c in model.controls if unit(c) == "-" and not c.startswith("throttle_")]
     require(not nameless, f"no unit follows from {nameless}")
