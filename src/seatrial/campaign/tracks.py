@@ -16,7 +16,6 @@ from ..core.errors import CampaignError
 from ..core.parameters import unknown
 from ..data import Array
 from ..manoeuvres import Policy
-from ..models import STATES
 from ..ships import Ship
 from ..simulate.lanes import Lanes
 from ..simulate.loop import logged
@@ -69,7 +68,7 @@ class Tracks:
         Raises:
             CampaignError: it has no such column.
         """
-        usual = (*STATES, *ship.model.controls)
+        usual = (*ship.model.motion, *ship.model.controls)
         known = (*usual, *logged(ship, policy))
         for name in self.columns:
             if name not in known:
