@@ -18,7 +18,6 @@ from scipy.stats import chi2
 
 from ...core.parameters import Free
 from ...data import Array
-from ...models import STATES
 from .. import Fit, Problem, StudyError
 from ..record import scales
 from ..trajectory.batch import Many
@@ -131,7 +130,7 @@ def power(fit: Fit, problem: Problem, settings: Any) -> Power:
     # Scales that are estimated from the trials stay those of all of them.
     whole = replace(problem, loss=replace(problem.loss, sigma=scales(problem)))
     variance, level = posterior_of(fit, whole, settings).variance, white(fit, whole, settings)
-    sigma = np.array([level[name] for name in STATES])
+    sigma = np.array([level.get(name, 0.0) for name in problem.ship.model.motion])
     found = {trial.name: _told(whole, k, settings, fit.values, variance, sigma)
              for k, trial in enumerate(problem.trials)}  # fmt: skip
     missed = list(found.values())
@@ -196,7 +195,7 @@ def _answer(many: Many, values: Array) -> tuple[Array, Array, Array, Array]:
 
     Returns:
         Errors over their scales, shape (rows, channels), their slopes by parameter (rows, channels, free) and by
-        measured state at the start (rows, channels, 6), and the inverse scales (rows, channels).
+        measured state at the start (rows, channels, motion), and the inverse scales (rows, channels).
     """
     cut, states, n = many.windows, list(many.compared), values.shape[1]
     state0, answer = cut.state0.copy(), np.zeros((len(cut.state0), 0, n))
@@ -208,7 +207,7 @@ def _answer(many: Many, values: Array) -> tuple[Array, Array, Array, Array]:
         state0, cut.series, many.shared, lanewise=np.repeat(values, len(state0), axis=0), dt=cut.dt, steps=cut.steps,
         every=cut.every, method=many.method, threads=many.threads,
     )  # fmt: skip
-    begun = slopes[:, :, states, n : n + len(STATES)].copy()
+    begun = slopes[:, :, states, n : n + cut.width].copy()
     own = slopes[:, :, states, :n] + np.einsum("wrcs,wsn->wrcn", begun[..., list(many.begun)], answer)
     begun[..., list(many.begun)] = 0.0
     scale = cut.scale[:, :, states]
