@@ -23,8 +23,8 @@ from .loop import Loop
 from .wire import ANYBODY, Authority, Wire, WireError
 
 RATES: Mapping[str, float] = MappingProxyType({
-    "HDT": 10.0, "THS": 10.0, "ROT": 10.0, "RSA": 5.0, "VBW": 5.0, "RMC": 5.0, "GGA": 1.0, "VTG": 1.0, "ZDA": 1.0,
-    "RPM": 1.0, "MWV": 1.0, "DPT": 1.0,
+    "HDT": 10.0, "THS": 10.0, "ROT": 10.0, "RSA": 5.0, "VBW": 5.0, "RMC": 5.0, "GGA": 1.0, "GLL": 1.0, "VTG": 1.0,
+    "ZDA": 1.0, "HDG": 5.0, "VHW": 1.0, "RPM": 1.0, "MWV": 1.0, "DPT": 1.0,
 })  # fmt: skip
 """Greatest rate of each sentence [Hz of simulated time]; never above the sample rate of its instrument."""
 
@@ -32,8 +32,8 @@ TRANSPONDER, TRANSPONDER_RATE = "VDO", 0.5
 """AIS sentence of the own ship and its rate [Hz]; sent only on request."""
 
 _FED: Mapping[str, tuple[str, ...]] = MappingProxyType({
-    "gnss": ("ZDA", "GGA", "RMC", "VTG", TRANSPONDER), "gyro": ("HDT", "THS"), "rate_gyro": ("ROT",),
-    "speed_log": ("VBW",), "anemometer": ("MWV",), "echo_sounder": ("DPT",), "feedback": ("RSA", "RPM"),
+    "gnss": ("ZDA", "GGA", "RMC", "VTG", "GLL", TRANSPONDER), "gyro": ("HDT", "THS", "HDG"), "rate_gyro": ("ROT",),
+    "speed_log": ("VBW", "VHW"), "anemometer": ("MWV",), "echo_sounder": ("DPT",), "feedback": ("RSA", "RPM"),
 })  # fmt: skip
 """Sentences of each kind of instrument; the transponder adds the last readings of gyro and rate gyro."""
 
@@ -72,6 +72,8 @@ def unsaid(kind: str, suite: Suite, fittings: Fittings) -> str:
         return f"the ship has no {' and no '.join(missing).replace('_', ' ')}"
     if kind == TRANSPONDER and not 0 < fittings.mmsi <= 999_999_999:
         return "the transponder has no MMSI; give nine digits, on the command line by --mmsi"
+    if kind == "HDG" and fittings.variation is None:
+        return "the ship has no magnetic compass; give the variation"
     if kind == TRANSPONDER and find_spec("pyais") is None:
         return "it needs the extra 'nmea': pip install 'seatrial[nmea]'"
     shown = {name for one in suite.instruments if isinstance(one, Feedback) for name in one.controls}
@@ -110,7 +112,7 @@ class Voice:
                 continue
             if kind != TRANSPONDER:
                 self._said[kind] = number
-                yield kind, said
+                yield kind, {**self.latest, **said} if kind == "VHW" else said
             elif all(name in self.latest for name in _TOGETHER):
                 self._said[kind] = number
                 before, self._static = self._static, math.floor(reading.t / _STATIC)

@@ -14,16 +14,15 @@ from typing import Any, Unpack
 from ..data.geodesy import Datum
 from ..environment import Weather
 from ..manoeuvres import Manoeuvre
-from ..models import Sampled, unit
+from ..models import unit
 from ..realtime.bridge.deck import Deck, Outfit
 from ..realtime.bridge.ghost import Ghost
 from ..realtime.bridge.view import OWN
 from ..realtime.conning import CourseKeeper
 from ..realtime.loop import Loop, LoopError
-from ..realtime.plant import Plant
+from ..realtime.plant import Plant, plant_of, rate_of
 from ..realtime.recording import dated
 from ..ships import Ship
-from ..simulate.approach import time_step
 from . import RequestError
 from .request import DEGREE, Around, Note, numbers, obeyed, positive, ship_of, silent, speed_of, surroundings
 from .simulation import known, lacks, order
@@ -48,29 +47,6 @@ _BUTTONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
 
 Start = tuple[float, ...]
 """Initial (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s]."""
-
-
-def rate_of(ship: Ship, wanted: float) -> float:
-    """Tick rate [Hz]: the wanted one, or the greatest below it that a model in discrete time allows."""
-    if not isinstance(ship.model, Sampled):
-        return wanted
-    dt = float(ship.model.dt)
-    return 1.0 / (dt * max(round(1.0 / (wanted * dt)), 1))
-
-
-def plant_of(ship: Ship, rate: float, weather: Weather, start: Start, seed: int, through_water: bool = True) -> Plant:
-    """A ship at a time step that divides the tick, 1/`rate` [s], and suits the ship.
-
-    Args:
-        through_water: whether the velocities of `start` are through water; over ground otherwise.
-    """
-    fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
-    dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
-    x, y, psi, u, v_m, r = start
-    if through_water:
-        _, _, north, east, *_ = weather.series(dt, 1)[0].tolist()
-        u, v_m = u + north * math.cos(psi) + east * math.sin(psi), v_m + east * math.cos(psi) - north * math.sin(psi)
-    return Plant.of(ship, dt=dt, environment=weather, start=(x, y, psi, u, v_m, r), seed=seed)
 
 
 def others_of(texts: Iterable[str], rate: float, weather: Weather, seed: int) -> dict[str, Plant]:

@@ -23,13 +23,13 @@ from ..environment import Weather
 from ..models import STATES
 from ..realtime.loop import Loop, LoopError
 from ..realtime.on_wire import RATES, TRANSPONDER, TRANSPONDER_RATE, OnWire, Speech, Targets
-from ..realtime.plant import Plant
+from ..realtime.plant import Plant, plant_of, rate_of
 from ..realtime.recording import Recording, dated
 from ..realtime.wire import Address, Authority, Wire, WireError
 from ..sensors.suite import Suite, draught, usual
 from ..ships import Ship
 from . import RequestError
-from .realtime import Start, datum_of, keep_course, others_of, pair, plant_of, rate_of
+from .realtime import Start, datum_of, keep_course, others_of, pair
 from .request import (
     DEGREE,
     Around,

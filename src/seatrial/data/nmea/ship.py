@@ -5,6 +5,10 @@
 | HDT, THS | deg true, 0 to 360 | clockwise from north | psi [rad] |
 | ROT | deg per **minute** | - when the bow turns to port | r [rad/s] |
 | VBW | knots | - astern, - to port | u, v_m [m/s] at the log |
+| HDG | deg magnetic | variation east positive: true is magnetic plus variation | psi [rad] |
+| VHW | knots, km/h through the water; deg | - astern | u_w [m/s] at the log, psi |
+| GLL | deg and minutes | north, east | latitude, longitude of the antenna |
+| TTM | nautical miles, knots, minutes | bearing and course true; - after the passing | `Contact` |
 | VTG, RMC | knots, deg true | course towards | U_G [m/s], gamma_G [rad] at the antenna |
 | RSA, ROR | deg | - turns to port; the first field is the starboard or only rudder | delta [rad] |
 | RPM, PRC, TRC | rev/min | - astern, whatever the hand of the propeller | n_P [1/s] |
@@ -57,6 +61,7 @@ class Fittings:
         transducer: of the echo sounder, below the waterline.
         rudders: controls that are rudders, port to starboard.
         shafts: controls that are propellers, port to starboard.
+        variation: of the magnetic compass, east positive [rad]; None where the ship has no magnetic compass.
         mmsi: of the transponder; 0 for none.
         name, length, breadth, draught: of the ship, for the transponder [m].
         simulator: whether sentences are marked as those of a simulator; listeners then take no position, as RMC is
@@ -71,6 +76,7 @@ class Fittings:
     transducer: float = 0.0
     rudders: tuple[str, ...] = ("delta",)
     shafts: tuple[str, ...] = ("n_P",)
+    variation: float | None = None
     mmsi: int = 0
     name: str = ""
     length: float = 0.0
@@ -116,11 +122,39 @@ def _speeds(_: Fittings, m: Measured) -> list[Fields]:
     }]  # fmt: skip
 
 
+def _magnetic(fit: Fittings, angle: float) -> float | None:
+    """A magnetic direction in degrees; None without a magnetic compass."""
+    return None if fit.variation is None else compass(angle - fit.variation)
+
+
+def _aside(fit: Fittings) -> tuple[float | None, str | None]:
+    """Variation in degrees and its side."""
+    if fit.variation is None:
+        return None, None
+    return abs(math.degrees(fit.variation)), "W" if fit.variation < 0.0 else "E"
+
+
+def _steered(fit: Fittings, m: Measured) -> list[Fields]:
+    variation, side = _aside(fit)
+    return [{"headingM": _magnetic(fit, m["psi"]), "deviation": None, "deviationEW": None,
+             "variation": variation, "variationEW": side}]  # fmt: skip
+
+
+def _through_water(fit: Fittings, m: Measured) -> list[Fields]:
+    psi = m.get("psi")
+    return [{
+        "hdgT": None if psi is None else compass(psi), "hgdTu": "T",
+        "hdgM": None if psi is None else _magnetic(fit, psi), "hgdMu": "M",
+        "spdN": m["u_w"] / KNOT, "spdNu": "N", "spdK": 3.6 * m["u_w"], "spdKu": "K",
+    }]  # fmt: skip
+
+
 def _minimum(fit: Fittings, m: Measured) -> list[Fields]:
     moment = clock(fit, m)
+    variation, side = _aside(fit)
     return [{
         "time": _of_day(moment), "status": "V" if fit.simulator else "A", "lat": m["latitude"], "lon": m["longitude"],
-        "spd": m["U"] / KNOT, "cog": compass(m["chi"]), "date": moment.date(), "mv": None, "mvEW": None,
+        "spd": m["U"] / KNOT, "cog": compass(m["chi"]), "date": moment.date(), "mv": variation, "mvEW": side,
         "posMode": fit.mode, "navStatus": "V",
     }]  # fmt: skip
 
@@ -152,13 +186,18 @@ SPOKEN: Mapping[str, tuple[str, Callable[[Fittings, Measured], list[Fields]]]] =
     "ROT": ("TI", lambda _, m: [{"rot": math.degrees(m["r"]) * 60.0, "valid": "A"}]),
     "VBW": ("VD", _speeds),
     "VTG": ("GP", lambda fit, m: [{
-        "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": None, "cogmUnit": "M", "sogn": m["U"] / KNOT,
+        "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": _magnetic(fit, m["chi"]), "cogmUnit": "M", "sogn": m["U"] / KNOT,
         "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": fit.mode}]),
     "RMC": ("GP", _minimum),
     "GGA": ("GP", lambda fit, m: [{
         "time": _of_day(clock(fit, m)), "lat": m["latitude"], "lon": m["longitude"],
         "quality": 8 if fit.simulator else 1, "numSV": 12, "HDOP": 1.0, "alt": 0.0, "altUnit": "M",
         "sep": 0.0, "sepUnit": "M", "diffAge": None, "diffStation": None}]),
+    "GLL": ("GP", lambda fit, m: [{
+        "lat": m["latitude"], "lon": m["longitude"], "time": _of_day(clock(fit, m)),
+        "status": "V" if fit.simulator else "A", "posMode": fit.mode}]),
+    "HDG": ("HC", _steered),
+    "VHW": ("VW", _through_water),
     "ZDA": ("GP", _date),
     "RSA": ("RC", _rudders),
     "RPM": ("RC", lambda fit, m: [
