@@ -127,17 +127,10 @@ def _magnetic(fit: Fittings, angle: float) -> float | None:
     return None if fit.variation is None else compass(angle - fit.variation)
 
 
-def _aside(fit: Fittings) -> tuple[float | None, str | None]:
-    """Variation in degrees and its side."""
-    if fit.variation is None:
-        return None, None
-    return abs(math.degrees(fit.variation)), "W" if fit.variation < 0.0 else "E"
-
-
-def _steered(fit: Fittings, m: Measured) -> list[Fields]:
-    variation, side = _aside(fit)
+def _compass_heading(fit: Fittings, m: Measured) -> list[Fields]:
+    variation = math.degrees(fit.variation or 0.0)
     return [{"headingM": _magnetic(fit, m["psi"]), "deviation": None, "deviationEW": None,
-             "variation": variation, "variationEW": side}]  # fmt: skip
+             "variation": abs(variation), "variationEW": "W" if variation < 0.0 else "E"}]  # fmt: skip
 
 
 def _through_water(fit: Fittings, m: Measured) -> list[Fields]:
@@ -150,11 +143,10 @@ def _through_water(fit: Fittings, m: Measured) -> list[Fields]:
 
 
 def _minimum(fit: Fittings, m: Measured) -> list[Fields]:
-    moment = clock(fit, m)
-    variation, side = _aside(fit)
+    moment = clock(fit, m)  # with positions to 7 decimals the 82 characters have no room for the variation: see HDG
     return [{
         "time": _of_day(moment), "status": "V" if fit.simulator else "A", "lat": m["latitude"], "lon": m["longitude"],
-        "spd": m["U"] / KNOT, "cog": compass(m["chi"]), "date": moment.date(), "mv": variation, "mvEW": side,
+        "spd": m["U"] / KNOT, "cog": compass(m["chi"]), "date": moment.date(), "mv": None, "mvEW": None,
         "posMode": fit.mode, "navStatus": "V",
     }]  # fmt: skip
 
@@ -196,7 +188,7 @@ SPOKEN: Mapping[str, tuple[str, Callable[[Fittings, Measured], list[Fields]]]] =
     "GLL": ("GP", lambda fit, m: [{
         "lat": m["latitude"], "lon": m["longitude"], "time": _of_day(clock(fit, m)),
         "status": "V" if fit.simulator else "A", "posMode": fit.mode}]),
-    "HDG": ("HC", _steered),
+    "HDG": ("HC", _compass_heading),
     "VHW": ("VW", _through_water),
     "ZDA": ("GP", _date),
     "RSA": ("RC", _rudders),
