@@ -226,6 +226,18 @@ Host = Annotated[str, Option(help="Serve at this address.")]
 Port = Annotated[int, Option(help="Serve at this port; 0 takes a free one.")]
 Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the ship.")]
 
+# Scenarios.
+ScenarioPath = Annotated[Path, Argument(metavar="SCENARIO", help="Name a scenario file.")]
+RangeNmea = Annotated[
+    str | None, Option("--nmea", help="Let an autopilot steer at udp://127.0.0.1:PORT or tcp://...")
+]  # fmt: skip
+RangeFactor = Annotated[
+    float | None, Option("--factor", help="Set simulated over real time (default: 1 with --nmea, else fastest).")
+]  # fmt: skip
+LockStep = Annotated[bool, Option("--lock-step", help="Wait for an answer to each period of sentences.")]
+AnswerEvery = Annotated[float, Option("--every", metavar="S", help="Set the period of --lock-step.")]
+Patience = Annotated[float, Option(metavar="S", help="Give up after so long without an answer.")]
+
 # Campaigns.
 CampaignSource = Annotated[str, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]
 CampaignFolder = Annotated[

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from types import MappingProxyType
 from typing import Any, BinaryIO
 
 from ..core.parameters import unknown
+from ..data.nmea.ais import Transponder, position
 from ..data.nmea.framing import LARGEST, TOKEN, Tag, tag_block
 from ..data.nmea.sentences import NmeaError
-from ..data.nmea.ship import SPOKEN, Fittings, Measured, lines, position
+from ..data.nmea.ship import SPOKEN, Fittings, Measured, clock, lines
 from ..sensors import Reading
 from ..sensors.instruments import Anemometer, EchoSounder, Feedback, Gnss, Gyro, RateGyro, SpeedLog
 from ..sensors.stream import EXACT
@@ -20,7 +21,7 @@ from ..sensors.suite import Suite
 from ..ships import Ship
 from .conning import Conning, rudders, shafts
 from .loop import Loop
-from .wire import ANYBODY, Authority, Wire, WireError
+from .wire import ANYBODY, Authority, Message, Wire, WireError
 
 RATES: Mapping[str, float] = MappingProxyType({
     "HDT": 10.0, "THS": 10.0, "ROT": 10.0, "RSA": 5.0, "VBW": 5.0, "RMC": 5.0, "GGA": 1.0, "GLL": 1.0, "VTG": 1.0,
@@ -180,12 +181,15 @@ class OnWire:
         conning: commander and steering mode.
         wire: the connection.
         fittings: datum, positions of instruments, rudders and shafts.
+        authority: senders that may have command.
+        speakers: called after each tick for lines of other sources, which go out before the ship's own.
+        listeners: called with each valid sentence, whoever has command.
         log: file for the sentences sent, each with a TAG block that has its time; None: no log.
     """
 
     def __init__(
         self, loop: Loop, ship: str, wire: Wire, speech: Speech, *, log: BinaryIO | None = None, hold: float = 10.0,
-        authority: Authority = ANYBODY,
+        authority: Authority = ANYBODY, ticking: bool = True,
     ) -> None:  # fmt: skip
         """Connect a ship of a loop to a wire, from the next tick on.
 
@@ -199,11 +203,13 @@ class OnWire:
             log: as the attribute.
             hold: longest silence of a commander [simulated s].
             authority: senders that may have command.
+            ticking: whether to call `tick` after each tick from now on; else the caller sees to that.
 
         Raises:
             WireError: a requested sentence that the instruments cannot provide.
         """
         vessel = self._vessel = loop.vessels[ship]
+        self.authority = authority
         self._name, self.wire, self.log, self._speech = ship, wire, log, speech
         fittings = self.fittings = fitted(vessel.plant.ship, speech.fittings)
         plant = vessel.plant
@@ -220,22 +226,41 @@ class OnWire:
         self._voice = Voice(fittings, rates, loop.t)
         self.conning = Conning(plant.ship, fittings, hold, steers=steers(suite), authority=authority)
         self._number, self._was_stale, self._commander = 0, False, ""
-        loop.after(self.tick)
+        self.speakers: list[Callable[[Loop], Iterable[bytes]]] = []
+        self.listeners: list[Callable[[Message, Loop], None]] = []
+        self._early: list[Message] = []
+        if ticking:
+            loop.after(self.tick)
         loop.keep(f"the wire of {ship}", self)
 
     def tick(self, loop: Loop) -> None:
         """Receive, steer and send, once after each tick; a ship that blew up does nothing until it is restored."""
         self.wire.t = loop.t
-        heard = self.wire.poll()
+        early, self._early = self._early, []
+        heard = [*early, *self.wire.poll()]
         if self._vessel.failure is not None:
             return
         for message in heard:
+            for listen in self.listeners:
+                listen(message, loop)
             for control, value in self.conning.take(message.sentence, message.sender, loop.t).items():
                 loop.order(self._name, control, value)
         due = [one for reading in self._vessel.readings for one in self._voice.take(reading)]
         self._steer(loop)
         self._report(loop)
-        self._send(loop, [line for kind, said in due for line in self._lines(kind, said)])
+        due.sort(key=lambda one: one[0] == "ZDA")  # the time comes last: who has it has all of this tick
+        now = self.fittings.epoch + loop.t
+        others = [(line, now) for speak in self.speakers for line in speak(loop)]
+        self._send(loop, [*others, *(line for kind, said in due for line in self._lines(kind, said))])
+
+    def hold(self, messages: Iterable[Message]) -> None:
+        """Keep sentences that were read from the wire already for the next tick."""
+        self._early += messages
+
+    @property
+    def latest(self) -> Mapping[str, float]:
+        """Last value of each instrument, by the names of `data.nmea.ship.Measured`."""
+        return self._voice.latest
 
     def say(self, loop: Loop, lines: Iterable[bytes]) -> None:
         """Send sentences of another source with the present time."""
@@ -343,4 +368,5 @@ class Targets:
             latitude, longitude = fittings.datum.place(x, y)
             said = {"t": loop.t, "psi": psi, "r": plant["r"], "latitude": latitude, "longitude": longitude,
                     "U": math.hypot(u, v), "chi": psi + math.atan2(v, u)}  # fmt: skip
-            self._on_wire.say(loop, position(fittings, said, FIRST + k, "VDM"))
+            by = Transponder(FIRST + k)
+            self._on_wire.say(loop, position(by, said, clock(fittings, said).second, "VDM"))

@@ -16,20 +16,19 @@
 | MWV T | the same, as if the ship stood still | where it comes from | U_T, gamma_T - psi |
 | DPT | m below the transducer | offset + up to the waterline | depth [m] |
 
-`reading` is the inverse.  VDO and VDM hold position reports and static data of ITU-R M.1371, by pyais.
+`reading` is the inverse.  VDO and VDM hold reports of transponders, see `ais`.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from types import MappingProxyType
-from typing import Any
 
 from ..geodesy import Datum
+from . import ais
 from .sentences import Sentence, Value, encode
 
 KNOT = 1852.0 / 3600.0
@@ -88,6 +87,11 @@ class Fittings:
     def mode(self) -> str:
         """Mode indicator of the sentences: A, autonomous, or S, simulator."""
         return "S" if self.simulator else "A"
+
+    @property
+    def transponder(self) -> ais.Transponder:
+        """The transponder of the ship."""
+        return ais.Transponder(self.mmsi, self.name, self.length, self.breadth, self.draught, self.antenna)
 
     @property
     def numbers(self) -> Mapping[str, int]:
@@ -207,7 +211,8 @@ def lines(kind: str, fit: Fittings, m: Measured) -> list[bytes]:
     The static data go before a position report where `m` has "static".
     """
     if kind == "VDO":
-        return [*(_static(fit) if "static" in m else ()), *position(fit, m, fit.mmsi, "VDO")]
+        by = fit.transponder
+        return [*(ais.static(by, kind) if "static" in m else ()), *ais.position(by, m, clock(fit, m).second, kind)]
     talker, fields_of = SPOKEN[kind]
     return [encode(Sentence(talker, kind, fields)) for fields in fields_of(fit, m)]
 
@@ -219,39 +224,3 @@ def clock(fit: Fittings, m: Measured) -> datetime:
 
 def _of_day(moment: datetime) -> float:
     return moment.hour * 3600.0 + moment.minute * 60.0 + moment.second + moment.microsecond * 1e-6
-
-
-_NOT_AVAILABLE, _GPS = 0, 1  # manoeuvre indicator, of which 3 is reserved; kind of receiver
-
-
-def position(fit: Fittings, m: Measured, mmsi: int, kind: str) -> list[bytes]:
-    """Message 1 of a ship with this MMSI, as VDO of the own ship or VDM of another."""
-    return _ais({
-        "type": 1, "mmsi": mmsi, "turn": math.degrees(m["r"]) * 60.0, "speed": min(m["U"] / KNOT, 102.2),
-        "lon": m["longitude"], "lat": m["latitude"], "course": compass(m["chi"]),
-        "heading": round(compass(m["psi"])) % 360, "second": clock(fit, m).second, "maneuver": _NOT_AVAILABLE,
-    }, kind)  # fmt: skip
-
-
-def _static(fit: Fittings) -> list[bytes]:
-    """Message 5: name, size about the antenna and draught."""
-    forward, starboard = fit.antenna
-    ahead, aside = 0.5 * fit.length, 0.5 * fit.breadth
-    return _ais({
-        "type": 5, "mmsi": fit.mmsi, "shipname": re.sub(r"[^ -_]", " ", fit.name.upper())[:20], "epfd": _GPS,
-        "to_bow": _metres(ahead - forward, 511), "to_stern": _metres(ahead + forward, 511),
-        "to_port": _metres(aside + starboard, 63), "to_starboard": _metres(aside - starboard, 63),
-        "draught": min(fit.draught, 25.5),
-    }, "VDO")  # fmt: skip
-
-
-def _metres(length: float, most: int) -> int:
-    return min(max(round(length), 0), most)
-
-
-def _ais(values: dict[str, Any], kind: str) -> list[bytes]:
-    try:
-        from pyais import encode_dict
-    except ImportError:
-        return []
-    return [line.encode() + b"\r\n" for line in encode_dict(values, talker_id="AI", sentence_type=kind)]
