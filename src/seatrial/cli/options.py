@@ -228,6 +228,7 @@ Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the s
 
 # Scenarios.
 ScenarioPath = Annotated[Path, Argument(metavar="SCENARIO", help="Name a scenario file.")]
+ScenarioFile = Annotated[Path | None, Option("--scenario", help="Play a scenario file around the ship.")]
 RangeNmea = Annotated[
     str | None, Option("--nmea", help="Let an autopilot steer at udp://127.0.0.1:PORT or tcp://...")
 ]  # fmt: skip

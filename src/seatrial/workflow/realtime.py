@@ -57,7 +57,7 @@ def others_of(texts: Iterable[str], rate: float, weather: Weather, seed: int) ->
     """
     found: dict[str, Plant] = {}
     for number, text in enumerate(texts, 1):
-        ship, start = _other(text)
+        ship, start = other_of(text)
         found[f"{number} {ship.name}"] = plant_of(ship, rate, weather, start, seed)
     return found
 
@@ -71,7 +71,7 @@ def keep_course(loop: Loop, names: Iterable[str], note: Note = silent) -> None:
             note(f"note: --other {name.partition(' ')[2]}: it has no rudder to steer; it drifts freely")
 
 
-def _other(text: str) -> tuple[Ship, Start]:
+def other_of(text: str) -> tuple[Ship, Start]:
     """Another ship: NAME@NORTH,EAST,HEADING[,SPEED] [m, deg, m/s]."""
     name, _, place = text.partition("@")
     try:
@@ -171,7 +171,7 @@ def bridge(
         raise RequestError("--place and --ghost both set the position; leave out --place")
     datum = datum_of(place)
     with listen(host, port, anywhere) as listening:
-        serve = _server(anywhere)
+        serve = server_of(anywhere)
         vessel = ship_of(ship)
         beside = _ghost(vessel, ghost, note)
         rate = rate_of(vessel, _RATE)
@@ -187,7 +187,7 @@ def bridge(
             raise RequestError(f"-o: {out}: {what}; recordings go into a folder")
         keep_course(loop, (name for name in loop.vessels if name != OWN), note)
         meta = dated(round(time.time()), datum if beside is None else beside.datum)
-        deck = Deck(loop, Outfit(_drills(vessel), out, beside, hold, cannot(vessel), meta))
+        deck = Deck(loop, Outfit(drills(vessel), out, beside, hold, cannot(vessel), meta))
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{vessel.name}: {address(listening, key)} (Ctrl-C ends it)")
         try:
@@ -198,7 +198,7 @@ def bridge(
         return [*deck.close()]
 
 
-def _server(everywhere: bool) -> Callable[[Deck, Loop, socket.socket, str], None]:
+def server_of(everywhere: bool) -> Callable[[Deck, Loop, socket.socket, str], None]:
     """What serves the page, to this machine or to any address."""
     try:
         from ..realtime.bridge.server import serve
@@ -220,7 +220,7 @@ def _ghost(ship: Ship, path: Path | None, note: Note) -> Ghost | None:
     return ghost
 
 
-def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
+def drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
     """The buttons."""
     return {text: lambda n_P, kind=kind, given=given: order(kind, ship, ship.speed, n_P, given)
             for text, (kind, given) in _BUTTONS.items() if kind in known()}  # fmt: skip

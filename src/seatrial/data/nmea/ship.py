@@ -182,8 +182,8 @@ SPOKEN: Mapping[str, tuple[str, Callable[[Fittings, Measured], list[Fields]]]] =
     "ROT": ("TI", lambda _, m: [{"rot": math.degrees(m["r"]) * 60.0, "valid": "A"}]),
     "VBW": ("VD", _speeds),
     "VTG": ("GP", lambda fit, m: [{
-        "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": _magnetic(fit, m["chi"]), "cogmUnit": "M", "sogn": m["U"] / KNOT,
-        "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": fit.mode}]),
+        "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": _magnetic(fit, m["chi"]), "cogmUnit": "M",
+        "sogn": m["U"] / KNOT, "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": fit.mode}]),
     "RMC": ("GP", _minimum),
     "GGA": ("GP", lambda fit, m: [{
         "time": _of_day(clock(fit, m)), "lat": m["latitude"], "lon": m["longitude"],

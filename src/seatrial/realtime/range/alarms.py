@@ -115,7 +115,7 @@ class Alarms:
 
     def standing(self) -> Sequence[Alarm]:
         """The alarms that are not normal, the latest first."""
-        return sorted((one for one in self.alarms.values() if one.state != "N"), key=lambda one: -one.changed)
+        return sorted((one for one in tuple(self.alarms.values()) if one.state != "N"), key=lambda one: -one.changed)
 
     def acknowledge(self, identifier: int, instance: int, t: float) -> None:
         """Acknowledge an alarm; RefusalError: there is none to acknowledge."""

@@ -30,8 +30,8 @@ class Handover:
             page: whether there is a page.
         """
         self._own, self._pilot, self._on_wire = own, pilot, on_wire
-        there = (("wire", on_wire is not None), ("pilot", pilot is not None), ("page", page))
-        self.known: tuple[Phase, ...] = tuple(name for name, is_there in there if is_there)  # type: ignore[misc]
+        there: dict[Phase, bool] = {"wire": on_wire is not None, "pilot": pilot is not None, "page": page}
+        self.known: tuple[Phase, ...] = tuple(name for name, is_there in there.items() if is_there)
         self._first: Phase = self.known[0] if self.known else "page"
         self.holder: Phase = self._first
         self._set(self._first)
@@ -39,7 +39,7 @@ class Handover:
 
     def hand(self, loop: Loop, to: str) -> None:
         """Hand over; RefusalError: to somebody who is not there."""
-        found = next((name for name in self.known if name == to), None)
+        found: Phase | None = next((name for name in self.known if name == to), None)
         if found is None:
             raise RefusalError(f"nobody called that can steer; there is {', '.join(self.known)}")
         if found != self.holder:

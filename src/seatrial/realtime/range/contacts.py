@@ -117,16 +117,15 @@ class Contacts:
 
     def tick(self, loop: Loop) -> None:
         """Look around; a ship that blew up is a contact no more."""
-        own = loop.vessels[self._own]
+        own, seen = loop.vessels[self._own], dict[str, Contact]()
         if own.failure is not None:
             return
         for name in self._names:
             vessel = loop.vessels[name]
-            if vessel.failure is not None:
-                self.seen.pop(name, None)
-                continue
-            found = self.seen[name] = contact(name, own.plant, vessel.plant)
-            self._note(loop.t, found, own.plant, vessel.plant)
+            if vessel.failure is None:
+                seen[name] = contact(name, own.plant, vessel.plant)
+                self._note(loop.t, seen[name], own.plant, vessel.plant)
+        self.seen = seen  # as a whole, since a page reads it from another thread
 
     def _note(self, t: float, found: Contact, own: Plant, other: Plant) -> None:
         passed = self.passed[found.name]

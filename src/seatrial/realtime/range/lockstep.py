@@ -7,6 +7,7 @@ doing: the run is the same each time, and as fast as the autopilot answers.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from ...core.errors import RunError
 from ..loop import Loop
@@ -20,12 +21,14 @@ class Lockstep:
         failure: why it gave up; empty while it did not.
         answers: answers so far.
         waited: time for which it has waited [s of the clock].
+        alive: whether an answer can still come.
     """
 
     def __init__(self, loop: Loop, on_wire: OnWire, every: float = 1.0, patience: float = 10.0) -> None:
         """Wait after the tick of each `every` seconds, at most `patience` seconds of the clock."""
         self._on_wire, self._ticks, self._patience = on_wire, max(round(every * loop.rate), 1), patience
         self.failure, self.answers, self.waited = "", 0, 0.0
+        self.alive: Callable[[], bool] = lambda: True
         loop.after(self.tick)
 
     def meet(self) -> None:
@@ -44,6 +47,8 @@ class Lockstep:
             return
         if self._answered():
             self.answers += 1
+        elif not self.alive():
+            loop.stop()
         else:
             self.failure = f"no answer within {self._patience:g} s at {loop.t:g} s; each ZDA is to be answered"
             loop.stop()
@@ -54,7 +59,7 @@ class Lockstep:
             heard = wire.poll()
             self._on_wire.hold(heard)
             now = time.monotonic()
-            if heard or now - begin > self._patience:
+            if heard or now - begin > self._patience or not self.alive():
                 self.waited += now - begin
                 return bool(heard)
             wire.wait(min(0.2, self._patience))

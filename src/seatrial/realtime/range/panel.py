@@ -78,7 +78,7 @@ class Panel:
 
 
 def _nearest(stage: Stage) -> list[Contact]:
-    return sorted(tuple(stage.contacts.seen.values()), key=lambda one: one.distance)
+    return sorted(stage.contacts.seen.values(), key=lambda one: one.distance)
 
 
 def _row(one: Contact, dangerous: bool) -> list[Any]:

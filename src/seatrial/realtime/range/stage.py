@@ -82,7 +82,9 @@ class Stage:
         faults, contacts, judge, alarms, handover, sky: as the modules of these names.
     """
 
-    def __init__(self, scenario: Scenario, factor: float = math.inf, line: Line | None = None, page: bool = False) -> None:
+    def __init__(
+        self, scenario: Scenario, factor: float = math.inf, line: Line | None = None, page: bool = False
+    ) -> None:  # fmt: skip
         """Set the stage at time 0.
 
         Args:

@@ -153,6 +153,8 @@ def _run(
     with running_beside(command, address, printed) as process:
         if process is not None:
             stage.loop.after(lambda loop: loop.stop() if process.poll() is not None else None)
+            if step is not None:
+                step.alive = lambda: process.poll() is None
         try:
             if step is not None:
                 step.meet()

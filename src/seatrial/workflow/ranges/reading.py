@@ -38,8 +38,8 @@ _CHANNELS = {"wind": ("wind_x", "wind_y"), "current": ("current_x", "current_y")
              "waves": ("wave_x", "wave_y", "wave_T"), "depth": ("per_depth",)}  # fmt: skip
 
 
-def read_scenario(path: Path) -> Scenario:
-    """A scenario from its file.
+def read_scenario(path: Path, own: Ship | None = None) -> Scenario:
+    """A scenario from its file; `own` takes the place of its own ship.
 
     Raises:
         RequestError: what is wrong in the file, and at which key.
@@ -50,11 +50,13 @@ def read_scenario(path: Path) -> Scenario:
         raise RequestError(f"{path}: cannot be read: {error}") from None
     except ValueError as error:
         raise RequestError(f"{path}: {error}") from None
-    return scenario_of(document, path)
+    return scenario_of(document, path, own)
 
 
-def scenario_of(document: dict[str, Any], path: Path) -> Scenario:
+def scenario_of(document: dict[str, Any], path: Path, own: Ship | None = None) -> Scenario:
     """A scenario from the contents of its file; `path` is for messages, and ship files are looked for beside it.
+
+    `own` takes the place of its own ship.
 
     Raises:
         RequestError: what is wrong in the file, and at which key.
@@ -63,14 +65,13 @@ def scenario_of(document: dict[str, Any], path: Path) -> Scenario:
         raise RequestError(f'{path}: is no scenario; its first line is schema = "{SCHEMA}"')
     table = checked(path, ScenarioFile, document)
     try:
-        return _scenario(table, path)
+        return _scenario(table, path, own or _ship(path, table.own.ship))
     except ValueError as error:
         about = str(error)
         raise RequestError(about if about.startswith(str(path)) else f"{path}: {about}") from None
 
 
-def _scenario(table: ScenarioFile, path: Path) -> Scenario:
-    own = _ship(path, table.own.ship)
+def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
     datum = _datum(table)
     if table.gusts is not None:
         Gust(Uniform(), table.gusts)
