@@ -235,8 +235,8 @@ RangeNmea = Annotated[
 RangeFactor = Annotated[
     float | None, Option("--factor", help="Set simulated over real time (default: 1 with --nmea, else fastest).")
 ]  # fmt: skip
-LockStep = Annotated[bool, Option("--lock-step", help="Wait for an answer to each period of sentences.")]
-AnswerEvery = Annotated[float, Option("--every", metavar="S", help="Set the period of --lock-step.")]
+LockStep = Annotated[bool, Option("--lock-step", help="Wait for the answer of the autopilot each second.")]
+AnswerTo = Annotated[str, Option(metavar="KIND", help="Name the sentence that --lock-step has answered.")]
 Patience = Annotated[float, Option(metavar="S", help="Give up after so long without an answer.")]
 
 # Campaigns.

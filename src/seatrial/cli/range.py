@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def range_(
     scenario: o.ScenarioPath, nmea: o.RangeNmea = None, to: o.To = None, anywhere: o.Anywhere = False,
     framed: o.Framed = False, only: o.Sentences = None, factor: o.RangeFactor = None, lock_step: o.LockStep = False,
-    every: o.AnswerEvery = 1.0, patience: o.Patience = 20.0, hold: o.Hold = 10.0, commander: o.Commander = None,
+    answer_to: o.AnswerTo = "ZDA", patience: o.Patience = 20.0, hold: o.Hold = 10.0, commander: o.Commander = None,
     duration: o.End = None, log: o.SentenceLog = None, out: o.Record = None, beside: o.Beside = None,
     simulator: o.Simulator = False, json: o.Json = False,
 ) -> None:  # fmt: skip
@@ -24,7 +24,7 @@ def range_(
     from ..workflow.ranges import play
 
     ran = play(scenario, nmea, to=to or (), anywhere=anywhere, framed=framed, only=only, factor=factor,
-               lock_step=lock_step, every=every, patience=patience, hold=hold, commander=commander or (),
+               lock_step=lock_step, answer_to=answer_to, patience=patience, hold=hold, commander=commander or (),
                duration=duration, log=log, out=out, beside=beside, simulator=simulator, note=note,
                printed=lambda text: hand_on(text, aside=json))  # fmt: skip
     document = ran.document()

@@ -183,6 +183,7 @@ class OnWire:
         fittings: datum, positions of instruments, rudders and shafts.
         authority: senders that may have command.
         speakers: called after each tick for lines of other sources, which go out before the ship's own.
+        said: kinds of the ship's own sentences in the last tick.
         listeners: called with each valid sentence, whoever has command.
         log: file for the sentences sent, each with a TAG block that has its time; None: no log.
     """
@@ -229,6 +230,7 @@ class OnWire:
         self.speakers: list[Callable[[Loop], Iterable[bytes]]] = []
         self.listeners: list[Callable[[Message, Loop], None]] = []
         self._early: list[Message] = []
+        self.said: frozenset[str] = frozenset()
         if ticking:
             loop.after(self.tick)
         loop.keep(f"the wire of {ship}", self)
@@ -248,6 +250,7 @@ class OnWire:
         due = [one for reading in self._vessel.readings for one in self._voice.take(reading)]
         self._steer(loop)
         self._report(loop)
+        self.said = frozenset(kind for kind, _ in due)
         due.sort(key=lambda one: one[0] == "ZDA")  # the time comes last: who has it has all of this tick
         now = self.fittings.epoch + loop.t
         others = [(line, now) for speak in self.speakers for line in speak(loop)]

@@ -1,7 +1,8 @@
-"""Lock step with an autopilot on the wire: the ship waits for an answer each time it has told its state.
+"""Lock step with an autopilot on the wire: the ship waits for an answer each time it has sent a certain sentence.
 
-Where each answer is one datagram, the order of everything is that of the simulated time, whatever the machines are
-doing: the run is the same each time, and as fast as the autopilot answers.
+That sentence is ZDA unless another is named: it is the last of its tick, so whoever has it has all.  Where each answer
+is one datagram, the order of everything is that of the simulated time, whatever the machines are doing: the run is the
+same each time, and as fast as the autopilot answers.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from ..on_wire import OnWire
 
 
 class Lockstep:
-    """Waits in the loop for an answer to each period of sentences.
+    """Waits in the loop for an answer to each sentence of one kind.
 
     Attributes:
         failure: why it gave up; empty while it did not.
@@ -24,9 +25,9 @@ class Lockstep:
         alive: whether an answer can still come.
     """
 
-    def __init__(self, loop: Loop, on_wire: OnWire, every: float = 1.0, patience: float = 10.0) -> None:
-        """Wait after the tick of each `every` seconds, at most `patience` seconds of the clock."""
-        self._on_wire, self._ticks, self._patience = on_wire, max(round(every * loop.rate), 1), patience
+    def __init__(self, loop: Loop, on_wire: OnWire, to: str = "ZDA", patience: float = 10.0) -> None:
+        """Wait after each tick in which a sentence `to` is sent, at most `patience` seconds of the clock."""
+        self._on_wire, self._to, self._patience = on_wire, to, patience
         self.failure, self.answers, self.waited = "", 0, 0.0
         self.alive: Callable[[], bool] = lambda: True
         loop.after(self.tick)
@@ -42,15 +43,16 @@ class Lockstep:
                            "autopilot running, and sending there?")  # fmt: skip
 
     def tick(self, loop: Loop) -> None:
-        """Wait, if a period is over; stop the loop where no answer comes."""
-        if loop.k % self._ticks or self.failure:
+        """Wait, if the sentence was sent; stop the loop where no answer comes.
+
+        An autopilot that has ended is waited for no more: its last orders hold.
+        """
+        if self._to not in self._on_wire.said or self.failure or not self.alive():
             return
         if self._answered():
             self.answers += 1
-        elif not self.alive():
-            loop.stop()
-        else:
-            self.failure = f"no answer within {self._patience:g} s at {loop.t:g} s; each ZDA is to be answered"
+        elif self.alive():
+            self.failure = f"no answer within {self._patience:g} s at {loop.t:g} s; each {self._to} is to be answered"
             loop.stop()
 
     def _answered(self) -> bool:

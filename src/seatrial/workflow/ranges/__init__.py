@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ...core.errors import RunError
+from ...core.parameters import unknown
 from ...data import DataError
 from ...realtime.bridge.view import OWN
 from ...realtime.loop import LoopError
@@ -82,7 +83,7 @@ def _criterion(one: Judged) -> dict[str, Any]:
 def play(
     scenario: str | Path | Scenario, nmea: str | None = None, *, to: Sequence[str] = (), anywhere: bool = False,
     framed: bool = False, only: str | None = None, factor: float | None = None, lock_step: bool = False,
-    every: float = 1.0, patience: float = 20.0, hold: float = 10.0, commander: Sequence[str] = (),
+    answer_to: str = "ZDA", patience: float = 20.0, hold: float = 10.0, commander: Sequence[str] = (),
     duration: float | None = None, log: Path | None = None, out: Path | None = None, beside: str | None = None,
     simulator: bool = False, note: Note = silent, printed: Note = silent,
 ) -> Ranged:  # fmt: skip
@@ -101,35 +102,49 @@ def play(
         RequestError: a request that cannot be carried out.
         RunError: no autopilot on the wire, or the program beside the ship failed.
     """
-    positive(duration=duration, every=every, patience=patience, hold=hold)
+    positive(duration=duration, patience=patience, hold=hold)
     played = scenario if isinstance(scenario, Scenario) else read_scenario(Path(scenario))
     if nmea is None and (lock_step or beside is not None or log is not None or to or only is not None):
         raise RequestError("--lock-step, --beside, --log, --to and --only are of a wire; give --nmea udp://127.0.0.1:0")
     own, reports = split(only)
+    if answer_to not in RATES:
+        raise RequestError(f"--answer-to: {unknown(answer_to, RATES, 'sentence')}")
+    authority = Authority.of(tuple(commander))
     try:
-        addresses = [Address.parse(one, anywhere) for one in (*(() if nmea is None else (nmea,)), *to)]
-        wire = None if nmea is None else Wire(addresses[0], to=addresses[1:])
-    except WireError as error:
-        raise RequestError(str(error)) from None
-    pace = (math.inf if wire is None or lock_step else 1.0) if factor is None else factor
-    try:
-        with writing(log) as file:
-            line = None if wire is None else Line(wire, framed, own, reports, hold, Authority.of(tuple(commander)),
-                                                  simulator, file)  # fmt: skip
-            stage = Stage(played, pace, line)
+        with opened(nmea, to, anywhere) as wire, writing(log) as file:
+            line = None if wire is None else Line(wire, framed, own, reports, hold, authority, simulator, file)
+            stage = Stage(played, (math.inf if wire is None or lock_step else 1.0) if factor is None else factor, line)
             record = None if out is None else stage.record(out)
-            step = Lockstep(stage.loop, stage.on_wire, every, patience) if lock_step and stage.on_wire else None
+            step = Lockstep(stage.loop, stage.on_wire, answer_to, patience) if lock_step and stage.on_wire else None
             _run(stage, step, duration, beside, wire, note, printed)
             if record is not None:
                 with suppress(DataError):  # why the last row was not written is in its failure
                     record.close()
     except (WireError, LoopError) as error:
         raise RequestError(str(error)) from None
-    finally:
-        if wire is not None:
-            wire.close()
     failure = _failure(stage, record, step)
     return Ranged(stage, stage.judge.judged(stage.contacts), tuple(record.paths) if record else (), failure)
+
+
+@contextmanager
+def opened(nmea: str | None, to: Sequence[str], anywhere: bool) -> Generator[Wire | None]:
+    """The wire at an address, closed at the end; None without an address.
+
+    Raises:
+        RequestError: an address that cannot be used.
+    """
+    if nmea is None:
+        yield None
+        return
+    try:
+        first, *others = (Address.parse(one, anywhere) for one in (nmea, *to))
+        wire = Wire(first, to=others)
+    except WireError as error:
+        raise RequestError(str(error)) from None
+    try:
+        yield wire
+    finally:
+        wire.close()
 
 
 def split(only: str | None) -> tuple[dict[str, float] | None, tuple[str, ...]]:
@@ -151,10 +166,8 @@ def _run(
     address = None if wire is None else wire.address
     note(f"{stage.scenario.title}{'' if address is None else f' on {address}'}")
     with running_beside(command, address, printed) as process:
-        if process is not None:
-            stage.loop.after(lambda loop: loop.stop() if process.poll() is not None else None)
-            if step is not None:
-                step.alive = lambda: process.poll() is None
+        if process is not None and step is not None:
+            step.alive = lambda: process.poll() is None
         try:
             if step is not None:
                 step.meet()

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from socket import socket
@@ -20,13 +19,13 @@ from ...realtime.range.panel import Panel
 from ...realtime.range.scenario import Other, Own, Sailing, Scenario, Weather
 from ...realtime.range.stage import Line, Stage
 from ...realtime.recording import dated
-from ...realtime.wire import Address, Authority, Wire, WireError
+from ...realtime.wire import Authority, WireError
 from ...ships import Ship
 from .. import RequestError
 from ..realtime import HERE, address, cannot, datum_of, drills, listen, other_of, server_of
 from ..request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
 from ..steer import writing
-from . import split
+from . import opened, split
 from .reading import read_scenario
 
 _RATE = 20.0
@@ -77,7 +76,7 @@ def rig(
         played = replace(read_scenario(scenario, vessel), rate=_RATE)
     own, reports = split(only)
     authority = Authority.of(tuple(commander))
-    with listen(host, port, anywhere) as listening, _wire(nmea, to, anywhere) as wire, writing(log) as file:
+    with listen(host, port, anywhere) as listening, opened(nmea, to, anywhere) as wire, writing(log) as file:
         line = None if wire is None else Line(wire, framed, own, reports, max(hold, 10.0), authority, simulator, file)
         stage = _stage(played, factor, line)
         meta = dated(played.epoch, played.datum)
@@ -103,23 +102,6 @@ def _stage(scenario: Scenario, factor: float, line: Line | None) -> Stage:
         return Stage(scenario, factor, line, page=True)
     except (WireError, LoopError) as error:
         raise RequestError(str(error)) from None
-
-
-@contextmanager
-def _wire(nmea: str | None, to: Sequence[str], anywhere: bool) -> Generator[Wire | None]:
-    """The wire, closed at the end; None without an address."""
-    if nmea is None:
-        yield None
-        return
-    try:
-        first, *others = (Address.parse(one, anywhere) for one in (nmea, *to))
-        wire = Wire(first, to=others)
-    except WireError as error:
-        raise RequestError(str(error)) from None
-    try:
-        yield wire
-    finally:
-        wire.close()
 
 
 def _refuse_of_scenario(scenario: Path | None, **given: object) -> None:
