@@ -141,13 +141,16 @@ class Alarms:
             yield Cause(PILOT, 1, "W", "AUTOPILOT SILENT")
 
     def _stuck(self, control: str, t: float) -> bool:
-        """Whether a rudder is apart from its order and hardly moves."""
-        plant, kept = self._vessel.plant, self._angles.setdefault(control, [])
-        kept.append((t, plant[control]))
+        """Whether a rudder has been apart from its order for a while and hardly moves."""
+        angle, kept = self._vessel.plant[control], self._angles.setdefault(control, [])
+        if abs(self._faults.ordered(control) - angle) <= self._limits.rudder:
+            kept.clear()
+            return False
+        kept.append((t, angle))
         while len(kept) > 1 and kept[1][0] <= t - _STUCK:
             kept.pop(0)
-        apart = abs(self._faults.ordered(control) - plant[control]) > self._limits.rudder
-        return apart and t - kept[0][0] >= _STUCK and abs(plant[control] - kept[0][1]) < _MOVED
+        angles = [one for _, one in kept]
+        return t - kept[0][0] >= _STUCK and max(angles) - min(angles) < _MOVED
 
     def snapshot(self) -> dict[str, Any]:
         return {"alarms": [[*one.cause, one.state, one.changed, one.revision] for one in self.alarms.values()],

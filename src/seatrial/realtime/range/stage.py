@@ -17,7 +17,7 @@ from ...data.nmea.ship import NULL_ISLAND, Fittings
 from ...environment import CHANNELS, Environment
 from ...sensors.suite import draught, usual
 from ..bridge.view import OWN
-from ..loop import Loop
+from ..loop import LoneClock, Loop
 from ..on_wire import OnWire, Speech, exact, fitted
 from ..plant import Plant, plant_of, rate_of
 from ..recording import Recording, dated
@@ -105,7 +105,8 @@ class Stage:
             plants[other.name] = plant_of(other.ship, ticks, around, _start(other.sailing), scenario.seed)
         self.fittings = self._fitted(plants[OWN], line)
         suite = usual(own.ship) if own.usual else exact(plants[OWN].controls, self.fittings, ticks)
-        self.loop = loop = Loop(plants, ticks, factor, sensors={OWN: suite})
+        clock = None if page else LoneClock()
+        self.loop = loop = Loop(plants, ticks, factor, sensors={OWN: suite}, clock=clock)
         route = own.sailing.legs
         self.sky = Sky(loop, scenario)
         for other in scenario.others:
