@@ -16,6 +16,9 @@ from typing import Any, Literal
 
 _KNOT = 1852.0 / 3600.0
 _MOST_KNOTS = 102.2
+_MOST_TURN = 708.0
+"""Greatest rate of turn that is told as a figure [deg/min]."""
+
 _NO_MANOEUVRE, _GPS, _CARGO = 0, 1, 70  # not available, of which 3 is reserved; kind of receiver; type of ship
 
 Message = Literal[1, 2, 3]
@@ -51,13 +54,14 @@ def position(by: Transponder, m: Mapping[str, float], second: int, kind: str, me
         message: of class A.
     """
     said = {
-        "msg_type": 18 if by.class_b else message, "mmsi": by.mmsi, "speed": min(m["U"] / _KNOT, _MOST_KNOTS),
-        "lon": m["longitude"], "lat": m["latitude"], "course": math.degrees(m["chi"]) % 360.0,
+        "msg_type": 18 if by.class_b else message, "mmsi": by.mmsi, "speed": _tenths(min(m["U"] / _KNOT, _MOST_KNOTS)),
+        "lon": m["longitude"], "lat": m["latitude"], "course": _tenths(math.degrees(m["chi"]) % 360.0, 360.0),
         "heading": round(math.degrees(m["psi"])) % 360, "second": second,
     }  # fmt: skip
     if by.class_b:
         return _encoded(said, kind)
-    turning = {"turn": math.degrees(m["r"]) * 60.0, "maneuver": _NO_MANOEUVRE}
+    turn = math.degrees(m["r"]) * 60.0 + 1e-9  # pyais takes 127 for the code of "more than 5 deg in 30 s"
+    turning = {"turn": min(max(turn, -_MOST_TURN), _MOST_TURN), "maneuver": _NO_MANOEUVRE}
     return _encoded({**said, **turning}, kind)
 
 
@@ -72,10 +76,16 @@ def static(by: Transponder, kind: str, sequence: int = 0) -> list[bytes]:
     }  # fmt: skip
     if not by.class_b:
         said = {"msg_type": 5, "mmsi": by.mmsi, "shipname": name, "ship_type": _CARGO, "epfd": _GPS,
-                "draught": min(by.draught, 25.5)}  # fmt: skip
+                "draught": _tenths(min(by.draught, 25.5))}  # fmt: skip
         return _encoded({**said, **size}, kind, sequence)
     parts = ({"partno": 0, "shipname": name}, {"partno": 1, "ship_type": _CARGO, **size})
     return [line for part in parts for line in _encoded({"msg_type": 24, "mmsi": by.mmsi, **part}, kind)]
+
+
+def _tenths(value: float, circle: float = math.inf) -> float:
+    """A value rounded to tenths, as pyais would cut it off; `circle` itself is 0."""
+    found = round(value * 10.0) / 10.0
+    return 0.0 if found >= circle else found + 1e-6
 
 
 def _metres(length: float, most: int) -> int:
