@@ -152,7 +152,10 @@ def _other(path: Path, name: str, table: TrafficTable, datum: Datum | None) -> O
     if table.ship is not None:
         ship = _ship(path, table.ship)
     elif table.speed:
-        ship = ordinary(name, cast("float", table.length), table.speed)
+        length = cast("float", table.length)
+        if table.speed > math.sqrt(9.81 * length):
+            raise RequestError(f"{key}.speed is {table.speed:g} m/s; no ship of {length:g} m goes that fast")
+        ship = ordinary(name, length, table.speed)
     else:
         raise RequestError(f"{key}: a ship of a length alone needs a speed above zero")
     return Other(name, ship, _sailing(key, table, ship, datum), table.ais, table.radar)
