@@ -228,9 +228,14 @@ Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the s
 
 # Scenarios.
 ScenarioPath = Annotated[Path, Argument(metavar="SCENARIO", help="Name a scenario file.")]
+WithSignalK = Annotated[bool, Option("--signalk", help="Serve Signal K at the port of the page.")]
+WithRosbridge = Annotated[bool, Option("--rosbridge", help="Serve topics of ROS 2 at the port of the page.")]
+CanBus = Annotated[
+    str | None, Option("--can", metavar="BUS", help="Send NMEA 2000 on this bus, such as virtual:N or socketcan:can0.")
+]  # fmt: skip
 ScenarioFile = Annotated[Path | None, Option("--scenario", help="Play a scenario file around the ship.")]
 RangeNmea = Annotated[
-    str | None, Option("--nmea", help="Let an autopilot steer at udp://127.0.0.1:PORT or tcp://...")
+    str | None, Option("--nmea", help="Let an autopilot steer at udp://127.0.0.1:PORT, tcp:// or serial:///dev/.")
 ]  # fmt: skip
 RangeFactor = Annotated[
     float | None, Option("--factor", help="Set simulated over real time (default: 1 with --nmea, else fastest).")

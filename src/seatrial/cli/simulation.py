@@ -156,10 +156,11 @@ def bridge(
     seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = None, place: o.Place = None,
     out: o.RecordingFolder = Path(), hold: o.Hold = 5.0, scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None,
     to: o.To = None, framed: o.Framed = False, only: o.Sentences = None, commander: o.Commander = None,
-    mmsi: o.Mmsi = None, simulator: o.Simulator = False, log: o.SentenceLog = None,
+    mmsi: o.Mmsi = None, simulator: o.Simulator = False, log: o.SentenceLog = None, signalk: o.WithSignalK = False,
+    rosbridge: o.WithRosbridge = False, can: o.CanBus = None,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
-    if scenario is not None or nmea is not None:
+    if scenario is not None or nmea is not None or signalk or rosbridge or can is not None:
         from ..workflow.ranges.rig import rig
 
         if ghost is not None:
@@ -167,7 +168,8 @@ def bridge(
         rigged = rig(ship, nmea, scenario, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed,
                      heading=heading, wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed,
                      other=other or (), place=place, out=out, hold=hold, to=to or (), framed=framed, only=only,
-                     commander=commander or (), mmsi=mmsi, simulator=simulator, log=log, note=note)  # fmt: skip
+                     commander=commander or (), mmsi=mmsi, simulator=simulator, log=log, signalk=signalk,
+                     rosbridge=rosbridge, can=can, note=note)  # fmt: skip
         say_lines(*rigged.written)
         return
     if to or framed or only or commander or mmsi or simulator or log:

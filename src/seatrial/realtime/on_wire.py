@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -21,7 +22,7 @@ from ..sensors.suite import Suite
 from ..ships import Ship
 from .conning import Conning, rudders, shafts
 from .loop import Loop
-from .wire import ANYBODY, Authority, Message, Wire, WireError
+from .wire import ANYBODY, Authority, Line, Message, WireError
 
 RATES: Mapping[str, float] = MappingProxyType({
     "HDT": 10.0, "THS": 10.0, "ROT": 10.0, "RSA": 5.0, "VBW": 5.0, "RMC": 5.0, "GGA": 1.0, "GLL": 1.0, "VTG": 1.0,
@@ -41,6 +42,9 @@ _FED: Mapping[str, tuple[str, ...]] = MappingProxyType({
 _FROM = MappingProxyType({kind: instrument for instrument, kinds in _FED.items() for kind in kinds})
 _STATIC = 360.0
 """Time between two reports of static data by the transponder [s] (ITU-R M.1371); the first is sent at once."""
+
+_HELD = 500
+"""Largest number of sentences of other sources that wait for a tick; older ones are dropped."""
 
 _TOGETHER = ("latitude", "chi", "psi", "r")
 _SLACK = 1e-6
@@ -189,7 +193,7 @@ class OnWire:
     """
 
     def __init__(
-        self, loop: Loop, ship: str, wire: Wire, speech: Speech, *, log: BinaryIO | None = None, hold: float = 10.0,
+        self, loop: Loop, ship: str, wire: Line, speech: Speech, *, log: BinaryIO | None = None, hold: float = 10.0,
         authority: Authority = ANYBODY, ticking: bool = True,
     ) -> None:  # fmt: skip
         """Connect a ship of a loop to a wire, from the next tick on.
@@ -199,7 +203,7 @@ class OnWire:
         Args:
             loop: the loop.
             ship: name of the ship in it.
-            wire: an open wire, which the caller closes.
+            wire: an open line, which the caller closes.
             speech: format and rates of the sentences.
             log: as the attribute.
             hold: longest silence of a commander [simulated s].
@@ -229,7 +233,7 @@ class OnWire:
         self._number, self._was_stale, self._commander = 0, False, ""
         self.speakers: list[Callable[[Loop], Iterable[bytes]]] = []
         self.listeners: list[Callable[[Message, Loop], None]] = []
-        self._early: list[Message] = []
+        self._early: deque[Message] = deque(maxlen=_HELD)
         self.said: frozenset[str] = frozenset()
         if ticking:
             loop.after(self.tick)
@@ -238,7 +242,7 @@ class OnWire:
     def tick(self, loop: Loop) -> None:
         """Receive, steer and send, once after each tick; a ship that blew up does nothing until it is restored."""
         self.wire.t = loop.t
-        early, self._early = self._early, []
+        early = [self._early.popleft() for _ in range(len(self._early))]
         heard = [*early, *self.wire.poll()]
         if self._vessel.failure is not None:
             return
@@ -257,8 +261,8 @@ class OnWire:
         self._send(loop, [*others, *(line for kind, said in due for line in self._lines(kind, said))])
 
     def hold(self, messages: Iterable[Message]) -> None:
-        """Keep sentences that were read from the wire already for the next tick."""
-        self._early += messages
+        """Keep sentences of another source for the next tick; from any thread."""
+        self._early.extend(messages)
 
     @property
     def latest(self) -> Mapping[str, float]:

@@ -198,15 +198,19 @@ def bridge(
         return [*deck.close()]
 
 
-def server_of(everywhere: bool) -> Callable[[Deck, Loop, socket.socket, str], None]:
-    """What serves the page, to this machine or to any address."""
+Routes = Callable[[Any], None]
+"""Adds routes to the server of a page."""
+
+
+def server_of(everywhere: bool, links: Sequence[Routes] = ()) -> Callable[[Deck, Loop, socket.socket, str], None]:
+    """What serves the page and further `links`, to this machine or to any address."""
     try:
         from ..realtime.bridge.server import serve
         from ..realtime.pages import LOCAL, anywhere
     except ImportError as error:
         raise RequestError(f"bridge needs {error.name}; pip install 'seatrial[web]'") from None
     names = anywhere() if everywhere else LOCAL
-    return lambda deck, loop, listening, key: serve(deck, loop, listening, names, key)
+    return lambda deck, loop, listening, key: serve(deck, loop, listening, names, key, links)
 
 
 def _ghost(ship: Ship, path: Path | None, note: Note) -> Ghost | None:

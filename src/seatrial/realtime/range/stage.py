@@ -18,10 +18,11 @@ from ...environment import CHANNELS, Environment
 from ...sensors.suite import draught, usual
 from ..bridge.view import OWN
 from ..loop import LoneClock, Loop
-from ..on_wire import OnWire, Speech, exact, fitted
+from ..on_wire import FIRST, OnWire, Speech, exact, fitted
 from ..plant import Plant, plant_of, rate_of
 from ..recording import Recording, dated
-from ..wire import ANYBODY, Authority, Wire
+from ..wire import ANYBODY, Authority
+from ..wire import Line as Port
 from .alarms import Alarms
 from .command import Handover
 from .contacts import Contacts
@@ -60,7 +61,7 @@ class Line:
         log: file for the sentences sent.
     """
 
-    wire: Wire
+    wire: Port
     framed: bool = False
     rates: Mapping[str, float] | None = None
     only: Sequence[str] = REPORTED
@@ -145,6 +146,11 @@ class Stage:
         for name, vessel in self.loop.vessels.items():
             found.update(name.encode() + b"\0" + vessel.plant.snapshot())
         return found.hexdigest()[:16]
+
+    def mmsi(self, name: str) -> int:
+        """MMSI of another ship: its own, or one that no ship has."""
+        other = next(one for one in self.scenario.others if one.name == name)
+        return other.sailing.mmsi or FIRST + self.scenario.others.index(other)
 
     def _end(self, loop: Loop) -> None:
         if self.judge.arrived is not None or loop.vessels[OWN].failure is not None:

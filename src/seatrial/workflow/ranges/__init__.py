@@ -21,7 +21,9 @@ from ...realtime.range.reports import REPORTED
 from ...realtime.range.scenario import Scenario
 from ...realtime.range.stage import Line, Stage
 from ...realtime.recording import Recording
+from ...realtime.serial_line import SerialLine, is_serial
 from ...realtime.wire import Address, Authority, Wire, WireError
+from ...realtime.wire import Line as Port
 from .. import RequestError
 from ..request import DEGREE, Note, obeyed, positive, silent
 from ..steer import rates_of, reporter, running_beside, writing
@@ -127,8 +129,8 @@ def play(
 
 
 @contextmanager
-def opened(nmea: str | None, to: Sequence[str], anywhere: bool) -> Generator[Wire | None]:
-    """The wire at an address, closed at the end; None without an address.
+def opened(nmea: str | None, to: Sequence[str], anywhere: bool) -> Generator[Port | None]:
+    """The wire at an address, or a serial line, closed at the end; None without an address.
 
     Raises:
         RequestError: an address that cannot be used.
@@ -137,8 +139,11 @@ def opened(nmea: str | None, to: Sequence[str], anywhere: bool) -> Generator[Wir
         yield None
         return
     try:
-        first, *others = (Address.parse(one, anywhere) for one in (nmea, *to))
-        wire = Wire(first, to=others)
+        if is_serial(nmea):
+            wire: Port = SerialLine(nmea)
+        else:
+            first, *others = (Address.parse(one, anywhere) for one in (nmea, *to))
+            wire = Wire(first, to=others)
     except WireError as error:
         raise RequestError(str(error)) from None
     try:
@@ -159,12 +164,12 @@ def split(only: str | None) -> tuple[dict[str, float] | None, tuple[str, ...]]:
 
 
 def _run(
-    stage: Stage, step: Lockstep | None, duration: float | None, command: str | None, wire: Wire | None, note: Note,
+    stage: Stage, step: Lockstep | None, duration: float | None, command: str | None, wire: Port | None, note: Note,
     printed: Note,
 ) -> None:  # fmt: skip
     stage.loop.after(reporter(note))
-    address = None if wire is None else wire.address
-    note(f"{stage.scenario.title}{'' if address is None else f' on {address}'}")
+    address = wire.address if isinstance(wire, Wire) else None
+    note(f"{stage.scenario.title}{'' if wire is None else f' on {wire.address}'}")
     with running_beside(command, address, printed) as process:
         if process is not None and step is not None:
             step.alive = lambda: process.poll() is None

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from socket import socket
@@ -19,10 +20,10 @@ from ...realtime.range.panel import Panel
 from ...realtime.range.scenario import Other, Own, Sailing, Scenario, Weather
 from ...realtime.range.stage import Line, Stage
 from ...realtime.recording import dated
-from ...realtime.wire import Authority, WireError
+from ...realtime.wire import Authority, Mute, WireError
 from ...ships import Ship
 from .. import RequestError
-from ..realtime import HERE, address, cannot, datum_of, drills, listen, other_of, server_of
+from ..realtime import HERE, Routes, address, cannot, datum_of, drills, listen, other_of, server_of
 from ..request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
 from ..steer import writing
 from . import opened, split
@@ -46,7 +47,8 @@ def rig(
     anywhere: bool = False, factor: float = 1.0, speed: float | None = None, heading: float = 0.0, seed: int = 1,
     other: Sequence[str] = (), place: str | None = None, out: Path = Path(), hold: float = 5.0, to: Sequence[str] = (),
     framed: bool = False, only: str | None = None, commander: Sequence[str] = (), mmsi: int | None = None,
-    simulator: bool = False, log: Path | None = None, note: Note = silent, **around: Unpack[Around],
+    simulator: bool = False, log: Path | None = None, signalk: bool = False, rosbridge: bool = False,
+    can: str | None = None, note: Note = silent, **around: Unpack[Around],
 ) -> Rigged:  # fmt: skip
     """Serve the page of the bridge and a wire on one loop, until Ctrl-C.
 
@@ -77,7 +79,8 @@ def rig(
     own, reports = split(only)
     authority = Authority.of(tuple(commander))
     with listen(host, port, anywhere) as listening, opened(nmea, to, anywhere) as wire, writing(log) as file:
-        line = None if wire is None else Line(wire, framed, own, reports, max(hold, 10.0), authority, simulator, file)
+        tied = Mute() if wire is None and (signalk or rosbridge or can is not None) else wire
+        line = None if tied is None else Line(tied, framed, own, reports, max(hold, 10.0), authority, simulator, file)
         stage = _stage(played, factor, line)
         meta = dated(played.epoch, played.datum)
         deck = Deck(stage.loop, Outfit(drills(vessel), out, None, hold, cannot(vessel), meta, Panel(stage)))
@@ -85,14 +88,45 @@ def rig(
         note(f"{played.title}: {address(listening, key)} (Ctrl-C ends it)")
         if wire is not None:
             note(f"{vessel.name} on {wire.address}")
-        _serve(deck, stage, listening, anywhere, key)
+        links = _links(stage, signalk, rosbridge, key)
+        with _bus(stage, can):
+            _serve(deck, stage, listening, anywhere, key, links)
         note("ended")
         return Rigged(stage, tuple(deck.close()))
 
 
-def _serve(deck: Deck, stage: Stage, listening: socket, anywhere: bool, key: str) -> None:
+def _links(stage: Stage, signalk: bool, rosbridge: bool, key: str) -> list[Routes]:
+    """The links at the server of the page."""
+    from ...realtime.links.rosbridge import Rosbridge
+    from ...realtime.links.signalk import SignalK
+
+    kinds = ((signalk, SignalK), (rosbridge, Rosbridge))
+    return [kind(stage, key).routes for wanted, kind in kinds if wanted]
+
+
+@contextmanager
+def _bus(stage: Stage, text: str | None) -> Generator[None]:
+    """The bus of NMEA 2000, closed at the end."""
+    if text is None:
+        yield
+        return
+    from ...realtime.links.n2k import Bus
+
     try:
-        server_of(anywhere)(deck, stage.loop, listening, key)
+        bus = Bus(stage, text)
+    except WireError as error:
+        raise RequestError(f"--can: {error}") from None
+    try:
+        yield
+    finally:
+        bus.close()
+
+
+def _serve(
+    deck: Deck, stage: Stage, listening: socket, anywhere: bool, key: str, links: Sequence[Routes]
+) -> None:  # fmt: skip
+    try:
+        server_of(anywhere, links)(deck, stage.loop, listening, key)
     except KeyboardInterrupt:
         obeyed()
 

@@ -1,0 +1,272 @@
+"""Signal K, rosbridge, NMEA 2000 and a serial line around a stage: what they tell, what they order, what they refuse."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "range"))
+from scenes import FERRY, on_wire, scene  # noqa: E402
+
+from seatrial.cli.app import main  # noqa: E402
+from seatrial.data.nmea.sentences import Sentence, encode  # noqa: E402
+from seatrial.realtime.links.n2k import GROUPS, Bus, identifier  # noqa: E402
+from seatrial.realtime.range.stage import Line, Stage  # noqa: E402
+from seatrial.realtime.serial_line import SerialLine  # noqa: E402
+from seatrial.realtime.wire import Mute, WireError  # noqa: E402
+
+fastapi = pytest.importorskip("fastapi")
+from starlette.testclient import TestClient  # noqa: E402
+from starlette.websockets import WebSocketDisconnect  # noqa: E402
+
+from seatrial.realtime.links.rosbridge import Rosbridge  # noqa: E402
+from seatrial.realtime.links.signalk import SignalK  # noqa: E402
+
+
+@pytest.fixture
+def stage() -> Stage:
+    stage, _ = on_wire(scene(FERRY, name="kvlcc2", variation=-0.1))
+    stage.loop.run(3.0)
+    return stage
+
+
+def client(link: Any) -> TestClient:
+    app = fastapi.FastAPI()
+    link.routes(app)
+    return TestClient(app, base_url="http://127.0.0.1:8020")
+
+
+# --- Signal K ----------------------------------------------------------------------------------------------------------
+
+
+def test_signal_k_tells_what_the_instruments_say(stage):
+    http, plant = client(SignalK(stage)), stage.loop.vessels["own"].plant
+    found = http.get("/signalk").json()["endpoints"]["v1"]
+    assert found["signalk-ws"] == "ws://127.0.0.1:8020/signalk/v1/stream"
+    own = http.get("/signalk/v1/api/vessels/self").json()
+    assert own["mmsi"] == "211000001"
+    assert own["navigation"]["speedThroughWater"]["value"] == pytest.approx(plant["u"])
+    assert own["navigation"]["headingMagnetic"]["value"] == pytest.approx(0.1, abs=1e-3)
+    assert http.get("/signalk/v1/api/vessels/self/steering/rudderAngle").json()["value"] == plant["delta"]
+    assert http.get("/signalk/v1/api/vessels/self/navigation/no").status_code == 404
+
+
+def test_signal_k_streams_deltas_of_what_changes_and_of_other_ships(stage):
+    with client(SignalK(stage)).websocket_connect("/signalk/v1/stream?subscribe=all") as ws:
+        hello = ws.receive_json()
+        assert hello["self"] == "vessels.urn:mrn:imo:mmsi:211000001"
+        first, other = ws.receive_json(), ws.receive_json()
+        told = {one["path"]: one["value"] for one in first["updates"][0]["values"]}
+        assert set(told["navigation.position"]) == {"latitude", "longitude"}
+        assert told["navigation.rateOfTurn"] == pytest.approx(0.0, abs=1e-4)
+        assert other["context"] == "vessels.urn:mrn:imo:mmsi:200000001"
+        ferry = {one["path"]: one["value"] for one in other["updates"][0]["values"]}
+        assert ferry[""]["name"] == "ferry"
+        assert ferry["navigation.courseOverGroundTrue"] == pytest.approx(1.5 * math.pi)
+        ws.send_json({"context": "vessels.self", "unsubscribe": [{"path": "*"}]})
+        ws.send_json({"context": "vessels.self", "subscribe": [{"path": "navigation.speed*", "period": 1000}]})
+
+
+def test_signal_k_apps_steer_the_ship(stage):
+    http, plant, base = client(SignalK(stage)), stage.loop.vessels["own"].plant, "/signalk/v2/api/vessels/self/autopilots"
+    assert http.get(base).json() == {"seatrial": {"provider": "seatrial", "isDefault": True}}
+    assert http.get(f"{base}/_default/state").json() == {"value": "standby"}
+    assert http.put(f"{base}/_default/target", json={"value": 20.0, "units": "deg"}).status_code == 200
+    stage.loop.run(20.0)  # longer than the lease of 10 s
+    assert http.get(f"{base}/seatrial").json()["state"] == "auto"
+    assert http.get(f"{base}/seatrial/target").json()["value"] == pytest.approx(math.radians(20.0))
+    assert not stage.on_wire.conning.stale
+    assert plant["delta"] > 0.05
+    assert http.put(f"{base}/_default/target/adjust", json={"value": -30.0, "units": "deg"}).status_code == 200
+    stage.loop.run(1.0)
+    assert http.get(f"{base}/seatrial/target").json()["value"] == pytest.approx(math.radians(350.0))
+    assert http.post(f"{base}/_default/disengage").status_code == 200
+    stage.loop.run(20.0)
+    assert http.get(f"{base}/_default/state").json() == {"value": "standby"}
+    assert plant["delta_cmd"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "code"),
+    [
+        ("PUT", "seatrial/target", b'{"value": "north"}', 400), ("PUT", "seatrial/target", b'{"value": NaN}', 400),
+        ("PUT", "seatrial/target", b"{", 400), ("PUT", "seatrial/target", b"[" * 2000, 400),
+        ("PUT", "seatrial/target", b"x" * 5000, 400), ("PUT", "seatrial/state", b'{"value": "route"}', 400),
+        ("POST", "seatrial/tack/port", b"", 400), ("PUT", "other/target", b'{"value": 1}', 404),
+        ("PUT", "seatrial/target", b'{"value": 1, "units": "mil"}', 400),
+    ],
+)  # fmt: skip
+def test_signal_k_refuses(stage, method, path, body, code):
+    http = client(SignalK(stage))
+    answer = http.request(method, f"/signalk/v2/api/vessels/self/autopilots/{path}", content=body)
+    assert answer.status_code == code
+    stage.loop.run(1.0)
+    assert stage.on_wire.conning.counts["taken"] == 0
+
+
+def test_signal_k_needs_the_key_and_refuses_foreign_pages(stage):
+    http, base = client(SignalK(stage, "secret")), "/signalk/v2/api/vessels/self/autopilots/seatrial/target"
+    body = {"value": 1.0}
+    assert http.put(base, json=body).status_code == 401
+    assert http.put(base, json=body, headers={"Authorization": "Bearer secret"}).status_code == 200
+    assert http.put(f"{base}?token=secret", json=body).status_code == 200
+    foreign = {"Authorization": "Bearer secret", "Origin": "http://evil.example"}
+    assert http.put(base, json=body, headers=foreign).status_code == 403
+    with pytest.raises(WebSocketDisconnect), http.websocket_connect("/signalk/v1/stream") as ws:
+        ws.receive_json()
+    with pytest.raises(WebSocketDisconnect):
+        http.websocket_connect("/signalk/v1/stream", headers=foreign).__enter__()
+
+
+def test_while_the_mariner_steers_a_link_orders_nothing(stage):
+    http = client(SignalK(stage))
+    stage.on_wire.conning.listen(False)
+    http.put("/signalk/v2/api/vessels/self/autopilots/seatrial/target", json={"value": 1.0})
+    stage.loop.run(5.0)
+    assert stage.on_wire.conning.counts["refused"] == 1
+    assert stage.loop.vessels["own"].plant["delta_cmd"] == 0.0
+
+
+# --- rosbridge -----------------------------------------------------------------------------------------------------------
+
+
+def test_rosbridge_publishes_in_the_frames_of_rep_103(stage):
+    bridge, plant = Rosbridge(stage), stage.loop.vessels["own"].plant
+    stage.loop.order("own", "delta", 0.3)
+    stage.loop.run(60.0)
+    odom = bridge.message("/odom")
+    pose, twist = odom["pose"]["pose"], odom["twist"]["twist"]
+    assert pose["position"]["x"] == pytest.approx(plant["y"], abs=0.01)  # east
+    assert pose["position"]["y"] == pytest.approx(plant["x"], abs=0.01)  # north
+    yaw = 2.0 * math.atan2(pose["orientation"]["z"], pose["orientation"]["w"])
+    assert math.remainder(0.5 * math.pi - yaw - plant["psi"], math.tau) == pytest.approx(0.0, abs=1e-6)
+    assert plant["r"] > 0.0 > twist["angular"]["z"]
+    assert twist["linear"]["y"] == pytest.approx(-plant["v_m"], abs=1e-6)
+    assert bridge.message("/imu")["angular_velocity"]["z"] == pytest.approx(-plant["r"])
+    assert bridge.message("/delta")["data"] == pytest.approx(plant["delta"])
+
+
+def test_rosbridge_talks_and_obeys(stage):
+    with client(Rosbridge(stage)).websocket_connect("/rosbridge") as ws:
+        ws.send_json({"op": "call_service", "id": "1", "service": "/rosapi/topics"})
+        assert ws.receive_json()["values"]["topics"][:3] == ["/odom", "/imu", "/fix"]
+        ws.send_json({"op": "subscribe", "topic": "/odom", "type": "nav_msgs/msg/Odometry", "throttle_rate": 100})
+        assert ws.receive_json()["topic"] == "/odom"
+        ws.send_json({"op": "publish", "topic": "/cmd/delta", "msg": {"data": 0.2}})
+        ws.send_json({"op": "publish", "topic": "/cmd/n_P", "msg": {"data": 1.0}})
+        for wrong in ({"op": "fly"}, {"op": "publish", "topic": "/cmd/delta", "msg": {"data": "left"}},
+                      {"op": "publish", "topic": "/odom", "msg": {}}, {"op": "subscribe", "topic": ["/odom"]}):  # fmt: skip
+            ws.send_json(wrong)
+            assert ws.receive_json()["level"] == "error"
+    stage.loop.run(1.0)
+    plant = stage.loop.vessels["own"].plant
+    assert (plant["delta_cmd"], plant["n_P_cmd"]) == (pytest.approx(0.2, abs=1e-4), pytest.approx(1.0, abs=1e-3))
+    assert stage.on_wire.conning.commander == "rosbridge"
+
+
+# --- NMEA 2000 -------------------------------------------------------------------------------------------------------------
+
+
+def test_nmea_2000_is_read_by_another_decoder(stage):
+    decoder = pytest.importorskip("nmea2000.decoder").NMEA2000Decoder()
+    can = pytest.importorskip("can")
+    listening = can.Bus(interface="virtual", channel="test n2k")
+    bus = Bus(stage, "virtual:test n2k")
+    try:
+        stage.loop.run(1.0)
+        plant, found = stage.loop.vessels["own"].plant, {}
+        while (frame := listening.recv(0.05)) is not None:
+            pgn = frame.arbitration_id >> 8 & 0x1FFFF
+            assert len(frame.data) == 8
+            text = f"2026-01-01-00:00:00.000,2,{pgn},35,255,8,{','.join(f'{b:02x}' for b in frame.data)}"
+            message = decoder.decode_basic_string(text)
+            found.setdefault(pgn, {}).update({field.id: field.value for field in message.fields})
+    finally:
+        bus.close()
+        listening.shutdown()
+    assert set(found) == set(GROUPS)
+    assert bus.sent >= 60
+    latest = stage.on_wire.latest
+    assert found[127250]["heading"] == pytest.approx(latest["psi"], abs=5.1e-5)
+    assert found[127250]["reference"] == "True"
+    assert found[127245]["position"] == pytest.approx(plant["delta"], abs=5.1e-5)
+    assert found[128259]["speedWaterReferenced"] == pytest.approx(latest["u_w"], abs=0.0051)
+    assert found[129025]["latitude"] == pytest.approx(latest["latitude"], abs=5.1e-8)
+    assert found[129025]["longitude"] == pytest.approx(latest["longitude"], abs=5.1e-8)
+    assert found[129026]["sog"] == pytest.approx(latest["U"], abs=0.0051)
+    assert found[127488]["speed"] == pytest.approx(60.0 * latest["n_P"], abs=0.13)
+    assert found[130306]["windSpeed"] == pytest.approx(latest["U_T"], abs=0.0051)
+    assert identifier(127250) == 0x09F11223
+
+
+def test_a_bus_that_cannot_be_opened_is_refused(stage):
+    pytest.importorskip("can")
+    for text, message in (("virtual", "write virtual:NAME"), ("socketcan:nocan7", "nocan7"), ("carrier:x", "carrier")):
+        with pytest.raises(WireError, match=message):
+            Bus(stage, text)
+
+
+# --- serial ------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def ends():
+    pytest.importorskip("serial")
+    ours, theirs = os.openpty()
+    os.set_blocking(ours, False)
+    import tty
+
+    tty.setraw(ours)
+    yield ours, os.ttyname(theirs)
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_a_ship_on_a_serial_line_tells_and_obeys(ends):
+    far, device = ends
+    line = SerialLine(f"serial://{device}?baud=38400")
+    stage = Stage(scene(name="kvlcc2"), line=Line(line, rates={"HDT": 1.0}))
+    order = encode(Sentence("AG", "ROR", {"stbdrudderorder": 10.0, "stbdrudderstatus": "A", "portrudderorder": None,
+                                          "portrudderstatus": "V", "operatinglocind": None}))  # fmt: skip
+    os.write(far, b"garbage\n" + order[:10])
+    stage.loop.run(1.0)
+    os.write(far, order[10:] + b"x" * 5000 + b"\n")
+    line.wait(0.1)
+    stage.loop.run(2.0)
+    assert math.degrees(stage.loop.vessels["own"].plant["delta_cmd"]) == pytest.approx(10.0)
+    assert line.counts["form"] == 1
+    assert line.counts["oversized"] == 1
+    assert os.read(far, 4096).startswith(b"$HEHDT,")
+    for _ in range(200):  # nobody reads: whole sentences are dropped, none is cut
+        line.send(b"$HEHDT,1.00,T*1E\r\n" * 20)
+    assert line.counts["unsent"] > 0
+    line.close()
+
+
+@pytest.mark.parametrize("text", ["serial://", "serial:///dev/no-such-line", "serial:///dev/null?baud=7",
+                                  "serial:///dev/null?parity=odd"])  # fmt: skip
+def test_a_line_that_cannot_be_opened_is_refused(text):
+    pytest.importorskip("serial")
+    with pytest.raises(WireError, match="serial:") as error:
+        SerialLine(text)
+    assert "\n" not in str(error.value)
+
+
+def test_links_of_the_command_line_are_refused_in_one_line(tmp_path, capsys):
+    assert main(["bridge", "kvlcc2_l7", "--can", "virtual", "--port", "0", "-o", str(tmp_path)]) == 2
+    assert "--can" in capsys.readouterr().err
+    assert main(["bridge", "kvlcc2_l7", "--nmea", "serial:///dev/nothing", "--port", "0", "-o", str(tmp_path)]) == 2
+    assert "serial:///dev/nothing" in capsys.readouterr().err
+
+
+def test_a_stage_without_a_wire_is_steered_by_links_alone():
+    stage = Stage(scene(name="kvlcc2"), line=Line(Mute()))
+    client(SignalK(stage)).put("/signalk/v2/api/vessels/self/autopilots/seatrial/target", content=json.dumps({"value": 0.3}))
+    stage.loop.run(20.0)
+    assert stage.loop.vessels["own"].plant["delta_cmd"] != 0.0
