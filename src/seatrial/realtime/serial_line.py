@@ -6,6 +6,7 @@ characters a second: what does not fit is dropped as whole sentences and counted
 
 from __future__ import annotations
 
+import os
 import time
 from collections import Counter
 from typing import Any
@@ -100,8 +101,8 @@ class SerialLine:
 
     def _push(self) -> None:
         if self._unsent:
-            try:
-                written: int = self._port.write(self._unsent) or 0
+            try:  # not by pyserial, whose write spins for ever where the other end does not read
+                written = os.write(self._port.fileno(), self._unsent)
             except OSError:  # full, or gone
                 written = 0
             self._unsent = self._unsent[written:]

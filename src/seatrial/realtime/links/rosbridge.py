@@ -72,17 +72,16 @@ class Rosbridge:
 
     async def _tell(self, ws: WebSocket, wanted: dict[str, float], hearing: asyncio.Future[None]) -> None:
         due: dict[str, float] = {}
-        seen = -1
+        sent: dict[str, int] = {}
         while not hearing.done():
             now, k = asyncio.get_running_loop().time(), self._stage.loop.k
             for topic, period in tuple(wanted.items()):
-                if k != seen and now >= due.get(topic, -math.inf) - 1e-3:
+                if sent.get(topic) != k and now >= due.get(topic, -math.inf) - 1e-3:
                     message = self.message(topic)
-                    due[topic] = now + period
+                    due[topic], sent[topic] = now + period, k
                     if message is not None:
                         said = {"op": "publish", "topic": topic, "msg": message}
                         await asyncio.wait_for(ws.send_json(said), 5.0)
-            seen = k
             await asyncio.sleep(_EVERY)
 
     async def _listen(self, ws: WebSocket, wanted: dict[str, float]) -> None:
