@@ -233,16 +233,16 @@ WithRosbridge = Annotated[bool, Option("--rosbridge", help="Serve topics of ROS 
 CanBus = Annotated[
     str | None, Option("--can", metavar="BUS", help="Send NMEA 2000 on this bus, such as virtual:N or socketcan:can0.")
 ]  # fmt: skip
-ScenarioFile = Annotated[Path | None, Option("--scenario", help="Play a scenario file around the ship.")]
+ScenarioFile = Annotated[Path | None, Option("--scenario", help="Run a scenario file around the ship.")]
 RangeNmea = Annotated[
-    str | None, Option("--nmea", help="Let an autopilot steer at udp://127.0.0.1:PORT, tcp:// or serial:///dev/.")
+    str | None, Option("--nmea", help="Listen to an autopilot at udp://127.0.0.1:PORT, tcp:// or serial:///dev/.")
 ]  # fmt: skip
 RangeFactor = Annotated[
     float | None, Option("--factor", help="Set simulated over real time (default: 1 with --nmea, else fastest).")
 ]  # fmt: skip
-LockStep = Annotated[bool, Option("--lock-step", help="Wait for the answer of the autopilot each second.")]
+LockStep = Annotated[bool, Option("--lock-step", help="Run in step with the answers of the autopilot.")]
 AnswerTo = Annotated[str, Option(metavar="KIND", help="Name the sentence that --lock-step has answered.")]
-Patience = Annotated[float, Option(metavar="S", help="Give up after so long without an answer.")]
+Patience = Annotated[float, Option(metavar="S", help="End after so long without an answer [s].")]
 
 # Campaigns.
 CampaignSource = Annotated[str, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]

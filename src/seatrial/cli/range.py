@@ -20,7 +20,7 @@ def range_(
     duration: o.End = None, log: o.SentenceLog = None, out: o.Record = None, beside: o.Beside = None,
     simulator: o.Simulator = False, json: o.Json = False,
 ) -> None:  # fmt: skip
-    """Play a scenario without a page and judge its criteria."""
+    """Run a scenario without a page and judge its criteria."""
     from ..workflow.ranges import play
 
     ran = play(scenario, nmea, to=to or (), anywhere=anywhere, framed=framed, only=only, factor=factor,
