@@ -58,7 +58,8 @@ class Ends:
             thread.start()
 
     def _browser(self) -> None:
-        with connect(f"ws://127.0.0.1:{self.page}/line", proxy=None, max_size=None) as ws:
+        address = f"ws://127.0.0.1:{self.page}/line"
+        with connect(address, proxy=None, max_size=None) as ws, suppress(ConnectionClosed):
             ws.send(json.dumps({"hello": "rig-browser"}))
             first: tuple[float, float] | None = None
             last = time.monotonic()
@@ -117,6 +118,12 @@ def memory(pid: int) -> float:
     return int(re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{pid}/status").read_text())[1]) / 1024.0  # type: ignore[index]
 
 
+def seconds(pid: int) -> float:
+    """Processor time so far [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("seconds", nargs="?", type=float, default=3600.0)
@@ -137,7 +144,7 @@ def main() -> None:
             while time.monotonic() < end and rig.poll() is None:
                 time.sleep(min(10.0, given.seconds / 20.0))
                 kept.append(memory(rig.pid))
-            alive, cpu = rig.poll() is None, sum(os.times()[2:4])
+            alive, cpu = rig.poll() is None, seconds(rig.pid)
             ends.over.set()
             rig.terminate()
     third = max(len(kept) // 3, 1)
