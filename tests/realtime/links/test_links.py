@@ -13,14 +13,14 @@ from typing import Any
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "range"))
-from scenes import FERRY, on_wire, scene  # noqa: E402
+from scenes import FERRY, on_wire, scene
 
-from seatrial.cli.app import main  # noqa: E402
-from seatrial.data.nmea.sentences import Sentence, encode  # noqa: E402
-from seatrial.realtime.links.n2k import GROUPS, Bus, identifier  # noqa: E402
-from seatrial.realtime.range.stage import Line, Stage  # noqa: E402
-from seatrial.realtime.serial_line import SerialLine  # noqa: E402
-from seatrial.realtime.wire import Mute, WireError  # noqa: E402
+from seatrial.cli.app import main
+from seatrial.data.nmea.sentences import Sentence, encode
+from seatrial.realtime.links.n2k import GROUPS, Bus, identifier
+from seatrial.realtime.range.stage import Line, Stage
+from seatrial.realtime.serial_line import SerialLine
+from seatrial.realtime.wire import Mute, WireError
 
 fastapi = pytest.importorskip("fastapi")
 from served import Served, heard  # noqa: E402
