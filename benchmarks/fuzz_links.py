@@ -31,13 +31,14 @@ from seatrial.realtime.range.panel import Panel  # noqa: E402
 
 FULL = 1_000_000
 PER_STEP = 50
-ODD: list[Any] = [None, True, -1, 0, 1e308, -1e308, math.nan, math.inf, 10**400, "", "x" * 5000, "\x00", "/odom",
-                  [], {}, [[]], {"data": 1}, {"data": "1"}, {"data": None}, {"path": "*"}, [{"path": "*"}], [{"path": 1}],
-                  [1, 2], "deg"]  # fmt: skip
+ODD: list[Any] = [None, True, -1, 0, 1e308, -1e308, math.nan, math.inf, 10**400, "", "x" * 5000, "\x00",
+                  "/odom", [], {}, [[]], {"data": 1}, {"data": "1"}, {"data": None}, {"path": "*"}, [{"path": "*"}],
+                  [{"path": 1}], [1, 2], "deg"]  # fmt: skip
 GOOD: list[dict[str, Any]] = [
     {"op": "subscribe", "topic": "/odom", "throttle_rate": 100}, {"op": "unsubscribe", "topic": "/odom"},
     {"op": "publish", "topic": "/cmd/delta", "msg": {"data": 0.1}},
-    {"op": "publish", "topic": "/cmd/psi", "msg": {"data": 1}}, {"op": "publish", "topic": "/cmd/n_P", "msg": {"data": 1.5}},
+    {"op": "publish", "topic": "/cmd/psi", "msg": {"data": 1}},
+    {"op": "publish", "topic": "/cmd/n_P", "msg": {"data": 1.5}},
     {"op": "call_service", "service": "/rosapi/topics", "id": "1"},
     {"value": 0.5, "units": "rad"}, {"value": "auto"}, {"value": "standby"},
     {"context": "*", "subscribe": [{"path": "navigation.*"}]},

@@ -201,7 +201,8 @@ def test_a_ship_that_lies_still_says_as_much_through_noisy_instruments(ship, spe
 def test_through_instruments_it_sends_every_sentence_that_it_sends_without(ship):
     kinds = []
     for sensors in (None, usual(ship)):
-        loop, _, wire, _ = at_sea(ship, Speech(Fittings(mmsi=211000001, variation=0.1), {**RATES, "VDO": 0.5}), sensors=sensors)
+        speech = Speech(Fittings(mmsi=211000001, variation=0.1), {**RATES, "VDO": 0.5})
+        loop, _, wire, _ = at_sea(ship, speech, sensors=sensors)
         loop.run(5.0)
         lines = [line for data in wire.out for line in split(data)]
         kinds.append({(line[3:6], line.split(b",")[2] if line[3:6] == b"MWV" else b"") for line in lines})

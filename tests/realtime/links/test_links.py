@@ -1,4 +1,4 @@
-"""Signal K, rosbridge, NMEA 2000 and a serial line around a stage: what they tell, what they order, what they refuse."""
+"""Signal K, rosbridge, NMEA 2000 and a serial line around a stage: what they tell, order and refuse."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def stage() -> Stage:
     return stage
 
 
-# --- Signal K ----------------------------------------------------------------------------------------------------------
+# --- Signal K ---
 
 PILOTS = "/signalk/v2/api/vessels/self/autopilots"
 
@@ -138,7 +138,7 @@ def test_while_the_mariner_steers_a_link_orders_nothing(stage):
     assert stage.loop.vessels["own"].plant["delta_cmd"] == 0.0
 
 
-# --- rosbridge -----------------------------------------------------------------------------------------------------------
+# --- rosbridge ---
 
 
 def test_rosbridge_publishes_in_the_frames_of_rep_103(stage):
@@ -166,7 +166,8 @@ def test_rosbridge_talks_and_obeys(stage):
         ws.send(json.dumps({"op": "publish", "topic": "/cmd/delta", "msg": {"data": 0.2}}))
         ws.send(json.dumps({"op": "publish", "topic": "/cmd/n_P", "msg": {"data": 1.0}}))
         for wrong in ({"op": "fly"}, {"op": "publish", "topic": "/cmd/delta", "msg": {"data": "left"}},
-                      {"op": "publish", "topic": "/odom", "msg": {}}, {"op": "subscribe", "topic": ["/odom"]}):  # fmt: skip
+                      {"op": "publish", "topic": "/odom", "msg": {}},
+                      {"op": "subscribe", "topic": ["/odom"]}):  # fmt: skip
             ws.send(json.dumps(wrong))
             assert heard(ws)["level"] == "error"
     stage.loop.run(1.0)
@@ -175,7 +176,7 @@ def test_rosbridge_talks_and_obeys(stage):
     assert stage.on_wire.conning.commander == "rosbridge"
 
 
-# --- NMEA 2000 -------------------------------------------------------------------------------------------------------------
+# --- NMEA 2000 ---
 
 
 def test_nmea_2000_is_read_by_another_decoder(stage):
@@ -216,7 +217,7 @@ def test_a_bus_that_cannot_be_opened_is_refused(stage):
             Bus(stage, text)
 
 
-# --- serial ------------------------------------------------------------------------------------------------------------------
+# --- serial ---
 
 
 @pytest.fixture

@@ -88,9 +88,8 @@ def test_a_wrong_compass_turns_what_the_radar_reports_and_nothing_of_transponder
 def test_transponders_report_position_and_static_data(other, kinds):
     stage, wire = on_wire(scene(other, name="kvlcc2"))
     stage.loop.run(33.0)
-    lines = [line for line in wire.said("VDM")]
     whole: list[list[bytes]] = []
-    for line in lines:  # sentences of one message follow one another
+    for line in wire.said("VDM"):  # sentences of one message follow one another
         (whole.append([line]) if line.split(b",")[2] == b"1" else whole[-1].append(line))
     found = [pyais.decode(*parts) for parts in whole]
     assert {one.msg_type for one in found} == kinds
