@@ -19,7 +19,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 WHOLE = """schema = "seatrial-scenario/1"
 title = "A test"
 duration = 120.0
-rate = 5.0
+rate = 2.0
 place = [35.0, 139.7]
 variation = -7.0
 gusts = "davenport"

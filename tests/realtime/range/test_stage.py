@@ -68,7 +68,7 @@ def test_weather_set_from_the_page_stays():
 @pytest.mark.parametrize("usual", [False, True])
 def test_the_track_pilot_takes_out_a_steady_current(usual):
     weather = (Weather(0.0, 0.0, Uniform(U_C=0.8, gamma_C=0.5 * math.pi).now()),)
-    stage = Stage(scene(weather=weather, route=((9000.0, 0.0),), duration=1500.0, usual=usual))
+    stage = Stage(scene(weather=weather, route=((9000.0, 0.0),), duration=1500.0, usual=usual, rate=2.0))
     stage.run()
     plant = stage.loop.vessels["own"].plant
     assert stage.judge.arrived is not None
@@ -78,7 +78,7 @@ def test_the_track_pilot_takes_out_a_steady_current(usual):
 def test_another_ship_follows_its_waypoints():
     there = Other("coaster", ordinary("coaster", 90.0, 6.0),
                   Sailing(1000.0, 1000.0, 0.0, 6.0, ((3000.0, 1000.0), (3000.0, 4000.0))))  # fmt: skip
-    stage = Stage(scene(there, duration=800.0))
+    stage = Stage(scene(there, duration=800.0, rate=2.0))
     stage.loop.run(750.0)
     plant = stage.loop.vessels["coaster"].plant
     assert plant["x"] == pytest.approx(3000.0, abs=20.0)
@@ -199,7 +199,8 @@ def test_ships_touch_by_their_hulls_and_not_by_their_length():
 
 
 def test_a_collision_course_is_told_and_judged():
-    said = scene(FERRY, criteria=Criteria(passing_distance=500.0, cross_track=10.0, time=500.0, heading_error=5 * DEG))
+    wanted = Criteria(passing_distance=500.0, cross_track=10.0, time=500.0, heading_error=5 * DEG)
+    said = scene(FERRY, rate=2.0, criteria=wanted)
     stage = Stage(said)
     stage.run()
     judged = {one.name: one for one in stage.judge.judged(stage.contacts)}
@@ -222,7 +223,7 @@ def test_a_heading_that_was_never_judged_is_not_met():
 
 
 def test_an_alarm_is_raised_acknowledged_and_ends():
-    stage = Stage(scene(FERRY, limits=Limits(cpa=500.0, tcpa=200.0)))
+    stage = Stage(scene(FERRY, rate=2.0, limits=Limits(cpa=500.0, tcpa=200.0)))
     alarms = stage.alarms
     stage.loop.run(170.0)
     assert not alarms.standing()
@@ -239,7 +240,7 @@ def test_an_alarm_is_raised_acknowledged_and_ends():
 
 
 def test_an_alarm_that_ends_unseen_waits_to_be_acknowledged():
-    stage = Stage(scene(FERRY, limits=Limits(cpa=500.0, tcpa=200.0)))
+    stage = Stage(scene(FERRY, rate=2.0, limits=Limits(cpa=500.0, tcpa=200.0)))
     stage.loop.run(600.0)
     (alarm,) = stage.alarms.standing()
     assert alarm.state == "U"
@@ -258,7 +259,7 @@ def test_lost_instruments_a_stuck_rudder_and_a_silent_autopilot_raise_alarms():
 
 
 def test_a_rudder_that_moves_is_not_stuck():
-    stage, wire = on_wire(scene())
+    stage, wire = on_wire(scene(rate=2.0))
     for _ in range(2):
         for angle in (35.0, -35.0):
             wire.waiting.append(order("ROR", stbdrudderorder=angle, stbdrudderstatus="A", portrudderstatus="V"))
@@ -296,14 +297,14 @@ def test_the_mariner_overrides_the_wire_and_hands_back():
 
 
 def test_handed_to_the_track_pilot_the_ship_goes_back_to_its_route():
-    stage, wire = on_wire(scene(route=((20000.0, 0.0),)), page=True)
+    stage, wire = on_wire(scene(route=((20000.0, 0.0),), rate=2.0), page=True)
     wire.waiting.append(heading(40.0))
     stage.loop.run(120.0)
     plant = stage.loop.vessels["own"].plant
     away = plant["y"]
     assert away > 100.0
     stage.handover.hand(stage.loop, "pilot")
-    stage.loop.run(600.0)
+    stage.loop.run(400.0)
     assert abs(plant["y"]) < 5.0
 
 
