@@ -32,7 +32,28 @@ def vector(id: str, ships: int = 20, **settings: Any) -> Any:
 
 @pytest.mark.parametrize("id", IDS)
 def test_gymnasium_finds_nothing_wrong(id: str) -> None:
-    check_env(gymnasium.make(id).unwrapped, skip_render_check=True)
+    check_env(gymnasium.make(id, render_mode="rgb_array").unwrapped)
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_a_picture_shows_ship_track_and_task(id: str) -> None:
+    env = gymnasium.make(id, render_mode="rgb_array")
+    env.reset(seed=3)
+    env.action_space.seed(0)
+    for _ in range(20):
+        env.step(env.action_space.sample())
+    picture = np.asarray(env.render())
+    assert (picture.shape, picture.dtype) == ((400, 400, 3), np.uint8)
+    hull = np.argwhere((picture == (0, 107, 164)).all(axis=2))
+    assert np.allclose(hull.mean(axis=0), 200.0, atol=4.0)  # in the middle
+    plain = env.unwrapped.lanes  # type: ignore[attr-defined]
+    psi, L = float(plain.value("psi")[0]), 400.0 / 14.0
+    along = (200.0 - hull[:, 0]) * math.cos(psi) + (hull[:, 1] - 200.0) * math.sin(psi)
+    assert np.ptp(along) == pytest.approx(L, abs=2.5)  # north is up, and the bow where the heading is
+    assert (picture == (217, 95, 2)).all(axis=2).any()
+    assert gymnasium.make(id).unwrapped.render() is None
+    with pytest.raises(TaskError, match="render_mode is 'human'"):
+        ShipEnv("kvlcc2_l7", Course(), render_mode="human")
 
 
 @pytest.mark.parametrize("id", IDS)

@@ -22,6 +22,7 @@ import pytest
 from slaves import AROUND, C_HOST, DT, GCC, GIVEN, STATES, Made, Run, assert_same, flown, orders
 
 from seatrial.cli.app import main
+from seatrial.core.version import __version__
 from seatrial.exchange import save_fmu
 from seatrial.exchange.fmi.fmu import FLAGS, FORCES, hull_of, slave
 from seatrial.exchange.fmi.source import sources
@@ -498,6 +499,28 @@ def test_a_wrong_call_is_told_in_one_line(whole: Made, host: Host, capfd: Any, d
         do(one, whole)
     assert told in capfd.readouterr().out
     one.doStep(0.0, DT)  # and the ship is where it was
+
+
+def test_bad_input_is_discarded_and_the_run_goes_on(whole: Made, host: Host) -> None:
+    """Status 2, fmi2Discard: nothing of the call is taken, also not its good values; a wrong call is an error, 3."""
+    one, other = host(whole), host(whole)
+    names = orders(whole)
+    for slave_, values in ((one, [1.5, 0.2]), (other, [1.5, 0.2])):
+        slave_.setReal(names[:2], values)
+    with pytest.raises(Exception, match="status 2"):
+        one.setReal(names[:2], [0.5, math.inf])
+    with pytest.raises(Exception, match="status 3"):
+        one.setReal([9999], [1.0])
+    for slave_ in (one, other):
+        slave_.doStep(0.0, DT)
+    assert one.getReal(whole.at(*STATES)) == other.getReal(whole.at(*STATES))
+
+
+def test_who_made_it_is_in_its_description(whole: Made) -> None:
+    with zipfile.ZipFile(whole.path) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    assert (root.attrib["author"], root.attrib["version"]) == ("seatrial", __version__)
+    assert root.attrib["license"].startswith("MIT")
 
 
 @pytest.mark.parametrize(("arguments", "told"), [

@@ -19,6 +19,8 @@ _FIELDS = {
             "bearO2Du": "T"},
     "XTE": {"gwarn": "A", "LCcwarn": "A", "ctrkerr": 0.01, "dirs": "R", "disUnit": "N"},
     "HDT": {"headingT": 1.0, "headingTu": "T"},
+    "ACN": {"time": 0.0, "alertid": 10001, "alertnum": 1, "alertcmd": "A", "status": "C"},
+    "ACK": {"alarmid": 101},
 }  # fmt: skip
 
 

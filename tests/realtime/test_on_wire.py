@@ -71,7 +71,7 @@ def test_sentences_come_at_their_rates(ship):
     loop.run(10.0)
     kinds = Counter(line[3:6].decode() for data in wire.out for line in split(data))
     assert kinds == {"HDT": 100, "THS": 100, "ROT": 100, "RSA": 50, "VBW": 50, "RMC": 50, "GGA": 10, "VTG": 10,
-                     "ZDA": 10, "RPM": 10, "MWV": 20, "DPT": 10}  # fmt: skip
+                     "ZDA": 10, "GLL": 10, "VHW": 10, "RPM": 10, "MWV": 20, "DPT": 10}  # fmt: skip
 
 
 def test_frames_carry_numbers_and_the_time(ship):
@@ -188,7 +188,7 @@ def said_by(wire: Strings) -> Counter[str]:
 def test_a_ship_that_lies_still_says_as_much_through_noisy_instruments(ship, speed):
     plant = Plant.of(ship, dt=0.1, start=(0.0, 0.0, 0.0, speed, 0.0, 0.0), n_P=0.0)
     loop, wire = Loop({"s": plant}, 10.0, math.inf, sensors=usual(ship)), Strings()
-    OnWire(loop, "s", wire, Speech(Fittings(mmsi=211000001), {**RATES, "VDO": 0.5}))
+    OnWire(loop, "s", wire, Speech(Fittings(mmsi=211000001, variation=0.1), {**RATES, "VDO": 0.5}))
     loop.run(60.0)
     assert wire.counts["unsaid"] == 0
     said = said_by(wire)
@@ -201,7 +201,8 @@ def test_a_ship_that_lies_still_says_as_much_through_noisy_instruments(ship, spe
 def test_through_instruments_it_sends_every_sentence_that_it_sends_without(ship):
     kinds = []
     for sensors in (None, usual(ship)):
-        loop, _, wire, _ = at_sea(ship, Speech(Fittings(mmsi=211000001), {**RATES, "VDO": 0.5}), sensors=sensors)
+        speech = Speech(Fittings(mmsi=211000001, variation=0.1), {**RATES, "VDO": 0.5})
+        loop, _, wire, _ = at_sea(ship, speech, sensors=sensors)
         loop.run(5.0)
         lines = [line for data in wire.out for line in split(data)]
         kinds.append({(line[3:6], line.split(b",")[2] if line[3:6] == b"MWV" else b"") for line in lines})
@@ -235,7 +236,7 @@ def test_what_its_instruments_cannot_say_is_refused(ship):
         OnWire(loop, "s", wire, Speech(Fittings(), {"VDO": 1.0}))
     OnWire(loop, "s", wire, Speech(Fittings()))  # all that they can, where nothing was asked for
     loop.run(2.0)
-    assert set(said_by(wire)) == {"HDT", "THS", "ZDA", "GGA", "RMC", "VTG"}
+    assert set(said_by(wire)) == {"HDT", "THS", "ZDA", "GGA", "GLL", "RMC", "VTG"}
 
 
 def heading(course: float) -> bytes:

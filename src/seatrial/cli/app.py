@@ -150,7 +150,7 @@ for _command in (
     simulation.demo, ships.ships, ships.show, ships.copy, simulation.simulate, judging.models, ships.estimate,
     ships.captive, ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map,
     data.servo, data.resample, data.mend, simulation.bench, data.import_, data.convert, folders.trials, fits.check,
-    folders.study, fits.identify, simulation.steer, simulation.bridge, fits.predict, fits.validate,
+    folders.study, fits.identify, simulation.steer, simulation.bridge, simulation.range_, fits.predict, fits.validate,
     evidence.card, campaign.campaign, harbour.harbour, installation.doctor,
 ):  # fmt: skip
     _cls = WithManoeuvres if _command is simulation.simulate else Command

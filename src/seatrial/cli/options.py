@@ -226,6 +226,24 @@ Host = Annotated[str, Option(help="Serve at this address.")]
 Port = Annotated[int, Option(help="Serve at this port; 0 takes a free one.")]
 Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the ship.")]
 
+# Scenarios.
+ScenarioPath = Annotated[Path, Argument(metavar="SCENARIO", help="Name a scenario file.")]
+WithSignalK = Annotated[bool, Option("--signalk", help="Serve Signal K at the port of the page.")]
+WithRosbridge = Annotated[bool, Option("--rosbridge", help="Serve topics of ROS 2 at the port of the page.")]
+CanBus = Annotated[
+    str | None, Option("--can", metavar="BUS", help="Send NMEA 2000 on this bus, such as virtual:N or socketcan:can0.")
+]  # fmt: skip
+ScenarioFile = Annotated[Path | None, Option("--scenario", help="Run a scenario file around the ship.")]
+RangeNmea = Annotated[
+    str | None, Option("--nmea", help="Listen to an autopilot at udp://127.0.0.1:PORT, tcp:// or serial:///dev/.")
+]  # fmt: skip
+RangeFactor = Annotated[
+    float | None, Option("--factor", help="Set simulated over real time (default: 1 with --nmea, else fastest).")
+]  # fmt: skip
+LockStep = Annotated[bool, Option("--lock-step", help="Run in step with the answers of the autopilot.")]
+AnswerTo = Annotated[str, Option(metavar="KIND", help="Name the sentence that --lock-step has answered.")]
+Patience = Annotated[float, Option(metavar="S", help="End after so long without an answer [s].")]
+
 # Campaigns.
 CampaignSource = Annotated[str, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]
 CampaignFolder = Annotated[

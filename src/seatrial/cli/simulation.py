@@ -1,4 +1,4 @@
-"""Commands that run ships: simulate, steer (NMEA 0183), bridge (a page), demo; and bench."""
+"""Commands that run ships: simulate, steer (NMEA 0183), bridge (a page), range (a scenario), demo; and bench."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from .render import emit, figure, hand_on, note, say, say_lines, show_table
 
 if TYPE_CHECKING:
     from ..manoeuvres import Index
+    from ..workflow.ranges import Ranged
     from ..workflow.simulation import Simulated
     from ..workflow.steer import Steered
 
@@ -154,15 +155,73 @@ def bridge(
     factor: o.Factor = 1.0, speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None,
     gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
     seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = None, place: o.Place = None,
-    out: o.RecordingFolder = Path(), hold: o.Hold = 5.0,
+    out: o.RecordingFolder = Path(), hold: o.Hold = 5.0, scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None,
+    to: o.To = None, framed: o.Framed = False, only: o.Sentences = None, commander: o.Commander = None,
+    mmsi: o.Mmsi = None, simulator: o.Simulator = False, log: o.SentenceLog = None, signalk: o.WithSignalK = False,
+    rosbridge: o.WithRosbridge = False, can: o.CanBus = None,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
+    if scenario is not None or nmea is not None or signalk or rosbridge or can is not None:
+        from ..workflow.ranges.rig import rig
+
+        if ghost is not None:
+            raise RequestError("--ghost: a measured trial is shown without --nmea and --scenario only")
+        rigged = rig(ship, nmea, scenario, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed,
+                     heading=heading, wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed,
+                     other=other or (), place=place, out=out, hold=hold, to=to or (), framed=framed, only=only,
+                     commander=commander or (), mmsi=mmsi, simulator=simulator, log=log, signalk=signalk,
+                     rosbridge=rosbridge, can=can, note=note)  # fmt: skip
+        say_lines(*rigged.written)
+        return
+    if to or framed or only or commander or mmsi or simulator or log:
+        raise RequestError("--to, --framed, --only, --commander, --mmsi, --simulator, --log need --nmea udp://...")
     from ..workflow.realtime import bridge as run
 
     recordings = run(ship, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed, heading=heading,
                      wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed, ghost=ghost,
                      other=other or (), place=place, out=out, hold=hold, note=note)  # fmt: skip
     say_lines(*recordings)
+
+
+def range_(
+    scenario: o.ScenarioPath, nmea: o.RangeNmea = None, to: o.To = None, anywhere: o.Anywhere = False,
+    framed: o.Framed = False, only: o.Sentences = None, factor: o.RangeFactor = None, lock_step: o.LockStep = False,
+    answer_to: o.AnswerTo = "ZDA", patience: o.Patience = 20.0, hold: o.Hold = 10.0, commander: o.Commander = None,
+    duration: o.End = None, log: o.SentenceLog = None, out: o.Record = None, beside: o.Beside = None,
+    simulator: o.Simulator = False, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Run a scenario without a page and judge its criteria."""
+    from ..workflow.ranges import play
+
+    ran = play(scenario, nmea, to=to or (), anywhere=anywhere, framed=framed, only=only, factor=factor,
+               lock_step=lock_step, answer_to=answer_to, patience=patience, hold=hold, commander=commander or (),
+               duration=duration, log=log, out=out, beside=beside, simulator=simulator, note=note,
+               printed=lambda text: hand_on(text, aside=json))  # fmt: skip
+    document = ran.document()
+    if json:
+        emit(document)
+    else:
+        _show_range(ran, document)
+    if not ran.met:
+        missed = [f"{one.name}{f' of {one.where}' if one.where else ''}" for one in ran.judged if not one.met]
+        note(f"error: {ran.failure or 'not met: ' + ', '.join(missed)}")
+        raise typer.Exit(1)
+
+
+def _show_range(ran: Ranged, document: dict[str, Any]) -> None:
+    indices = document["indices"]
+    rows = [(name, figure(one["distance"], 5), figure(one["at"], 5), figure(one["time_in_hand"], 4))
+            for name, one in indices["passing"].items()]  # fmt: skip
+    if rows:
+        show_table(("ship", "passes at m", "after s", "time in hand s"), rows, right=(1, 2, 3))
+    rows = [(one["name"].replace("_", " "), one["ship"] or "", figure(one["value"], 5), figure(one["limit"], 5),
+             one["unit"], "met" if one["met"] else "not met") for one in document["criteria"]]  # fmt: skip
+    if rows:
+        show_table(("criterion", "of", "value", "limit", "unit", ""), rows, right=(2, 3))
+    arrived = document["arrived"]
+    end = f"arrived after {arrived:.1f} s" if arrived is not None else f"ended after {document['time']:.1f} s"
+    say_lines(f"{ran.stage.scenario.title}: {end}, at most {indices['cross_track_max']:.1f} m off the route",
+              *ran.written)  # fmt: skip
 
 
 def demo(out: o.DemoFolder = Path("demo"), json: o.Json = False) -> None:

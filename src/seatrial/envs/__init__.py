@@ -38,6 +38,7 @@ from .device import DeviceLanes
 from .episodes import Settings, settings_of
 from .harbour import Canal, Quay
 from .lanes import Lanes
+from .picture import Painter
 from .system import Work
 from .tasks import Berth, Course, Task, TaskError, Track, shown
 
@@ -81,22 +82,27 @@ class ShipEnv(gymnasium.Env[Observation, Observation]):
         lanes: the ship in its kernel; `lanes.value("psi")` reads a state or a control in SI units.
     """
 
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 -- as in Gymnasium
+
     def __init__(self, ship: str | Ship, task: Task, render_mode: str | None = None, **settings: Any) -> None:
         """Compile the step, or take it from the cache.
 
         Args:
             ship: a ship, or the name of one.
             task: the task.
-            render_mode: None; there are no pictures.
+            render_mode: "rgb_array" for pictures, or None.
             settings: fields of `Settings`.
 
         Raises:
             TaskError: a ship or a setting that cannot be.
         """
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise TaskError(f"render_mode is {shown(render_mode)}; it is 'rgb_array' or None")
         self.render_mode = render_mode
         self.lanes = Lanes(ship_of(ship), task, 1, settings_of(settings))
         self.observation_space, self.action_space = spaces_of(self.lanes.work)
         self._seeded, self._begun = False, False
+        self._painter = Painter(task, self.lanes.work.scale)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -109,6 +115,8 @@ class ShipEnv(gymnasium.Env[Observation, Observation]):
             self._seeded = True
         self.lanes.reset()
         self._begun = True
+        self._painter.begin()
+        self._note()
         return self.lanes.observation[0].copy(), {}
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -123,7 +131,21 @@ class ShipEnv(gymnasium.Env[Observation, Observation]):
         lanes.step(checked(action, (len(lanes.work.orders),)))
         outcome = float(lanes.reward[0]), bool(lanes.terminated[0]), bool(lanes.truncated[0])
         self._begun = not (outcome[1] or outcome[2])
+        self._note()
         return lanes.observation[0].copy(), *outcome, {}
+
+
+    def render(self) -> Any:
+        """A picture of the episode, shape (400, 400, 3), north up; None without the render mode "rgb_array"."""
+        if self.render_mode is None:
+            return None
+        x, y, psi = (float(self.lanes.value(name)[0]) for name in ("x", "y", "psi"))
+        goal = [float(self.lanes.series(f"goal.{name}")[0]) for name in self.lanes.work.task.goal]
+        return self._painter.picture(x, y, psi, goal)
+
+    def _note(self) -> None:
+        if self.render_mode is not None:
+            self._painter.see(*(float(self.lanes.value(name)[0]) for name in ("x", "y")))
 
 
 class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):

@@ -7,6 +7,7 @@ over scalars in the manner of all physics here (`symbolic`, no `if` on a value),
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Protocol
 
@@ -204,6 +205,11 @@ class Course:
         goal = state[:, 2:3] + spread(draws[:, 1:2], -self.change, self.change)
         return Start(state, goal, np.zeros((len(draws), 0)))
 
+    def guide(self, scale: Scale, goal: Sequence[float], x: float, y: float) -> Sequence[Sequence[tuple[float, float]]]:
+        """A line from the ship in the direction of the course."""
+        far = 6.0 * scale.L
+        return (((x, y), (x + far * math.cos(goal[0]), y + far * math.sin(goal[0]))),)
+
     def judge(
         self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars, beyond: Scalar = 0.0
     ) -> Judged:
@@ -268,6 +274,12 @@ class Track:
         length = scale.L * spread(draws[:, 2], *self.first)
         goal = np.column_stack([np.cos(chi), np.sin(chi), np.cos(after), np.sin(after), length])
         return Start(state, goal, np.zeros((len(draws), 1)))
+
+    def guide(self, scale: Scale, goal: Sequence[float], x: float, y: float) -> Sequence[Sequence[tuple[float, float]]]:
+        """The two legs."""
+        c1, s1, c2, s2, length = goal
+        corner, far = (length * c1, length * s1), self.second * scale.L
+        return (((0.0, 0.0), corner, (corner[0] + far * c2, corner[1] + far * s2)),)
 
     def judge(
         self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars, beyond: Scalar = 0.0
@@ -346,6 +358,11 @@ class Berth:
         state[:, 3] = scale.U * spread(draws[:, 3], *self.way)
         to_go = np.sqrt(state[:, 0] ** 2 + state[:, 1] ** 2) / scale.L + self.heading * np.abs(state[:, 2])
         return Start(state, np.zeros((len(draws), 0)), to_go[:, None])
+
+    def guide(self, scale: Scale, goal: Sequence[float], x: float, y: float) -> Sequence[Sequence[tuple[float, float]]]:
+        """The quay, and the outline of the berth."""
+        quay, far, a, b = (0.5 + self.gap) * scale.B, 10.0 * scale.L, 0.5 * scale.L, 0.5 * scale.B
+        return ((-far, quay), (far, quay)), ((a, b), (-a, b), (-a, -b), (a, -b), (a, b))
 
     def judge(
         self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars, beyond: Scalar = 0.0

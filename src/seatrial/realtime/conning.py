@@ -75,6 +75,7 @@ class Conning:
             incomplete), clipped (taken up to the limit of the gear).
         heard: time of the last valid sentence of the commander [simulated s]; None before the first order.
         stale: whether the commander has been silent for longer than `hold`.
+        listens: whether orders are taken at all; else each is refused.
     """
 
     def __init__(
@@ -100,6 +101,7 @@ class Conning:
         self.control = SteeringControl.of(ship, self._ranges["delta"].high if "delta" in self._ranges else 35.0 * _RAD)
         self.counts: Counter[str] = Counter()
         self._steers = steers and bool(self._rudders or "delta" in self._known)
+        self.listens = True
         self.reset()
         self._answers: Mapping[str, Callable[[Sentence], Ordered | None]] = {
             "ROR": self._rudder, "HTC": self._heading_track, "TRC": self._thruster, "PRC": self._propulsion,
@@ -114,13 +116,21 @@ class Conning:
         self._track: float | None = None
         self.control.let_go()
 
+    def listen(self, on: bool) -> None:
+        """Take orders from now on, or remove the commander and refuse all."""
+        self.listens = on
+        if not on:
+            self.reset()
+
     def snapshot(self) -> dict[str, Any]:
         return {"commander": self.commander, "mode": self.mode, "stale": self.stale, "heard": self.heard,
-                "limit": self._limit, "track": self._track, "control": self.control.snapshot()}  # fmt: skip
+                "listens": self.listens, "limit": self._limit, "track": self._track,
+                "control": self.control.snapshot()}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         self.commander, self.mode, self.stale = saved["commander"], saved["mode"], saved["stale"]
         self.heard, self._limit, self._track = saved["heard"], saved["limit"], saved["track"]
+        self.listens = saved["listens"]
         self.control.restore(saved["control"])
 
     def take(self, sentence: Sentence, sender: str, t: float) -> Ordered:
@@ -131,7 +141,7 @@ class Conning:
         if answer is None or _is_report(sentence):
             return {}
         another = sender != self.commander and self.commander != "" and not self._silent(t)
-        if another or not self._authority.may(sender):
+        if another or not self.listens or not self._authority.may(sender):
             self.counts["refused"] += 1
             return {}
         ordered = answer(sentence)

@@ -63,11 +63,13 @@ class Vessel:
         clipped: orders that are beyond the limits at present.
         outside: a state outside the range of validity, if any.
         readings: readings of the instruments during the last tick.
+        altered: faults of the instruments: what the readings of a tick become; None without any.
     """
 
     def __init__(self, name: str, plant: Plant) -> None:
         self.name, self.plant = name, plant
         self.watch: Watch | None = None
+        self.altered: Callable[[list[Reading]], list[Reading]] | None = None
         self.recall({})
 
     def known(self) -> dict[str, Any]:
@@ -195,6 +197,8 @@ class Fleet:
             plant.step()
             if watch is not None:
                 readings += watch.read(plant.t, plant)
+        if vessel.altered is not None:
+            readings[:] = vessel.altered(readings)
 
     def _look_after(self, vessel: Vessel) -> None:
         """Check the silence of the commander and the validity of the model; orders stay in force."""

@@ -43,6 +43,16 @@ class WallClock:
     now, sleep = staticmethod(time.perf_counter), staticmethod(time.sleep)
 
 
+class LoneClock(WallClock):
+    """The clock of the machine for a loop beside which no thread waits: a wait of zero does not give way to others."""
+
+    @staticmethod
+    def sleep(seconds: float, /) -> None:
+        """Wait."""
+        if seconds > 0.0:
+            time.sleep(seconds)
+
+
 class Schedule:
     """When the next tick is due, and how late the ticks were; tick k is due at its own time, however late others were.
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from types import MappingProxyType
 from typing import Any, BinaryIO
 
 from ..core.parameters import unknown
+from ..data.nmea.ais import Transponder, position
 from ..data.nmea.framing import LARGEST, TOKEN, Tag, tag_block
 from ..data.nmea.sentences import NmeaError
-from ..data.nmea.ship import SPOKEN, Fittings, Measured, lines, position
+from ..data.nmea.ship import SPOKEN, Fittings, Measured, clock, lines
 from ..sensors import Reading
 from ..sensors.instruments import Anemometer, EchoSounder, Feedback, Gnss, Gyro, RateGyro, SpeedLog
 from ..sensors.stream import EXACT
@@ -20,11 +22,11 @@ from ..sensors.suite import Suite
 from ..ships import Ship
 from .conning import Conning, rudders, shafts
 from .loop import Loop
-from .wire import ANYBODY, Authority, Wire, WireError
+from .wire import ANYBODY, Authority, Line, Message, WireError
 
 RATES: Mapping[str, float] = MappingProxyType({
-    "HDT": 10.0, "THS": 10.0, "ROT": 10.0, "RSA": 5.0, "VBW": 5.0, "RMC": 5.0, "GGA": 1.0, "VTG": 1.0, "ZDA": 1.0,
-    "RPM": 1.0, "MWV": 1.0, "DPT": 1.0,
+    "HDT": 10.0, "THS": 10.0, "ROT": 10.0, "RSA": 5.0, "VBW": 5.0, "RMC": 5.0, "GGA": 1.0, "GLL": 1.0, "VTG": 1.0,
+    "ZDA": 1.0, "HDG": 5.0, "VHW": 1.0, "RPM": 1.0, "MWV": 1.0, "DPT": 1.0,
 })  # fmt: skip
 """Greatest rate of each sentence [Hz of simulated time]; never above the sample rate of its instrument."""
 
@@ -32,14 +34,17 @@ TRANSPONDER, TRANSPONDER_RATE = "VDO", 0.5
 """AIS sentence of the own ship and its rate [Hz]; sent only on request."""
 
 _FED: Mapping[str, tuple[str, ...]] = MappingProxyType({
-    "gnss": ("ZDA", "GGA", "RMC", "VTG", TRANSPONDER), "gyro": ("HDT", "THS"), "rate_gyro": ("ROT",),
-    "speed_log": ("VBW",), "anemometer": ("MWV",), "echo_sounder": ("DPT",), "feedback": ("RSA", "RPM"),
+    "gnss": ("ZDA", "GGA", "RMC", "VTG", "GLL", TRANSPONDER), "gyro": ("HDT", "THS", "HDG"), "rate_gyro": ("ROT",),
+    "speed_log": ("VBW", "VHW"), "anemometer": ("MWV",), "echo_sounder": ("DPT",), "feedback": ("RSA", "RPM"),
 })  # fmt: skip
 """Sentences of each kind of instrument; the transponder adds the last readings of gyro and rate gyro."""
 
 _FROM = MappingProxyType({kind: instrument for instrument, kinds in _FED.items() for kind in kinds})
 _STATIC = 360.0
 """Time between two reports of static data by the transponder [s] (ITU-R M.1371); the first is sent at once."""
+
+_HELD = 500
+"""Largest number of sentences of other sources that wait for a tick; older ones are dropped."""
 
 _TOGETHER = ("latitude", "chi", "psi", "r")
 _SLACK = 1e-6
@@ -72,6 +77,8 @@ def unsaid(kind: str, suite: Suite, fittings: Fittings) -> str:
         return f"the ship has no {' and no '.join(missing).replace('_', ' ')}"
     if kind == TRANSPONDER and not 0 < fittings.mmsi <= 999_999_999:
         return "the transponder has no MMSI; give nine digits, on the command line by --mmsi"
+    if kind == "HDG" and fittings.variation is None:
+        return "the ship has no magnetic compass; give the variation"
     if kind == TRANSPONDER and find_spec("pyais") is None:
         return "it needs the extra 'nmea': pip install 'seatrial[nmea]'"
     shown = {name for one in suite.instruments if isinstance(one, Feedback) for name in one.controls}
@@ -110,7 +117,7 @@ class Voice:
                 continue
             if kind != TRANSPONDER:
                 self._said[kind] = number
-                yield kind, said
+                yield kind, {**self.latest, **said} if kind == "VHW" else said
             elif all(name in self.latest for name in _TOGETHER):
                 self._said[kind] = number
                 before, self._static = self._static, math.floor(reading.t / _STATIC)
@@ -178,12 +185,16 @@ class OnWire:
         conning: commander and steering mode.
         wire: the connection.
         fittings: datum, positions of instruments, rudders and shafts.
+        authority: senders that may have command.
+        speakers: called after each tick for lines of other sources, which go out before the ship's own.
+        said: kinds of the ship's own sentences in the last tick.
+        listeners: called with each valid sentence, whoever has command.
         log: file for the sentences sent, each with a TAG block that has its time; None: no log.
     """
 
     def __init__(
-        self, loop: Loop, ship: str, wire: Wire, speech: Speech, *, log: BinaryIO | None = None, hold: float = 10.0,
-        authority: Authority = ANYBODY,
+        self, loop: Loop, ship: str, wire: Line, speech: Speech, *, log: BinaryIO | None = None, hold: float = 10.0,
+        authority: Authority = ANYBODY, ticking: bool = True,
     ) -> None:  # fmt: skip
         """Connect a ship of a loop to a wire, from the next tick on.
 
@@ -192,16 +203,18 @@ class OnWire:
         Args:
             loop: the loop.
             ship: name of the ship in it.
-            wire: an open wire, which the caller closes.
+            wire: an open line, which the caller closes.
             speech: format and rates of the sentences.
             log: as the attribute.
             hold: longest silence of a commander [simulated s].
             authority: senders that may have command.
+            ticking: whether to call `tick` after each tick from now on; else the caller sees to that.
 
         Raises:
             WireError: a requested sentence that the instruments cannot provide.
         """
         vessel = self._vessel = loop.vessels[ship]
+        self.authority = authority
         self._name, self.wire, self.log, self._speech = ship, wire, log, speech
         fittings = self.fittings = fitted(vessel.plant.ship, speech.fittings)
         plant = vessel.plant
@@ -218,22 +231,43 @@ class OnWire:
         self._voice = Voice(fittings, rates, loop.t)
         self.conning = Conning(plant.ship, fittings, hold, steers=steers(suite), authority=authority)
         self._number, self._was_stale, self._commander = 0, False, ""
-        loop.after(self.tick)
+        self.speakers: list[Callable[[Loop], Iterable[bytes]]] = []
+        self.listeners: list[Callable[[Message, Loop], None]] = []
+        self._early: deque[Message] = deque(maxlen=_HELD)
+        self.said: frozenset[str] = frozenset()
+        if ticking:
+            loop.after(self.tick)
         loop.keep(f"the wire of {ship}", self)
 
     def tick(self, loop: Loop) -> None:
         """Receive, steer and send, once after each tick; a ship that blew up does nothing until it is restored."""
         self.wire.t = loop.t
-        heard = self.wire.poll()
+        early = [self._early.popleft() for _ in range(len(self._early))]
+        heard = [*early, *self.wire.poll()]
         if self._vessel.failure is not None:
             return
         for message in heard:
+            for listen in self.listeners:
+                listen(message, loop)
             for control, value in self.conning.take(message.sentence, message.sender, loop.t).items():
                 loop.order(self._name, control, value)
         due = [one for reading in self._vessel.readings for one in self._voice.take(reading)]
         self._steer(loop)
         self._report(loop)
-        self._send(loop, [line for kind, said in due for line in self._lines(kind, said)])
+        self.said = frozenset(kind for kind, _ in due)
+        due.sort(key=lambda one: one[0] == "ZDA")  # the time comes last: who has it has all of this tick
+        now = self.fittings.epoch + loop.t
+        others = [(line, now) for speak in self.speakers for line in speak(loop)]
+        self._send(loop, [*others, *(line for kind, said in due for line in self._lines(kind, said))])
+
+    def hold(self, messages: Iterable[Message]) -> None:
+        """Keep sentences of another source for the next tick; from any thread."""
+        self._early.extend(messages)
+
+    @property
+    def latest(self) -> Mapping[str, float]:
+        """Last value of each instrument, by the names of `data.nmea.ship.Measured`."""
+        return self._voice.latest
 
     def say(self, loop: Loop, lines: Iterable[bytes]) -> None:
         """Send sentences of another source with the present time."""
@@ -341,4 +375,5 @@ class Targets:
             latitude, longitude = fittings.datum.place(x, y)
             said = {"t": loop.t, "psi": psi, "r": plant["r"], "latitude": latitude, "longitude": longitude,
                     "U": math.hypot(u, v), "chi": psi + math.atan2(v, u)}  # fmt: skip
-            self._on_wire.say(loop, position(fittings, said, FIRST + k, "VDM"))
+            by = Transponder(FIRST + k)
+            self._on_wire.say(loop, position(by, said, clock(fittings, said).second, "VDM"))

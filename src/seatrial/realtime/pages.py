@@ -16,7 +16,7 @@ import os
 import socket
 import time
 from collections import deque
-from collections.abc import Awaitable, Callable, Coroutine, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -110,13 +110,17 @@ class Client:
             await asyncio.gather(*tasks, return_exceptions=True)
 
 
-def application(static: Path, talk: Callable[[WebSocket], Awaitable[None]], hosts: tuple[str, ...] = LOCAL) -> FastAPI:
+def application(
+    static: Path, talk: Callable[[WebSocket], Awaitable[None]], hosts: tuple[str, ...] = LOCAL,
+    links: Sequence[Callable[[FastAPI], None]] = (),
+) -> FastAPI:  # fmt: skip
     """A page and its socket.
 
     Args:
         static: folder of the page's own files.
         talk: serves one browser on the socket until it disconnects.
         hosts: host names under which the page is served; may include `ADDRESSES`.
+        links: each adds further routes.
     """
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     app.add_middleware(_Named, hosts=hosts)
@@ -129,15 +133,22 @@ def application(static: Path, talk: Callable[[WebSocket], Awaitable[None]], host
 
     @app.websocket("/line")
     async def line(ws: WebSocket) -> None:
-        origin = ws.headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != ws.headers.get("host"):
+        if not same_origin(ws.headers):
             await ws.close(1008)
             return
         await talk(ws)
 
+    for link in links:
+        link(app)
     app.mount("/shared", StaticFiles(directory=SHARED))
     app.mount("/", StaticFiles(directory=static, html=True))
     return app
+
+
+def same_origin(headers: Mapping[str, str]) -> bool:
+    """Whether a request is of a page of this server, or of no page at all."""
+    origin = headers.get("origin")
+    return origin is None or urlsplit(origin).netloc == headers.get("host")
 
 
 class _Named:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -28,7 +28,7 @@ from ..environment.weather import Gust, Together
 from ..models import STATES, Sampled, Stepped
 from ..models.settled import settled
 from ..ships import Ship, ShipError
-from ..simulate.approach import approach
+from ..simulate.approach import approach, time_step
 from ..simulate.loop import closed_loop, loop_memory, loop_values
 from .helm import CommandError, Helm, Range, limits, obeying, ranges
 
@@ -86,6 +86,7 @@ class Plant:
         orders: names that can be ordered: controls, and n_P or delta where controls follow them.
         ranges: range of each order that has an effect.
         seed: of the random parts (sensors).
+        linkage: what the gear of a control receives for an order to it; None without a fault between the two.
     """
 
     def __init__(
@@ -93,6 +94,7 @@ class Plant:
     ) -> None:
         ship = self.ship = compiled.ship
         self.dt, self.seed, self.k = compiled.dt, seed, 0
+        self.linkage: Callable[[str, float], float] | None = None
         self.controls = ship.model.controls
         self._commands = {f"{name}_cmd": name for name in self.controls}
         system = compiled.simulator.system
@@ -183,14 +185,14 @@ class Plant:
         whole = self.ranges.get(name)
         taken = wanted = value if whole is None else whole.taken(value)
         for control, factor in self._obeying[name]:
-            own = self._give(control, self._reach[control].taken(factor * wanted))
+            own = self._reach[control].taken(factor * wanted)
+            self._give(control, own if self.linkage is None else self.linkage(control, own))
             taken = own / factor if factor else wanted
         return value if whole is not None and whole.all_round else taken
 
-    def _give(self, control: str, value: float) -> float:
+    def _give(self, control: str, value: float) -> None:
         self._orders[control] = value
         self._stepper.give(self._series[control], value)
-        return value
 
     def surround(self, environment: Environment) -> None:
         """Set wind, current, waves and depth from now on; CommandError: a value that is not finite."""
@@ -285,6 +287,32 @@ class Plant:
             through = self._in_water(start)[0]
             n_P = approach(ship, through)[1] if through > 1e-6 * max(ship.speed, 1.0) else 0.0
         return tuple(map(float, start)), n_P
+
+
+def rate_of(ship: Ship, wanted: float) -> float:
+    """Tick rate [Hz]: the wanted one, or the greatest below it that a model in discrete time allows."""
+    if not isinstance(ship.model, Sampled):
+        return wanted
+    dt = float(ship.model.dt)
+    return 1.0 / (dt * max(round(1.0 / (wanted * dt)), 1))
+
+
+def plant_of(
+    ship: Ship, rate: float, weather: Weather, start: Sequence[float], seed: int, through_water: bool = True
+) -> Plant:  # fmt: skip
+    """A ship at a time step that divides the tick, 1/`rate` [s], and suits the ship.
+
+    Args:
+        start: initial (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s].
+        through_water: whether its velocities are through water; over ground otherwise.
+    """
+    fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
+    dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
+    x, y, psi, u, v_m, r = start
+    if through_water:
+        _, _, north, east, *_ = weather.series(dt, 1)[0].tolist()
+        u, v_m = u + north * math.cos(psi) + east * math.sin(psi), v_m + east * math.cos(psi) - north * math.sin(psi)
+    return Plant.of(ship, dt=dt, environment=weather, start=(x, y, psi, u, v_m, r), seed=seed)
 
 
 _AT_A_TIME = 16

@@ -15,7 +15,7 @@ from collections import Counter, OrderedDict
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 from urllib.parse import urlsplit
 
 from ..core.errors import WireError as WireError
@@ -85,6 +85,69 @@ class _Client:
     unfinished: bytes = b""
     unsent: bytes = b""
     skipping: bool = False
+
+
+class Line(Protocol):
+    """A line of sentences that is polled: a `Wire`, a serial line, or none at all."""
+
+    intake: Intake
+    t: float
+
+    @property
+    def counts(self) -> Counter[str]:
+        """Counts of the input by outcome, and of the output."""
+        ...
+
+    @property
+    def address(self) -> object:
+        """Where it is, for messages."""
+        ...
+
+    @property
+    def peers(self) -> int:
+        """Number of receivers."""
+        ...
+
+    def poll(self) -> list[Message]:
+        """Valid sentences received since the last call."""
+        ...
+
+    def wait(self, seconds: float) -> None:
+        """Wait for input, at most so many seconds."""
+
+    def send(self, data: bytes) -> None:
+        """Send to all receivers."""
+
+    def close(self) -> None:
+        """Close it."""
+
+
+class Mute:
+    """A line to nobody, for a ship that is steered by links of other kinds only."""
+
+    address, peers = "no line", 0
+
+    def __init__(self) -> None:
+        self.intake, self.t = Intake(), 0.0
+
+    @property
+    def counts(self) -> Counter[str]:
+        """Nothing but what is counted elsewhere."""
+        return self.intake.counts
+
+    def poll(self) -> list[Message]:
+        """Nothing."""
+        return []
+
+    def wait(self, seconds: float) -> None:
+        """Wait."""
+        time.sleep(max(seconds, 0.0))
+
+    def send(self, data: bytes) -> None:
+        """Nobody hears it."""
+
+    def close(self) -> None:
+        """There is nothing to close."""
 
 
 class Wire:

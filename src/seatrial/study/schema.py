@@ -270,7 +270,8 @@ def checked(path: Path, schema: type[_Model], document: Any) -> _Model:
     try:
         return schema.model_validate(document)
     except ValidationError as error:
-        first = error.errors()[0]
+        found = error.errors()  # an unknown key first: it may be the one that is missing, misspelt
+        first = next((one for one in found if one["type"] == "extra_forbidden"), found[0])
     key = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
         known = known_keys(schema, first["loc"][:-1])

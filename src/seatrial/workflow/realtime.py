@@ -14,16 +14,15 @@ from typing import Any, Unpack
 from ..data.geodesy import Datum
 from ..environment import Weather
 from ..manoeuvres import Manoeuvre
-from ..models import Sampled, unit
+from ..models import unit
 from ..realtime.bridge.deck import Deck, Outfit
 from ..realtime.bridge.ghost import Ghost
 from ..realtime.bridge.view import OWN
 from ..realtime.conning import CourseKeeper
 from ..realtime.loop import Loop, LoopError
-from ..realtime.plant import Plant
+from ..realtime.plant import Plant, plant_of, rate_of
 from ..realtime.recording import dated
 from ..ships import Ship
-from ..simulate.approach import time_step
 from . import RequestError
 from .request import DEGREE, Around, Note, numbers, obeyed, positive, ship_of, silent, speed_of, surroundings
 from .simulation import known, lacks, order
@@ -50,29 +49,6 @@ Start = tuple[float, ...]
 """Initial (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s]."""
 
 
-def rate_of(ship: Ship, wanted: float) -> float:
-    """Tick rate [Hz]: the wanted one, or the greatest below it that a model in discrete time allows."""
-    if not isinstance(ship.model, Sampled):
-        return wanted
-    dt = float(ship.model.dt)
-    return 1.0 / (dt * max(round(1.0 / (wanted * dt)), 1))
-
-
-def plant_of(ship: Ship, rate: float, weather: Weather, start: Start, seed: int, through_water: bool = True) -> Plant:
-    """A ship at a time step that divides the tick, 1/`rate` [s], and suits the ship.
-
-    Args:
-        through_water: whether the velocities of `start` are through water; over ground otherwise.
-    """
-    fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
-    dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
-    x, y, psi, u, v_m, r = start
-    if through_water:
-        _, _, north, east, *_ = weather.series(dt, 1)[0].tolist()
-        u, v_m = u + north * math.cos(psi) + east * math.sin(psi), v_m + east * math.cos(psi) - north * math.sin(psi)
-    return Plant.of(ship, dt=dt, environment=weather, start=(x, y, psi, u, v_m, r), seed=seed)
-
-
 def others_of(texts: Iterable[str], rate: float, weather: Weather, seed: int) -> dict[str, Plant]:
     """Other ships, by number and name.
 
@@ -81,7 +57,7 @@ def others_of(texts: Iterable[str], rate: float, weather: Weather, seed: int) ->
     """
     found: dict[str, Plant] = {}
     for number, text in enumerate(texts, 1):
-        ship, start = _other(text)
+        ship, start = other_of(text)
         found[f"{number} {ship.name}"] = plant_of(ship, rate, weather, start, seed)
     return found
 
@@ -95,7 +71,7 @@ def keep_course(loop: Loop, names: Iterable[str], note: Note = silent) -> None:
             note(f"note: --other {name.partition(' ')[2]}: it has no rudder to steer; it drifts freely")
 
 
-def _other(text: str) -> tuple[Ship, Start]:
+def other_of(text: str) -> tuple[Ship, Start]:
     """Another ship: NAME@NORTH,EAST,HEADING[,SPEED] [m, deg, m/s]."""
     name, _, place = text.partition("@")
     try:
@@ -195,7 +171,7 @@ def bridge(
         raise RequestError("--place and --ghost both set the position; leave out --place")
     datum = datum_of(place)
     with listen(host, port, anywhere) as listening:
-        serve = _server(anywhere)
+        serve = server_of(anywhere)
         vessel = ship_of(ship)
         beside = _ghost(vessel, ghost, note)
         rate = rate_of(vessel, _RATE)
@@ -211,7 +187,7 @@ def bridge(
             raise RequestError(f"-o: {out}: {what}; recordings go into a folder")
         keep_course(loop, (name for name in loop.vessels if name != OWN), note)
         meta = dated(round(time.time()), datum if beside is None else beside.datum)
-        deck = Deck(loop, Outfit(_drills(vessel), out, beside, hold, cannot(vessel), meta))
+        deck = Deck(loop, Outfit(drills(vessel), out, beside, hold, cannot(vessel), meta))
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{vessel.name}: {address(listening, key)} (Ctrl-C ends it)")
         try:
@@ -222,15 +198,19 @@ def bridge(
         return [*deck.close()]
 
 
-def _server(everywhere: bool) -> Callable[[Deck, Loop, socket.socket, str], None]:
-    """What serves the page, to this machine or to any address."""
+Routes = Callable[[Any], None]
+"""Adds routes to the server of a page."""
+
+
+def server_of(everywhere: bool, links: Sequence[Routes] = ()) -> Callable[[Deck, Loop, socket.socket, str], None]:
+    """What serves the page and further `links`, to this machine or to any address."""
     try:
         from ..realtime.bridge.server import serve
         from ..realtime.pages import LOCAL, anywhere
     except ImportError as error:
         raise RequestError(f"bridge needs {error.name}; pip install 'seatrial[web]'") from None
     names = anywhere() if everywhere else LOCAL
-    return lambda deck, loop, listening, key: serve(deck, loop, listening, names, key)
+    return lambda deck, loop, listening, key: serve(deck, loop, listening, names, key, links)
 
 
 def _ghost(ship: Ship, path: Path | None, note: Note) -> Ghost | None:
@@ -244,7 +224,7 @@ def _ghost(ship: Ship, path: Path | None, note: Note) -> Ghost | None:
     return ghost
 
 
-def _drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
+def drills(ship: Ship) -> dict[str, Callable[[float], Manoeuvre]]:
     """The buttons."""
     return {text: lambda n_P, kind=kind, given=given: order(kind, ship, ship.speed, n_P, given)
             for text, (kind, given) in _BUTTONS.items() if kind in known()}  # fmt: skip

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -23,13 +23,13 @@ from ..environment import Weather
 from ..models import STATES
 from ..realtime.loop import Loop, LoopError
 from ..realtime.on_wire import RATES, TRANSPONDER, TRANSPONDER_RATE, OnWire, Speech, Targets
-from ..realtime.plant import Plant
+from ..realtime.plant import Plant, plant_of, rate_of
 from ..realtime.recording import Recording, dated
 from ..realtime.wire import Address, Authority, Wire, WireError
 from ..sensors.suite import Suite, draught, usual
 from ..ships import Ship
 from . import RequestError
-from .realtime import Start, datum_of, keep_course, others_of, pair, plant_of, rate_of
+from .realtime import Start, datum_of, keep_course, others_of, pair
 from .request import (
     DEGREE,
     Around,
@@ -106,7 +106,7 @@ def steer(
         address, *targets = (Address.parse(one, anywhere) for one in (nmea, *to))
         loop = _loop(vessel, start, rate, factor, weather, other, seed, note,
                      {OWN: usual(vessel, offset)} if sensors else None)  # fmt: skip
-        speech = Speech(_fittings(vessel, place, offset, mmsi, simulator), _rates(only), framed)
+        speech = Speech(_fittings(vessel, place, offset, mmsi, simulator), rates_of(only), framed)
         authority = Authority.of(tuple(commander))
         wire = Wire(address, to=targets)
     except (WireError, LoopError) as error:
@@ -115,7 +115,7 @@ def steer(
         on_wire = _on_wire(loop, wire, speech, hold, authority)
         record = None if out is None else _recording(loop, out, speech.fittings, place is not None)
         _hear_others(loop, on_wire)
-        with _writing(log) as on_wire.log:
+        with writing(log) as on_wire.log:
             note(f"{vessel.name} on {wire.address}, {loop.rate:g} Hz, time factor {factor:g}; Ctrl-C ends it")
             _run(loop, duration or math.inf, beside, wire.address, note, printed)
             if record is not None:
@@ -154,9 +154,11 @@ def _on_wire(loop: Loop, wire: Wire, speech: Speech, hold: float, authority: Aut
 
 
 @contextmanager
-def _beside(command: str | None, address: Address, printed: Note) -> Generator[subprocess.Popen[bytes] | None]:
+def running_beside(
+    command: str | None, address: Address | None, printed: Note
+) -> Generator[subprocess.Popen[bytes] | None]:  # fmt: skip
     """Another program for as long as the ship runs; its standard output follows at the end."""
-    if command is None:
+    if command is None or address is None:
         yield None
         return
     words = [word.replace("{address}", f"{address.host}:{address.port}") for word in shlex.split(command)]
@@ -185,17 +187,8 @@ def _run(
     Raises:
         SimulationError: that program failed.
     """
-    reported = 0
-
-    def report(loop: Loop) -> None:
-        nonlocal reported
-        counted = sum(loop.report.events.values())
-        for event in loop.events[-(counted - reported) :] if counted > reported else ():
-            note(f"{event.t:9.1f} s  {event.kind}: {event.text}")
-        reported = counted
-
-    loop.after(report)
-    with _beside(command, address, printed) as process:
+    loop.after(reporter(note))
+    with running_beside(command, address, printed) as process:
         if process is not None:
             loop.after(lambda loop: loop.stop() if process.poll() is not None else None)
         try:
@@ -206,6 +199,20 @@ def _run(
         failed = process is not None and process.poll()
     if failed:
         raise SimulationError(f"the program of --beside failed, exit status {failed}")
+
+
+def reporter(note: Note) -> Callable[[Loop], None]:
+    """A listener of a loop that gives a note on each event."""
+    reported = 0
+
+    def report(loop: Loop) -> None:
+        nonlocal reported
+        counted = sum(loop.report.events.values())
+        for event in loop.events[-(counted - reported) :] if counted > reported else ():
+            note(f"{event.t:9.1f} s  {event.kind}: {event.text}")
+        reported = counted
+
+    return report
 
 
 def _hear_others(loop: Loop, on_wire: OnWire) -> None:
@@ -228,19 +235,24 @@ def _fittings(
     )  # fmt: skip
 
 
-def _rates(only: str | None) -> dict[str, float] | None:
+def rates_of(only: str | None, listed: Sequence[str] = ()) -> dict[str, float] | None:
+    """Rate of each sentence of the option --only [Hz]; None where it is not given; `listed` is told to be known too.
+
+    Raises:
+        RequestError: an unknown sentence.
+    """
     if only is None:
         return None
     known = {**RATES, TRANSPONDER: TRANSPONDER_RATE}
     names = [name.strip().upper() for name in only.split(",")]
     for name in names:
         if name not in known:
-            raise RequestError(f"--only: {unknown(name, known, 'sentence')}")
+            raise RequestError(f"--only: {unknown(name, dict.fromkeys((*known, *listed)), 'sentence')}")
     return {name: known[name] for name in names}
 
 
 @contextmanager
-def _writing(path: Path | None) -> Generator[BinaryIO | None]:
+def writing(path: Path | None) -> Generator[BinaryIO | None]:
     if path is None:
         yield None
         return

@@ -134,7 +134,7 @@ def test_a_recording_has_the_start_instant_and_the_datum_of_the_bridge_or_of_its
         assert ask(deck, "record") == ""
         ticks(loop, 1.0)
 
-    monkeypatch.setattr(workflow, "_server", lambda everywhere: serve)
+    monkeypatch.setattr(workflow, "server_of", lambda everywhere: serve)
     began = datetime.now(UTC)
     (path,) = workflow.bridge("kvlcc2_l7", port=0, place="35,139.5", out=tmp_path)
     meta = read_trial(path).meta

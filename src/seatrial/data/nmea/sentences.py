@@ -310,6 +310,8 @@ _VALID, _MODE, _NORTH = Word(("A", "V")), Word(tuple("ADEFMNPRS")), Word(("T", "
 _SIDE, _MILES, _PLACE_OF = Word(("L", "R")), Word(("N",)), Word(tuple("BPSCEW"))
 _LATITUDE, _LONGITUDE, _METRE = Place(90, ("N", "S")), Place(180, ("E", "W")), Word(("M",))
 _NUMBER, _PERCENT_OR = Whole(0, 99), Word(("P", "R", "V"))
+_EAST, _KNOT, _IDENTIFIER, _INSTANCE = Word(("E", "W")), Word(("N",)), Whole(1, 9_999_999), Whole(1, 999_999)
+_TARGET, _MINUTES, _COMMAND = Whole(0, 99, 2), Number(-9999.0, 9999.0, 2), Word(tuple("AQOS"))
 
 SENTENCES: Mapping[str, Kind] = MappingProxyType({
     "HDT": _kind(headingT=_HEADING, headingTu=Word(("T",))),
@@ -327,6 +329,17 @@ SENTENCES: Mapping[str, Kind] = MappingProxyType({
                  diffAge=_LENGTH, diffStation=Whole(0, 1023, 4)),
     "ZDA": _kind(time=Clock(), day=Whole(1, 31, 2), month=Whole(1, 12, 2), year=Whole(1980, 2079, 4),
                  ltzh=Word(), ltzn=Word()),
+    "GLL": _kind(3, lat=_LATITUDE, lon=_LONGITUDE, time=Clock(), status=_VALID, posMode=_MODE),
+    "VHW": _kind(hdgT=_HEADING, hgdTu=Word(("T",)), hdgM=_HEADING, hgdMu=Word(("M",)), spdN=_KNOTS, spdNu=_KNOT,
+                 spdK=_KNOTS, spdKu=Word(("K",))),
+    "HDG": _kind(headingM=_HEADING, deviation=_UNSIGNED, deviationEW=_EAST, variation=_UNSIGNED, variationEW=_EAST),
+    "TTM": _kind(13, targetnum=_TARGET, targetdist=_LENGTH, targetbearing=_HEADING, targetbearingu=Word(("T", "R")),
+                 targetspeed=_SPEED, targetcourse=_HEADING, targetcourseu=Word(("T", "R")), closestapproach=_LENGTH,
+                 timetoCPA=_MINUTES, speedu=Word(("K", "N", "S")), targetname=Word(),
+                 targetstatus=Word(("L", "Q", "T")), reftarget=Word(("R",)), time=Clock(),
+                 acquisitiontype=Word(("A", "M", "R"))),
+    "TLL": _kind(5, targetnum=_TARGET, targetlat=_LATITUDE, targetlon=_LONGITUDE, targetname=Word(), time=Clock(),
+                 status=Word(("L", "Q", "T")), reftarget=Word(("R",))),
     "RSA": _kind(stbdangle=_ANGLE, stbdstatus=_VALID, portangle=_ANGLE, portstatus=_VALID),
     "RPM": _kind(source=Word(("S", "E")), engineshaftnum=_NUMBER, rpm=_TURNS, pitch=_SHARE, status=_VALID),
     "MWV": _kind(angle=_HEADING, reference=Word(("R", "T")), speed=_SPEED, speedu=Word(("K", "M", "N")), status=_VALID),
@@ -349,6 +362,16 @@ SENTENCES: Mapping[str, Kind] = MappingProxyType({
     "APB": _kind(14, LCgwarn=_VALID, LCcwarn=_VALID, ctrkerr=_LENGTH, dirs=_SIDE, ctrkUnit=_MILES, aalmcirc=_VALID,
                  aalmperp=_VALID, bearO2D=_HEADING, bearO2Du=_NORTH, wpt=Word(), bearD=_HEADING, bearDu=_NORTH,
                  bearS=_HEADING, bearSu=_NORTH, mode=_MODE),
+    "ALF": _kind(numSen=Whole(1, 9), senNum=Whole(1, 9), seqmid=Whole(0, 9), timelastchange=Clock(),
+                 alertcat=Word(("A", "B", "C")), alertpriority=Word(tuple("EAWC")), alertstate=Word(tuple("ASNOUV")),
+                 mfrcode=Word(), alertid=_IDENTIFIER, alertinst=_INSTANCE, revisionctr=Whole(1, 99),
+                 escalationctr=Whole(0, 9), alerttxt=Word()),
+    "ACN": _kind(time=Clock(), mfrcode=Word(), alertid=_IDENTIFIER, alertnum=_INSTANCE, alertcmd=_COMMAND,
+                 status=Word(("C",))),
+    "ARC": _kind(time=Clock(), mfrcode=Word(), alertid=_IDENTIFIER, alertinst=_INSTANCE, alertcmd=_COMMAND),
+    "ALR": _kind(timealarmchange=Clock(), alarmnum=Whole(0, 999, 3), alarmcond=_VALID, alarmstate=_VALID,
+                 alarmtext=Word()),
+    "ACK": _kind(alarmid=Whole(0, 999, 3)),
     "XTE": _kind(5, gwarn=_VALID, LCcwarn=_VALID, ctrkerr=_LENGTH, dirs=_SIDE, disUnit=_MILES, mode=_MODE),
 })  # fmt: skip
 """The sentences by their three letters."""

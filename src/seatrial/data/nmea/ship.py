@@ -5,6 +5,10 @@
 | HDT, THS | deg true, 0 to 360 | clockwise from north | psi [rad] |
 | ROT | deg per **minute** | - when the bow turns to port | r [rad/s] |
 | VBW | knots | - astern, - to port | u, v_m [m/s] at the log |
+| HDG | deg magnetic | variation east positive: true is magnetic plus variation | psi [rad] |
+| VHW | knots, km/h through the water; deg | - astern | u_w [m/s] at the log, psi |
+| GLL | deg and minutes | north, east | latitude, longitude of the antenna |
+| TTM | nautical miles, knots, minutes | bearing and course true; - after the passing | `Contact` |
 | VTG, RMC | knots, deg true | course towards | U_G [m/s], gamma_G [rad] at the antenna |
 | RSA, ROR | deg | - turns to port; the first field is the starboard or only rudder | delta [rad] |
 | RPM, PRC, TRC | rev/min | - astern, whatever the hand of the propeller | n_P [1/s] |
@@ -12,20 +16,19 @@
 | MWV T | the same, as if the ship stood still | where it comes from | U_T, gamma_T - psi |
 | DPT | m below the transducer | offset + up to the waterline | depth [m] |
 
-`reading` is the inverse.  VDO and VDM hold position reports and static data of ITU-R M.1371, by pyais.
+`reading` is the inverse.  VDO and VDM hold reports of transponders, see `ais`.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from types import MappingProxyType
-from typing import Any
 
 from ..geodesy import Datum
+from . import ais
 from .sentences import Sentence, Value, encode
 
 KNOT = 1852.0 / 3600.0
@@ -57,6 +60,7 @@ class Fittings:
         transducer: of the echo sounder, below the waterline.
         rudders: controls that are rudders, port to starboard.
         shafts: controls that are propellers, port to starboard.
+        variation: of the magnetic compass, east positive [rad]; None where the ship has no magnetic compass.
         mmsi: of the transponder; 0 for none.
         name, length, breadth, draught: of the ship, for the transponder [m].
         simulator: whether sentences are marked as those of a simulator; listeners then take no position, as RMC is
@@ -71,6 +75,7 @@ class Fittings:
     transducer: float = 0.0
     rudders: tuple[str, ...] = ("delta",)
     shafts: tuple[str, ...] = ("n_P",)
+    variation: float | None = None
     mmsi: int = 0
     name: str = ""
     length: float = 0.0
@@ -82,6 +87,11 @@ class Fittings:
     def mode(self) -> str:
         """Mode indicator of the sentences: A, autonomous, or S, simulator."""
         return "S" if self.simulator else "A"
+
+    @property
+    def transponder(self) -> ais.Transponder:
+        """The transponder of the ship."""
+        return ais.Transponder(self.mmsi, self.name, self.length, self.breadth, self.draught, self.antenna)
 
     @property
     def numbers(self) -> Mapping[str, int]:
@@ -116,8 +126,28 @@ def _speeds(_: Fittings, m: Measured) -> list[Fields]:
     }]  # fmt: skip
 
 
+def _magnetic(fit: Fittings, angle: float) -> float | None:
+    """A magnetic direction in degrees; None without a magnetic compass."""
+    return None if fit.variation is None else compass(angle - fit.variation)
+
+
+def _compass_heading(fit: Fittings, m: Measured) -> list[Fields]:
+    variation = math.degrees(fit.variation or 0.0)
+    return [{"headingM": _magnetic(fit, m["psi"]), "deviation": None, "deviationEW": None,
+             "variation": abs(variation), "variationEW": "W" if variation < 0.0 else "E"}]  # fmt: skip
+
+
+def _through_water(fit: Fittings, m: Measured) -> list[Fields]:
+    psi = m.get("psi")
+    return [{
+        "hdgT": None if psi is None else compass(psi), "hgdTu": "T",
+        "hdgM": None if psi is None else _magnetic(fit, psi), "hgdMu": "M",
+        "spdN": m["u_w"] / KNOT, "spdNu": "N", "spdK": 3.6 * m["u_w"], "spdKu": "K",
+    }]  # fmt: skip
+
+
 def _minimum(fit: Fittings, m: Measured) -> list[Fields]:
-    moment = clock(fit, m)
+    moment = clock(fit, m)  # with positions to 7 decimals the 82 characters have no room for the variation: see HDG
     return [{
         "time": _of_day(moment), "status": "V" if fit.simulator else "A", "lat": m["latitude"], "lon": m["longitude"],
         "spd": m["U"] / KNOT, "cog": compass(m["chi"]), "date": moment.date(), "mv": None, "mvEW": None,
@@ -152,13 +182,18 @@ SPOKEN: Mapping[str, tuple[str, Callable[[Fittings, Measured], list[Fields]]]] =
     "ROT": ("TI", lambda _, m: [{"rot": math.degrees(m["r"]) * 60.0, "valid": "A"}]),
     "VBW": ("VD", _speeds),
     "VTG": ("GP", lambda fit, m: [{
-        "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": None, "cogmUnit": "M", "sogn": m["U"] / KNOT,
-        "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": fit.mode}]),
+        "cogt": compass(m["chi"]), "cogtUnit": "T", "cogm": _magnetic(fit, m["chi"]), "cogmUnit": "M",
+        "sogn": m["U"] / KNOT, "sognUnit": "N", "sogk": 3.6 * m["U"], "sogkUnit": "K", "posMode": fit.mode}]),
     "RMC": ("GP", _minimum),
     "GGA": ("GP", lambda fit, m: [{
         "time": _of_day(clock(fit, m)), "lat": m["latitude"], "lon": m["longitude"],
         "quality": 8 if fit.simulator else 1, "numSV": 12, "HDOP": 1.0, "alt": 0.0, "altUnit": "M",
         "sep": 0.0, "sepUnit": "M", "diffAge": None, "diffStation": None}]),
+    "GLL": ("GP", lambda fit, m: [{
+        "lat": m["latitude"], "lon": m["longitude"], "time": _of_day(clock(fit, m)),
+        "status": "V" if fit.simulator else "A", "posMode": fit.mode}]),
+    "HDG": ("HC", _compass_heading),
+    "VHW": ("VW", _through_water),
     "ZDA": ("GP", _date),
     "RSA": ("RC", _rudders),
     "RPM": ("RC", lambda fit, m: [
@@ -176,7 +211,8 @@ def lines(kind: str, fit: Fittings, m: Measured) -> list[bytes]:
     The static data go before a position report where `m` has "static".
     """
     if kind == "VDO":
-        return [*(_static(fit) if "static" in m else ()), *position(fit, m, fit.mmsi, "VDO")]
+        by = fit.transponder
+        return [*(ais.static(by, kind) if "static" in m else ()), *ais.position(by, m, clock(fit, m).second, kind)]
     talker, fields_of = SPOKEN[kind]
     return [encode(Sentence(talker, kind, fields)) for fields in fields_of(fit, m)]
 
@@ -188,39 +224,3 @@ def clock(fit: Fittings, m: Measured) -> datetime:
 
 def _of_day(moment: datetime) -> float:
     return moment.hour * 3600.0 + moment.minute * 60.0 + moment.second + moment.microsecond * 1e-6
-
-
-_NOT_AVAILABLE, _GPS = 0, 1  # manoeuvre indicator, of which 3 is reserved; kind of receiver
-
-
-def position(fit: Fittings, m: Measured, mmsi: int, kind: str) -> list[bytes]:
-    """Message 1 of a ship with this MMSI, as VDO of the own ship or VDM of another."""
-    return _ais({
-        "type": 1, "mmsi": mmsi, "turn": math.degrees(m["r"]) * 60.0, "speed": min(m["U"] / KNOT, 102.2),
-        "lon": m["longitude"], "lat": m["latitude"], "course": compass(m["chi"]),
-        "heading": round(compass(m["psi"])) % 360, "second": clock(fit, m).second, "maneuver": _NOT_AVAILABLE,
-    }, kind)  # fmt: skip
-
-
-def _static(fit: Fittings) -> list[bytes]:
-    """Message 5: name, size about the antenna and draught."""
-    forward, starboard = fit.antenna
-    ahead, aside = 0.5 * fit.length, 0.5 * fit.breadth
-    return _ais({
-        "type": 5, "mmsi": fit.mmsi, "shipname": re.sub(r"[^ -_]", " ", fit.name.upper())[:20], "epfd": _GPS,
-        "to_bow": _metres(ahead - forward, 511), "to_stern": _metres(ahead + forward, 511),
-        "to_port": _metres(aside + starboard, 63), "to_starboard": _metres(aside - starboard, 63),
-        "draught": min(fit.draught, 25.5),
-    }, "VDO")  # fmt: skip
-
-
-def _metres(length: float, most: int) -> int:
-    return min(max(round(length), 0), most)
-
-
-def _ais(values: dict[str, Any], kind: str) -> list[bytes]:
-    try:
-        from pyais import encode_dict
-    except ImportError:
-        return []
-    return [line.encode() + b"\r\n" for line in encode_dict(values, talker_id="AI", sentence_type=kind)]

@@ -180,7 +180,10 @@ const char* slave_set(Slave* slave, const unsigned at[], size_t n, const double 
         if (at[i] < V_INPUTS) return slave_told(slave, "variable %u is an output and cannot be set", at[i]);
         if (at[i] >= V_NUMBERS && slave->s.mode >= RUNNING)
             return slave_told(slave, "variable %u is fixed once the run has begun; set it before, or reset", at[i]);
-        if (!isfinite(value[i])) return slave_told(slave, "variable %u set to what is no finite number", at[i]);
+        if (!isfinite(value[i])) {
+            slave->kept = 1;
+            return slave_told(slave, "variable %u set to what is no finite number; it keeps its value", at[i]);
+        }
     }
     for (i = 0; i < n; i++) slave->s.v[at[i]] = value[i];
     slave->s.stale = 1;

@@ -34,6 +34,7 @@ typedef struct {
 typedef struct {
     State s;
     char told[TEXT]; /* what was wrong last */
+    int kept;        /* whether what was wrong last changed nothing, so that the run may go on: bad input */
 } Slave;
 
 const char* slave_told(Slave*, const char* form, ...);

@@ -6,6 +6,7 @@ import math
 import re
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from ...core.version import __version__
 from ...ships import ShipError
 from .layout import Layout, Real
 from .source import compiled
@@ -15,6 +16,8 @@ BASE = {"m": {"m": 1}, "s": {"s": 1}, "kg": {"kg": 1}, "rad": {"rad": 1}, "N": {
 
 OSP = "resources/OspModelDescription.xml"
 """Where a slave of FMI 2.0 has the description of the Open Simulation Platform."""
+
+_LICENCE = "MIT for the code; the numbers of the ship are of the sources that its description names"
 
 _OSP_SCHEMA = "https://open-simulation-platform.com/OspModelDescription/1.0.0"
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -42,7 +45,8 @@ def descriptions(made: Layout, name: str, guid: str, fmi: int) -> dict[str, str]
 def _model(made: Layout, own: dict[str, str], abilities: dict[str, str]) -> tuple[Element, Element]:
     """The description down to the variables, and the element of its co-simulation."""
     root = Element("fmiModelDescription", {
-        **own, "description": made.plant.title, "generationTool": "seatrial", "variableNamingConvention": "structured",
+        **own, "description": made.plant.title, "author": "seatrial", "version": __version__, "license": _LICENCE,
+        "generationTool": f"seatrial {__version__}", "variableNamingConvention": "structured",
     })  # fmt: skip
     slave = SubElement(root, "CoSimulation", {"modelIdentifier": made.plant.name, **abilities})
     _define_units(root, made)

@@ -16,10 +16,12 @@ typedef struct {
 /* The status of what was tried; what went wrong goes to the logger of the host. */
 static fmi2Status done(Ship* ship, const char* wrong)
 {
+    const fmi2Status status = ship->slave.kept ? fmi2Discard : fmi2Error;
+    ship->slave.kept = 0;
     if (!wrong) return fmi2OK;
     if (ship->heard)
-        ship->host.logger(ship->host.componentEnvironment, ship->name, fmi2Error, "logStatusError", "%s", wrong);
-    return fmi2Error;
+        ship->host.logger(ship->host.componentEnvironment, ship->name, status, "logStatusError", "%s", wrong);
+    return status;
 }
 
 const char* fmi2GetTypesPlatform(void) { return "default"; }

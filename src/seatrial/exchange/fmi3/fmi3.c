@@ -21,9 +21,11 @@ static void tell(fmi3LogMessageCallback log, fmi3InstanceEnvironment host, const
 /* The status of what was tried; what went wrong goes to the logger of the host. */
 static fmi3Status done(Ship* ship, const char* wrong)
 {
+    const fmi3Status status = ship->slave.kept ? fmi3Discard : fmi3Error;
+    ship->slave.kept = 0;
     if (!wrong) return fmi3OK;
-    tell(ship->log, ship->host, wrong);
-    return fmi3Error;
+    if (ship->log) ship->log(ship->host, status, "logStatusError", wrong);
+    return status;
 }
 
 const char* fmi3GetVersion(void) { return "3.0"; }

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from ...core.errors import RefusalError as RefusalError
 from ...data import DataError
@@ -49,6 +49,27 @@ def number(said: Request, name: str) -> float:
     raise RefusalError(f"{name} must be a finite number")
 
 
+class Companion(Protocol):
+    """Data and requests of a range around the ship."""
+
+    doing: Mapping[str, Callable[[Request], None]]
+
+    def hello(self) -> dict[str, Any]:
+        """Constant data."""
+        ...
+
+    def frame(self) -> dict[str, Any]:
+        """Data that change."""
+        ...
+
+    def refusal(self) -> str:
+        """Why the page may not steer now; empty if it may."""
+        ...
+
+    def weather(self) -> None:
+        """The weather has been set from the page."""
+
+
 @dataclass(frozen=True)
 class Outfit:
     """Equipment of a bridge apart from the ship.
@@ -60,6 +81,7 @@ class Outfit:
         hold: longest silence of the commander [s of the clock].
         cannot: manoeuvres that the ship cannot perform, with the reason.
         meta: further sidecar entries of the recordings, such as `recording.dated`.
+        companion: a range around the ship, if there is one.
     """
 
     drills: Mapping[str, Orderer] = field(default_factory=dict[str, Orderer])
@@ -68,6 +90,7 @@ class Outfit:
     hold: float = 5.0
     cannot: Mapping[str, str] = field(default_factory=dict[str, str])
     meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    companion: Companion | None = None
 
 
 class Deck:
@@ -103,6 +126,7 @@ class Deck:
             "record": lambda _: self._recorder.start(), "unrecord": self._stop_recording, "ghost": self._lay_ghost,
             "pause": lambda _: loop.pause(), "resume": lambda _: loop.resume(), "step": self._step, "pace": self._pace,
             "reset": lambda _: loop.reset(), "save": self._save, "back": self._back,
+            **({} if outfit.companion is None else outfit.companion.doing),
         }  # fmt: skip
         loop.after(self._tick)
         loop.keep("the bridge", self)
@@ -141,6 +165,7 @@ class Deck:
             "ghost": None if ghost is None else {"name": ghost.name, "duration": ghost.duration, "ship": ghost.ship},
             "feels": {what: feels(plant.ship, channel) for what, channel in _FELT.items()},
             "trail": self._trail.rows(), "hold": self._outfit.hold,
+            "range": None if self._outfit.companion is None else self._outfit.companion.hello(),
         }  # fmt: skip
 
     def frame(self) -> dict[str, Any]:
@@ -163,6 +188,7 @@ class Deck:
             "drill": None if drill is None else
             [self._drill_name, drill.over, drill.complete, indices_json(drill.indices)],
             "following": self._following,
+            "range": None if self._outfit.companion is None else self._outfit.companion.frame(),
         }  # fmt: skip
 
     def snapshot(self) -> dict[str, Any]:
@@ -216,6 +242,9 @@ class Deck:
         drill, ghost, plant = self._drill, self._outfit.ghost, self._vessel.plant
         if self._vessel.failure is not None:
             return
+        if self._outfit.companion is not None and self._outfit.companion.refusal():
+            self._let_go()
+            return
         if drill is not None and not drill.over:
             orders: Mapping[str, float] = drill.steer(plant)
             if drill.over and "delta" in plant.orders:
@@ -233,6 +262,7 @@ class Deck:
         value, name = number(said, "value"), said.get("name")
         if name not in self._vessel.plant.orders:
             raise CommandError("no such control")
+        self._steers()
         self._let_go()
         self._loop.order(OWN, str(name), value)
 
@@ -249,11 +279,14 @@ class Deck:
             self._loop.surround(name, new._replace(**{kept: plant[kept] for kept in _KEPT}))
             if U_T and not feels(plant.ship, "wind_x"):
                 self._loop.tell(name, "calm", f"{plant.ship.name} has no force of wind and is not affected")
+        if self._outfit.companion is not None:
+            self._outfit.companion.weather()
 
     def _begin(self, said: Request) -> None:
         name, plant = str(said.get("name")), self._vessel.plant
         if name not in self._outfit.drills or name in self._outfit.cannot:
             raise RefusalError(self._outfit.cannot.get(name, "no such manoeuvre"))
+        self._steers()
         self._sails()
         ordered = plant["n_P_cmd"] if "n_P" in plant.controls else 0.0
         self._set_about(name, ordered or approach(plant.ship)[1])
@@ -294,10 +327,16 @@ class Deck:
         ghost, plant = self._outfit.ghost, self._vessel.plant
         if ghost is None:
             raise RefusalError("no ghost; start the bridge with --ghost TRIAL")
+        self._steers()
         self._sails()
         self._let_go()
         ghost.lay((self._loop.t, plant["x"], plant["y"], plant["psi"]))
         self._following = said.get("follow") is True
+
+    def _steers(self) -> None:
+        refusal = "" if self._outfit.companion is None else self._outfit.companion.refusal()
+        if refusal:
+            raise RefusalError(refusal)
 
     def _sails(self) -> None:
         if self._vessel.failure is not None:

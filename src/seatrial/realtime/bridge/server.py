@@ -8,7 +8,7 @@ import secrets
 import socket
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -135,19 +135,25 @@ class _Line:
                 await client.socket.send_json({"note": refused})
 
 
-def application(deck: Deck, hosts: tuple[str, ...] = LOCAL, key: str = "") -> FastAPI:
-    """The page and its socket; `hosts` are the host names it is served under, `key` is required of each browser."""
+def application(
+    deck: Deck, hosts: tuple[str, ...] = LOCAL, key: str = "", links: Sequence[Callable[[FastAPI], None]] = ()
+) -> FastAPI:  # fmt: skip
+    """The page and its socket; `hosts` are the host names it is served under, `key` is required of each browser.
+
+    `links` add further routes.
+    """
     line = _Line(deck, key)
-    app = page(STATIC, line.serve, hosts)
+    app = page(STATIC, line.serve, hosts, links)
     app.state.line = line
     return app
 
 
 def serve(
-    deck: Deck, loop: Loop, listening: socket.socket, hosts: tuple[str, ...] = LOCAL, key: str = ""
+    deck: Deck, loop: Loop, listening: socket.socket, hosts: tuple[str, ...] = LOCAL, key: str = "",
+    links: Sequence[Callable[[FastAPI], None]] = (),
 ) -> None:  # fmt: skip
-    """Run the loop and serve the page until interrupted; `hosts` and `key` as in `application`."""
-    app = application(deck, hosts, key)
+    """Run the loop and serve the page until interrupted; `hosts`, `key` and `links` as in `application`."""
+    app = application(deck, hosts, key, links)
     serving = server(app)
     sailing = threading.Thread(target=loop.run, name="loop", daemon=True)
 

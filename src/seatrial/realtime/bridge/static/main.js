@@ -5,6 +5,7 @@ import { Conning } from "./conning.js";
 import { Helm } from "./controls.js";
 import { Link, OLD } from "./link.js";
 import { Panel } from "./panel.js";
+import { Range } from "./range.js";
 import { Strips } from "./strips.js";
 import { colours as palette, nightly } from "./shared/canvas.js";
 
@@ -22,18 +23,18 @@ function say(text, stays = false) {
 }
 
 const link = new Link(), chart = new Chart($("chart"), colours), conning = new Conning($("conning"));
-const strips = new Strips($("strips"), colours), panel = new Panel(link, say);
+const strips = new Strips($("strips"), colours), panel = new Panel(link, say), range = new Range(link);
 let helm = null;
 
 link.addEventListener("hello", () => {
   const hello = link.hello, places = { rudders: $("rudders"), engines: $("engines"), thrusters: $("thrusters") };
   helm = new Helm(hello, request => link.ask(request), places);
   $("own-keys").replaceChildren(...helm.hints().flatMap(hint => [...hint, " · "]));
-  for (const part of [chart, conning, strips, panel]) part.begin(hello);
+  for (const part of [chart, conning, strips, panel, range]) part.begin(hello);
   say("");
 });
 link.addEventListener("picture", () => {
-  chart.keep(link.last); strips.keep(link.last); panel.show(link.last);
+  chart.keep(link.last); strips.keep(link.last); panel.show(link.last); range.show(link.last);
   document.body.classList.toggle("failed", link.last.failed !== null);
 });
 link.addEventListener("back", () => { chart.clear(); strips.clear(); });
@@ -50,9 +51,11 @@ addEventListener("keydown", event => {
   if (key === "n") turn();
   else if (key === "c") chart.follow = true;
   else if (key === "p" && link.commands) panel.pause();
+  else if (key === "t" && link.commands && range.take()) void 0;
+  else if (key === "a" && link.commands && range.acknowledge()) void 0;
   else if (event.key === "+") chart.zoom(1.5);
   else if (event.key === "-") chart.zoom(1 / 1.5);
-  else if (!(link.commands && helm?.key(event))) return;
+  else if (!(link.commands && range.manual && helm?.key(event))) return;
   event.preventDefault();
 });
 
@@ -66,7 +69,7 @@ function draw(now) {
   const state = link.between(now);
   if (state === null || helm === null) return;
   chart.draw(state); conning.draw(state); strips.draw(now, state.t);
-  helm.show(state, link.last.clipped, link.commands);
+  helm.show(state, link.last.clipped, link.commands && range.manual);
   stats.drawn += 1;
 }
 requestAnimationFrame(draw);

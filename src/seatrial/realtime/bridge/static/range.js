@@ -1,0 +1,102 @@
+// The range: who steers, alarms to acknowledge, other ships with their nearest approach, faults on buttons.
+
+import { make } from "./shared/dom.js";
+import { DEGREE, KNOT, clock, course, fixed } from "./shared/units.js";
+
+const $ = id => document.getElementById(id);
+const MILE = 1852;
+const CALLED = { pilot: "Track pilot steers", wire: "Autopilot on the wire steers", page: "Mariner steers" };
+const TO = { pilot: "Hand to track pilot", wire: "Hand to wire", page: "Take over" };
+const STATES = { V: "to acknowledge", A: "acknowledged", U: "over, to acknowledge" };
+
+export class Range {
+  constructor(link) { this.link = link; this.#seen = {}; }
+
+  #seen;
+
+  begin(hello) {
+    this.hello = hello.range;
+    this.#seen = {};
+    $("range").hidden = hello.range === null;
+    if (hello.range === null) return;
+    $("scenario").textContent = hello.range.title;
+    $("hand").replaceChildren(...hello.range.known.map(to => {
+      const button = make("button", { type: "button", "data-to": to, title: to === "page" ? "Take over (T)" : null }, TO[to]);
+      button.onclick = () => this.link.ask({ do: "hand", to });
+      return button;
+    }));
+    $("faults").replaceChildren(...hello.range.faults.map((label, number) => {
+      const button = make("button", { type: "button", "data-fault": number }, label);
+      button.onclick = () => this.link.ask({ do: "fault", number, on: button.getAttribute("aria-pressed") !== "true" });
+      return button;
+    }));
+    $("instructor").hidden = hello.range.faults.length === 0;
+  }
+
+  /** Whether manual orders are obeyed. */
+  get manual() { return !this.link.last?.range || this.link.last.range.steers === "page"; }
+
+  /** Take over from whoever steers; whether there is a range. */
+  take() {
+    if (!this.hello) return false;
+    this.link.ask({ do: "hand", to: "page" });
+    return true;
+  }
+
+  /** Acknowledge the latest alarm that is to be. */
+  acknowledge() {
+    const next = this.link.last?.range?.alarms.find(([, , , state]) => state !== "A");
+    if (next) this.link.ask({ do: "acknowledge", identifier: next[0], instance: next[1] });
+    return Boolean(next);
+  }
+
+  show(frame) {
+    const range = frame.range;
+    if (!range) return;
+    const mine = this.link.commands, wire = range.wire;
+    const who = range.steers === "wire" ? `${CALLED.wire}${wire[0] ? `: ${wire[0]}, ${wire[1]}${wire[2] ? ", silent" : ""}` : ", nobody yet"}` : CALLED[range.steers];
+    this.#put("steers", who, () => { $("steers").textContent = who; $("steers").dataset.by = range.steers; });
+    for (const button of document.querySelectorAll("#hand button")) {
+      button.disabled = !mine || button.dataset.to === range.steers;
+    }
+    for (const button of document.querySelectorAll("[data-fault]")) {
+      button.disabled = !mine;
+      button.setAttribute("aria-pressed", String(range.faults[Number(button.dataset.fault)]));
+    }
+    this.#put("alarms", JSON.stringify([range.alarms, mine]), () => this.#alarms(range.alarms, mine));
+    this.#contacts(range.contacts);
+    const place = range.place ? `${degrees(range.place[0], "N", "S", 2)} ${degrees(range.place[1], "E", "W", 3)}  ` : "";
+    $("place").textContent = `${place}${utc(this.hello.epoch + frame.t)} UTC`;
+  }
+
+  #alarms(alarms, mine) {
+    $("alarms").replaceChildren(...alarms.map(([identifier, instance, priority, state, text, changed]) => {
+      const button = make("button", { type: "button", disabled: !mine || state === "A" }, state === "A" ? "Acknowledged" : "Acknowledge");
+      button.onclick = () => this.link.ask({ do: "acknowledge", identifier, instance });
+      return make("li", { "data-priority": priority, "data-state": state }, make("b", {}, text), ` ${clock(changed)}, ${STATES[state]} `, button);
+    }));
+  }
+
+  #contacts(rows) {
+    const body = $("contacts").tBodies[0];
+    $("contacts").hidden = rows.length === 0;
+    const cells = rows.map(([name, distance, bearing, U, chi, cpa, tcpa]) => [name, fixed(distance / MILE, 2), course(bearing).slice(0, 3),
+      fixed(U / KNOT, 1), course(chi).slice(0, 3), fixed(cpa / MILE, 2), fixed(tcpa / 60, 1)]);
+    this.#put("contacts", JSON.stringify([cells, rows.map(row => row[7])]), () => body.replaceChildren(...cells.map((row, k) =>
+      make("tr", { class: rows[k][7] ? "dangerous" : null }, ...row.map((cell, n) => make("td", {}, n === 0 && rows[k][7] ? `! ${cell}` : cell))))));
+  }
+
+  #put(what, text, draw) {
+    if (this.#seen[what] === text) return;
+    this.#seen[what] = text;
+    draw();
+  }
+}
+
+/** Degrees and minutes with their side. */
+function degrees(value, plus, minus, digits) {
+  const size = Math.round(Math.abs(value) * 60000) / 1000, whole = Math.floor(size / 60);
+  return `${String(whole).padStart(digits, "0")}°${(size - 60 * whole).toFixed(3).padStart(6, "0")}′${value < 0 ? minus : plus}`;
+}
+
+const utc = seconds => new Date(1000 * seconds).toISOString().slice(11, 19);

@@ -1,0 +1,322 @@
+"""Signal K at the server of the page: deltas over a WebSocket, the data tree, and the autopilot interface of version 2.
+
+Paths, units and signs are those of the Signal K specification 1.7: SI and radians, rudder positive to starboard, wind
+angles positive to starboard.  What is told is what the instruments say.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import secrets
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
+from fnmatch import fnmatchcase
+from typing import Any
+
+from fastapi import FastAPI, Request, WebSocket
+from starlette.responses import JSONResponse, Response
+
+from ...core.errors import RefusalError
+from ...core.version import __version__
+from ..pages import close, hear, same_origin
+from ..range.stage import Stage
+from .orders import Orders
+
+_API, _V2 = "/signalk/v1/api", "/signalk/v2/api/vessels/self/autopilots"
+_PILOT = "seatrial"
+_EVERY, _CONTACTS = 0.1, 2.0
+"""Time between two looks for new values, and between two reports of other ships [s of the clock, simulated s]."""
+
+_MOST, _LARGEST = 16, 2048
+_NUMBERS: Mapping[str, str] = {
+    "psi": "navigation.headingTrue", "r": "navigation.rateOfTurn", "U": "navigation.speedOverGround",
+    "chi": "navigation.courseOverGroundTrue", "u_w": "navigation.speedThroughWater",
+    "U_A": "environment.wind.speedApparent", "U_T": "environment.wind.speedTrue",
+    "below": "environment.depth.belowTransducer",
+}  # fmt: skip
+"""Paths of values that are told as they are measured."""
+
+
+def values(stage: Stage) -> dict[str, Any]:
+    """What the own ship's instruments say, by path."""
+    on_wire = stage.on_wire
+    said: dict[str, Any] = {}
+    if on_wire is None:
+        return said
+    latest = on_wire.latest
+    said.update({path: latest[name] for name, path in _NUMBERS.items() if name in latest})
+    if "latitude" in latest:
+        said["navigation.position"] = {"latitude": latest["latitude"], "longitude": latest["longitude"]}
+    for name, path in (("gamma_A", "angleApparent"), ("gamma_T_bow", "angleTrueGround")):
+        if name in latest:
+            said[f"environment.wind.{path}"] = math.remainder(latest[name], math.tau)
+    if stage.fittings.variation is not None:
+        said["navigation.magneticVariation"] = stage.fittings.variation
+        if "psi" in latest:
+            said["navigation.headingMagnetic"] = (latest["psi"] - stage.fittings.variation) % math.tau
+    rudder = "".join(stage.fittings.rudders[-1:])
+    if rudder in latest:
+        said["steering.rudderAngle"] = latest[rudder]
+    said.update({f"propulsion.{name}.revolutions": latest[name] for name in stage.fittings.shafts if name in latest})
+    conning = on_wire.conning
+    said["steering.autopilot.state"] = "auto" if conning.mode in ("heading", "track") else "standby"
+    said["steering.autopilot.target.headingTrue"] = conning.control.course
+    return said
+
+
+def contacts(stage: Stage) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Context and values of each ship with a transponder."""
+    for other in stage.scenario.others:
+        seen = stage.contacts.seen.get(other.name)
+        if seen is None or other.ais == "none" or stage.on_wire is None:
+            continue
+        plant = stage.loop.vessels[other.name].plant
+        latitude, longitude = stage.fittings.datum.place(plant["x"], plant["y"])
+        yield context(stage.mmsi(other.name)), {
+            "": {"mmsi": str(stage.mmsi(other.name)), "name": other.name},
+            "navigation.position": {"latitude": latitude, "longitude": longitude},
+            "navigation.speedOverGround": seen.U, "navigation.courseOverGroundTrue": seen.chi % math.tau,
+            "navigation.headingTrue": plant["psi"] % math.tau,
+        }  # fmt: skip
+
+
+def context(mmsi: int) -> str:
+    """The context of a ship; without an MMSI a name of this server."""
+    return f"vessels.urn:mrn:imo:mmsi:{mmsi:09d}" if mmsi else "vessels.urn:mrn:signalk:uuid:seatrial-own"
+
+
+def delta(about: str, stamp: str, said: Mapping[str, Any]) -> dict[str, Any]:
+    """A delta message."""
+    pairs = [{"path": path, "value": value} for path, value in said.items()]
+    return {"context": about, "updates": [{"$source": _PILOT, "timestamp": stamp, "values": pairs}]}
+
+
+def tree(said: Mapping[str, Any], stamp: str) -> dict[str, Any]:
+    """Values as the nested data of the full model."""
+    found: dict[str, Any] = {}
+    for path, value in said.items():
+        here = found
+        for part in path.split("."):
+            here = here.setdefault(part, {})
+        here.update({"value": value, "timestamp": stamp, "$source": _PILOT})
+    return found
+
+
+class SignalK:
+    """The Signal K server of a stage."""
+
+    def __init__(self, stage: Stage, key: str = "") -> None:
+        """Serve a stage with a wire; `key` is required as bearer token or `token=` where it is not empty."""
+        self._stage, self._key = stage, key
+        self._orders = None if stage.on_wire is None else Orders(stage.loop, stage.on_wire, "signalk")
+        self._open = 0
+
+    def routes(self, app: FastAPI) -> None:
+        """Add the routes to the server of the page."""
+        app.get("/signalk")(self.endpoints)
+        app.get(f"{_API}/{{path:path}}")(self.full)
+        app.get(_V2)(self.pilots)
+        app.get(f"{_V2}/{{name}}/{{what:path}}")(self.pilot)
+        app.get(f"{_V2}/{{name}}")(self.pilot)
+        app.put(f"{_V2}/{{name}}/{{what:path}}")(self.order)
+        app.post(f"{_V2}/{{name}}/{{what:path}}")(self.order)
+        app.websocket("/signalk/v1/stream")(self.stream)
+
+    async def endpoints(self, request: Request) -> Response:
+        host = request.headers.get("host", "localhost")
+        v1 = {"version": "1.7.0", "signalk-http": f"http://{host}{_API}/",
+              "signalk-ws": f"ws://{host}/signalk/v1/stream"}  # fmt: skip
+        return JSONResponse({"endpoints": {"v1": v1, "v2": {"version": "2.0.0", "signalk-http":
+                            f"http://{host}/signalk/v2/api/"}}, "server": {"id": _PILOT, "version": __version__}})
+
+    async def full(self, request: Request, path: str) -> Response:
+        if not self._allowed(request.headers.get("authorization"), request.query_params.get("token")):
+            return _error(401, "a key is needed")
+        own = self._own
+        found: Any = {"version": "1.7.0", "self": own, "vessels": {
+            own.partition(".")[2]: self._tree()}}  # fmt: skip
+        for part in (part for part in path.split("/") if part):
+            if part == "self" and "vessels" in path:
+                part = own.partition(".")[2]
+            if not isinstance(found, dict) or part not in found:
+                return _error(404, "no such path")
+            found = found[part]
+        return JSONResponse(found)
+
+    async def pilots(self) -> Response:
+        return JSONResponse({_PILOT: {"provider": _PILOT, "isDefault": True}})
+
+    async def pilot(self, name: str, what: str = "") -> Response:
+        if name == "_providers":
+            return JSONResponse({"id": _PILOT})
+        told = self._told()
+        if name not in (_PILOT, "_default") or (what and what not in told):
+            return _error(404, "no such autopilot, or nothing of it by that name")
+        if what in ("state", "mode", "target"):
+            return JSONResponse({"value": told[what]})
+        return JSONResponse(told[what] if what else told)
+
+    async def order(self, request: Request, name: str, what: str) -> Response:
+        """PUT state, mode, target and target/adjust; POST engage and disengage."""
+        if not self._allowed(request.headers.get("authorization"), request.query_params.get("token")):
+            return _error(401, "a key is needed")
+        if not same_origin(request.headers):
+            return _error(403, "orders come from this server's own pages, or from programs")
+        if name not in (_PILOT, "_default"):
+            return _error(404, "no such autopilot")
+        data = await request.body() if int(request.headers.get("content-length") or 0) <= _LARGEST else b"x"
+        try:
+            given = json.loads(data) if data else {}
+            self._obey(request.method, what, given if isinstance(given, dict) else {})
+        except RefusalError as error:
+            return _error(400, str(error))
+        except (ValueError, RecursionError):
+            return _error(400, "the body must be a JSON object")
+        return JSONResponse({"state": "COMPLETED", "statusCode": 200, "message": "OK"})
+
+    async def stream(self, ws: WebSocket) -> None:
+        """Deltas, of the own ship or of all, until the client disconnects."""
+        if not same_origin(ws.headers) or self._open >= _MOST:
+            await ws.close(1008)
+            return
+        await ws.accept()
+        if not self._allowed(ws.headers.get("authorization"), ws.query_params.get("token")):
+            await close(ws, "a key is needed")
+            return
+        self._open += 1
+        wanted = _Wanted(ws.query_params.get("subscribe", "self"))
+        hearing = asyncio.ensure_future(_listen(ws, wanted))
+        try:
+            await ws.send_json({"name": _PILOT, "version": "1.7.0", "self": self._own, "roles": ["master", "main"],
+                                "timestamp": self._stamp()})  # fmt: skip
+            await self._tell(ws, wanted, hearing)
+        except (RuntimeError, TimeoutError):
+            pass
+        finally:
+            self._open -= 1
+            hearing.cancel()
+            await asyncio.gather(hearing, return_exceptions=True)
+            await close(ws)
+
+    async def _tell(self, ws: WebSocket, wanted: _Wanted, hearing: asyncio.Future[None]) -> None:
+        before: dict[str, Any] = {}
+        due = -math.inf
+        while not hearing.done():
+            now, t = values(self._stage), self._stage.loop.t
+            fresh = {path: value for path, value in now.items() if before.get(path, before) != value}
+            before = now
+            told = {path: value for path, value in fresh.items() if wanted.takes(path)}
+            if told:
+                await asyncio.wait_for(ws.send_json(delta(self._own, self._stamp(), told)), 5.0)
+            if wanted.all and t >= due:
+                due = t + _CONTACTS
+                for about, said in tuple(contacts(self._stage)):
+                    await asyncio.wait_for(ws.send_json(delta(about, self._stamp(), said)), 5.0)
+            await asyncio.sleep(_EVERY)
+
+    @property
+    def _own(self) -> str:
+        return context(self._stage.scenario.own.sailing.mmsi)
+
+    def _tree(self) -> dict[str, Any]:
+        own = self._stage.scenario.own
+        mmsi = {"mmsi": f"{own.sailing.mmsi:09d}"} if own.sailing.mmsi else {}
+        return {**mmsi, "name": own.ship.name, **tree(values(self._stage), self._stamp())}
+
+    def _stamp(self) -> str:
+        moment = datetime.fromtimestamp(self._stage.fittings.epoch + self._stage.loop.t, UTC)
+        return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+    def _allowed(self, header: str | None, token: str | None) -> bool:
+        said = (header or "").removeprefix("Bearer ") or token or ""
+        return not self._key or secrets.compare_digest(said.encode(), self._key.encode())
+
+    def _told(self) -> dict[str, Any]:
+        orders = self._orders
+        heading = None if orders is None else orders.heading
+        engaged = heading is not None
+        states = [{"name": "auto", "engaged": True}, {"name": "standby", "engaged": False}]
+        return {"options": {"states": states, "modes": ["compass"], "actions": []},
+                "state": "auto" if engaged else "standby", "mode": "compass", "target": heading,
+                "engaged": engaged}  # fmt: skip
+
+    def _obey(self, method: str, what: str, given: Mapping[str, Any]) -> None:
+        orders = self._orders
+        if orders is None:
+            raise RefusalError("there is no wire to steer by")
+        if what == "state" and method == "PUT":
+            what = {"auto": "engage", "standby": "disengage"}.get(str(given.get("value")), "")
+        elif what == "mode" and given.get("value") == "compass":
+            return
+        if what == "engage":
+            orders.steer_heading(self._heading() if orders.heading is None else orders.heading)
+        elif what == "disengage":
+            orders.let_go()
+        elif what == "target":
+            orders.steer_heading(_angle(given))
+        elif what == "target/adjust":
+            orders.steer_heading((self._heading() if orders.heading is None else orders.heading) + _angle(given))
+        else:
+            raise RefusalError("states are auto and standby, the mode is compass, and there are no actions")
+
+    def _heading(self) -> float:
+        """The present heading by the compass."""
+        on_wire = self._stage.on_wire
+        if on_wire is None or "psi" not in on_wire.latest:
+            raise RefusalError("there is no heading yet")
+        return on_wire.latest["psi"]
+
+
+class _Wanted:
+    """What a client has subscribed to.
+
+    Attributes:
+        all: whether other ships are told too.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.all = text == "all"
+        self._paths: set[str] = set() if text == "none" else {"*"}
+
+    def takes(self, path: str) -> bool:
+        """Whether values of a path are told."""
+        return any(fnmatchcase(path, pattern) for pattern in self._paths)
+
+    def change(self, said: Mapping[str, Any]) -> None:
+        """Subscribe or unsubscribe."""
+        for what in ("subscribe", "unsubscribe"):
+            rows = said.get(what)
+            paths = [row.get("path") for row in rows if isinstance(row, dict)] if isinstance(rows, list) else []
+            for path in (path for path in paths if isinstance(path, str) and len(path) < 100):
+                if what == "unsubscribe":
+                    self._paths = set() if path == "*" else self._paths - {path}
+                elif len(self._paths) < 100:
+                    self._paths = self._paths | {path}
+                    self.all = self.all or said.get("context") in ("*", "vessels.*")
+
+
+async def _listen(ws: WebSocket, wanted: _Wanted) -> None:
+    """Hear subscriptions until the client disconnects, or sends more than a hundred a second."""
+    loop = asyncio.get_running_loop()
+    since, count = loop.time(), 0
+    while count < 100:
+        said = await hear(ws)
+        count = count + 1 if loop.time() - since < 1.0 else 0
+        since = since if count else loop.time()
+        wanted.change(said)
+
+
+def _angle(given: Mapping[str, Any]) -> float:
+    """An angle of a request [rad]; given in degrees or radians, radians unless it says so."""
+    value, units = given.get("value"), given.get("units", "rad")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e6:
+        raise RefusalError("value must be a number")
+    if units not in ("rad", "deg"):
+        raise RefusalError("units are rad or deg")
+    return math.radians(value) if units == "deg" else float(value)
+
+
+def _error(code: int, text: str) -> Response:
+    return JSONResponse({"state": "FAILED", "statusCode": code, "message": text}, code)

@@ -1,0 +1,115 @@
+"""Indices of a run and whether it meets its criteria."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ...manoeuvres.track import Leg
+from ..loop import Loop
+from .contacts import Contacts
+from .pilots import Guide
+from .scenario import Criteria
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One criterion after a run.
+
+    Attributes:
+        name: as in `Criteria`, or "contact", which is always judged.
+        value: what the run has; None where it never came to that.
+        limit: what it may have.
+        met: whether it does.
+        where: what the value belongs to, such as a ship; empty for the whole run.
+    """
+
+    name: str
+    value: float | None
+    limit: float
+    unit: str
+    met: bool
+    where: str = ""
+
+
+class Judge:
+    """Cross-track and heading errors of a run along its route by the true motion, and its end.
+
+    Attributes:
+        arrived: when the last waypoint was abeam [s]; None before.
+        cross_track: greatest distance from the leg that is followed [m].
+        cross_track_rms: root of its mean square so far [m].
+        heading_error: greatest difference of the heading from the leg, `settle` seconds after the leg began [rad].
+    """
+
+    def __init__(self, loop: Loop, own: str, route: Sequence[Leg], turn: float, criteria: Criteria) -> None:
+        """Judge the ship `own` of the loop from now on; `turn` as in `pilots.Guide`."""
+        self._vessel, self._guide, self._criteria = loop.vessels[own], Guide(route, turn), criteria
+        self.reset()
+        loop.after(self.tick)
+        loop.keep("the judge", self)
+
+    def tick(self, loop: Loop) -> None:
+        """Take note of this tick."""
+        plant, guide = self._vessel.plant, self._guide
+        if self._vessel.failure is not None or self.arrived is not None:
+            return
+        leg = guide.number
+        across = abs(guide.across(plant["x"], plant["y"]))
+        if guide.number != leg:
+            self._since = loop.t
+        if guide.past:
+            self.arrived = loop.t
+        if guide.number and loop.t - self._since < self._criteria.settle:  # a corner is no error
+            across = min(across, abs(float(guide.route[guide.number - 1].along_across(plant["x"], plant["y"])[1])))
+        self.cross_track = max(self.cross_track, across)
+        self._squares, self._count = self._squares + across * across, self._count + 1
+        if loop.t - self._since >= self._criteria.settle:
+            apart = abs(math.remainder(plant["psi"] - guide.leg.alpha, math.tau))
+            self.heading_error = max(self.heading_error or 0.0, apart)
+
+    @property
+    def cross_track_rms(self) -> float:
+        """Root of the mean square of the cross-track error so far [m]."""
+        return math.sqrt(self._squares / self._count) if self._count else 0.0
+
+    def judged(self, contacts: Contacts) -> tuple[Judged, ...]:
+        """Every criterion, the passing distance once for each other ship."""
+        wanted, found = self._criteria, list[Judged]()
+        for name, passed in contacts.passed.items():
+            if passed.touched is not None:
+                found.append(Judged("contact", passed.touched, 0.0, "s", False, name))
+            if wanted.passing_distance is not None:
+                met = passed.distance >= wanted.passing_distance
+                found.append(Judged("passing_distance", passed.distance, wanted.passing_distance, "m", met, name))
+        if wanted.cross_track is not None:
+            met = self.cross_track <= wanted.cross_track
+            found.append(Judged("cross_track", self.cross_track, wanted.cross_track, "m", met))
+        if wanted.heading_error is not None:
+            met = self.heading_error is not None and self.heading_error <= wanted.heading_error
+            found.append(Judged("heading_error", self.heading_error, wanted.heading_error, "rad", met))
+        if wanted.time is not None:
+            met = self.arrived is not None and self.arrived <= wanted.time
+            found.append(Judged("time", self.arrived, wanted.time, "s", met))
+        return tuple(found)
+
+    def snapshot(self) -> dict[str, Any]:
+        return {"guide": self._guide.snapshot(), "arrived": self.arrived, "cross_track": self.cross_track,
+                "heading_error": self.heading_error, "since": self._since, "squares": self._squares,
+                "count": self._count}  # fmt: skip
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        self._guide.restore(saved["guide"])
+        self.arrived, self.cross_track, self.heading_error = (
+            saved["arrived"], saved["cross_track"], saved["heading_error"]
+        )  # fmt: skip
+        self._since, self._squares, self._count = saved["since"], saved["squares"], saved["count"]
+
+    def reset(self) -> None:
+        self._guide.reset()
+        self.arrived: float | None = None
+        self.heading_error: float | None = None
+        self.cross_track = 0.0
+        self._since, self._squares, self._count = 0.0, 0.0, 0

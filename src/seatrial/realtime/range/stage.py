@@ -1,0 +1,199 @@
+"""A scenario in a loop: ships, weather, pilots, faults, contacts, alarms and criteria, each tick in this order."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import LoopError
+from ...data.nmea.ship import NULL_ISLAND, Fittings
+from ...environment import CHANNELS, Environment
+from ...sensors.suite import draught, usual
+from ..bridge.view import OWN
+from ..loop import LoneClock, Loop
+from ..on_wire import FIRST, OnWire, Speech, exact, fitted
+from ..plant import Plant, plant_of, rate_of
+from ..recording import Recording, dated
+from ..wire import ANYBODY, Authority
+from ..wire import Line as Port
+from .alarms import Alarms
+from .command import Handover
+from .contacts import Contacts
+from .faults import Faults
+from .judge import Judge
+from .pilots import OwnPilot, TrafficPilot
+from .reports import REPORTED, Reports
+from .scenario import Sailing, Scenario
+from .sky import Sky
+
+_TURN = 3.0
+"""Distance before a waypoint at which the next leg counts, in ship lengths, as in `pilots`."""
+
+
+@dataclass(frozen=True)
+class Still:
+    """Weather that stays as it is."""
+
+    around: Environment
+
+    def series(self, dt: float, steps: int) -> NDArray[np.float64]:
+        """The channels, shape (1, 8)."""
+        return np.array([self.around], dtype=np.float64).reshape(1, len(CHANNELS))
+
+
+@dataclass(frozen=True)
+class Line:
+    """A wire, and how the own ship of a scenario uses it.
+
+    Attributes:
+        framed: as in `on_wire.Speech`.
+        rates: sentences of the instruments and their rates [Hz]; None for the usual ones.
+        only: sentences of `reports` that are sent.
+        hold: longest silence of a commander [s].
+        simulator: whether sentences are marked as those of a simulator.
+        log: file for the sentences sent.
+    """
+
+    wire: Port
+    framed: bool = False
+    rates: Mapping[str, float] | None = None
+    only: Sequence[str] = REPORTED
+    hold: float = 10.0
+    authority: Authority = ANYBODY
+    simulator: bool = False
+    log: BinaryIO | None = None
+
+
+class Stage:
+    """A scenario under way.
+
+    Attributes:
+        scenario: what is played.
+        loop: the loop, with the own ship "own" and the others by their names in the scenario.
+        fittings: of the own ship.
+        on_wire: the own ship on its wire; None without one.
+        pilot: track pilot of the own ship; None for a ship without a rudder, or without a pilot.
+        faults, contacts, judge, alarms, handover, sky: as the modules of these names.
+    """
+
+    def __init__(
+        self, scenario: Scenario, factor: float = math.inf, line: Line | None = None, page: bool = False
+    ) -> None:  # fmt: skip
+        """Set the stage at time 0.
+
+        Args:
+            factor: simulated over clock time.
+            line: the wire, if there is one.
+            page: whether a mariner at a page may steer.
+
+        Raises:
+            LoopError: a ship that cannot be steered along its route, or a rate that fits no ship.
+            WireError: a sentence that the instruments cannot provide.
+        """
+        self.scenario = scenario
+        own = scenario.own
+        ticks = rate_of(own.ship, scenario.rate)
+        around = Still(scenario.first)
+        plants = {OWN: plant_of(own.ship, ticks, around, _start(own.sailing), scenario.seed)}
+        for other in scenario.others:
+            plants[other.name] = plant_of(other.ship, ticks, around, _start(other.sailing), scenario.seed)
+        self.fittings = self._fitted(plants[OWN], line)
+        suite = usual(own.ship) if own.usual else exact(plants[OWN].controls, self.fittings, ticks)
+        clock = None if page else LoneClock()
+        self.loop = loop = Loop(plants, ticks, factor, sensors={OWN: suite}, clock=clock)
+        route = own.sailing.legs
+        self.sky = Sky(loop, scenario)
+        for other in scenario.others:
+            _steerable(loop, other.name)
+            TrafficPilot(loop, other.name, other.sailing.legs)
+        self.faults = Faults(loop, OWN, scenario.faults)
+        self.pilot = None
+        if own.piloted and (own.sailing.route or "delta" in plants[OWN].ranges):
+            _steerable(loop, OWN)
+            self.pilot = OwnPilot(loop, OWN, route, True)
+        self.contacts = Contacts(loop, OWN, scenario.limits.cpa, scenario.limits.tcpa)
+        self.judge = Judge(loop, OWN, route, _TURN * own.ship.L_pp, scenario.criteria)
+        self.on_wire = self._connected(line)
+        self.alarms = Alarms(loop, OWN, self.contacts, self.faults, scenario.limits, self._across, self._deaf)
+        self.handover = Handover(loop, OWN, self.pilot, self.on_wire, page)
+        if self.on_wire is not None and line is not None:
+            self.reports = Reports(loop, self.on_wire, scenario.others, self.contacts, self.alarms, line.only)
+            loop.after(self.on_wire.tick)
+
+    def run(self, duration: float | None = None) -> None:
+        """Run to the end: the last waypoint abeam, the own ship failed, or the duration over."""
+        self.loop.after(self._end)
+        self.loop.run((duration or self.scenario.duration) - self.loop.t)
+
+    def record(self, path: Path) -> Recording:
+        """Record the own ship to a new trial file."""
+        meta = dated(self.fittings.epoch, self.scenario.datum)
+        recording = Recording(self.loop.vessels[OWN].plant, path, kind="range", meta=meta)
+        self.loop.witness(OWN, recording)
+        return recording
+
+    @property
+    def digest(self) -> str:
+        """Digest of the states of all ships to the last bit; equal where a run is the same."""
+        found = hashlib.sha256()
+        for name, vessel in self.loop.vessels.items():
+            found.update(name.encode() + b"\0" + vessel.plant.snapshot())
+        return found.hexdigest()[:16]
+
+    def mmsi(self, name: str) -> int:
+        """MMSI of another ship: its own, or one that no ship has."""
+        other = next(one for one in self.scenario.others if one.name == name)
+        return other.sailing.mmsi or FIRST + self.scenario.others.index(other)
+
+    def _end(self, loop: Loop) -> None:
+        if self.judge.arrived is not None or loop.vessels[OWN].failure is not None:
+            loop.stop()
+
+    def _fitted(self, plant: Plant, line: Line | None) -> Fittings:
+        scenario, ship = self.scenario, plant.ship
+        fittings = Fittings(
+            scenario.datum or NULL_ISLAND, scenario.epoch, stern=-0.5 * ship.L_pp, transducer=draught(ship),
+            variation=scenario.variation, mmsi=scenario.own.sailing.mmsi, simulator=line is not None and line.simulator,
+        )  # fmt: skip
+        if scenario.own.usual:
+            fittings = replace(fittings, antenna=(-0.4 * ship.L_pp, 0.0))
+        return fitted(ship, fittings)
+
+    def _connected(self, line: Line | None) -> OnWire | None:
+        if line is None:
+            return None
+        speech = Speech(self.fittings, line.rates, line.framed)
+        return OnWire(self.loop, OWN, line.wire, speech, log=line.log, hold=line.hold, authority=line.authority,
+                      ticking=False)  # fmt: skip
+
+    def _across(self) -> float | None:
+        """Distance from the route by the instruments [m]; None without a route or before the first readings."""
+        return None if self.pilot is None or not self.scenario.own.sailing.route else self.pilot.across
+
+    def _deaf(self) -> bool:
+        return self.on_wire is not None and self.on_wire.conning.stale
+
+    def snapshot(self) -> bytes:
+        """The state of everything."""
+        return self.loop.snapshot()
+
+    def told(self) -> list[Any]:
+        """Events so far: time, ship, kind and text."""
+        return [[round(e.t, 2), e.ship, e.kind, e.text] for e in self.loop.events]
+
+
+def _start(sailing: Sailing) -> tuple[float, ...]:
+    return (sailing.x, sailing.y, sailing.psi, sailing.speed, 0.0, 0.0)
+
+
+def _steerable(loop: Loop, name: str) -> None:
+    if "delta" not in loop.vessels[name].plant.ranges:
+        ship = loop.vessels[name].plant.ship.name
+        raise LoopError(f"{name}: {ship} has no rudder to follow a route with; choose another ship, or pilot = 'none'")

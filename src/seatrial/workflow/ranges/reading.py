@@ -1,0 +1,210 @@
+"""Scenarios from their files, checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, cast
+
+from ...core.files import read_toml
+from ...core.parameters import unknown
+from ...data.geodesy import Datum
+from ...environment import CALM, Environment, Uniform
+from ...environment.weather import Gust
+from ...models import unit
+from ...realtime.bridge.view import OWN
+from ...realtime.helm import obeying
+from ...realtime.range.faults import INSTRUMENTS
+from ...realtime.range.scenario import Criteria, Fault, Limits, Other, Own, Sailing, Scenario, Weather, ordinary
+from ...realtime.range.schema import (
+    SCHEMA,
+    CriteriaTable,
+    FaultTable,
+    SailingTable,
+    ScenarioFile,
+    TrafficTable,
+    WeatherTable,
+)
+from ...ships import Ship
+from ...study.schema import checked
+from .. import RequestError
+from ..request import DEGREE, ship_of, speed_of, surroundings
+
+_CHANNELS = {"wind": ("wind_x", "wind_y"), "current": ("current_x", "current_y"),
+             "waves": ("wave_x", "wave_y", "wave_T"), "depth": ("per_depth",)}  # fmt: skip
+
+
+def read_scenario(path: Path, own: Ship | None = None) -> Scenario:
+    """A scenario from its file; `own` takes the place of its own ship.
+
+    Raises:
+        RequestError: what is wrong in the file, and at which key.
+    """
+    try:
+        document = read_toml(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise RequestError(f"{path}: cannot be read: {error}") from None
+    except ValueError as error:
+        raise RequestError(f"{path}: {error}") from None
+    return scenario_of(document, path, own)
+
+
+def scenario_of(document: dict[str, Any], path: Path, own: Ship | None = None) -> Scenario:
+    """A scenario from the contents of its file; `path` is for messages, and ship files are looked for beside it.
+
+    `own` takes the place of its own ship.
+
+    Raises:
+        RequestError: what is wrong in the file, and at which key.
+    """
+    if document.pop("schema", None) != SCHEMA:
+        raise RequestError(f'{path}: is no scenario; its first line is schema = "{SCHEMA}"')
+    table = checked(path, ScenarioFile, document)
+    try:
+        return _scenario(table, path, own or _ship(path, table.own.ship))
+    except ValueError as error:
+        about = str(error)
+        raise RequestError(about if about.startswith(str(path)) else f"{path}: {about}") from None
+
+
+def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
+    datum = _datum(table)
+    if table.gusts is not None:
+        Gust(Uniform(), table.gusts)
+    if OWN in table.traffic:
+        raise RequestError(f"traffic.{OWN}: is the own ship; choose another name")
+    start = table.start if table.start.tzinfo is not None else table.start.replace(tzinfo=UTC)
+    return Scenario(
+        table.title or path.stem, table.duration,
+        Own(own, _sailing("own", table.own, own, datum), table.own.instruments == "usual",
+            table.own.pilot == "track"),
+        tuple(_other(path, name, one, datum) for name, one in table.traffic.items()),
+        table.rate, table.seed, datum, start.timestamp(),
+        None if table.variation is None else table.variation * DEGREE, table.gusts,
+        _weather(own, table.weather), tuple(_fault(k, one, own) for k, one in enumerate(table.faults, 1)),
+        _criteria(table.criteria),
+        Limits(table.alarms.cpa, table.alarms.tcpa, table.alarms.cross_track, table.alarms.rudder * DEGREE),
+    )  # fmt: skip
+
+
+def _ship(path: Path, name: str) -> Ship:
+    beside = path.parent / name
+    return ship_of(beside if name.endswith(".toml") and beside.exists() else name)
+
+
+def _datum(table: ScenarioFile) -> Datum | None:
+    """Where x and y are zero: `place`, or where the own ship begins by latitude and longitude."""
+    if table.place is not None:
+        return Datum(*table.place)
+    at = table.own.at
+    return Datum(*_degrees("own.at", cast("dict[str, Any]", at))) if isinstance(at, dict) else None
+
+
+def _degrees(key: str, given: dict[str, Any]) -> tuple[float, float]:
+    for name in given:
+        if name not in ("lat", "lon"):
+            raise RequestError(f"{key}: {unknown(str(name), ('lat', 'lon'), 'key')}")
+    found = [given.get(name) for name in ("lat", "lon")]
+    for name, value, most in zip(("lat", "lon"), found, (89.0, 180.0), strict=True):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= most:
+            raise RequestError(f"{key}: {name} is {value!r}; it is a number of degrees, -{most:g} to {most:g}")
+    latitude, longitude = (float(cast("float", value)) for value in found)
+    return latitude, longitude
+
+
+def _point(key: str, given: Any, datum: Datum | None) -> tuple[float, float]:
+    """A point [m]."""
+    if given is None:
+        return 0.0, 0.0
+    if isinstance(given, dict):
+        if datum is None:
+            raise RequestError(f"{key}: is a latitude and longitude; give place = [LAT, LON], where x and y are zero")
+        return datum.north_east(*_degrees(key, cast("dict[str, Any]", given)))
+    found = cast("Sequence[Any]", given if isinstance(given, list | tuple) else ())
+    if len(found) == 2 and all(isinstance(one, int | float) and not isinstance(one, bool) for one in found):
+        north, east = (float(one) for one in found)
+        if math.isfinite(north) and math.isfinite(east) and math.hypot(north, east) <= 1e6:
+            return north, east
+    raise RequestError(f"{key}: is {given!r}; write [NORTH, EAST] in metres, or {{ lat = DEG, lon = DEG }}")
+
+
+def _sailing(key: str, table: SailingTable, ship: Ship, datum: Datum | None) -> Sailing:
+    x, y = _point(f"{key}.at", table.at, datum)
+    route = [_point(f"{key}.route {k}", one, datum) for k, one in enumerate(table.route, 1)]
+    for k, (a, b) in enumerate(pairwise([(x, y), *route]), 1):
+        if math.dist(a, b) < 1.0:
+            raise RequestError(f"{key}.route {k}: is at the point before it; leave it out")
+    heading = 0.0 if table.heading is None else table.heading * DEGREE
+    if table.heading is None and route:
+        heading = math.atan2(route[0][1] - y, route[0][0] - x)
+    speed = speed_of(ship, table.speed, f"{key}.speed")
+    return Sailing(x, y, heading, speed, tuple(route), table.mmsi or 0)
+
+
+def _other(path: Path, name: str, table: TrafficTable, datum: Datum | None) -> Other:
+    key = f"traffic.{name}"
+    if (table.ship is None) == (table.length is None):
+        raise RequestError(f"{key}: give a ship, or the length of one that steers as most do")
+    if table.ship is not None:
+        ship = _ship(path, table.ship)
+    elif table.speed:
+        length = cast("float", table.length)
+        if table.speed > math.sqrt(9.81 * length):
+            raise RequestError(f"{key}.speed is {table.speed:g} m/s; no ship of {length:g} m goes that fast")
+        ship = ordinary(name, length, table.speed)
+    else:
+        raise RequestError(f"{key}: a ship of a length alone needs a speed above zero")
+    return Other(name, ship, _sailing(key, table, ship, datum), table.ais, table.radar)
+
+
+def _weather(own: Ship, tables: Sequence[WeatherTable]) -> tuple[Weather, ...]:
+    found: list[Weather] = []
+    now, end = CALM, 0.0
+    for k, one in enumerate(tables, 1):
+        key = f"weather {k}"
+        if one.at < end:
+            raise RequestError(f"{key}: begins at {one.at:g} s, before the one before it is reached at {end:g} s")
+        given = {name: value for name, value in one.model_dump(include=set(_CHANNELS)).items() if value is not None}
+        try:
+            uniform = cast("Uniform", surroundings(own, **given).weather)
+        except ValueError as error:
+            raise RequestError(f"{key}: {error}") from None
+        changed = uniform.now()._asdict()
+        now = Environment(**{**now._asdict(), **{c: changed[c] for name in given for c in _CHANNELS[name]}})
+        found.append(Weather(one.at, one.over, now))
+        end = one.at + one.over
+    return tuple(found)
+
+
+def _fault(k: int, table: FaultTable, own: Ship) -> Fault:
+    key, gear = f"faults {k}", obeying(own)
+    of_gear = table.kind in ("jammed", "slow", "lost")
+    known = tuple(gear) if of_gear else tuple(INSTRUMENTS)
+    if table.of not in known:
+        what = "control" if of_gear else "instrument"
+        raise RequestError(f"{key}: {table.kind} of {unknown(table.of, known, what)}")
+    fault = Fault(table.kind, table.of, table.at, table.lasts, label=table.label or f"{table.of} {table.kind}")
+    if table.kind in ("jump", "drift"):
+        names = INSTRUMENTS[table.of]
+        for name in table.by:
+            if name not in names:
+                raise RequestError(f"{key}: by: {unknown(name, names, 'value')}")
+        if not table.by:
+            raise RequestError(f"{key}: a {table.kind} needs by = {{ {next(iter(names))} = ... }}")
+        return replace(fault, by={names[name][0]: value * names[name][1] for name, value in table.by.items()})
+    if table.by:
+        raise RequestError(f"{key}: by is of jump and drift; {table.kind} has none")
+    if (table.rate is None) == (table.kind == "slow"):
+        raise RequestError(f"{key}: slow gear needs its rate, and no other fault has one")
+    turning = unit(gear[table.of][0][0]) == "rad" if of_gear else False
+    scale = DEGREE if turning else 1.0
+    return fault if table.rate is None else replace(fault, rate=table.rate * scale)
+
+
+def _criteria(table: CriteriaTable) -> Criteria:
+    error = None if table.heading_error is None else table.heading_error * DEGREE
+    return Criteria(table.passing_distance, table.cross_track, error, table.time, table.settle)

@@ -1,0 +1,278 @@
+"""Signal K, rosbridge, NMEA 2000 and a serial line around a stage: what they tell, order and refuse."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "range"))
+from scenes import FERRY, on_wire, scene
+
+from seatrial.cli.app import main
+from seatrial.data.nmea.sentences import Sentence, encode
+from seatrial.realtime.links.n2k import GROUPS, Bus, identifier
+from seatrial.realtime.range.stage import Line, Stage
+from seatrial.realtime.serial_line import SerialLine
+from seatrial.realtime.wire import Mute, WireError
+
+fastapi = pytest.importorskip("fastapi")
+from served import Served, heard  # noqa: E402
+from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
+
+from seatrial.realtime.links.rosbridge import Rosbridge  # noqa: E402
+from seatrial.realtime.links.signalk import SignalK  # noqa: E402
+
+
+@pytest.fixture
+def stage() -> Stage:
+    stage, _ = on_wire(scene(FERRY, name="kvlcc2", variation=-0.1))
+    stage.loop.run(3.0)
+    return stage
+
+
+# --- Signal K ---
+
+PILOTS = "/signalk/v2/api/vessels/self/autopilots"
+
+
+def test_signal_k_tells_what_the_instruments_say(stage):
+    plant = stage.loop.vessels["own"].plant
+    with Served(SignalK(stage)) as http:
+        found = http.get("/signalk").json()["endpoints"]["v1"]
+        assert found["signalk-ws"] == f"ws://127.0.0.1:{http.port}/signalk/v1/stream"
+        own = http.get("/signalk/v1/api/vessels/self").json()
+        assert own["mmsi"] == "211000001"
+        assert own["navigation"]["speedThroughWater"]["value"] == pytest.approx(plant["u"])
+        assert own["navigation"]["headingMagnetic"]["value"] == pytest.approx(0.1, abs=1e-3)
+        assert http.get("/signalk/v1/api/vessels/self/steering/rudderAngle").json()["value"] == plant["delta"]
+        assert http.get("/signalk/v1/api/vessels/self/navigation/no").status_code == 404
+
+
+def test_signal_k_streams_deltas_of_what_changes_and_of_other_ships(stage):
+    with Served(SignalK(stage)) as http, http.socket("/signalk/v1/stream?subscribe=all") as ws:
+        assert heard(ws)["self"] == "vessels.urn:mrn:imo:mmsi:211000001"
+        first, other = heard(ws), heard(ws)
+        told = {one["path"]: one["value"] for one in first["updates"][0]["values"]}
+        assert set(told["navigation.position"]) == {"latitude", "longitude"}
+        assert told["navigation.rateOfTurn"] == pytest.approx(0.0, abs=1e-4)
+        assert other["context"] == "vessels.urn:mrn:imo:mmsi:200000001"
+        ferry = {one["path"]: one["value"] for one in other["updates"][0]["values"]}
+        assert ferry[""]["name"] == "ferry"
+        assert ferry["navigation.courseOverGroundTrue"] == pytest.approx(1.5 * math.pi)
+        ws.send(json.dumps({"context": "vessels.self", "unsubscribe": [{"path": "*"}]}))
+        ws.send(json.dumps({"context": "vessels.self", "subscribe": [{"path": "navigation.heading*", "period": 9}]}))
+        time.sleep(0.3)
+        stage.loop.order("own", "delta", 0.5)
+        stage.loop.run(15.0)
+        while "navigation.headingTrue" not in (paths := _paths(heard(ws))):
+            assert not paths or other["context"]
+        assert all(path.startswith("navigation.heading") for path in paths)
+
+
+def _paths(said: dict[str, Any]) -> list[str]:
+    """Paths of a delta of the own ship; none of another one."""
+    return [one["path"] for one in said["updates"][0]["values"]] if "211000001" in said["context"] else []
+
+
+def test_signal_k_apps_steer_the_ship(stage):
+    plant = stage.loop.vessels["own"].plant
+    with Served(SignalK(stage)) as http:
+        assert http.get(PILOTS).json() == {"seatrial": {"provider": "seatrial", "isDefault": True}}
+        assert http.get(f"{PILOTS}/_default/state").json() == {"value": "standby"}
+        assert http.put(f"{PILOTS}/_default/target", {"value": 20.0, "units": "deg"}).status_code == 200
+        stage.loop.run(20.0)  # longer than the lease of 10 s
+        assert http.get(f"{PILOTS}/seatrial").json()["state"] == "auto"
+        assert http.get(f"{PILOTS}/seatrial/target").json()["value"] == pytest.approx(math.radians(20.0))
+        assert not stage.on_wire.conning.stale
+        assert plant["delta"] > 0.05
+        assert http.put(f"{PILOTS}/_default/target/adjust", {"value": -30.0, "units": "deg"}).status_code == 200
+        stage.loop.run(1.0)
+        assert http.get(f"{PILOTS}/seatrial/target").json()["value"] == pytest.approx(math.radians(350.0))
+        assert http.request("POST", f"{PILOTS}/_default/disengage").status_code == 200
+        stage.loop.run(20.0)
+        assert http.get(f"{PILOTS}/_default/state").json() == {"value": "standby"}
+    assert plant["delta_cmd"] == 0.0
+
+
+def test_signal_k_refuses(stage):
+    cases = [
+        ("PUT", "seatrial/target", b'{"value": "north"}', 400), ("PUT", "seatrial/target", b'{"value": NaN}', 400),
+        ("PUT", "seatrial/target", b"{", 400), ("PUT", "seatrial/target", b"[" * 2000, 400),
+        ("PUT", "seatrial/target", b"x" * 5000, 400), ("PUT", "seatrial/state", b'{"value": "route"}', 400),
+        ("POST", "seatrial/tack/port", b"", 400), ("PUT", "other/target", b'{"value": 1}', 404),
+        ("PUT", "seatrial/target", b'{"value": 1, "units": "mil"}', 400),
+    ]  # fmt: skip
+    with Served(SignalK(stage)) as http:
+        for method, path, body, code in cases:
+            assert http.request(method, f"{PILOTS}/{path}", body).status_code == code, (path, body[:20])
+    stage.loop.run(1.0)
+    assert stage.on_wire.conning.counts["taken"] == 0
+
+
+def test_signal_k_needs_the_key_and_refuses_foreign_pages(stage):
+    base, body, key = f"{PILOTS}/seatrial/target", {"value": 1.0}, {"Authorization": "Bearer secret"}
+    with Served(SignalK(stage, "secret")) as http:
+        assert http.put(base, body).status_code == 401
+        assert http.put(base, body, **key).status_code == 200
+        assert http.put(f"{base}?token=secret", body).status_code == 200
+        assert http.put(base, body, **key, Origin="http://evil.example").status_code == 403
+        with http.socket("/signalk/v1/stream") as ws, pytest.raises(ConnectionClosed):
+            heard(ws)
+        with pytest.raises(InvalidStatus):
+            http.socket("/signalk/v1/stream?token=secret", "http://evil.example")
+
+
+def test_while_the_mariner_steers_a_link_orders_nothing(stage):
+    stage.on_wire.conning.listen(False)
+    with Served(SignalK(stage)) as http:
+        http.put(f"{PILOTS}/seatrial/target", {"value": 1.0})
+    stage.loop.run(5.0)
+    assert stage.on_wire.conning.counts["refused"] == 1
+    assert stage.loop.vessels["own"].plant["delta_cmd"] == 0.0
+
+
+# --- rosbridge ---
+
+
+def test_rosbridge_publishes_in_the_frames_of_rep_103(stage):
+    bridge, plant = Rosbridge(stage), stage.loop.vessels["own"].plant
+    stage.loop.order("own", "delta", 0.3)
+    stage.loop.run(60.0)
+    odom = bridge.message("/odom")
+    pose, twist = odom["pose"]["pose"], odom["twist"]["twist"]
+    assert pose["position"]["x"] == pytest.approx(plant["y"], abs=0.01)  # east
+    assert pose["position"]["y"] == pytest.approx(plant["x"], abs=0.01)  # north
+    yaw = 2.0 * math.atan2(pose["orientation"]["z"], pose["orientation"]["w"])
+    assert math.remainder(0.5 * math.pi - yaw - plant["psi"], math.tau) == pytest.approx(0.0, abs=1e-6)
+    assert plant["r"] > 0.0 > twist["angular"]["z"]
+    assert twist["linear"]["y"] == pytest.approx(-plant["v_m"], abs=1e-6)
+    assert bridge.message("/imu")["angular_velocity"]["z"] == pytest.approx(-plant["r"])
+    assert bridge.message("/delta")["data"] == pytest.approx(plant["delta"])
+
+
+def test_rosbridge_talks_and_obeys(stage):
+    with Served(Rosbridge(stage)) as http, http.socket("/rosbridge") as ws:
+        ws.send(json.dumps({"op": "call_service", "id": "1", "service": "/rosapi/topics"}))
+        assert heard(ws)["values"]["topics"][:3] == ["/odom", "/imu", "/fix"]
+        ws.send(json.dumps({"op": "subscribe", "topic": "/odom", "type": "nav_msgs/msg/Odometry"}))
+        assert heard(ws)["topic"] == "/odom"
+        ws.send(json.dumps({"op": "publish", "topic": "/cmd/delta", "msg": {"data": 0.2}}))
+        ws.send(json.dumps({"op": "publish", "topic": "/cmd/n_P", "msg": {"data": 1.0}}))
+        for wrong in ({"op": "fly"}, {"op": "publish", "topic": "/cmd/delta", "msg": {"data": "left"}},
+                      {"op": "publish", "topic": "/odom", "msg": {}},
+                      {"op": "subscribe", "topic": ["/odom"]}):  # fmt: skip
+            ws.send(json.dumps(wrong))
+            assert heard(ws)["level"] == "error"
+    stage.loop.run(1.0)
+    plant = stage.loop.vessels["own"].plant
+    assert (plant["delta_cmd"], plant["n_P_cmd"]) == (pytest.approx(0.2, abs=1e-4), pytest.approx(1.0, abs=1e-3))
+    assert stage.on_wire.conning.commander == "rosbridge"
+
+
+# --- NMEA 2000 ---
+
+
+def test_nmea_2000_is_read_by_another_decoder(stage):
+    decoder = pytest.importorskip("nmea2000.decoder").NMEA2000Decoder()
+    can = pytest.importorskip("can")
+    listening = can.Bus(interface="virtual", channel="test n2k")
+    bus = Bus(stage, "virtual:test n2k")
+    try:
+        stage.loop.run(1.0)
+        plant, found = stage.loop.vessels["own"].plant, {}
+        while (frame := listening.recv(0.05)) is not None:
+            pgn = frame.arbitration_id >> 8 & 0x1FFFF
+            assert len(frame.data) == 8
+            message = decoder.decode(frame)
+            found.setdefault(pgn, {}).update({field.id: field.value for field in message.fields})
+    finally:
+        bus.close()
+        listening.shutdown()
+    assert set(found) == set(GROUPS)
+    assert bus.sent >= 40
+    latest = stage.on_wire.latest
+    assert found[127250]["heading"] == pytest.approx(latest["psi"], abs=5.1e-5)
+    assert found[127250]["reference"] == "True"
+    assert found[127245]["position"] == pytest.approx(plant["delta"], abs=5.1e-5)
+    assert found[128259]["speedWaterReferenced"] == pytest.approx(latest["u_w"], abs=0.0051)
+    assert found[129025]["latitude"] == pytest.approx(latest["latitude"], abs=5.1e-8)
+    assert found[129025]["longitude"] == pytest.approx(latest["longitude"], abs=5.1e-8)
+    assert found[129026]["sog"] == pytest.approx(latest["U"], abs=0.0051)
+    assert found[127488]["speed"] == pytest.approx(60.0 * latest["n_P"], abs=0.13)
+    assert found[130306]["windSpeed"] == pytest.approx(latest["U_T"], abs=0.0051)
+    assert identifier(127250) == 0x09F11223
+
+
+def test_a_bus_that_cannot_be_opened_is_refused(stage):
+    pytest.importorskip("can")
+    for text, message in (("virtual", "write virtual:NAME"), ("socketcan:nocan7", "nocan7"), ("carrier:x", "carrier")):
+        with pytest.raises(WireError, match=message):
+            Bus(stage, text)
+
+
+# --- serial ---
+
+
+@pytest.fixture
+def ends():
+    pytest.importorskip("serial")
+    ours, theirs = os.openpty()
+    os.set_blocking(ours, False)
+    import tty
+
+    tty.setraw(ours)
+    yield ours, os.ttyname(theirs)
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_a_ship_on_a_serial_line_tells_and_obeys(ends):
+    far, device = ends
+    line = SerialLine(f"serial://{device}?baud=38400")
+    stage = Stage(scene(name="kvlcc2"), line=Line(line, rates={"HDT": 1.0}))
+    order = encode(Sentence("AG", "ROR", {"stbdrudderorder": 10.0, "stbdrudderstatus": "A", "portrudderorder": None,
+                                          "portrudderstatus": "V", "operatinglocind": None}))  # fmt: skip
+    os.write(far, b"garbage\n" + order[:10])
+    stage.loop.run(1.0)
+    os.write(far, order[10:] + b"x" * 5000 + b"\n")
+    line.wait(0.1)
+    stage.loop.run(2.0)
+    assert math.degrees(stage.loop.vessels["own"].plant["delta_cmd"]) == pytest.approx(10.0)
+    assert line.counts["form"] == 1
+    assert line.counts["oversized"] == 1
+    assert os.read(far, 4096).startswith(b"$HEHDT,")
+    for _ in range(200):  # nobody reads: whole sentences are dropped, none is cut
+        line.send(b"$HEHDT,1.00,T*1E\r\n" * 20)
+    assert line.counts["unsent"] > 0
+    line.close()
+
+
+@pytest.mark.parametrize("text", ["serial://", "serial:///dev/no-such-line", "serial:///dev/null?baud=7",
+                                  "serial:///dev/null?parity=odd"])  # fmt: skip
+def test_a_line_that_cannot_be_opened_is_refused(text):
+    pytest.importorskip("serial")
+    with pytest.raises(WireError, match="serial:") as error:
+        SerialLine(text)
+    assert "\n" not in str(error.value)
+
+
+def test_links_of_the_command_line_are_refused_in_one_line(tmp_path, capsys):
+    assert main(["bridge", "kvlcc2_l7", "--can", "virtual", "--port", "0", "-o", str(tmp_path)]) == 2
+    assert "--can" in capsys.readouterr().err
+    assert main(["bridge", "kvlcc2_l7", "--nmea", "serial:///dev/nothing", "--port", "0", "-o", str(tmp_path)]) == 2
+    assert "serial:///dev/nothing" in capsys.readouterr().err
+
+
+def test_a_stage_without_a_wire_is_steered_by_links_alone():
+    stage = Stage(scene(name="kvlcc2"), line=Line(Mute()))
+    with Served(SignalK(stage)) as http:
+        http.put(f"{PILOTS}/seatrial/target", {"value": 0.3})
+    stage.loop.run(20.0)
+    assert stage.loop.vessels["own"].plant["delta_cmd"] != 0.0
