@@ -170,7 +170,7 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         if name.split("_")[0] == "delta" and largest > 1.6:
             yield Fault(
                 "error", name, "rudder is in degrees", f"up to {largest:.3g} rad",
-                Remedy('or unit = "deg" in the mapping', (degrees(name),)), "unit", "unit",
+                Remedy('unit = "deg" in the mapping', (degrees(name),)), "unit", "unit",
             )
         elif name.split("_")[0] == "alpha" and largest > 6.3 and trial.unit(name) in ("rad", "-"):
             yield _turned(trial, name, largest)
@@ -205,7 +205,7 @@ def _turned(trial: Trial, name: str, largest: float) -> Fault:
         return Fault(
             "error", name, "direction of the thrust is in degrees",
             f"up to {largest:.3g} rad, by up to {moves.max(initial=0.0):.3g} rad a row, median {usual:.3g} rad/s",
-            Remedy("or unit = \"deg\" in the mapping", (degrees(name),)), "unit", "unit",
+            Remedy("unit = \"deg\" in the mapping", (degrees(name),)), "unit", "unit",
         )  # fmt: skip
     return Fault("info", name, "direction beyond one turn", f"up to {largest:.4g} rad",
                  "if it is in degrees, convert it to radians")  # fmt: skip
