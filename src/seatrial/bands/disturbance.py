@@ -16,15 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from ..core.symbolic import exp, floor, root
+from ..core.symbolic import cos, exp, floor, root, sin
 from ..data import Array
 from ..engine import Scalars, System
+from ..environment import to_body
 from ..models import STATES
 
 ACTS = ("u", "v_m", "r")
 """States whose rates a process may change, as `Process.on`."""
 
-CURRENT = ("current_x", "current_y")
+CURRENT, WIND = ("current_x", "current_y"), ("wind_x", "wind_y")
 _FACTOR, _PRIME = 16807.0, 2.0**31 - 1.0
 # A uniform number of variance one is so much wide.
 _WIDE = math.sqrt(12.0)
@@ -36,13 +37,15 @@ class Process:
 
     Attributes:
         on: "u", "v_m" [m/s^2] or "r" [rad/s^2].
-        sigma: standard deviation.
+        sigma: standard deviation; of a process with `by`, at 1 m/s.
         tau: correlation time [s]; inf holds.
+        by: "water" or "air" grows with the square of the speed through it; "" does not.
     """
 
     on: str
     sigma: float
     tau: float
+    by: str = ""
 
 
 @dataclass(frozen=True)
@@ -53,9 +56,9 @@ class Disturbance:
     current: float = 0.0
 
     @property
-    def layout(self) -> tuple[str, ...]:
-        """What each process acts on; decides the compiled step, as the numbers do not."""
-        return tuple(one.on for one in self.processes)
+    def layout(self) -> tuple[tuple[str, str], ...]:
+        """What each process acts on and grows with; decides the compiled step, as the numbers do not."""
+        return tuple((one.on, one.by) for one in self.processes)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -83,22 +86,25 @@ def _named(k: int, what: Sequence[str]) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=32)
-def disturbed(system: System, on: tuple[str, ...]) -> System:
+def disturbed(system: System, layout: tuple[tuple[str, str], ...]) -> System:
     """The system with random accelerations and a current, its added memory behind its own.
 
     Args:
         system: an open or closed loop of `simulate.loop` that can be traced.
-        on: `Disturbance.layout`.
+        layout: `Disturbance.layout`.
     """
-    acting, count = system.acting or system.series, len(on)
-    own, held, where = len(system.parameters), len(system.memory), [STATES.index(name) for name in on]
+    acting, count = system.acting or system.series, len(layout)
+    own, held = len(system.parameters), len(system.memory)
     flow = [system.series.index(name) for name in CURRENT]
     extra = tuple(name for k in range(count) for name in _named(k, ("sigma", "tau")))
 
     def derivative(state: Scalars, given: Scalars, p: Scalars) -> Scalars:
         rates: list[Any] = list(system.derivative(state, given[: len(acting)], p[:own]))
-        for k, row in enumerate(where):
-            rates[row] = rates[row] + p[own + 2 * k] * given[len(acting) + k]
+        known = dict(zip(acting, given, strict=False))
+        grows = {"": 1.0, "water": _squared(state, known, CURRENT, 1.0), "air": _squared(state, known, WIND, -1.0)}
+        for k, (on, by) in enumerate(layout):
+            row = STATES.index(on)
+            rates[row] = rates[row] + p[own + 2 * k] * grows[by] * given[len(acting) + k]
         return tuple(rates)
 
     def before(t: Any, dt: Any, state: Scalars, memory: Scalars, series: Scalars, p: Scalars) -> Any:
@@ -121,6 +127,13 @@ def disturbed(system: System, on: tuple[str, ...]) -> System:
     )  # fmt: skip
 
 
+def _squared(state: Scalars, known: Mapping[str, Any], medium: tuple[str, str], sense: float) -> Any:
+    """Square of the speed through a medium, of which two channels are the velocity north and east times `sense`."""
+    north, east = to_body(known[medium[0]], known[medium[1]], cos(state[2]), sin(state[2]))
+    u, v = state[3] - sense * north, state[4] - sense * east
+    return u * u + v * v
+
+
 def _moved(value: Any, seed: Any, dt: Any, tau: Any) -> tuple[Any, Any]:
     """Value of unit variance and seed a step later."""
     product = _FACTOR * seed
@@ -129,8 +142,7 @@ def _moved(value: Any, seed: Any, dt: Any, tau: Any) -> tuple[Any, Any]:
     return kept * value + root(1.0 - kept * kept) * (_WIDE * (seed / _PRIME - 0.5)), seed
 
 
-def shared(system: System, values: Array, disturbance: Disturbance) -> Array:
-    """Values of the parameters of `disturbed(system, ...)` from those of `system`; the current is zero."""
+def shared(values: Array, disturbance: Disturbance) -> Array:
+    """Values of the parameters of `disturbed(system, ...)` from those of the system; the current is zero."""
     found: Mapping[str, float] = disturbance.parameters
-    assert len(values) == len(system.parameters)
     return np.concatenate([values, list(found.values()), np.zeros(len(LANEWISE))])
