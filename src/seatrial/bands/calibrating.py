@@ -17,15 +17,17 @@ from ..study.stored import Posterior
 from .calibration import Calibration, Left, best_share, posterior_digest
 from .conformal import needed, too_few
 from .disturbance import Disturbance
-from .learning import Variances, Windows, by_trial, drawn, joined, learned, quiet, variances, windows_of
+from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
 from .left_out import LeftOut
-from .sailing import sailed
+from .sailing import draws_of, sailed
 
 LEVEL = 0.95
 """At which a calibration is made; it serves every level that its trials can show."""
 
 # Draws of a spread; horizons, the first one over L/U and the ratio of two.
 _DRAWS, _FIRST, _RATIO = 100, 0.7, 1.4
+# The first horizon is a multiple of so many rows where it is longer, so that steps of the integrator may join rows.
+_TOGETHER = 10
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,8 @@ def horizons_of(trials: Sequence[Trial], time: float, longest: float | None) -> 
         raise too_few(len(spans), LEVEL)
     most = longest or spans[needed(LEVEL) - 1]
     dt = step_of(trials)
-    first = max(round(min(_FIRST * time, most / 8.0) / dt), 1) * dt
+    unit = _TOGETHER * dt if min(_FIRST * time, most / 8.0) > _TOGETHER * dt else dt
+    first = max(round(min(_FIRST * time, most / 8.0) / unit), 1) * unit
     count = max(int(np.log(most / first) / np.log(_RATIO)) + 1, 2)
     many = np.unique(np.round(np.geomspace(1.0, max(most / first, 2.0), count))).astype(np.float64)
     return first * many[many * first <= most * (1.0 + 1e-9)]
@@ -102,8 +105,8 @@ def _learned(parts: Sequence[Part]) -> Disturbance:
 
 def _spread(part: Part, disturbance: Disturbance, sigma: Array) -> Array:
     """Standard deviation of the draws in each window, readings included, shape (windows, horizons, 6)."""
-    out, rng = part.out, np.random.default_rng(1)
-    uncertain = replace(quiet(out.ship, _DRAWS), names=out.names, draws=drawn(out, _DRAWS, rng), start=sigma,
+    out = part.out
+    uncertain = replace(quiet(out.ship, _DRAWS), names=out.names, draws=draws_of(out, _DRAWS, 1), start=sigma,
                         disturbance=disturbance)  # fmt: skip
     return spread(sailed(out.ship, part.cut.lanes, uncertain, 2), sigma)[:, part.cut.rows]
 
@@ -120,6 +123,3 @@ def spread(runs: Array, sigma: Array) -> Array:
         count = np.maximum(good.sum(axis=0), 1)
         mean = np.where(good, runs, 0.0).sum(axis=0) / count
         return np.sqrt((np.where(good, runs - mean, 0.0) ** 2).sum(axis=0) / count + sigma**2)
-
-
-__all__ = ["LEVEL", "calibrated", "horizons_of", "joined", "spread"]

@@ -22,19 +22,19 @@ from ..ships import Ship
 from ..study.grounds import kind_of
 from .disturbance import ACTS, Disturbance, Process
 from .left_out import LeftOut
-from .sailing import Lanes, Uncertain, sailed
+from .sailing import Lanes, Uncertain, draws_of, sailed
 
 TAUS = (0.3, 2.0, 12.0)
 """Correlation times over L/U."""
 
 _MEDIA = ("", "water", "air")
 # Draws that a variance is taken from; sizes at which a source is sailed, over what a ship of this size and speed has.
-_DRAWS, _SMALL, _CURRENT = 16, 1e-2, 0.05
-_FREEDOM, _ROUNDS = 4.0, 300
+_DRAWS, _SMALL, _CURRENT = 12, 1e-2, 0.05
+_FREEDOM, _ROUNDS, _CLOSE = 4.0, 300, 1e-3
 # A source below this share of the variance everywhere is left out.
 _LEAST = 1e-3
 # Most windows that are taken of a trial.
-_MOST = 12
+_MOST = 9
 
 
 @dataclass(frozen=True)
@@ -151,21 +151,10 @@ def variances(out: LeftOut, cut: Windows, noise: Array, seed: int = 1) -> Varian
         return np.where(np.isfinite(away), away, np.nanmax(np.where(np.isfinite(away), away, np.nan), initial=0.0))
 
     none = quiet(out.ship, _DRAWS)
-    rng = np.random.default_rng(seed)
     known = variance(replace(none, start=noise)) + noise**2
-    known = known + variance(replace(none, names=out.names, draws=drawn(out, _DRAWS, rng)))
+    known = known + variance(replace(none, names=out.names, draws=draws_of(out, _DRAWS, seed)))
     unit = [variance(replace(none, disturbance=one)) / size(one) ** 2 for one in sources(out.ship)]
     return Variances(known, np.stack(unit))
-
-
-def drawn(out: LeftOut, count: int, rng: np.random.Generator) -> Array:
-    """Draws of the posterior, held within the physical range of each parameter, shape (count, free)."""
-    from ..core.parameters import specs
-
-    weight, vectors = np.linalg.eigh(0.5 * (out.covariance + out.covariance.T))
-    found = out.mean + rng.standard_normal((count, len(out.mean))) @ (vectors * np.sqrt(np.clip(weight, 0.0, None))).T
-    known = specs(out.ship.model)
-    return np.clip(found, [known[name].low for name in out.names], [known[name].high for name in out.names])
 
 
 def size(one: Disturbance) -> float:
@@ -198,11 +187,14 @@ def _likely(error: Array, found: Variances, weights: Array, allowed: NDArray[np.
     usual = np.where(usual > 0, usual, 1.0)
     share = (weight * square / usual).sum() / len(found.unit)
     theta = np.array([share / max(float((weight * one / usual).sum()), 1e-300) for one in found.unit]) * allowed
+    means = np.array([float((weight * one / usual).sum()) for one in found.unit])
     for _ in range(_ROUNDS):  # each step raises the likelihood: a majorisation, as for mixtures of variances
         total = found.known + np.tensordot(theta, found.unit, 1)
         pull = weight * square * (_FREEDOM + 1.0) / (_FREEDOM + square / total) / total**2
         up, down = np.tensordot(found.unit, pull, 3), np.tensordot(found.unit, weight / total, 3)
-        theta = theta * np.sqrt(up / np.maximum(down, 1e-300))
+        before, theta = theta, theta * np.sqrt(up / np.maximum(down, 1e-300))
+        if np.abs(theta - before) @ means <= _CLOSE * (theta @ means):
+            break
     total = found.known + np.tensordot(theta, found.unit, 1)
     most = (theta[:, None, None, None] * found.unit / total).max(axis=(1, 2, 3))
     return np.where(most > _LEAST, theta, 0.0)

@@ -89,8 +89,9 @@ def left_out(
     fresh = (pool.ordered if pool else _here)(_fitted, [(who, inner[k]) for k in todo])
     for k, some in enumerate(out):
         mean, covariance = kept[k] or next(fresh)
-        if kept[k] is None and files[k] is not None:
-            write_whole(files[k], packed(digest=digest(inner[k], who), mean=mean, covariance=covariance))
+        file = files[k]
+        if kept[k] is None and file is not None:
+            write_whole(file, packed(digest=digest(inner[k], who), mean=mean, covariance=covariance))
         each(k + 1)
         names = inner[k].vector.paths
         ship = inner[k].ship.having(dict(zip(names, mean.tolist(), strict=True)))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from ..core.parameters import values
+from ..core.parameters import specs
 from ..data import Array
 from ..engine.rollout import simulator
 from ..models import STATES, Sampled, Stepped
@@ -113,7 +112,23 @@ def sailed(ship: Ship, lanes: Lanes, uncertain: Uncertain, seed: int) -> Array:
     return out
 
 
-def own_values(ship: Ship, names: Sequence[str]) -> Array:
-    """Values of parameters in a ship, shape (names,)."""
-    known = values(ship.model)
-    return np.array([known[name] for name in names], dtype=np.float64)
+class Normal(Protocol):
+    """Parameters of a ship with a normal density."""
+
+    @property
+    def ship(self) -> Ship: ...
+    @property
+    def names(self) -> tuple[str, ...]: ...
+    @property
+    def mean(self) -> Array: ...
+    @property
+    def covariance(self) -> Array: ...
+
+
+def draws_of(one: Normal, count: int, seed: int) -> Array:
+    """Draws of the parameters, held within the physical range of each, shape (count, names)."""
+    weight, vectors = np.linalg.eigh(0.5 * (one.covariance + one.covariance.T))
+    root = vectors * np.sqrt(np.clip(weight, 0.0, None))
+    drawn = one.mean + np.random.default_rng(seed).standard_normal((count, len(one.mean))) @ root.T
+    known = specs(one.ship.model)
+    return np.clip(drawn, [known[name].low for name in one.names], [known[name].high for name in one.names])
