@@ -29,6 +29,8 @@ SUFFIX, SCHEMA = ".bands.json", "seatrial-bands/2"
 HOW = "seatrial calibrate MODEL makes them from fits that leave trials out"
 # Spreads of the draws count by this power; the rest is the usual error at the horizon.
 SHARES = (0.0, 0.5, 1.0)
+# North and east are names: position has one factor, so that bands do not depend on where the trials went.
+_ALIKE = ([STATES.index("x"), STATES.index("y")],)
 # So many digits of each number are kept.
 _DIGITS = 4
 
@@ -57,7 +59,10 @@ class Left:
         weight = np.array([1.0 / self.trials.count(name) for name in self.trials])[:, None, None]
         known = np.isfinite(self.error)
         total = (weight * np.where(known, self.error, 0.0) ** 2).sum(axis=0)
-        return np.sqrt(np.maximum(total / np.maximum((weight * known).sum(axis=0), 1e-300), 1e-300))
+        mean = total / np.maximum((weight * known).sum(axis=0), 1e-300)
+        for some in _ALIKE:
+            mean[:, some] = mean[:, some].mean(axis=1, keepdims=True)
+        return np.sqrt(np.maximum(mean, 1e-300))
 
     def scores(self, share: float) -> Array:
         """Absolute errors over what `Calibration.spread` gives, shape (windows, horizons, 6)."""
@@ -95,7 +100,7 @@ class Calibration:
             RequestError: too few recordings for it.
         """
         if level not in self._known:
-            self._known[level] = factors(self.left.scores(self.share), self.left.groups, self.left.kinds, level)
+            self._known[level] = _factors(self.left, self.share, level)
         return self._known[level]
 
     def reach(self, level: float, kind: str | None = None) -> float:
@@ -130,6 +135,10 @@ class Calibration:
         return out
 
 
+def _factors(left: Left, share: float, level: float) -> Factors:
+    return factors(left.scores(share), left.groups, left.kinds, level, _ALIKE)
+
+
 def _extended(x: Array, at: Array, values: Array) -> Array:
     """Linear interpolation, continued below the first point by the first slope."""
     slope = (values[1] - values[0]) / (at[1] - at[0]) if len(at) > 1 else 0.5
@@ -144,7 +153,7 @@ def best_share(left: Left, level: float) -> float:
     """
     found: dict[float, float] = {}
     for share in SHARES:
-        made = factors(left.scores(share), left.groups, left.kinds, level)
+        made = _factors(left, share, level)
         spread = left.spread**share * left.usual ** (1.0 - share)
         half = made.factor[[made.kinds.index(kind) for kind in left.kinds]] * spread
         over = np.maximum(np.abs(left.error) - half, 0.0)

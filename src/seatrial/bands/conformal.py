@@ -48,7 +48,9 @@ class Factors:
     recordings: NDArray[np.intp]
 
 
-def factors(score: Array, groups: Sequence[str], kinds: Sequence[str], level: float) -> Factors:
+def factors(
+    score: Array, groups: Sequence[str], kinds: Sequence[str], level: float, alike: Sequence[Sequence[int]] = ()
+) -> Factors:
     """Factors of a level.
 
     Args:
@@ -56,6 +58,7 @@ def factors(score: Array, groups: Sequence[str], kinds: Sequence[str], level: fl
         groups: recording of each window.
         kinds: kind of manoeuvre of each window.
         level: of 0 to 1.
+        alike: channels that share a factor; each of the others has its own.
 
     Raises:
         RequestError: fewer recordings than the level needs, at every horizon.
@@ -72,8 +75,9 @@ def factors(score: Array, groups: Sequence[str], kinds: Sequence[str], level: fl
         if len(here) < needed(level):
             continue
         near = slice(max(j - _NEAR, 0), j + _NEAR + 1)
-        for c in range(channels):
-            out[:, j, c] = _at(score[:, near, c], group, of, len(every), level)
+        for some in (*alike, *([c] for c in range(channels) if not any(c in one for one in alike))):
+            found = _at(score[:, near][:, :, some].reshape(len(score), -1), group, of, len(every), level)
+            out[:, j, some] = found[:, None]
     if not np.isfinite(out).any():
         raise too_few(int(counts[-1].max()), level)
     return Factors((*map(str, every), ""), out, counts)

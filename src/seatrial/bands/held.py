@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -60,7 +61,7 @@ def windows(made: Fan, measured: Trial, horizons: Sequence[float]) -> Windows:
     error = np.full((len(starts) - 1, len(horizons), len(STATES)), np.nan)
     half = error.copy()
     slack = 0.5 * float(np.median(np.diff(made.predicted.t))) if len(made.since) > 1 else 0.0
-    for k, (a, b) in enumerate(zip(starts, starts[1:], strict=False)):
+    for k, (a, b) in enumerate(pairwise(starts.tolist())):
         for j, h in enumerate(horizons):
             row = a + int(np.searchsorted(made.since[a:b], h - slack))
             # a restart at the horizon replaces the row that ends the window: the last one before stands for it

@@ -48,8 +48,8 @@ def section(found: BandsHeld) -> Section:
               *(f"{100 * one.inside[name]:.0f} %" for name in GROUPS),
               *(number(factor * one.width[name]) for name, (_, factor) in _UNITS.items())] for one in found.rows)
     remark = (
-        f"Bands of {100 * found.level:g} %, calibrated on {found.recordings} recordings that fits left out. Held: share "
-        "of the measurements within their bands, at these times after a start; ±: mean half width."
+        f"Bands of {100 * found.level:g} %, calibrated on {found.recordings} recordings that fits left out. Held: "
+        "share of the measurements within their bands, at these times after a start; ±: mean half width."
     )
     notes = [f"{made.predicted.name}: {line}" for made, _ in found.fans for line in made.notes]
     drawn = gallery(*(figure(fan(made, trial), f"{trial.name}: measured, predicted and its band")
