@@ -4,8 +4,8 @@
 
 Each outer fold holds back every fifth trial of each kind.  On the others the study's estimator chooses its width and is
 fitted; the calibration is made from inner fits that leave parts of them out; then the trials held back are predicted
-from measured states every 100 s.  Nothing is chosen on the outer folds.  `--keep` keeps the outer fits in a folder, so
-that a second run computes the bands only.
+from measured states every 100 s.  Nothing is chosen on the outer folds.  `--keep` keeps fits and calibrations in a
+folder, so that a second run computes the bands only.
 
 The width is compared with the narrowest band that is constant at each horizon and covers 95 % of the errors of all
 folds together: a band that knows the answer.
@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.bands.calibrating import calibrated
-from seatrial.bands.calibration import Calibration
+from seatrial.bands.calibration import Calibration, beside, load, save
 from seatrial.bands.held import ALL, GROUPS, Windows, windows
 from seatrial.bands.left_out import left_out
 from seatrial.bands.prediction import fan
@@ -45,7 +45,7 @@ ROOT = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared"
 STUDY = Path(__file__).parents[1] / "studies" / "esso_osaka_hybrid.toml"
 KINDS = ("random", "turning", "zigzag", "berthing")
 COPY = "turn_cut_14-Sep-2020_15_58_08"  # repeats part of turn_14-Sep-2020_15_58_08
-FOLDS, PARTS, RESTART, LEVEL, DRAWS = 5, 5, 100.0, 0.95, 1000
+FOLDS, PARTS, RESTART, LEVEL, DRAWS = 5, 5, 100.0, 0.95, 300
 HORIZONS = (10.0, 50.0, 100.0)
 
 
@@ -57,6 +57,16 @@ def fitted(estimator: Any, problem: Problem, folder: Path | None) -> Fit:
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
         save_fit(found, folder, problem, study="coverage")
+    return found
+
+
+def calibration_of(held: Posterior, who: Any, problem: Problem, fit: Fit, model: Path | None) -> Calibration:
+    """The calibration of an outer fold, from beside its model where it is kept there."""
+    if model is not None and beside(model).is_file():
+        return load(model, held)
+    found = calibrated(held, left_out(who, problem, fit, parts=PARTS))
+    if model is not None:
+        save(found, beside(model))
     return found
 
 
@@ -72,7 +82,7 @@ def folds(keep: Path | None) -> Iterator[tuple[Calibration, Posterior, list[Tria
         problem = replace(study.problem, trials=train, validation=())
         fit = fitted(who, problem, None if keep is None else keep / f"fold-{fold}")
         held = Posterior(fit.ship, fit.free, fit.values, fit.covariance, fit.digest, {})
-        found = calibrated(held, left_out(who, problem, fit, parts=PARTS))
+        found = calibration_of(held, who, problem, fit, None if keep is None else keep / f"fold-{fold}" / "model.toml")
         sys.stderr.write(f"fold {fold + 1}: {len(recordings(train))} recordings, {fit.status}; "
                          f"{time.process_time() - begun:.0f} s of processor\n")  # fmt: skip
         yield found, held, [t for kind in KINDS for i, t in enumerate(files[kind]) if i % FOLDS == fold]

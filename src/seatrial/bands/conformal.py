@@ -2,11 +2,11 @@
 
 A score is an error on a left-out trial over the spread of the draws there.  Scores of one trial depend on each other,
 so trials count, not samples: each recording has the same weight, and every quantile that judges a recording is taken
-from the others.  Kinds of manoeuvre differ in size: scores are divided by a factor of their kind, drawn towards that of
-all kinds, more so where it has few trials.  The quantile is the one whose mean coverage of left-out recordings is the
-level.  (The quantile of hierarchical conformal prediction, which puts a recording at infinity, covers 98 % for 95 %
-with 25 recordings, as docs/bands.md shows; this one covers 95 %.)  A level that so few recordings cannot show is
-refused.
+from the others.  Kinds of manoeuvre differ in size: scores are divided by a factor of their kind, drawn towards a
+middle of all kinds, the more so the fewer recordings it has and the less kinds differ.  The quantile is the one whose
+mean coverage of left-out recordings is the level.  (The quantile of hierarchical conformal prediction, which puts a
+recording at infinity, covers 98 % for 95 % with 25 recordings, as docs/bands.md shows; this one covers 95 %.)  A level
+that so few recordings cannot show is refused.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from ..core.errors import RequestError
 from ..data import Array
 
-# A kind is drawn towards all kinds as by so many recordings of them.
-_PRIOR = 2.0
+# The middle of the kinds counts as so many recordings of each kind, at least and at most.
+_PRIOR = (0.25, 10.0)
 # Scores of so many neighbouring horizons on either side count at a horizon too.
 _NEAR = 1
 _HALVINGS = 10
@@ -30,7 +30,7 @@ _HALVINGS = 10
 
 def needed(level: float) -> int:
     """Fewest recordings that can show a level, of 0 to 1: with fewer, all of them inside shows less."""
-    return math.ceil(1.0 / (1.0 - level) - 1e-9) - 1
+    return max(math.ceil(1.0 / (1.0 - level) - 1e-9) - 1, 2)
 
 
 @dataclass(frozen=True)
@@ -107,22 +107,41 @@ def _at(score: Array, group: NDArray[np.intp], kind: NDArray[np.intp], kinds: in
     many = np.bincount(owner, minlength=len(kind))
     here = many > 0
     square = np.where(here, np.bincount(owner, value**2, minlength=len(kind)) / np.maximum(many, 1), 0.0)
-    alone = np.array([_sizes(square, here & (np.arange(len(kind)) != k), kind, kinds)[kind[k]]
+    prior = _prior(square, here, kind, kinds)
+    alone = np.array([_sizes(square, here & (np.arange(len(kind)) != k), kind, kinds, prior)[kind[k]]
                       for k in range(len(kind))])  # fmt: skip
     scaled = value / alone[owner]
     order = np.argsort(scaled, kind="stable")
     scaled, owner = scaled[order], owner[order]
     weight = 1.0 / many[owner]
-    sizes = _sizes(square, here, kind, kinds)
+    sizes = _sizes(square, here, kind, kinds, prior)
     return np.append(sizes, sizes.max()) * _quantile(scaled, weight, _share(scaled, owner, weight, here, level))
 
 
-def _sizes(square: Array, here: NDArray[np.bool_], kind: NDArray[np.intp], kinds: int) -> Array:
-    """Root mean square score of each kind, drawn towards that of all kinds, shape (kinds,)."""
+def _sizes(square: Array, here: NDArray[np.bool_], kind: NDArray[np.intp], kinds: int, prior: float) -> Array:
+    """Root mean square score of each kind, drawn towards a middle of the kinds, shape (kinds,).
+
+    Args:
+        prior: number of recordings that the middle counts as.
+    """
     count = np.bincount(kind[here], minlength=kinds)
-    pooled = float(square[here].mean())
     total = np.bincount(kind[here], square[here], minlength=kinds)
-    return np.sqrt(np.maximum((total + _PRIOR * pooled) / (count + _PRIOR), 1e-300))
+    middle = np.exp(np.mean(np.log(np.maximum(total[count > 0] / count[count > 0], 1e-300))))
+    return np.sqrt(np.maximum((total + prior * middle) / (count + prior), 1e-300))
+
+
+def _prior(square: Array, here: NDArray[np.bool_], kind: NDArray[np.intp], kinds: int) -> float:
+    """Relative variance of mean squares within kinds over that between kinds: what a middle of the kinds is worth."""
+    groups = [square[here & (kind == k)] for k in range(kinds)]
+    groups = [one for one in groups if len(one) > 1]
+    if len(groups) < 2:
+        return _PRIOR[1]
+    means = np.array([one.mean() for one in groups])
+    within = float(np.mean([one.var(ddof=1) / max(one.mean() ** 2, 1e-300) for one in groups]))
+    between = float(means.var(ddof=1) / max(means.mean() ** 2, 1e-300)) - within * float(
+        np.mean([1.0 / len(one) for one in groups])
+    )
+    return float(np.clip(within / max(between, 1e-9), *_PRIOR))
 
 
 def _quantile(value: Array, weight: Array, share: float) -> float:
