@@ -86,7 +86,7 @@ def test_a_file_of_another_fit_or_none_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match=r"model\.bands\.json is not beside it\); seatrial calibrate MODEL"):
         load(model, posterior())
     path = save(made(), beside(model))
-    with pytest.raises(StudyError, match="of another fit|of fit digest"):
+    with pytest.raises(StudyError, match="is of fit digest, the model beside it of fit other"):
         load(model, replace(posterior(), digest="other"))
     with pytest.raises(StudyError, match="another posterior"):
         load(model, posterior(sigma=0.02))

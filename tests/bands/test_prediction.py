@@ -44,8 +44,8 @@ def test_a_prediction_beyond_the_horizons_says_where_its_bands_end() -> None:
     made = fan(posterior(), FOUND, trial, replay(ship(), trial), 0.9, draws=60)
     assert np.isfinite(made.half[made.since <= 40.0]).all()
     assert np.isnan(made.half[made.since > 40.5]).all()
-    assert made.notes == ("bands of 90 % hold up to 40 s from a start; none beyond (--restart 40, or seatrial calibrate "
-                          "MODEL --horizon 60)",)  # fmt: skip
+    remedy = "--restart 40, or seatrial calibrate MODEL --horizon 60"
+    assert made.notes == (f"bands of 90 % hold up to 40 s from a start; none beyond ({remedy})",)
 
 
 def test_coverage_counts_the_rows_at_the_horizons() -> None:

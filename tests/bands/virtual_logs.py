@@ -37,7 +37,8 @@ def log(truth: Ship, number: int, rng: np.random.Generator, current: tuple[float
                    environment=Uniform(U_C=float(np.hypot(north, east)), gamma_C=float(np.arctan2(east, north))))
     kept = {name: values for name, values in run.channels.items() if name not in ("U_C", "gamma_C")}
     noisy = {n: run[n] + s * rng.standard_normal(len(run)) for n, s in NOISE.items()}
-    return Trial(f"{policy.kind}_{number}", run.t, {**kept, **noisy}, units=run.units, meta={**run.meta, "source": "test"})
+    meta = {**run.meta, "source": "test"}
+    return Trial(f"{policy.kind}_{number}", run.t, {**kept, **noisy}, units=run.units, meta=meta)
 
 
 def left_out(trials: list[Trial], parts: int = 4, sigma: float = 0.01) -> list[LeftOut]:
