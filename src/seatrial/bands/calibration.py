@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ SHARES = (0.0, 0.5, 1.0)
 # North and east are names: position has one factor, so that bands do not depend on where the trials went.
 _ALIKE = ([STATES.index("x"), STATES.index("y")],)
 # So many digits of each number are kept.
-_DIGITS = 4
+_DIGITS = 3
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ class Calibration:
 
         A kind that was not among the left-out trials has the widest factor.  Between horizons factors and usual errors
         are interpolated in the logarithm; before the first one its factor holds, and errors grow as between the first
-        two.
+        two, but a band is never narrower than the noise of a reading.
 
         Args:
             t: times since the start [s], shape (times,).
@@ -130,7 +131,8 @@ class Calibration:
         for c in range(len(STATES)):
             factor = np.exp(np.interp(at, np.log(h[good]), np.log(found.factor[row, good, c])))
             usual = np.exp(_extended(at, np.log(h), np.log(self.left.usual[:, c])))
-            out[..., c] = factor * spread[..., c] ** self.share * usual ** (1.0 - self.share)
+            half = factor * spread[..., c] ** self.share * usual ** (1.0 - self.share)
+            out[..., c] = np.maximum(half, NormalDist().inv_cdf(0.5 * (1.0 + level)) * self.noise[c])
         out[..., t > h[good][-1] * (1.0 + 1e-6), :] = np.nan
         return out
 

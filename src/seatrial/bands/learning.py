@@ -80,7 +80,7 @@ def windows_of(ship: Ship, trials: Sequence[Trial], horizons: Array, dt: float) 
                       every=every, stride=stride)  # fmt: skip
         lanes = Lanes(cut.state0, cut.series, cut.dt, cut.every)
         measured = np.where(cut.scale > 0, cut.measured, np.nan)
-        error = sailed(ship, lanes, quiet(ship, 1), 0)[0] - measured
+        error = sailed(ship, lanes, quiet(ship, 1), 0, "rk4")[0] - measured
         known = np.round(horizons / (every * dt)).astype(np.intp)
         own = np.full((len(error), len(horizons), len(STATES)), np.nan)
         here = known < error.shape[1]

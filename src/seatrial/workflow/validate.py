@@ -171,8 +171,6 @@ def validate(
     sigma, origin = scales_asked(trials, scale)
     scaled = f"{scale_words(sigma)} ({origin})"
     asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
-    if banding is not None:
-        banding.refuse(asked.trials)
     comparisons, failed = compared(
         ship, asked.trials, restart, sigma, smooth_start=smooth_start, begun=asked.begun,
         carrier=carrier_of(ship, history, fit_first),
@@ -239,8 +237,6 @@ def predict(
     failed: list[str] = []
     asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
     carrier = carrier_of(ship, history, fit_first)
-    if banding is not None:
-        banding.refuse(asked.trials)
     for trial in asked.trials:
         first = asked.begun.get(trial.name)
         begin = None if first is None else (first.t, first.state)

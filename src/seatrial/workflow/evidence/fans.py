@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...bands.calibration import Calibration, load
 from ...bands.held import GROUPS, SHARES, held, windows
 from ...bands.prediction import Fan, fan
 from ...data import Trial
 from ...data.trialfile import write_trial
+from ...models import STATES
 from ...report.judging.bands import reach
 from ...report.judging.fans import BandsHeld, words
 from ...study.grounds import beyond
@@ -75,23 +78,29 @@ class Banding:
         found.factors(0.01 * level)
         return Banding(held, found, 0.01 * level, many, extrapolate)
 
-    def refuse(self, trials: Sequence[Trial]) -> None:
-        """Refuse trials that leave the ranges of those of the fit, before anything is predicted.
+    def refuse(self, trial: Trial, predicted: Trial) -> None:
+        """Refuse a prediction that leaves the ranges of the trials of the fit, before anything is written.
 
         Raises:
-            RequestError: one does, and that was not accepted.
+            RequestError: it does, and that was not accepted.
         """
         if self.extrapolate:
             return
-        for trial in trials:
-            if out := beyond(self.held.covered, trial, self.held.ship.model.controls):
-                raise RequestError(
-                    f"--bands: {trial.name} leaves the trials of the fit: {'; '.join(map(reach, out))}; nothing is "
-                    "known of the error there; accept it with --extrapolate"
-                )
+        rows = np.clip(np.searchsorted(trial.t, predicted.t - 1e-9), 0, len(trial) - 1)
+        run = trial.rows(rows).having(**{name: predicted[name] for name in STATES})
+        if out := beyond(self.held.covered, run, self.held.ship.model.controls):
+            raise RequestError(
+                f"--bands: {trial.name} leaves the trials of the fit: {'; '.join(map(reach, out))}; nothing is known "
+                "of the error there; accept it with --extrapolate"
+            )
 
     def fan(self, trial: Trial, predicted: Trial, restart: float | None, note: Note) -> Fan:
-        """The bands of a prediction, with a note on what a reader must know."""
+        """The bands of a prediction, with a note on what a reader must know.
+
+        Raises:
+            RequestError: it leaves the trials of the fit.
+        """
+        self.refuse(trial, predicted)
         made = fan(self.held, self.found, trial, predicted, self.level, restart=restart, draws=self.draws)
         for line in made.notes:
             note(f"warning: {trial.name}: {line}")
