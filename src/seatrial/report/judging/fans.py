@@ -42,11 +42,11 @@ class BandsHeld:
 
 def section(found: BandsHeld) -> Section:
     """Table of coverage and widths, and fans."""
-    head = ["kind", "ahead [s]", "trials", "windows", *(f"{name} held" for name in GROUPS),
+    head = ["kind", "ahead [s]", "windows", *(f"{name} held" for name in GROUPS),
             *(f"{name} ± [{unit}]" for name, (unit, _) in _UNITS.items())]  # fmt: skip
-    cells = ([one.kind, number(one.horizon), str(one.trials), str(one.windows),
+    cells = ([one.kind, number(one.horizon), str(one.windows),
               *(f"{100 * one.inside[name]:.0f} %" for name in GROUPS),
-              *(number(factor * one.width[name]) for name, (_, factor) in _UNITS.items())] for one in found.rows)
+              *(number(factor * one.width[name], 2) for name, (_, factor) in _UNITS.items())] for one in found.rows)
     remark = (
         f"Bands of {100 * found.level:g} %, calibrated on {found.recordings} recordings that fits left out. Held: "
         "share of the measurements within their bands, at these times after a start; ±: mean half width."
