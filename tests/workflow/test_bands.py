@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fitted_run import saved, trial
 
+from fitted_run import saved, trial
 from seatrial.cli.app import main
 from seatrial.data.trialfile import read_trials, write_trial
 
@@ -51,8 +51,9 @@ def test_a_model_without_a_calibration_says_which_command_makes_one(
     log, out = str(tmp_path / "t.csv"), str(tmp_path / "out")
     for command in (("predict", model, log, "-o", out), ("validate", model, log)):
         assert "seatrial calibrate MODEL" in refused(capsys, *command, "--bands", "95")
-    assert "above 0 and below 100" in refused(capsys, "predict", model, log, "-o", out, "--bands", "100")
-    assert "leave --fit-first" in refused(capsys, "predict", model, log, "-o", out, "--bands", "95", "--fit-first", "20")
+    to_bands = ("predict", model, log, "-o", out, "--bands")
+    assert "above 0 and below 100" in refused(capsys, *to_bands, "100")
+    assert "leave --fit-first" in refused(capsys, *to_bands, "95", "--fit-first", "20")
     assert "ask for them with --bands" in refused(capsys, "validate", model, log, "--draws", "100")
     assert "no posterior" in refused(capsys, "predict", "kvlcc2_l7", log, "-o", out, "--bands", "95")
     assert not (tmp_path / "out").exists()
