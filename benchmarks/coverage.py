@@ -98,6 +98,9 @@ def judged(kinds: Sequence[str], found: Sequence[Windows], trials: Sequence[str]
         where = [STATES.index(one) for one in group]
         out[name] = {f"{h:g} s": round(float(np.nanmean(inside[:, j, where])), 4) for j, h in enumerate(HORIZONS)}
     out["together"] = round(float(np.nanmean(inside)), 4)
+    shares = [np.nanmean(np.where(np.isfinite(one.error), np.abs(one.error) <= one.half, np.nan))
+              for one in (found[k] for k in some)]  # fmt: skip
+    out["mean of the trials"] = round(float(np.mean(shares)), 4)
     return out
 
 

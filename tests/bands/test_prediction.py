@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_calibration import made
+from known_calibration import made
 from virtual_logs import log, posterior, ship
 
 from seatrial.bands.disturbance import Disturbance, Process
