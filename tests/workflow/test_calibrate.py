@@ -69,7 +69,7 @@ def test_bands_from_the_study_to_the_report(
     Path("logs").mkdir()
     Path("new").mkdir()
     for k in range(22):
-        angle = 10.0 + k
+        angle = 10.0 + 0.5 * k
         one = trial(angle, angle if k % 2 else None, side=1 if k % 4 < 2 else -1, seed=k, duration=60.0)
         name = f"{one.name}_{k}"
         write_trial(replace(one, name=name), Path("new" if k in (5, 10) else "logs") / f"{name}.csv")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Mapping
 from contextlib import nullcontext
@@ -27,6 +28,8 @@ from .fans import DEGREES
 
 PARTS = 5
 _FOLDER = "left-out"
+# A day in the name of a recording: 06-Aug-2020, 2020-08-06, 20200806.
+_DAY = re.compile(r"(?<!\d)(?:\d{2}[-_.][A-Za-z]{3}[-_.]\d{4}|\d{4}[-_.]?\d{2}[-_.]?\d{2})(?!\d)")
 
 
 def calibrate(
@@ -93,7 +96,8 @@ def _document(found: Calibration, path: Path) -> dict[str, Any]:
     return {
         "written": str(path), "fit": found.fit, "trials": len(found.trials), "recordings": len(set(found.left.groups)),
         "windows": len(found.left.trials), "kinds": sorted(set(found.left.kinds)), "level": LEVEL,
-        "reach": found.reach(LEVEL), "share": found.share, "horizons": found.left.horizons.tolist(),
+        "reach": found.reach(LEVEL), "of_one_day": list(_of_one_day(found)), "share": found.share,
+        "horizons": found.left.horizons.tolist(),
         "disturbance": {"current": found.disturbance.current, "accelerations": [
             vars(one) for one in found.disturbance.processes if one.sigma > 0]},
         "half_width": {kind or "any other": {name: (made.factor[k, :, c] * _usual(found)[:, c]).tolist()
@@ -107,6 +111,16 @@ def _usual(found: Calibration) -> Array:
     return np.nanmedian(left.spread, axis=0) ** found.share * left.usual ** (1.0 - found.share)
 
 
+def _of_one_day(found: Calibration) -> tuple[str, ...]:
+    """Kinds whose recordings are all of one day, as far as their names tell it: one line each."""
+    days: dict[str, set[str]] = {}
+    for kind, group in zip(found.left.kinds, found.left.groups, strict=True):
+        day = _DAY.search(group)
+        days.setdefault(kind, set()).add(day[0] if day else "")
+    return tuple(f"{kind}: every recording is of {day}; what differs from day to day is not in its bands"
+                 for kind, some in sorted(days.items()) if len(some) == 1 and (day := next(iter(some))))
+
+
 def _shown(found: Calibration) -> tuple[Table | str, ...]:
     made, usual = found.factors(LEVEL), _usual(found)
     rows = [(kind or "any other", figure(float(h), 3), str(made.recordings[k, j]),
@@ -117,4 +131,4 @@ def _shown(found: Calibration) -> tuple[Table | str, ...]:
     head = ("left out", "ahead [s]", "recordings", "x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
     return (Table(head, tuple(rows), tuple(range(1, 9))),
             f"half widths of usual bands of {100 * LEVEL:g} %, by kind of manoeuvre",
-            f"bands hold up to {found.reach(LEVEL):.4g} s from a start")  # fmt: skip
+            f"bands hold up to {found.reach(LEVEL):.4g} s from a start", *_of_one_day(found))  # fmt: skip
