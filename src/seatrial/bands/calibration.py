@@ -33,7 +33,7 @@ SHARES = (0.0, 0.5, 1.0)
 # North and east are names: position has one factor, so that bands do not depend on where the trials went.
 _ALIKE = ([STATES.index("x"), STATES.index("y")],)
 # So many digits of each number are kept.
-_DIGITS = 3
+_DIGITS = 4
 
 
 @dataclass(frozen=True)
