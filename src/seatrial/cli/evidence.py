@@ -31,7 +31,7 @@ def calibrate(
     model: o.FittedModel, parts: o.LeftOutParts = 5, horizon: o.BandHorizon = None, dask: o.Dask = None,
     json: o.Json = False,
 ) -> None:  # fmt: skip
-    """Fit without some trials in turn, and keep the bands that hold on them."""
+    """Fit without some trials in turn; write bands that hold."""
     from ..workflow.evidence.calibrate import calibrate as run
     from ..workflow.request import Stopped
 

@@ -160,7 +160,7 @@ Unseen = Annotated[
 ]  # fmt: skip
 Windows = Annotated[float | None, Option("--restart", help="Judge windows of N seconds (default: of the study).")]
 
-LeftOutParts = Annotated[int, Option("--parts", help="Deal the recordings into so many parts, each left out once.")]
+LeftOutParts = Annotated[int, Option("--parts", help="Set the number of parts, each left out of a fit once.")]
 BandHorizon = Annotated[
     float | None, Option("--horizon", help="Set the longest time ahead that bands reach [s].")
 ]  # fmt: skip
