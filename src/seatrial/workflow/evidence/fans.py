@@ -55,7 +55,7 @@ class Banding:
 
         Args:
             level: of the bands [%].
-            begun: --fit-first or --smooth-start, which bands do not know.
+            begun: --fit-first, --history or --smooth-start, which bands do not know.
 
         Raises:
             RequestError: a level or number of draws that makes no band, or too few recordings for it.
@@ -71,8 +71,8 @@ class Banding:
         if not _FEWEST <= many <= _MOST:
             raise RequestError(f"--draws is {many}; bands take {_FEWEST} to {_MOST}")
         if begun is not None:
-            raise RequestError("--bands: they are calibrated on predictions from measured states; leave --fit-first "
-                               "and --smooth-start out")  # fmt: skip
+            raise RequestError("--bands: they are calibrated on predictions from measured states; leave --fit-first, "
+                               "--history and --smooth-start out")  # fmt: skip
         held = posterior(model)
         found = load(model, held)
         found.factors(0.01 * level)
